@@ -1,0 +1,219 @@
+//! Where things are: rectangles of the vertex lattice, tiles and regions.
+//!
+//! The vertex lattice is all integer points, x east and y south. A cell is the square between four vertices. Tile
+//! (tx, ty) of N x N cells covers cells `[tx N, (tx+1) N) x [ty N, (ty+1) N)`; it has N+1 vertices a side and shares
+//! those of its edge with its neighbours.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+
+/// A half-open rectangle of the vertex lattice: `x0 <= x < x1`, `y0 <= y < y1`, x east and y south.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Area {
+    /// Western edge, inside.
+    pub x0: i64,
+    /// Northern edge, inside.
+    pub y0: i64,
+    /// Eastern edge, outside.
+    pub x1: i64,
+    /// Southern edge, outside.
+    pub y1: i64,
+}
+
+impl Area {
+    /// The area of `width` x `height` vertices whose north-western one is `(x0, y0)`.
+    pub const fn new(x0: i64, y0: i64, width: usize, height: usize) -> Area {
+        Area { x0, y0, x1: x0 + width as i64, y1: y0 + height as i64 }
+    }
+
+    /// Vertices from west to east.
+    pub const fn width(&self) -> usize {
+        (self.x1 - self.x0) as usize
+    }
+
+    /// Vertices from north to south.
+    pub const fn height(&self) -> usize {
+        (self.y1 - self.y0) as usize
+    }
+
+    /// Vertices in all.
+    pub const fn len(&self) -> usize {
+        self.width() * self.height()
+    }
+
+    /// Whether the area holds no vertex.
+    pub const fn is_empty(&self) -> bool {
+        self.x1 <= self.x0 || self.y1 <= self.y0
+    }
+
+    /// This area with `pad` more vertices on each side.
+    #[must_use]
+    pub const fn padded(&self, pad: usize) -> Area {
+        let pad = pad as i64;
+        Area { x0: self.x0 - pad, y0: self.y0 - pad, x1: self.x1 + pad, y1: self.y1 + pad }
+    }
+
+    /// Whether every vertex of `other` is in this area.
+    pub const fn contains(&self, other: &Area) -> bool {
+        self.x0 <= other.x0 && self.y0 <= other.y0 && other.x1 <= self.x1 && other.y1 <= self.y1
+    }
+}
+
+/// A tile's place in the world: tile (0, 0) has its north-western vertex at the origin of the lattice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+pub struct TileId {
+    /// Tiles east of tile (0, 0); may be negative.
+    pub x: i64,
+    /// Tiles south of tile (0, 0); may be negative.
+    pub y: i64,
+}
+
+impl TileId {
+    /// The tile's vertices, `cells + 1` a side, those of its edge included.
+    pub const fn area(self, cells: u32) -> Area {
+        let n = cells as i64;
+        Area::new(self.x * n, self.y * n, cells as usize + 1, cells as usize + 1)
+    }
+}
+
+impl std::fmt::Display for TileId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "({}, {})", self.x, self.y)
+    }
+}
+
+/// A tile's place in a region: column and row, counted from the region's north-western tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Place {
+    /// Rows south of the region's first.
+    pub row: u64,
+    /// Columns east of the region's first.
+    pub col: u64,
+}
+
+/// The rectangle of tiles that one bake covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    at: TileId,
+    cols: u64,
+    rows: u64,
+    cells: u32,
+}
+
+/// How far from the origin a vertex may lie: beyond 2^53 a coordinate in metres is no longer exact in `f64`, and the
+/// files' readers have nothing wider.
+pub const MAX_COORDINATE: i64 = 1 << 53;
+
+impl Region {
+    /// The region of `cols` x `rows` tiles of `cells` x `cells` cells whose north-western tile is `at`.
+    ///
+    /// # Errors
+    /// When it has no tile, or when a vertex of it would lie more than [`MAX_COORDINATE`] from the origin.
+    pub fn new(at: TileId, cols: u64, rows: u64, cells: u32) -> Result<Region, Error> {
+        let refuse = |message: String, hint: &str| Err(Error::Region { message, hint: hint.into() });
+        if cols == 0 || rows == 0 {
+            return refuse(format!("a region of {cols} x {rows} tiles has no tile"), "give at least 1x1");
+        }
+        let fits = |first: i64, count: u64| {
+            let end = first as i128 + count as i128;
+            let limit = (MAX_COORDINATE / cells as i64) as i128;
+            -limit <= first as i128 && end <= limit
+        };
+        if !fits(at.x, cols) || !fits(at.y, rows) {
+            return refuse(
+                format!("a region of {cols} x {rows} tiles of {cells} cells at {at} leaves the coordinates"),
+                &format!("with this tile size, tile numbers run from -{0} to {0}", MAX_COORDINATE / cells as i64),
+            );
+        }
+        let region = Region { at, cols, rows, cells };
+        if region.width() as u128 * region.height() as u128 > i64::MAX as u128 {
+            return refuse(
+                format!("a region of {cols} x {rows} tiles of {cells} cells has more than 2^63 vertices"),
+                "bake it in parts: regions of one world always fit together",
+            );
+        }
+        Ok(region)
+    }
+
+    /// The north-western tile.
+    pub fn at(&self) -> TileId {
+        self.at
+    }
+
+    /// Tiles from west to east.
+    pub fn cols(&self) -> u64 {
+        self.cols
+    }
+
+    /// Tiles from north to south.
+    pub fn rows(&self) -> u64 {
+        self.rows
+    }
+
+    /// Cells a tile side.
+    pub fn tile_cells(&self) -> u32 {
+        self.cells
+    }
+
+    /// Tiles in all.
+    pub fn tiles(&self) -> u64 {
+        self.cols * self.rows
+    }
+
+    /// Vertices from west to east, both edges included.
+    pub fn width(&self) -> u64 {
+        self.cols * self.cells as u64 + 1
+    }
+
+    /// Vertices from north to south, both edges included.
+    pub fn height(&self) -> u64 {
+        self.rows * self.cells as u64 + 1
+    }
+
+    /// Vertices in all, shared edges counted once.
+    pub fn vertices(&self) -> u64 {
+        self.width() * self.height()
+    }
+
+    /// The columns and rows of vertices that a raster of the whole region takes from the tile at a place: a shared
+    /// edge is the next tile's, but for the region's own eastern and southern edge.
+    pub fn owned(&self, place: Place) -> (usize, usize) {
+        let cells = self.cells as usize;
+        let side = |at: u64, count: u64| cells + usize::from(at + 1 == count);
+        (side(place.col, self.cols), side(place.row, self.rows))
+    }
+
+    /// The tile at a place of this region.
+    pub fn tile(&self, place: Place) -> TileId {
+        TileId { x: self.at.x + place.col as i64, y: self.at.y + place.row as i64 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_share_their_edge() {
+        let (a, b) = (TileId { x: -1, y: 7 }.area(16), TileId { x: 0, y: 7 }.area(16));
+        assert_eq!(a.x1 - 1, b.x0);
+        assert_eq!((a.y0, a.y1), (b.y0, b.y1));
+        assert_eq!(a.width(), 17);
+    }
+
+    #[test]
+    fn regions_that_leave_the_coordinates_are_refused() {
+        let at = |x| TileId { x, y: 0 };
+        assert!(Region::new(at(0), 0, 3, 256).is_err());
+        assert!(Region::new(at(i64::MAX), 1, 1, 256).is_err());
+        assert!(Region::new(at(i64::MIN), 1, 1, 256).is_err());
+        assert!(Region::new(at(0), u64::MAX, u64::MAX, 4096).is_err());
+        assert!(Region::new(at(0), 1_000_000_000, 1_000_000_000, 256).is_err());
+        let last = MAX_COORDINATE / 256;
+        assert!(Region::new(at(last - 1), 1, 1, 256).is_ok());
+        assert!(Region::new(at(last), 1, 1, 256).is_err());
+        assert!(Region::new(at(-last), 1, 1, 256).is_ok());
+    }
+}

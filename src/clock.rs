@@ -1,0 +1,36 @@
+//! Where the time of a bake goes, stage by stage.
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// Processor time per named stage, added up over all threads.
+///
+/// Stages themselves are pure functions; whoever calls them holds the clock.
+#[derive(Debug, Default)]
+pub struct Clock {
+    stages: Mutex<BTreeMap<String, Duration>>,
+}
+
+impl Clock {
+    /// What `work` returns, its time booked under `stage`.
+    pub fn time<R>(&self, stage: &str, work: impl FnOnce() -> R) -> R {
+        let start = Instant::now();
+        let result = work();
+        let spent = start.elapsed();
+        let mut stages = self.stages.lock().expect("no thread panics while it books a time");
+        match stages.get_mut(stage) {
+            Some(total) => *total += spent,
+            None => _ = stages.insert(stage.to_owned(), spent),
+        }
+        result
+    }
+
+    /// The time booked so far per stage, the longest first.
+    pub fn stages(&self) -> Vec<(String, Duration)> {
+        let stages = self.stages.lock().expect("no thread panics while it books a time");
+        let mut list: Vec<_> = stages.iter().map(|(stage, spent)| (stage.clone(), *spent)).collect();
+        list.sort_by_key(|(_, spent)| std::cmp::Reverse(*spent));
+        list
+    }
+}

@@ -1,0 +1,184 @@
+//! What can go wrong, said so that the reader knows what to do next.
+
+use std::fmt::{self, Display, Formatter};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why something could not be done. A user's mistake carries a hint that says what would do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A preset that cannot be read or understood.
+    #[error("{}{message}{}", Located(source_place), Pictured(source_place))]
+    Preset {
+        /// What was expected and what was there.
+        message: String,
+        /// Where, when the preset came from a text.
+        source_place: Option<Box<SourcePlace>>,
+        /// What would do.
+        hint: String,
+    },
+    /// A region that cannot be.
+    #[error("{message}")]
+    Region {
+        /// What is wrong.
+        message: String,
+        /// What would do.
+        hint: String,
+    },
+    /// An export that is not known or that cannot hold the region.
+    #[error("{message}")]
+    Export {
+        /// What is wrong.
+        message: String,
+        /// What would do.
+        hint: String,
+    },
+    /// A place for the output that cannot be used.
+    #[error("{}: {message}", path.display())]
+    Output {
+        /// The place.
+        path: PathBuf,
+        /// What is wrong with it.
+        message: String,
+        /// What would do.
+        hint: String,
+    },
+    /// An option or a variable of the environment that makes no sense.
+    #[error("{message}")]
+    Option {
+        /// What is wrong.
+        message: String,
+        /// What would do.
+        hint: String,
+    },
+    /// The system refused to read or write.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The user stopped the work.
+    #[error("interrupted; what was half-written is gone")]
+    Interrupted,
+}
+
+impl Error {
+    /// What would do instead, where that can be said.
+    pub fn hint(&self) -> Option<&str> {
+        match self {
+            Error::Preset { hint, .. }
+            | Error::Region { hint, .. }
+            | Error::Export { hint, .. }
+            | Error::Output { hint, .. }
+            | Error::Option { hint, .. } => Some(hint).filter(|hint| !hint.is_empty()).map(String::as_str),
+            Error::Io { .. } | Error::Interrupted => None,
+        }
+    }
+
+    /// The exit code of a command that ends with this error: 2 for the user's mistake, 130 for an interrupt, else 1.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::Io { .. } => 1,
+            Error::Interrupted => 130,
+            _ => 2,
+        }
+    }
+
+    /// Wraps what the system said about a path.
+    pub(crate) fn io(path: impl AsRef<Path>) -> impl FnOnce(io::Error) -> Error {
+        move |source| Error::Io { path: path.as_ref().to_owned(), source }
+    }
+}
+
+/// A place in a text: where an error points.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SourcePlace {
+    /// The file, or the name of a built-in preset.
+    pub file: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+    /// The line itself.
+    pub text: String,
+    /// How many characters of it are meant; at least 1.
+    pub length: usize,
+}
+
+impl SourcePlace {
+    /// The place of the bytes `span` of `text`.
+    pub(crate) fn new(file: &str, text: &str, span: std::ops::Range<usize>) -> SourcePlace {
+        let start = text.floor_char_boundary(span.start);
+        let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
+        let line_end = text[start..].find('\n').map_or(text.len(), |at| start + at);
+        let end = text.floor_char_boundary(span.end).clamp(start, line_end);
+        SourcePlace {
+            file: file.to_owned(),
+            line: text[..start].matches('\n').count() + 1,
+            column: text[line_start..start].chars().count() + 1,
+            text: text[line_start..line_end].trim_end().to_owned(),
+            length: text[start..end].trim_end().chars().count().max(1),
+        }
+    }
+}
+
+/// The place in a text, as `file:line:column: `.
+struct Located<'a>(&'a Option<Box<SourcePlace>>);
+
+/// The line of the place with a mark under what is meant.
+struct Pictured<'a>(&'a Option<Box<SourcePlace>>);
+
+impl Display for Located<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(place) => write!(f, "{}:{}:{}: ", place.file, place.line, place.column),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Display for Pictured<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Some(place) = self.0 else { return Ok(()) };
+        let number = place.line.to_string();
+        let margin = " ".repeat(number.len());
+        // Tabs stay tabs in the margin of the mark, so that it stands under the place on any terminal.
+        let indent: String =
+            place.text.chars().take(place.column - 1).map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
+        write!(f, "\n{margin} |\n{number} | {}\n{margin} | {indent}{}", place.text, "^".repeat(place.length))
+    }
+}
+
+/// The name of `known` that a mistyped `name` was probably meant to be.
+pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    known
+        .into_iter()
+        .map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate))
+        // A third of the letters wrong is a slip of the fingers; more is another word.
+        .filter(|(distance, candidate)| *distance * 3 <= candidate.len().max(name.len()))
+        .min()
+        .map(|(_, candidate)| candidate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mark_stands_under_the_place() {
+        let text = "a = 1\n\toctaves = 1000\n";
+        let place = SourcePlace::new("p.toml", text, 17..21);
+        let error = Error::Preset { message: "too many".into(), source_place: Some(place.into()), hint: "8".into() };
+        assert_eq!(error.to_string(), "p.toml:2:12: too many\n  |\n2 | \toctaves = 1000\n  | \t          ^^^^");
+    }
+
+    #[test]
+    fn a_slip_is_recognised_and_another_word_is_not() {
+        let known = ["height", "blend", "normal"];
+        assert_eq!(nearest("hieght", known), Some("height"));
+        assert_eq!(nearest("rivers", known), None);
+    }
+}

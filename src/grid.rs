@@ -1,0 +1,87 @@
+//! A raster that knows which part of the lattice it covers.
+
+use crate::area::Area;
+
+/// One value a vertex of an [`Area`], row by row from its north-western one.
+///
+/// Reading outside the area panics: a stage whose pad is declared too small fails at once instead of reading
+/// something else's memory or a made-up border.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid<T> {
+    area: Area,
+    values: Vec<T>,
+}
+
+impl<T: Copy> Grid<T> {
+    /// A grid with the same value at every vertex.
+    pub fn filled(area: Area, value: T) -> Grid<T> {
+        Grid { area, values: vec![value; area.len()] }
+    }
+
+    /// The area that the grid covers.
+    pub fn area(&self) -> Area {
+        self.area
+    }
+
+    /// All values, row by row.
+    pub fn values(&self) -> &[T] {
+        &self.values
+    }
+
+    /// All values, row by row.
+    pub fn values_mut(&mut self) -> &mut [T] {
+        &mut self.values
+    }
+
+    /// The value at a vertex of the lattice.
+    ///
+    /// # Panics
+    /// When the vertex is outside the area.
+    pub fn at(&self, x: i64, y: i64) -> T {
+        self.row(y, x, x + 1)[0]
+    }
+
+    /// The values of row `y` at `x0 <= x < x1`.
+    ///
+    /// # Panics
+    /// When a part of it is outside the area.
+    pub fn row(&self, y: i64, x0: i64, x1: i64) -> &[T] {
+        let range = self.range(y, x0, x1);
+        &self.values[range]
+    }
+
+    /// The values of row `y` at `x0 <= x < x1`.
+    ///
+    /// # Panics
+    /// When a part of it is outside the area.
+    pub fn row_mut(&mut self, y: i64, x0: i64, x1: i64) -> &mut [T] {
+        let range = self.range(y, x0, x1);
+        &mut self.values[range]
+    }
+
+    fn range(&self, y: i64, x0: i64, x1: i64) -> std::ops::Range<usize> {
+        let asked = Area { x0, y0: y, x1, y1: y + 1 };
+        assert!(self.area.contains(&asked), "{asked:?} reaches outside the grid's {:?}", self.area);
+        let start = (y - self.area.y0) as usize * self.area.width() + (x0 - self.area.x0) as usize;
+        start..start + asked.width()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_stand_at_their_vertices() {
+        let mut grid = Grid::filled(Area::new(-2, 5, 4, 3), 0);
+        grid.row_mut(6, -1, 1).copy_from_slice(&[7, 8]);
+        assert_eq!((grid.at(-1, 6), grid.at(0, 6), grid.at(1, 6)), (7, 8, 0));
+        assert_eq!(grid.values()[5..7], [7, 8]);
+    }
+
+    #[test]
+    #[should_panic(expected = "reaches outside")]
+    fn reading_outside_panics() {
+        Grid::filled(Area::new(0, 0, 4, 4), 0).row(1, 0, 5);
+    }
+}
