@@ -1,0 +1,80 @@
+//! Proof of a fractal's range, by interval arithmetic over its octaves.
+
+use super::fractal::FractalKind;
+
+/// A closed interval.
+#[derive(Clone, Copy, Debug)]
+struct Interval(f64, f64);
+
+impl Interval {
+    fn times(self, other: Interval) -> Interval {
+        let products = [self.0 * other.0, self.0 * other.1, self.1 * other.0, self.1 * other.1];
+        Interval(
+            products.into_iter().fold(f64::INFINITY, f64::min),
+            products.into_iter().fold(f64::NEG_INFINITY, f64::max),
+        )
+    }
+
+    fn plus(self, other: Interval) -> Interval {
+        Interval(self.0 + other.0, self.1 + other.1)
+    }
+
+    /// The square of the interval of |value|.
+    fn squared(self) -> Interval {
+        let (a, b) = (self.0 * self.0, self.1 * self.1);
+        Interval(if self.0 <= 0.0 && self.1 >= 0.0 { 0.0 } else { a.min(b) }, a.max(b))
+    }
+
+    fn clamped(self, low: f64, high: f64) -> Interval {
+        Interval(self.0.clamp(low, high), self.1.clamp(low, high))
+    }
+
+    fn magnitude(self) -> f64 {
+        self.0.abs().max(self.1.abs())
+    }
+}
+
+/// How much the range is widened for rounding: a few hundred roundings of 2^-24 of the largest magnitude met on the way.
+const ROUNDING: f64 = 1.0 / 65536.0;
+
+/// The range of a fractal with these octave amplitudes, given that noise stays within -1 and 1.
+pub(super) fn bounds(kind: FractalKind, amplitudes: &[f64]) -> (f32, f32) {
+    let noise = Interval(-1.0, 1.0);
+    let point = |value: f64| Interval(value, value);
+    let mut value = point(0.0);
+    let mut weight = point(1.0);
+    let mut magnitude = 0.0_f64;
+    for (octave, &amplitude) in amplitudes.iter().enumerate() {
+        let scale = point(amplitude);
+        let added = match kind {
+            FractalKind::Fbm => noise.times(scale),
+            FractalKind::Ridged { offset, gain } => {
+                let signal = Interval(offset - 1.0, offset).squared().times(weight);
+                weight = signal.times(point(gain)).clamped(0.0, 1.0);
+                signal.times(scale)
+            }
+            FractalKind::Hybrid { offset } => {
+                let signal = noise.plus(point(offset)).times(scale).times(weight);
+                // The weight of the next octave, cut at one from above only.
+                weight = signal.clamped(f64::NEG_INFINITY, 1.0);
+                signal
+            }
+            FractalKind::Hetero { offset } if octave == 0 => noise.plus(point(offset)),
+            FractalKind::Hetero { offset } => {
+                // value + signal value, as one product: the two are the same value.
+                let grown = point(1.0).plus(noise.plus(point(offset)).times(scale)).times(value);
+                value = point(0.0);
+                grown
+            }
+        };
+        value = value.plus(added);
+        magnitude = magnitude.max(value.magnitude()).max(added.magnitude());
+        if let FractalKind::Ridged { offset, .. } | FractalKind::Hybrid { offset } | FractalKind::Hetero { offset } =
+            kind
+        {
+            magnitude = magnitude.max(offset.abs() * amplitude);
+        }
+    }
+    let margin = magnitude * ROUNDING;
+    ((value.0 - margin) as f32, (value.1 + margin) as f32)
+}

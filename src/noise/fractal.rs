@@ -1,0 +1,489 @@
+//! A fractal: its octaves, and the loop that fills an area with it.
+
+use super::bounds::bounds;
+use super::fold::{Fbm, Fold, FoldStep, Hetero, Hybrid, Ridged, State};
+use super::lattice::Lattice;
+use super::rows::{PointRows, Rows};
+use super::simplex::{RowStart, Simplex};
+use super::splat::{Bumps, Sink, Splat};
+use crate::area::Area;
+use crate::simd::{self, Kernel, Level, MAX_LANES, Simd};
+use std::marker::PhantomData;
+use std::ops::Range;
+
+/// How octaves are added up.
+///
+/// Based on: F. K. Musgrave in Ebert et al., Texturing and Modeling: A Procedural Approach. The noise of an octave is within -1
+/// and 1, and its amplitude is `lacunarity^(-h octave)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FractalKind {
+    /// Fractal Brownian motion: the sum of `noise amplitude`.
+    Fbm,
+    /// Ridged multifractal: the sum of `signal amplitude`, with `signal = (offset - |noise|)^2 weight`; the weight is one at
+    /// first, and then `clamp(gain signal, 0, 1)` of the signal before. Gain is 0, or from 10^-6 to 10^6.
+    Ridged {
+        /// Height of a ridge. The thesis: 1.
+        offset: f64,
+        /// How fast rough ground grows rougher. The thesis: 2.
+        gain: f64,
+    },
+    /// Hybrid multifractal: the sum of `weight signal`, with `signal = (noise + offset) amplitude`; the weight is one at first,
+    /// and then `min(weight signal, 1)` of the octave before. Valleys are smooth.
+    Hybrid {
+        /// Lifts the noise above zero. Musgrave: 0.7.
+        offset: f64,
+    },
+    /// Heterogeneous terrain: `noise + offset` at first, and then each octave adds `(noise + offset) amplitude` times the
+    /// value so far. Low ground is smooth.
+    Hetero {
+        /// Lifts the noise above zero. Musgrave: 0.7 to 1.
+        offset: f64,
+    },
+}
+
+impl FractalKind {
+    /// What lifts the noise, zero where nothing does.
+    pub(super) fn offset(self) -> f64 {
+        match self {
+            FractalKind::Fbm => 0.0,
+            FractalKind::Ridged { offset, .. } | FractalKind::Hybrid { offset } | FractalKind::Hetero { offset } => {
+                offset
+            }
+        }
+    }
+}
+
+/// A fractal as wanted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FractalSpec {
+    /// How octaves are added up.
+    pub kind: FractalKind,
+    /// How many octaves, at least one. The thesis: 8.
+    pub octaves: u32,
+    /// Wavelength of octave 0, in metres. The thesis: 1400.
+    pub wavelength_m: f64,
+    /// How many times shorter the waves of each further octave are, at least 1. The thesis: 2.5.
+    pub lacunarity: f64,
+    /// The fractal increment: octave i has the amplitude `lacunarity^(-h i)`. The thesis: 2.
+    pub h: f64,
+}
+
+/// A fractal, ready to fill areas. A pure function of the vertex, the specification and the seed.
+#[derive(Clone, Debug)]
+pub struct Fractal {
+    kind: FractalKind,
+    octaves: Vec<Octave>,
+    bounds: (f32, f32),
+    max_warp_m: f32,
+}
+
+/// Blocks are aligned with the world: that gives a vertex the same bits in every area. So these two numbers are part
+/// of what the noise is. A block's sums stay in the first-level cache.
+const BLOCK_COLUMNS: usize = 64;
+const BLOCK_ROWS: usize = 32;
+const BLOCK_VERTICES: usize = BLOCK_COLUMNS * BLOCK_ROWS;
+const _: () = assert!(BLOCK_COLUMNS.is_multiple_of(MAX_LANES) && BLOCK_ROWS.is_multiple_of(MAX_LANES));
+
+/// How many cells of the finest octave a displacement may span: so far a float tells 2^-13 of a cell.
+const MAX_WARP_CELLS: f64 = 1024.0;
+
+#[derive(Clone, Debug)]
+struct Octave {
+    lattice: Lattice,
+    step: FoldStep,
+    method: Method,
+    /// For warped areas, and for the shortest waves.
+    simplex: Simplex<BLOCK_COLUMNS>,
+}
+
+/// How the noise of an octave is computed. All compute the same function, but round differently, so which one an octave
+/// takes depends on its frequency alone and is part of what the noise is.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "a fractal has a handful of octaves")]
+enum Method {
+    Splat(Splat<BLOCK_COLUMNS, BLOCK_ROWS>),
+    Rows(Rows<BLOCK_COLUMNS>),
+    Simplex,
+}
+
+impl Fractal {
+    /// The fractal on a vertex lattice of this spacing.
+    ///
+    /// The seed should be mixed for this use of noise already: two fractals with the same seed are alike.
+    ///
+    /// # Panics
+    /// If there is no octave, a number is not finite, the lacunarity is below one, the gain out of range, or
+    /// the finest octave's waves are shorter than the spacing.
+    pub fn new(spec: &FractalSpec, spacing_m: f64, seed: u64) -> Fractal {
+        assert!(spec.octaves >= 1, "a fractal needs an octave");
+        assert!(spec.lacunarity >= 1.0, "lacunarity must be at least 1, not {}", spec.lacunarity);
+        assert!(spec.h.is_finite() && spec.kind.offset().is_finite(), "h and offset must be finite");
+        let mut kind = spec.kind;
+        let mut octave_count = spec.octaves;
+        if let FractalKind::Ridged { offset, gain } = spec.kind {
+            // Noise is scaled by its root, and the amplitude by its inverse: both must be good floats.
+            assert!(gain == 0.0 || (1e-6..=1e6).contains(&gain), "gain must be 0 or from 1e-6 to 1e6, not {gain}");
+            if gain == 0.0 {
+                // Every weight after the first octave is zero.
+                octave_count = 1;
+                kind = FractalKind::Ridged { offset, gain: 1.0 };
+            }
+        }
+        let amplitudes: Vec<f64> =
+            (0..octave_count).map(|octave| libm::pow(spec.lacunarity, -spec.h * f64::from(octave))).collect();
+        let mut frequency = spacing_m / spec.wavelength_m;
+        let mut octaves = Vec::new();
+        for (octave, &amplitude) in (0..).zip(&amplitudes) {
+            octaves.push(Octave::new(kind, frequency, amplitude, spacing_m, Lattice::new(frequency, seed, octave)));
+            frequency *= spec.lacunarity;
+        }
+        let finest_m = spacing_m / octaves[octaves.len() - 1].lattice.frequency;
+        Fractal { kind, bounds: bounds(kind, &amplitudes), max_warp_m: (MAX_WARP_CELLS * finest_m) as f32, octaves }
+    }
+
+    /// The least and the greatest value that can come out, rounding included. Proved, and therefore wider than what will be met.
+    pub fn bounds(&self) -> (f32, f32) {
+        self.bounds
+    }
+
+    /// The largest displacement along an axis that [`Fractal::fill_warped`] accepts: 1024 wavelengths of the finest
+    /// octave, since a float cannot place a vertex well within a cell further away.
+    pub fn max_warp_m(&self) -> f32 {
+        self.max_warp_m
+    }
+
+    /// Fills `out` with the values at the vertices of `area`, row by row from the north.
+    ///
+    /// # Panics
+    /// If `out` has not as many elements as the area has vertices.
+    pub fn fill(&self, area: Area, out: &mut [f32]) {
+        assert_eq!(out.len(), area.width() * area.height(), "one value for each vertex of the area");
+        simd::dispatch(Fill { fractal: self, area, warp: None, out });
+    }
+
+    /// Fills `out` with the values at the vertices of `area`, each displaced by metres east and south.
+    ///
+    /// All octaves are computed vertex by vertex, so a displacement of zero gives the values of [`Fractal::fill`] only nearly.
+    ///
+    /// # Panics
+    /// If a slice has not as many elements as the area has vertices, or a displacement is beyond
+    /// [`Fractal::max_warp_m`] or not a number.
+    pub fn fill_warped(&self, area: Area, dx_m: &[f32], dy_m: &[f32], out: &mut [f32]) {
+        let warp = self.checked_warp(area, dx_m, dy_m, out.len());
+        simd::dispatch(Fill { fractal: self, area, warp: Some(warp), out });
+    }
+
+    /// [`Fractal::fill`] at a given level: for tests and benchmarks.
+    pub fn fill_at(&self, level: Level, area: Area, out: &mut [f32]) {
+        assert_eq!(out.len(), area.width() * area.height(), "one value for each vertex of the area");
+        simd::dispatch_at(level, Fill { fractal: self, area, warp: None, out });
+    }
+
+    /// [`Fractal::fill_warped`] at a given level: for tests and benchmarks.
+    pub fn fill_warped_at(&self, level: Level, area: Area, dx_m: &[f32], dy_m: &[f32], out: &mut [f32]) {
+        let warp = self.checked_warp(area, dx_m, dy_m, out.len());
+        simd::dispatch_at(level, Fill { fractal: self, area, warp: Some(warp), out });
+    }
+
+    fn checked_warp<'a>(&self, area: Area, dx_m: &'a [f32], dy_m: &'a [f32], values: usize) -> Warp<'a> {
+        let vertices = area.width() * area.height();
+        assert!(
+            values == vertices && dx_m.len() == vertices && dy_m.len() == vertices,
+            "one value and one displacement for each vertex of the area"
+        );
+        // Counted, not searched, which takes a tenth of the time; NaN is counted too.
+        let too_far = |displacements: &[f32]| {
+            displacements.iter().map(|d| u32::from(d.is_nan() || d.abs() > self.max_warp_m)).sum::<u32>()
+        };
+        assert!(
+            too_far(dx_m) + too_far(dy_m) == 0,
+            "a displacement is more than {} m, or not a number",
+            self.max_warp_m
+        );
+        Warp { dx_m, dy_m }
+    }
+}
+
+impl Octave {
+    fn new(kind: FractalKind, frequency: f64, amplitude: f64, spacing_m: f64, lattice: Lattice) -> Octave {
+        let step = match kind {
+            FractalKind::Fbm => FoldStep { noise_scale: amplitude, offset: 0.0, amplitude: 1.0 },
+            FractalKind::Ridged { offset, gain } => FoldStep {
+                noise_scale: gain.sqrt(),
+                offset: (offset * gain.sqrt()) as f32,
+                amplitude: (amplitude / gain) as f32,
+            },
+            FractalKind::Hybrid { offset } | FractalKind::Hetero { offset } => {
+                FoldStep { noise_scale: amplitude, offset: (offset * amplitude) as f32, amplitude: 1.0 }
+            }
+        };
+        let method = if frequency <= Splat::<BLOCK_COLUMNS, BLOCK_ROWS>::MAX_FREQUENCY {
+            Method::Splat(Splat::new(&lattice, step.noise_scale))
+        } else if frequency <= Rows::<BLOCK_COLUMNS>::MAX_FREQUENCY {
+            Method::Rows(Rows::new(&lattice, step.noise_scale))
+        } else {
+            Method::Simplex
+        };
+        Octave { step, method, simplex: Simplex::new(&lattice, spacing_m, step.noise_scale), lattice }
+    }
+}
+
+/// Displacements of the vertices of an area, in metres.
+#[derive(Clone, Copy)]
+struct Warp<'a> {
+    dx_m: &'a [f32],
+    dy_m: &'a [f32],
+}
+
+/// The computation of an area.
+struct Fill<'a> {
+    fractal: &'a Fractal,
+    area: Area,
+    warp: Option<Warp<'a>>,
+    out: &'a mut [f32],
+}
+
+impl Kernel for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        match self.fractal.kind {
+            FractalKind::Fbm => self.blocks::<S, Fbm>(simd),
+            FractalKind::Ridged { .. } => self.blocks::<S, Ridged>(simd),
+            FractalKind::Hybrid { .. } => self.blocks::<S, Hybrid>(simd),
+            FractalKind::Hetero { .. } => self.blocks::<S, Hetero>(simd),
+        }
+    }
+}
+
+/// One number for each vertex of a block, in strips as wide as the lanes, each as high as the block.
+#[repr(align(64))]
+struct Strips([f32; BLOCK_VERTICES]);
+
+/// The vertices of a block that are wanted.
+struct Part {
+    columns: Range<usize>,
+    rows: Range<usize>,
+}
+
+/// The working memory of a block.
+struct Scratch {
+    bumps: Bumps<BLOCK_ROWS>,
+    value: Strips,
+    weight: Strips,
+    dx_m: Strips,
+    dy_m: Strips,
+}
+
+impl Fill<'_> {
+    #[inline(always)]
+    fn blocks<S: Simd, F: Fold>(mut self, simd: S) {
+        if self.out.is_empty() {
+            return;
+        }
+        let zeros = || Strips([0.0; BLOCK_VERTICES]);
+        let mut scratch =
+            Scratch { bumps: Bumps::new(), value: zeros(), weight: zeros(), dx_m: zeros(), dy_m: zeros() };
+        let (columns, rows) = (BLOCK_COLUMNS as i64, BLOCK_ROWS as i64);
+        let Area { x0, y0, x1, y1 } = self.area;
+        for block_y in y0.div_euclid(rows)..=(y1 - 1).div_euclid(rows) {
+            for block_x in x0.div_euclid(columns)..=(x1 - 1).div_euclid(columns) {
+                let (x, y) = (block_x * columns, block_y * rows);
+                let part = Part {
+                    columns: (x0.max(x) - x) as usize..(x1.min(x + columns) - x) as usize,
+                    rows: (y0.max(y) - y) as usize..(y1.min(y + rows) - y) as usize,
+                };
+                self.block::<S, F>(simd, x, y, &part, &mut scratch);
+            }
+        }
+    }
+
+    /// Computes a part of the block whose first vertex is (x, y).
+    #[inline(always)]
+    fn block<S: Simd, F: Fold>(&mut self, simd: S, x: i64, y: i64, part: &Part, scratch: &mut Scratch) {
+        let first = (
+            (y + part.rows.start as i64 - self.area.y0) as usize,
+            (x + part.columns.start as i64 - self.area.x0) as usize,
+        );
+        let width = self.area.width();
+        if let Some(warp) = self.warp {
+            for (row, start) in part.rows.clone().zip((first.0 * width + first.1..).step_by(width)) {
+                scratch.dx_m.set_row::<S>(row, part, &warp.dx_m[start..]);
+                scratch.dy_m.set_row::<S>(row, part, &warp.dy_m[start..]);
+            }
+        }
+        for (index, octave) in self.fractal.octaves.iter().enumerate() {
+            let position = octave.lattice.at(x, y);
+            let is_first = index == 0;
+            match &octave.method {
+                _ if self.warp.is_some() => fold_simplex::<S, F, true>(simd, octave, position, is_first, part, scratch),
+                Method::Splat(splat) => fold_splat::<S, F>(simd, octave, splat, position, is_first, part, scratch),
+                Method::Rows(rows) => fold_rows::<S, F>(simd, octave, rows, position, is_first, part, scratch),
+                Method::Simplex => fold_simplex::<S, F, false>(simd, octave, position, is_first, part, scratch),
+            }
+        }
+        for (row, start) in part.rows.clone().zip((first.0 * width + first.1..).step_by(width)) {
+            scratch.value.get_row::<S>(row, part, &mut self.out[start..]);
+        }
+    }
+}
+
+/// Computes an octave bump by bump, and folds it in.
+#[inline(always)]
+fn fold_splat<S: Simd, F: Fold>(
+    simd: S,
+    octave: &Octave,
+    splat: &Splat<BLOCK_COLUMNS, BLOCK_ROWS>,
+    position: [u128; 2],
+    is_first: bool,
+    part: &Part,
+    scratch: &mut Scratch,
+) {
+    splat.find_bumps(simd, position, &mut scratch.bumps);
+    for strip in strips::<S>(part) {
+        let column = strip * S::LANES;
+        let range = column * BLOCK_ROWS..(column + S::LANES) * BLOCK_ROWS;
+        let mut sink = FoldSink::<F> {
+            octave,
+            is_first,
+            value: &mut scratch.value.0[range.clone()],
+            weight: &mut scratch.weight.0[range],
+            kind: PhantomData,
+        };
+        splat.strip(simd, &scratch.bumps, column, &part.rows, &mut sink);
+    }
+}
+
+/// Folds noise into the values and weights of a strip.
+struct FoldSink<'a, F> {
+    octave: &'a Octave,
+    is_first: bool,
+    value: &'a mut [f32],
+    weight: &'a mut [f32],
+    kind: PhantomData<F>,
+}
+
+impl<S: Simd, F: Fold> Sink<S> for FoldSink<'_, F> {
+    #[inline(always)]
+    fn take(&mut self, simd: S, row: usize, noise: S::F32) {
+        let at = row * S::LANES;
+        fold::<S, F>(simd, self.octave, self.is_first, noise, &mut self.value[at..], &mut self.weight[at..]);
+    }
+}
+
+/// Computes an octave row by row, and folds it in.
+#[inline(always)]
+fn fold_rows<S: Simd, F: Fold>(
+    simd: S,
+    octave: &Octave,
+    rows: &Rows<BLOCK_COLUMNS>,
+    position: [u128; 2],
+    is_first: bool,
+    part: &Part,
+    scratch: &mut Scratch,
+) {
+    let mut points = PointRows::new();
+    let mut row_position = position;
+    for row in 0..part.rows.end {
+        if row >= part.rows.start {
+            let vertices = rows.row(simd, row_position, &mut points);
+            for strip in strips::<S>(part) {
+                let column = strip * S::LANES;
+                let at = column * BLOCK_ROWS + row * S::LANES;
+                let noise = rows.noise(simd, &vertices, column);
+                fold::<S, F>(simd, octave, is_first, noise, &mut scratch.value.0[at..], &mut scratch.weight.0[at..]);
+            }
+        }
+        row_position = octave.lattice.south_of(row_position);
+    }
+}
+
+/// Computes an octave vertex by vertex, and folds it in.
+#[inline(always)]
+fn fold_simplex<S: Simd, F: Fold, const WARPED: bool>(
+    simd: S,
+    octave: &Octave,
+    position: [u128; 2],
+    is_first: bool,
+    part: &Part,
+    scratch: &mut Scratch,
+) {
+    let lanes = octave.simplex.lanes(simd);
+    let mut row_position = position;
+    for row in 0..part.rows.end {
+        if row >= part.rows.start {
+            let start = RowStart::new(row_position);
+            for strip in strips::<S>(part) {
+                let column = strip * S::LANES;
+                let at = column * BLOCK_ROWS + row * S::LANES;
+                let noise = if WARPED {
+                    let (dx_m, dy_m) = (simd.load(&scratch.dx_m.0[at..]), simd.load(&scratch.dy_m.0[at..]));
+                    lanes.noise_warped(simd, &start, column, dx_m, dy_m)
+                } else {
+                    lanes.noise(simd, &start, column)
+                };
+                fold::<S, F>(simd, octave, is_first, noise, &mut scratch.value.0[at..], &mut scratch.weight.0[at..]);
+            }
+        }
+        row_position = octave.lattice.south_of(row_position);
+    }
+}
+
+/// Folds the noise of one vector into its value and weight.
+#[inline(always)]
+fn fold<S: Simd, F: Fold>(
+    simd: S,
+    octave: &Octave,
+    is_first: bool,
+    noise: S::F32,
+    value: &mut [f32],
+    weight: &mut [f32],
+) {
+    let state = if is_first {
+        F::first(simd, &octave.step, noise)
+    } else {
+        F::next(simd, &octave.step, noise, State { value: simd.load(value), weight: simd.load(weight) })
+    };
+    simd.store(state.value, value);
+    simd.store(state.weight, weight);
+}
+
+/// The strips in which a part lies.
+#[inline(always)]
+fn strips<S: Simd>(part: &Part) -> Range<usize> {
+    part.columns.start / S::LANES..(part.columns.end - 1) / S::LANES + 1
+}
+
+impl Strips {
+    /// Sets the wanted columns of a row to the first of `values`.
+    #[inline(always)]
+    fn set_row<S: Simd>(&mut self, row: usize, part: &Part, values: &[f32]) {
+        let mut done = 0;
+        for strip in strips::<S>(part) {
+            let start = part.columns.start.max(strip * S::LANES) - strip * S::LANES;
+            let end = part.columns.end.min((strip + 1) * S::LANES) - strip * S::LANES;
+            let vector = &mut self.0[strip * S::LANES * BLOCK_ROWS + row * S::LANES..][..S::LANES];
+            vector[start..end].copy_from_slice(&values[done..done + end - start]);
+            done += end - start;
+        }
+    }
+
+    /// Writes the wanted columns of a row to the first of `values`.
+    #[inline(always)]
+    fn get_row<S: Simd>(&self, row: usize, part: &Part, values: &mut [f32]) {
+        let mut done = 0;
+        for strip in strips::<S>(part) {
+            let start = part.columns.start.max(strip * S::LANES) - strip * S::LANES;
+            let end = part.columns.end.min((strip + 1) * S::LANES) - strip * S::LANES;
+            let vector = &self.0[strip * S::LANES * BLOCK_ROWS + row * S::LANES..][..S::LANES];
+            if end - start == S::LANES {
+                // A whole vector, by far the most frequent: a copy of known size is a move or two.
+                values[done..done + S::LANES].copy_from_slice(vector);
+            } else {
+                values[done..done + end - start].copy_from_slice(&vector[start..end]);
+            }
+            done += end - start;
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! Where an octave's lattice lies on the world, and what chance puts on its points.
+//!
+//! Simplex noise lives on a lattice of equilateral triangles with sides of [`EDGE`]. Ours has its rows along x, and they
+//! are 1/sqrt(2) apart: so for a row of vertices all that depends on y is computed once. Point (u, v) lies at
+//! `x = EDGE (u - v / 2)`, `y = v / sqrt(2)`. In these skewed coordinates a square from (0, 0) to (1, 1) is cut along
+//! the diagonal between them into two triangles.
+
+/// Sides of the triangles: sqrt(2/3), in lattice units (a lattice unit is a wavelength).
+pub(super) const EDGE: f64 = 0.816_496_580_927_726;
+/// What a lattice unit east adds to u: sqrt(3/2).
+const U_EAST: f64 = 1.224_744_871_391_589;
+/// What a lattice unit south adds to u: sqrt(1/2).
+const U_SOUTH: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// What a lattice unit south adds to v: sqrt(2).
+const V_SOUTH: f64 = std::f64::consts::SQRT_2;
+
+/// Bits behind the binary point of a [`Lattice`] position, a `u128`: 32 for the cell, 96 for the fraction.
+/// So the lattice wraps after 2^32 cells, and the rounding of a step (2^-97) stays below 2^-44 cells at 2^53 vertices.
+pub(super) const FRACTION_BITS: u32 = 96;
+
+/// Bits behind the binary point of a position in lanes: 23, what a float's mantissa takes. The other nine count cells within
+/// a block; the fraction comes out by or-ing an exponent to it, without a rounding.
+pub(super) const LANE_FRACTION_BITS: u32 = f32::MANTISSA_DIGITS - 1;
+pub(super) const LANE_FRACTION: u32 = (1 << LANE_FRACTION_BITS) - 1;
+
+/// Multipliers of columns and rows of points in the hash: the first two 32-bit primes of xxHash, chosen there for even mixing.
+const HASH_U: u32 = 0x9e37_79b1;
+const HASH_V: u32 = 0x85eb_ca77;
+/// Multipliers that mix both: those of `lowbias32`, found by search to have the least bias (C. Wellons, hash-prospector).
+const HASH_MIX: [u32; 2] = [0x7feb_352d, 0x846c_a68b];
+
+/// The lattice of one octave.
+#[derive(Clone, Debug)]
+pub(super) struct Lattice {
+    /// Lattice units per vertex.
+    pub frequency: f64,
+    /// Position of vertex (0, 0).
+    origin: [u128; 2],
+    /// What a vertex east adds to u.
+    u_east: u128,
+    /// What a vertex south adds to u and to v.
+    south: [u128; 2],
+}
+
+impl Lattice {
+    /// The lattice of an octave, shifted by chance: that is how seeds and octaves differ, for one lattice of 2^64 points
+    /// serves them all, and two windows of it drawn at random never meet. Nor do two octaves share a point at the origin.
+    pub fn new(frequency: f64, seed: u64, octave: u32) -> Lattice {
+        // A hair of room, for a frequency that was multiplied up from octave 0.
+        assert!(frequency > 0.0 && frequency < 1.000_001, "an octave's waves must span at least one vertex spacing");
+        let word = |index: u64| mix(seed ^ mix(u64::from(octave) << 8 | index));
+        let wide = |index: u64| u128::from(word(index)) << 64 | u128::from(word(index + 1));
+        Lattice {
+            frequency,
+            origin: [wide(0), wide(2)],
+            u_east: fixed_point(frequency * U_EAST),
+            south: [fixed_point(frequency * U_SOUTH), fixed_point(frequency * V_SOUTH)],
+        }
+    }
+
+    /// The skewed position (u, v) of a vertex, in fixed point.
+    pub fn at(&self, x: i64, y: i64) -> [u128; 2] {
+        let (x, y) = (i128::from(x) as u128, i128::from(y) as u128);
+        let south = self.south.map(|step| step.wrapping_mul(y));
+        [
+            self.origin[0].wrapping_add(self.u_east.wrapping_mul(x)).wrapping_add(south[0]),
+            self.origin[1].wrapping_add(south[1]),
+        ]
+    }
+
+    /// The skewed position one vertex further south.
+    #[inline(always)]
+    pub fn south_of(&self, at: [u128; 2]) -> [u128; 2] {
+        [at[0].wrapping_add(self.south[0]), at[1].wrapping_add(self.south[1])]
+    }
+
+    /// What each column of a block adds to u, in a lane's fixed point, rounded once, so that rounding does not pile up.
+    pub fn columns<const COLUMNS: usize>(&self) -> [u32; COLUMNS] {
+        const DROPPED: u32 = FRACTION_BITS - LANE_FRACTION_BITS;
+        let mut columns = [0; COLUMNS];
+        for (column, step) in columns.iter_mut().enumerate() {
+            *step = ((self.u_east * column as u128 + (1 << (DROPPED - 1))) >> DROPPED) as u32;
+        }
+        columns
+    }
+
+    /// What metres displace: the change of u by a metre east, and of (u, v) by a metre south.
+    pub fn per_metre(&self, spacing_m: f64) -> (f32, [f32; 2]) {
+        let units = self.frequency / spacing_m;
+        ((units * U_EAST) as f32, [(units * U_SOUTH) as f32, (units * V_SOUTH) as f32])
+    }
+}
+
+/// The whole cells of a position; they wrap.
+#[inline(always)]
+pub(super) fn cell(position: u128) -> u32 {
+    (position >> FRACTION_BITS) as u32
+}
+
+/// The fraction of a position, exact to 53 bits, in [0, 1).
+#[inline(always)]
+pub(super) fn fraction(position: u128) -> f64 {
+    const BITS: u32 = f64::MANTISSA_DIGITS;
+    let bits = (position >> (FRACTION_BITS - BITS)) as u64 & ((1 << BITS) - 1);
+    bits as f64 * (1.0 / (1_u64 << BITS) as f64)
+}
+
+/// The fraction of a position in a lane's fixed point, cut off.
+#[inline(always)]
+pub(super) fn lane_fraction(position: u128) -> u32 {
+    (position >> (FRACTION_BITS - LANE_FRACTION_BITS)) as u32 & LANE_FRACTION
+}
+
+/// `value` in [0, 2^32) with 96 bits of fraction; exact, for a double has fewer bits.
+fn fixed_point(value: f64) -> u128 {
+    (value * (1_u128 << FRACTION_BITS) as f64) as u128
+}
+
+/// A bijection of 64 bits in which every bit depends on every other. Based on: the output function of SplitMix64.
+fn mix(seed: u64) -> u64 {
+    let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// Chance at a lattice point, in steps that lanes can share between the corners of a cell.
+///
+/// A row's and a column's product are xor-ed (a sum would repeat the noise every 2^16 cells or so, by the
+/// pigeonhole) and mixed in two rounds. With one round the noise 2^31 cells away is the same but for its sign.
+pub(super) mod hash {
+    use super::{HASH_MIX, HASH_U, HASH_V};
+    use crate::simd::Simd;
+
+    /// The share of a column of points.
+    #[inline(always)]
+    pub fn of_u(u: u32) -> u32 {
+        u.wrapping_mul(HASH_U)
+    }
+
+    /// The share of a row of points.
+    #[inline(always)]
+    pub fn of_v(v: u32) -> u32 {
+        v.wrapping_mul(HASH_V)
+    }
+
+    /// The number, 0 to 15, of the gradient at the point with these shares.
+    #[inline(always)]
+    pub fn gradient(of_u: u32, of_v: u32) -> usize {
+        let both = of_u ^ of_v;
+        let once = (both ^ both >> 16).wrapping_mul(HASH_MIX[0]);
+        let twice = (once ^ once >> 15).wrapping_mul(HASH_MIX[1]);
+        (twice >> 28) as usize
+    }
+
+    /// [`gradient`] in lanes.
+    #[inline(always)]
+    pub fn gradient_lanes<S: Simd>(simd: S, of_u: S::U32, of_v: S::U32) -> S::U32 {
+        let both = of_u ^ of_v;
+        let once = (both ^ simd.shr::<16>(both)) * simd.splat_u32(HASH_MIX[0]);
+        let twice = (once ^ simd.shr::<15>(once)) * simd.splat_u32(HASH_MIX[1]);
+        simd.shr::<28>(twice)
+    }
+
+    /// [`of_u`] of the next column.
+    #[inline(always)]
+    pub fn next_u<S: Simd>(simd: S, of_u: S::U32) -> S::U32 {
+        of_u + simd.splat_u32(HASH_U)
+    }
+
+    /// [`of_v`] of the next row.
+    #[inline(always)]
+    pub fn next_v<S: Simd>(simd: S, of_v: S::U32) -> S::U32 {
+        of_v + simd.splat_u32(HASH_V)
+    }
+
+    /// [`of_u`] for the columns from `first` on.
+    #[inline(always)]
+    pub fn of_u_lanes<S: Simd>(simd: S, first: u32, local: S::U32) -> S::U32 {
+        local * simd.splat_u32(HASH_U) + simd.splat_u32(of_u(first))
+    }
+
+    /// [`of_v`] for the rows from `first` on.
+    #[inline(always)]
+    pub fn of_v_lanes<S: Simd>(simd: S, first: u32, local: S::U32) -> S::U32 {
+        local * simd.splat_u32(HASH_V) + simd.splat_u32(of_v(first))
+    }
+}
+
+/// Sixteen unit vectors, half a step off the axes, so that none lies along a row; the second half is the first, negated.
+pub(super) const DIRECTIONS: [[f64; 2]; 16] = {
+    // Cosine and sine of 11.25 and 33.75 degrees.
+    const C1: f64 = 0.980_785_280_403_230_4;
+    const S1: f64 = 0.195_090_322_016_128_28;
+    const C3: f64 = 0.831_469_612_302_545_2;
+    const S3: f64 = 0.555_570_233_019_602_2;
+    [
+        [C1, S1],
+        [C3, S3],
+        [S3, C3],
+        [S1, C1],
+        [-S1, C1],
+        [-S3, C3],
+        [-C3, S3],
+        [-C1, S1],
+        [-C1, -S1],
+        [-C3, -S3],
+        [-S3, -C3],
+        [-S1, -C1],
+        [S1, -C1],
+        [S3, -C3],
+        [C3, -S3],
+        [C1, -S1],
+    ]
+};
+
+/// What makes the sum of bumps `max(0, 1/2 - d.d)^4 (g.d)` stay within -1 and 1.
+///
+/// The largest sum that any unit gradients reach is 2 (1/3)^4 sqrt(1/6) = 1/99.20433, in the middle of a triangle's side (a
+/// test proves it). The factor is a ten-thousandth less: ten times what rounding positions and sums to `f32` can add.
+pub(super) const NORMALISATION: f64 = 99.194;

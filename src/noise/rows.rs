@@ -1,0 +1,177 @@
+//! Noise row by row: what the vertices of a row have in common is computed once. For short waves.
+//!
+//! A row of vertices runs between two rows of lattice points, at the same distance from each for all of them. Of a row
+//! of points a vertex sees two at most, the next to the west and the next to the east, for a bump is wide sqrt(2) and points
+//! are `EDGE` apart, more than half of that. So four bumps are added, without asking in which triangle
+//! the vertex lies, and their gradients are picked from a short stretch of the row of points: no hash a vertex.
+
+use super::lattice::{
+    DIRECTIONS, EDGE, FRACTION_BITS, LANE_FRACTION, LANE_FRACTION_BITS, Lattice, NORMALISATION, cell, fraction, hash,
+    lane_fraction,
+};
+use crate::simd::{MAX_LANES, Simd};
+
+/// Points of a row that a block can need: as many as it has columns, and a vector's more, for tables are read whole.
+const POINTS: usize = 96;
+
+/// Vectors in a row of a block, at most: with the fewest lanes, four.
+const MOST_VECTORS: usize = 16;
+
+/// What evaluating an octave row by row needs, for blocks `COLUMNS` wide.
+#[derive(Clone, Debug)]
+pub(super) struct Rows<const COLUMNS: usize> {
+    /// What each column adds to u.
+    columns: [u32; COLUMNS],
+    /// The gradients' components east and south, scaled to fit fractions of u and v.
+    gradients: [[f32; 16]; 2],
+}
+
+/// The gradients of a stretch of a row of points.
+#[derive(Clone, Copy)]
+struct PointRow {
+    v: u32,
+    first_u: u32,
+    gradient_x: [f32; POINTS],
+    gradient_y: [f32; POINTS],
+}
+
+/// The two rows of points around a row of vertices; even rows in the first place, odd ones in the second.
+pub(super) struct PointRows {
+    rows: [PointRow; 2],
+    filled: [bool; 2],
+}
+
+impl PointRows {
+    #[inline(always)]
+    pub fn new() -> PointRows {
+        PointRows {
+            rows: [PointRow { v: 0, first_u: 0, gradient_x: [0.0; POINTS], gradient_y: [0.0; POINTS] }; 2],
+            filled: [false; 2],
+        }
+    }
+}
+
+/// One of the two rows of points, seen from a row of vertices.
+#[derive(Clone, Copy)]
+struct Side<'a> {
+    points: &'a PointRow,
+    /// For each vector of vertices, the last point west of its first vertex, and where that vertex is after it.
+    first: [u32; MOST_VECTORS],
+    start: [u32; MOST_VECTORS],
+    /// From the points to the vertices, in row distances.
+    dv: f32,
+    /// `3/4 (1 - dv^2)`: the height of the bumps' base.
+    base: f32,
+}
+
+/// A row of vertices between its two rows of points.
+#[derive(Clone, Copy)]
+pub(super) struct Row<'a> {
+    north: Side<'a>,
+    south: Side<'a>,
+}
+
+impl<const COLUMNS: usize> Rows<COLUMNS> {
+    /// The highest frequency for which a vector of points, or eight, serves a vector of vertices: the last of `n`
+    /// vertices is `(n - 1) sqrt(3/2) frequency` points after the first, that is up to one after the first of the points, and
+    /// another is needed to its east. For `n` = 8 that is 7.92 points.
+    pub const MAX_FREQUENCY: f64 = 0.69;
+
+    /// The noise is multiplied by `scale`.
+    pub fn new(lattice: &Lattice, scale: f64) -> Rows<COLUMNS> {
+        const { assert!(COLUMNS + 3 + MAX_LANES <= POINTS && COLUMNS <= 4 * MOST_VECTORS) };
+        // The bumps come out with (3/2 t)^4, see `bumps`.
+        let scale = scale * NORMALISATION / (1.5 * 1.5 * 1.5 * 1.5);
+        Rows {
+            columns: lattice.columns(),
+            gradients: [
+                DIRECTIONS.map(|[gx, _]| (gx * EDGE * scale) as f32),
+                DIRECTIONS.map(|[_, gy]| (gy * std::f64::consts::FRAC_1_SQRT_2 * scale) as f32),
+            ],
+        }
+    }
+
+    /// The row of vertices whose first in the block is at `position`.
+    #[inline(always)]
+    pub fn row<'a, S: Simd>(&self, simd: S, position: [u128; 2], points: &'a mut PointRows) -> Row<'a> {
+        let [u, v] = position;
+        let below = fraction(v);
+        // In units of points along the row: a row is shifted by half a point against the next.
+        const HALF: u128 = 1 << (FRACTION_BITS - 1);
+        let from_north = u.wrapping_sub((v & ((1 << FRACTION_BITS) - 1)) >> 1);
+        let from_south = from_north.wrapping_add(HALF);
+        let north = self.point_row(simd, cell(v), cell(from_north), points);
+        let south = self.point_row(simd, cell(v).wrapping_add(1), cell(from_south), points);
+        let side = |place: usize, along: u128, dv: f64| {
+            let (mut firsts, mut starts) = ([0; MOST_VECTORS], [0; MOST_VECTORS]);
+            let start = lane_fraction(along);
+            for ((first, from), columns) in firsts.iter_mut().zip(&mut starts).zip(self.columns.chunks_exact(S::LANES))
+            {
+                *first = start.wrapping_add(columns[0]) >> LANE_FRACTION_BITS;
+                *from = start.wrapping_sub(*first << LANE_FRACTION_BITS);
+            }
+            Side {
+                points: &points.rows[place],
+                first: firsts,
+                start: starts,
+                dv: dv as f32,
+                base: (0.75 * (1.0 - dv * dv)) as f32,
+            }
+        };
+        Row { north: side(north, from_north, below), south: side(south, from_south, below - 1.0) }
+    }
+
+    /// Makes the gradients of a row of points, unless they are there already, and returns their place.
+    #[inline(always)]
+    fn point_row<S: Simd>(&self, simd: S, v: u32, first_u: u32, points: &mut PointRows) -> usize {
+        let place = (v & 1) as usize;
+        let row = &mut points.rows[place];
+        if points.filled[place] && row.v == v && row.first_u == first_u {
+            return place;
+        }
+        points.filled[place] = true;
+        (row.v, row.first_u) = (v, first_u);
+        let (table_x, table_y) = (simd.table16(&self.gradients[0]), simd.table16(&self.gradients[1]));
+        let of_v = simd.splat_u32(hash::of_v(v));
+        let mut of_u = hash::of_u_lanes(simd, first_u, simd.lane_numbers());
+        let step = simd.splat_u32(hash::of_u(S::LANES as u32));
+        let needed = (self.columns[COLUMNS - 1] >> LANE_FRACTION_BITS) as usize + 3 + S::LANES;
+        let vectors = row.gradient_x.chunks_exact_mut(S::LANES).zip(row.gradient_y.chunks_exact_mut(S::LANES));
+        for (x, y) in vectors.take(needed.div_ceil(S::LANES)) {
+            let gradient = hash::gradient_lanes(simd, of_u, of_v);
+            simd.store(simd.permute16(table_x, gradient), x);
+            simd.store(simd.permute16(table_y, gradient), y);
+            of_u = of_u + step;
+        }
+        place
+    }
+
+    /// The noise at `LANES` vertices of a row, from `column` on.
+    #[inline(always)]
+    pub fn noise<S: Simd>(&self, simd: S, row: &Row<'_>, column: usize) -> S::F32 {
+        self.bumps(simd, &row.north, column) + self.bumps(simd, &row.south, column)
+    }
+
+    /// The bumps of one row of points: `(3/4 (1 - dv^2) - du^2)^4`, which is `3/2 (1/2 - d.d)` to the fourth, times the slope.
+    #[inline(always)]
+    fn bumps<S: Simd>(&self, simd: S, side: &Side<'_>, column: usize) -> S::F32 {
+        let columns = &self.columns[column..column + S::LANES];
+        let first = side.first[column / S::LANES] as usize;
+        let start = side.start[column / S::LANES];
+        let along = simd.load_u32(columns) + simd.splat_u32(start);
+        let point = simd.shr::<LANE_FRACTION_BITS>(along);
+        let from_one = simd.from_bits(along & simd.splat_u32(LANE_FRACTION) | simd.splat_u32(1.0_f32.to_bits()));
+        let west = self.bump(simd, side, first, point, from_one - simd.splat(1.0));
+        let east = self.bump(simd, side, first, point + simd.splat_u32(1), from_one - simd.splat(2.0));
+        west + east
+    }
+
+    #[inline(always)]
+    fn bump<S: Simd>(&self, simd: S, side: &Side<'_>, first: usize, point: S::U32, du: S::F32) -> S::F32 {
+        let t = simd.max(simd.splat(side.base) - du * du, simd.splat(0.0));
+        let t2 = t * t;
+        let slope = simd.pick(&side.points.gradient_x[first..], point) * du
+            + simd.pick(&side.points.gradient_y[first..], point) * simd.splat(side.dv);
+        t2 * t2 * slope
+    }
+}

@@ -1,0 +1,183 @@
+//! Noise vertex by vertex: each asks the three corners of its triangle. For warped positions, and for
+//! the shortest waves.
+
+use super::lattice::{
+    DIRECTIONS, EDGE, LANE_FRACTION, LANE_FRACTION_BITS, Lattice, NORMALISATION, cell, hash, lane_fraction,
+};
+use crate::simd::Simd;
+
+/// A table of one component of the sixteen gradients.
+#[derive(Clone, Copy)]
+pub(super) struct GradientTable<S: Simd> {
+    sixteen: S::Table16,
+    first_eight: S::Table8,
+}
+
+impl<S: Simd> GradientTable<S> {
+    #[inline(always)]
+    fn new(simd: S, values: &[f32; 16]) -> GradientTable<S> {
+        let [a, b, c, d, e, f, g, h, ..] = *values;
+        GradientTable { sixteen: simd.table16(values), first_eight: simd.table8(&[a, b, c, d, e, f, g, h]) }
+    }
+}
+
+/// What evaluating an octave vertex by vertex needs, for blocks `COLUMNS` wide.
+#[derive(Clone, Debug)]
+pub(super) struct Simplex<const COLUMNS: usize> {
+    /// What each column adds to u.
+    columns: [u32; COLUMNS],
+    /// The gradients' components along doubled u and v, scaled.
+    gradients: [[f32; 16]; 2],
+    /// The change of u by a metre east, and of (u, v) by a metre south.
+    u_per_metre_east: f32,
+    per_metre_south: [f32; 2],
+}
+
+/// Where the vertices of one row of a block are.
+#[derive(Clone, Copy)]
+pub(super) struct RowStart {
+    cell: [u32; 2],
+    fraction: [u32; 2],
+}
+
+impl RowStart {
+    /// From the position of the block's first vertex in this row.
+    #[inline(always)]
+    pub fn new(position: [u128; 2]) -> RowStart {
+        RowStart {
+            cell: [cell(position[0]), cell(position[1])],
+            fraction: [lane_fraction(position[0]), lane_fraction(position[1])],
+        }
+    }
+}
+
+/// The tables of one octave, in lanes.
+#[derive(Clone, Copy)]
+pub(super) struct SimplexLanes<'a, S: Simd, const COLUMNS: usize> {
+    simplex: &'a Simplex<COLUMNS>,
+    gradient_u: GradientTable<S>,
+    gradient_v: GradientTable<S>,
+}
+
+impl<const COLUMNS: usize> Simplex<COLUMNS> {
+    /// The noise is multiplied by `scale`.
+    pub fn new(lattice: &Lattice, spacing_m: f64, scale: f64) -> Simplex<COLUMNS> {
+        // The bumps come out with (6 t)^4, see `noise_in_cells`, and coordinates doubled.
+        let scale = scale * NORMALISATION / (6.0 * 6.0 * 6.0 * 6.0) / 2.0;
+        let (u_per_metre_east, per_metre_south) = lattice.per_metre(spacing_m);
+        Simplex {
+            columns: lattice.columns(),
+            gradients: [
+                DIRECTIONS.map(|[gx, _]| (gx * EDGE * scale) as f32),
+                DIRECTIONS.map(|[gx, gy]| ((gy * std::f64::consts::FRAC_1_SQRT_2 - gx * EDGE / 2.0) * scale) as f32),
+            ],
+            u_per_metre_east,
+            per_metre_south,
+        }
+    }
+
+    #[inline(always)]
+    pub fn lanes<S: Simd>(&self, simd: S) -> SimplexLanes<'_, S, COLUMNS> {
+        SimplexLanes {
+            simplex: self,
+            gradient_u: GradientTable::new(simd, &self.gradients[0]),
+            gradient_v: GradientTable::new(simd, &self.gradients[1]),
+        }
+    }
+}
+
+impl<S: Simd, const COLUMNS: usize> SimplexLanes<'_, S, COLUMNS> {
+    /// The noise at `LANES` vertices of a row, from `column` on.
+    #[inline(always)]
+    pub fn noise(&self, simd: S, row: &RowStart, column: usize) -> S::F32 {
+        let u = simd.load_u32(&self.simplex.columns[column..]) + simd.splat_u32(row.fraction[0]);
+        let v = simd.splat_u32(row.fraction[1]);
+        let cell_u = simd.shr::<LANE_FRACTION_BITS>(u);
+        self.noise_in_cells(simd, row, u, v, cell_u, simd.splat_u32(0))
+    }
+
+    /// The noise at `LANES` vertices of a row, from `column` on, each displaced by metres.
+    #[inline(always)]
+    pub fn noise_warped(&self, simd: S, row: &RowStart, column: usize, dx_m: S::F32, dy_m: S::F32) -> S::F32 {
+        // Whole cells and the rest go apart, for together they would need more bits than a lane has.
+        let [south_u, south_v] = self.simplex.per_metre_south;
+        let (whole_u, rest_u) =
+            split(simd, dx_m * simd.splat(self.simplex.u_per_metre_east) + dy_m * simd.splat(south_u));
+        let (whole_v, rest_v) = split(simd, dy_m * simd.splat(south_v));
+        let u = simd.load_u32(&self.simplex.columns[column..]) + simd.splat_u32(row.fraction[0]) + rest_u;
+        let v = simd.splat_u32(row.fraction[1]) + rest_v;
+        let cell_u = simd.shr_signed::<LANE_FRACTION_BITS>(u) + whole_u;
+        let cell_v = simd.shr_signed::<LANE_FRACTION_BITS>(v) + whole_v;
+        self.noise_in_cells(simd, row, u, v, cell_u, cell_v)
+    }
+
+    /// The noise at the fractions of `u` and `v`, in cells counted from the row's first.
+    ///
+    /// Works in coordinates U and V, twice the fraction less one, so that a cell's square is -1 to 1 and its corners are
+    /// alike. With D = U - V, S = U + V and E = D^2 + U V, six times `1/2 - d.d` is `2 - E - S` for the corner (0, 0),
+    /// `2 - E + S` for (1, 1), and `3 |D| - E` for the one of the other two that is nearer: (1, 0) if D >= 0, or (0, 1).
+    #[inline(always)]
+    fn noise_in_cells(&self, simd: S, row: &RowStart, u: S::U32, v: S::U32, cell_u: S::U32, cell_v: S::U32) -> S::F32 {
+        // The fraction as the mantissa of a float from 2 to 4.
+        let mantissa = simd.splat_u32(LANE_FRACTION);
+        let two = simd.splat_u32(2.0_f32.to_bits());
+        let from_two_u = simd.from_bits(u & mantissa | two);
+        let from_two_v = simd.from_bits(v & mantissa | two);
+        let (uu, vv) = (from_two_u - simd.splat(3.0), from_two_v - simd.splat(3.0));
+        let (east_u, west_u) = (from_two_u - simd.splat(2.0), from_two_u - simd.splat(4.0));
+        let (east_v, west_v) = (from_two_v - simd.splat(2.0), from_two_v - simd.splat(4.0));
+
+        let difference = uu - vv;
+        let sum = uu + vv;
+        let e = difference * difference + uu * vv;
+        let two_less_e = simd.splat(2.0) - e;
+        let t0 = two_less_e - sum;
+        let t1 = simd.abs(difference) * simd.splat(3.0) - e;
+        let t2 = two_less_e + sum;
+        let u_first = simd.ge(difference, simd.splat(0.0));
+
+        let h_u = hash::of_u_lanes(simd, row.cell[0], cell_u);
+        let h_v = hash::of_v_lanes(simd, row.cell[1], cell_v);
+        let next_u = hash::next_u(simd, h_u);
+        let next_v = hash::next_v(simd, h_v);
+        let middle_u = simd.select_u32(u_first, next_u, h_u);
+        let middle_v = simd.select_u32(u_first, h_v, next_v);
+
+        let bump0 = self.bump(simd, t0, hash::gradient_lanes(simd, h_u, h_v), east_u, east_v);
+        let bump1 = self.bump(
+            simd,
+            t1,
+            hash::gradient_lanes(simd, middle_u, middle_v),
+            simd.select(u_first, west_u, east_u),
+            simd.select(u_first, east_v, west_v),
+        );
+        let bump2 = self.bump(simd, t2, hash::gradient_lanes(simd, next_u, next_v), west_u, west_v);
+        bump0 + bump1 + bump2
+    }
+
+    /// `max(0, t)^4 (g.d)`.
+    #[inline(always)]
+    fn bump(&self, simd: S, t: S::F32, gradient: S::U32, du: S::F32, dv: S::F32) -> S::F32 {
+        let t = simd.max(t, simd.splat(0.0));
+        let t2 = t * t;
+        let slope = if S::FAST_PERMUTE16 {
+            simd.permute16(self.gradient_u.sixteen, gradient) * du
+                + simd.permute16(self.gradient_v.sixteen, gradient) * dv
+        } else {
+            // The second eight are the first eight negated: negating the sum gives the same bits.
+            let slope = simd.permute8(self.gradient_u.first_eight, gradient) * du
+                + simd.permute8(self.gradient_v.first_eight, gradient) * dv;
+            let sign = simd.shl::<28>(gradient) & simd.splat_u32(0x8000_0000);
+            simd.from_bits(simd.to_bits(slope) ^ sign)
+        };
+        t2 * t2 * slope
+    }
+}
+
+/// Whole cells, and the rest in a lane's fixed point, at most half a cell either way.
+#[inline(always)]
+fn split<S: Simd>(simd: S, cells: S::F32) -> (S::U32, S::U32) {
+    let whole = simd.round_to_i32(cells);
+    let rest = cells - simd.i32_to_f32(whole);
+    (whole, simd.round_to_i32(rest * simd.splat((LANE_FRACTION + 1) as f32)))
+}

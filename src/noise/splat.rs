@@ -1,0 +1,208 @@
+//! Noise bump by bump: the lattice points around a strip of vertices are known, and each adds its bump. For long waves.
+//!
+//! A bump is `max(0, 1/2 - dx^2 - dy^2)^4 (gx dx + gy dy)`, with (dx, dy) from the lattice point to the vertex in lattice
+//! units. On a row dy is constant, and in a column dx: what depends on one of them alone is computed once, and
+//! seven operations a vector are left, for the three or four bumps that overlap in a strip of long waves.
+//!
+//! Points add in the order of their rows and columns. Outside its radius a bump adds zero, so a vertex has the same
+//! bits whichever further bumps are added in its strip, and that differs with the lanes.
+
+use super::lattice::{DIRECTIONS, EDGE, Lattice, NORMALISATION, cell, fraction, hash};
+use crate::simd::{MAX_LANES, Simd};
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
+use std::ops::Range;
+
+/// The radius of a bump is sqrt(1/2) lattice units. A strip looks a hair further, which is more than positions are rounded by.
+const REACH: f64 = FRAC_1_SQRT_2 + 1e-4;
+
+/// Bumps that can reach a block: for the shortest waves, of 20 vertices, a block of 64 x 32 with the reach around is
+/// 4.57 x 2.97 lattice units: at most five rows of six points.
+const MAX_BUMPS: usize = 32;
+
+/// Rows that are computed in one go: fewer let fewer bumps reach them, more cost less for finding these bumps.
+const STRIP_ROWS: usize = 16;
+
+/// Bumps that can reach these rows of a strip: for the shortest waves, with the reach around, they are 2.17 lattice units wide
+/// and high: at most four rows of three points.
+const MAX_REACHING: usize = 12;
+
+/// What splatting an octave needs, for blocks of `COLUMNS` x `ROWS`.
+#[derive(Clone, Debug)]
+pub(super) struct Splat<const COLUMNS: usize, const ROWS: usize> {
+    /// Lattice units from the block's first column to each, and from its first row to each.
+    columns: [f32; COLUMNS],
+    rows: [f32; ROWS],
+    /// The gradients, scaled.
+    gradients: [[f32; 2]; 16],
+}
+
+/// The bumps that reach a block.
+pub(super) struct Bumps<const ROWS: usize> {
+    /// From the lattice point to the block's first vertex; far away for bumps that are not there.
+    dx: [f32; MAX_BUMPS],
+    dy: [f32; MAX_BUMPS],
+    gradient_x: [f32; MAX_BUMPS],
+    /// For every row of vertices, `1/2 - dy^2` and `gy dy`.
+    base: [[f32; ROWS]; MAX_BUMPS],
+    slope: [[f32; ROWS]; MAX_BUMPS],
+    count: usize,
+}
+
+/// What is done with the noise of the vectors of a strip.
+pub(super) trait Sink<S: Simd> {
+    /// Takes the noise of one vector, in a row of the block.
+    fn take(&mut self, simd: S, row: usize, noise: S::F32);
+}
+
+impl<const ROWS: usize> Bumps<ROWS> {
+    #[inline(always)]
+    pub fn new() -> Bumps<ROWS> {
+        Bumps {
+            dx: [0.0; MAX_BUMPS],
+            dy: [0.0; MAX_BUMPS],
+            gradient_x: [0.0; MAX_BUMPS],
+            base: [[0.0; ROWS]; MAX_BUMPS],
+            slope: [[0.0; ROWS]; MAX_BUMPS],
+            count: 0,
+        }
+    }
+}
+
+impl<const COLUMNS: usize, const ROWS: usize> Splat<COLUMNS, ROWS> {
+    /// The highest frequency for which the bumps of a block are few.
+    pub const MAX_FREQUENCY: f64 = 1.0 / 20.0;
+
+    /// The noise is multiplied by `scale`.
+    pub fn new(lattice: &Lattice, scale: f64) -> Splat<COLUMNS, ROWS> {
+        let mut columns = [0.0; COLUMNS];
+        let mut rows = [0.0; ROWS];
+        for (column, step) in columns.iter_mut().enumerate() {
+            *step = (column as f64 * lattice.frequency) as f32;
+        }
+        for (row, step) in rows.iter_mut().enumerate() {
+            *step = (row as f64 * lattice.frequency) as f32;
+        }
+        let gradients = DIRECTIONS.map(|g| g.map(|component| (component * NORMALISATION * scale) as f32));
+        Splat { columns, rows, gradients }
+    }
+
+    /// Finds the bumps that reach the block whose first vertex is at `position`.
+    #[inline(always)]
+    pub fn find_bumps<S: Simd>(&self, simd: S, position: [u128; 2], bumps: &mut Bumps<ROWS>) {
+        let (cell_u, cell_v) = (cell(position[0]), cell(position[1]));
+        let (fraction_u, fraction_v) = (fraction(position[0]), fraction(position[1]));
+        let east = f64::from(self.columns[COLUMNS - 1]) + REACH;
+        let south = f64::from(self.rows[ROWS - 1]) + REACH;
+        bumps.count = 0;
+        bumps.dx = [f32::MAX.sqrt() / 4.0; MAX_BUMPS];
+        for row in (fraction_v - REACH * SQRT_2).ceil() as i32..=(fraction_v + south * SQRT_2).floor() as i32 {
+            let v = f64::from(row) - fraction_v;
+            let hash_v = hash::of_v(cell_v.wrapping_add(row as u32));
+            let shift = fraction_u + v / 2.0;
+            for column in (shift - REACH / EDGE).ceil() as i32..=(shift + east / EDGE).floor() as i32 {
+                let u = f64::from(column) - fraction_u;
+                let hash_u = hash::of_u(cell_u.wrapping_add(column as u32));
+                let [gradient_x, gradient_y] = self.gradients[hash::gradient(hash_u, hash_v)];
+                let bump = bumps.count;
+                bumps.count += 1;
+                bumps.dx[bump] = (EDGE * (v / 2.0 - u)) as f32;
+                bumps.dy[bump] = (-v * FRAC_1_SQRT_2) as f32;
+                bumps.gradient_x[bump] = gradient_x;
+                let rows = self.rows.chunks_exact(S::LANES);
+                let bases = bumps.base[bump].chunks_exact_mut(S::LANES);
+                let slopes = bumps.slope[bump].chunks_exact_mut(S::LANES);
+                for ((row, base), slope) in rows.zip(bases).zip(slopes) {
+                    let dy = simd.load(row) + simd.splat(bumps.dy[bump]);
+                    simd.store(simd.splat(0.5) - dy * dy, base);
+                    simd.store(dy * simd.splat(gradient_y), slope);
+                }
+            }
+        }
+    }
+
+    /// Hands the noise of a strip of vertices, as wide as the lanes, to `sink`.
+    #[inline(always)]
+    pub fn strip<S: Simd>(
+        &self,
+        simd: S,
+        bumps: &Bumps<ROWS>,
+        column: usize,
+        rows: &Range<usize>,
+        sink: &mut impl Sink<S>,
+    ) {
+        let columns = &self.columns[column..column + S::LANES];
+        let mut start = rows.start;
+        while start < rows.end {
+            let end = rows.end.min((start / STRIP_ROWS + 1) * STRIP_ROWS);
+            let reaching = self.reaching(simd, bumps, columns, start..end);
+            match reaching.count_ones() {
+                0..=2 => self.add_bumps::<S, 2>(simd, bumps, columns, start..end, reaching, sink),
+                3 => self.add_bumps::<S, 3>(simd, bumps, columns, start..end, reaching, sink),
+                4 => self.add_bumps::<S, 4>(simd, bumps, columns, start..end, reaching, sink),
+                5 => self.add_bumps::<S, 5>(simd, bumps, columns, start..end, reaching, sink),
+                6 => self.add_bumps::<S, 6>(simd, bumps, columns, start..end, reaching, sink),
+                7..=8 => self.add_bumps::<S, 8>(simd, bumps, columns, start..end, reaching, sink),
+                _ => self.add_bumps::<S, MAX_REACHING>(simd, bumps, columns, start..end, reaching, sink),
+            }
+            start = end;
+        }
+    }
+
+    /// One bit for each bump that reaches the vertices in these columns and rows.
+    #[inline(always)]
+    fn reaching<S: Simd>(&self, simd: S, bumps: &Bumps<ROWS>, columns: &[f32], rows: Range<usize>) -> u32 {
+        let (west, east) = (simd.splat(columns[0]), simd.splat(columns[S::LANES - 1]));
+        let (north, south) = (simd.splat(self.rows[rows.start]), simd.splat(self.rows[rows.end - 1]));
+        let zero = simd.splat(0.0);
+        let reach2 = simd.splat((REACH * REACH) as f32);
+        let mut bits = 0;
+        for first in (0..bumps.count).step_by(S::LANES) {
+            let (dx, dy) = (simd.load(&bumps.dx[first..]), simd.load(&bumps.dy[first..]));
+            let nearest_dx = simd.max(simd.max(dx + west, -dx - east), zero);
+            let nearest_dy = simd.max(simd.max(dy + north, -dy - south), zero);
+            let reached = simd.lt(nearest_dx * nearest_dx + nearest_dy * nearest_dy, reach2);
+            bits |= simd.mask_bits(reached) << first;
+        }
+        bits
+    }
+
+    /// Hands the sum of at most `COUNT` bumps to `sink`.
+    #[inline(always)]
+    fn add_bumps<S: Simd, const COUNT: usize>(
+        &self,
+        simd: S,
+        bumps: &Bumps<ROWS>,
+        columns: &[f32],
+        rows: Range<usize>,
+        mut reaching: u32,
+        sink: &mut impl Sink<S>,
+    ) {
+        let mut less_dx2 = [simd.splat(-1.0); COUNT];
+        let mut slope_x = [simd.splat(0.0); COUNT];
+        let mut base = [&bumps.base[0][rows.clone()]; COUNT];
+        let mut slope = [&bumps.slope[0][rows.clone()]; COUNT];
+        for i in 0..COUNT {
+            if reaching != 0 {
+                let bump = reaching.trailing_zeros() as usize;
+                reaching &= reaching - 1;
+                let dx = simd.load(columns) + simd.splat(bumps.dx[bump]);
+                less_dx2[i] = -(dx * dx);
+                slope_x[i] = dx * simd.splat(bumps.gradient_x[bump]);
+                base[i] = &bumps.base[bump][rows.clone()];
+                slope[i] = &bumps.slope[bump][rows.clone()];
+            }
+        }
+        assert_eq!(reaching, 0, "more bumps reach a strip than can be");
+        for (index, row) in rows.enumerate() {
+            let mut sum = simd.splat(0.0);
+            for i in 0..COUNT {
+                let t = simd.max(simd.splat(base[i][index]) + less_dx2[i], simd.splat(0.0));
+                let t2 = t * t;
+                sum = sum + t2 * t2 * (slope_x[i] + simd.splat(slope[i][index]));
+            }
+            sink.take(simd, row, sum);
+        }
+    }
+}
+
+const _: () = assert!(MAX_BUMPS.is_multiple_of(MAX_LANES) && MAX_BUMPS <= 32);
