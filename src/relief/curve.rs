@@ -1,0 +1,68 @@
+//! Piecewise linear maps of a term's value: plateaus, benches and cliffs.
+
+/// A piecewise linear map, level beyond its ends.
+///
+/// Written as a sum of ramps, so that there is no search and all lanes do the same.
+#[derive(Debug)]
+pub(super) struct Curve {
+    start: f32,
+    ramps: Vec<Ramp>,
+    bounds: (f32, f32),
+}
+
+#[derive(Debug)]
+struct Ramp {
+    from: f32,
+    width: f32,
+    slope: f32,
+}
+
+impl Curve {
+    /// The map through `points` of (in, out), sorted by their inputs.
+    pub(super) fn new(points: &[[f64; 2]]) -> Curve {
+        let ramp = |pair: &[[f64; 2]]| {
+            let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
+            Ramp { from: x0 as f32, width: (x1 - x0) as f32, slope: ((y1 - y0) / (x1 - x0)) as f32 }
+        };
+        let outs = || points.iter().map(|point| point[1] as f32);
+        Curve {
+            start: points[0][1] as f32,
+            ramps: points.windows(2).map(ramp).collect(),
+            bounds: (outs().fold(f32::INFINITY, f32::min), outs().fold(f32::NEG_INFINITY, f32::max)),
+        }
+    }
+
+    /// The lowest and the highest output.
+    pub(super) fn bounds(&self) -> (f32, f32) {
+        self.bounds
+    }
+
+    /// Replaces each value by what the map makes of it.
+    pub(super) fn apply(&self, values: &mut [f32]) {
+        let (low, high) = self.bounds;
+        for value in values {
+            let climbed = self
+                .ramps
+                .iter()
+                .fold(self.start, |sum, ramp| sum + (*value - ramp.from).clamp(0.0, ramp.width) * ramp.slope);
+            // The sum of ramps may miss the last point by a rounding.
+            *value = climbed.clamp(low, high);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_goes_through_its_points_and_is_level_beyond() {
+        let curve = Curve::new(&[[-0.5, 1.0], [0.0, 3.0], [0.5, 3.0], [1.0, -2.0]]);
+        let mut values = [-9.0, -0.5, -0.25, 0.0, 0.3, 0.75, 1.0, 7.0];
+        curve.apply(&mut values);
+        for (got, expected) in values.iter().zip([1.0, 1.0, 2.0, 3.0, 3.0, 0.5, -2.0, -2.0]) {
+            assert!((got - expected).abs() < 1e-6, "{values:?}");
+        }
+        assert_eq!(curve.bounds(), (-2.0, 3.0));
+    }
+}

@@ -1,0 +1,173 @@
+//! The blend map: what the ground of each vertex is made of.
+
+use crate::area::Area;
+use crate::grid::Grid;
+use crate::preset::Preset;
+use crate::simd::{Kernel, Simd, dispatch};
+use crate::tile::Normals;
+
+/// A ground material of the blend map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Material {
+    /// What is left where nothing else lies.
+    Grass,
+    /// Bare soil on slopes.
+    Dirt,
+    /// Rock on steep slopes.
+    Rock,
+    /// Sand by the sea.
+    Sand,
+    /// Snow on heights.
+    Snow,
+}
+
+impl Material {
+    /// All materials, in the order of their channels: four in the ground words, then four in the cover words.
+    pub const ALL: [Material; 5] = [Material::Grass, Material::Dirt, Material::Rock, Material::Sand, Material::Snow];
+}
+
+/// How much of each material every vertex has; the weights of a vertex sum to exactly 255.
+#[derive(Debug)]
+pub struct Blend {
+    ground: Grid<u32>,
+    cover: Grid<u32>,
+}
+
+impl Blend {
+    /// The blend weights of all vertices that have a normal.
+    ///
+    /// # Panics
+    /// When `heights` does not hold all of them.
+    pub fn new(rule: &GroundRule, heights: &Grid<f32>, normals: &Normals) -> Blend {
+        let area = normals.up().area();
+        let mut blend = Blend { ground: Grid::filled(area, 0), cover: Grid::filled(area, 0) };
+        dispatch(Weigh { rule, heights, normals, blend: &mut blend });
+        blend
+    }
+
+    /// Grass, dirt, rock and sand, in this order from the lowest byte of each word.
+    pub fn ground(&self) -> &Grid<u32> {
+        &self.ground
+    }
+
+    /// Snow in the lowest byte of each word; the other three are free.
+    pub fn cover(&self) -> &Grid<u32> {
+        &self.cover
+    }
+
+    /// The weight of a material at a vertex, 0 to 255.
+    ///
+    /// # Panics
+    /// When the vertex is outside the area.
+    pub fn weight(&self, material: Material, x: i64, y: i64) -> u8 {
+        let (words, byte) = match material as usize {
+            channel @ 0..4 => (&self.ground, channel),
+            channel => (&self.cover, channel - 4),
+        };
+        words.at(x, y).to_le_bytes()[byte]
+    }
+}
+
+/// Which ground lies where, ready to be applied: each limit as a ramp from 0 to 1.
+#[derive(Clone, Debug)]
+pub struct GroundRule {
+    slope_scale: f32,
+    dirt: Ramp,
+    rock: Ramp,
+    no_sand: Ramp,
+    snow: Ramp,
+    snow_slides: Ramp,
+}
+
+/// `clamp(value * scale + shift, 0, 1)`.
+#[derive(Clone, Copy, Debug)]
+struct Ramp {
+    scale: f32,
+    shift: f32,
+}
+
+impl Ramp {
+    fn between([from, to]: [f64; 2]) -> Ramp {
+        let scale = 1.0 / (to - from);
+        Ramp { scale: scale as f32, shift: (-from * scale) as f32 }
+    }
+
+    fn always(value: f32) -> Ramp {
+        Ramp { scale: 0.0, shift: value }
+    }
+}
+
+impl GroundRule {
+    /// The rule of a checked preset.
+    pub fn new(preset: &Preset) -> GroundRule {
+        let ground = &preset.ground;
+        let sea_level_m = preset.sea_level_m.unwrap_or(0.0);
+        GroundRule {
+            slope_scale: ground.slope_scale as f32,
+            dirt: Ramp::between(ground.dirt),
+            rock: Ramp::between(ground.rock),
+            no_sand: match ground.sand_m {
+                Some([all, none]) => Ramp::between([sea_level_m + all, sea_level_m + none]),
+                None => Ramp::always(1.0),
+            },
+            snow: ground.snow_m.map_or(Ramp::always(0.0), Ramp::between),
+            snow_slides: Ramp::between(ground.snow_slope),
+        }
+    }
+}
+
+struct Weigh<'a> {
+    rule: &'a GroundRule,
+    heights: &'a Grid<f32>,
+    normals: &'a Normals,
+    blend: &'a mut Blend,
+}
+
+impl Kernel for Weigh<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Area { x0, y0, x1, y1 } = self.normals.up().area();
+        let width = (x1 - x0) as usize;
+        let rule = self.rule;
+        let one = simd.splat(1.0);
+        for y in y0..y1 {
+            let heights = self.heights.row(y, x0, x1);
+            let ups = self.normals.up().row(y, x0, x1);
+            let ground = self.blend.ground.row_mut(y, x0, x1);
+            let cover = self.blend.cover.row_mut(y, x0, x1);
+            let mut at = 0;
+            while at < width {
+                // The last vector overlaps the one before: the same values are written again.
+                let from = at.min(width - S::LANES);
+                let height = simd.load(&heights[from..]);
+                let steepness = (one - simd.load(&ups[from..])) * simd.splat(rule.slope_scale);
+                let steepness = simd.min(steepness, one);
+                // Each material takes its share of what the ones above it have left.
+                let snow = ramp(simd, height, rule.snow) * (one - ramp(simd, steepness, rule.snow_slides));
+                let (snow, left) = take(simd, simd.splat_u32(255), snow);
+                let (rock, left) = take(simd, left, ramp(simd, steepness, rule.rock));
+                let (sand, left) = take(simd, left, one - ramp(simd, height, rule.no_sand));
+                let (dirt, grass) = take(simd, left, ramp(simd, steepness, rule.dirt));
+                let word = (grass | simd.shl::<8>(dirt)) | (simd.shl::<16>(rock) | simd.shl::<24>(sand));
+                simd.store_u32(word, &mut ground[from..]);
+                simd.store_u32(snow, &mut cover[from..]);
+                at += S::LANES;
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn ramp<S: Simd>(simd: S, value: S::F32, ramp: Ramp) -> S::F32 {
+    let value = value * simd.splat(ramp.scale) + simd.splat(ramp.shift);
+    simd.min(simd.max(value, simd.splat(0.0)), simd.splat(1.0))
+}
+
+/// Splits whole weights: (`share` of `weight`, rounded; the rest).
+#[inline(always)]
+fn take<S: Simd>(simd: S, weight: S::U32, share: S::F32) -> (S::U32, S::U32) {
+    let taken = simd.truncate_to_i32(simd.i32_to_f32(weight) * share + simd.splat(0.5));
+    (taken, weight - taken)
+}

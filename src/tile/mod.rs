@@ -1,0 +1,109 @@
+//! Tiles: everything about one square of the world, made without a look at its neighbours.
+
+mod blend;
+mod normals;
+
+pub use blend::{Blend, GroundRule, Material};
+pub use normals::Normals;
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::area::{Area, TileId};
+use crate::clock::Clock;
+use crate::grid::Grid;
+use crate::world::{HEIGHT_PAD, World};
+
+/// A finished tile of N x N cells: (N+1) x (N+1) vertices, those of its edge shared with its neighbours.
+#[derive(Debug)]
+pub struct Tile {
+    id: TileId,
+    spacing_m: f64,
+    area: Area,
+    heights: Grid<f32>,
+    normals: Normals,
+    blend: Blend,
+}
+
+/// A vertex as the thesis has it: 32 bytes, local to the tile's centre.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Vertex {
+    /// Metres east of the tile's centre, up, and south of the tile's centre.
+    pub position: [f32; 3],
+    /// Unit normal: east, up, south.
+    pub normal: [f32; 3],
+    /// 0..1 from west to east and from north to south, so that a seamless texture repeats from tile to tile.
+    pub texture: [f32; 2],
+}
+
+impl Tile {
+    /// The tile at `id` of `world`: the same bytes whatever was baked before, in whichever window.
+    ///
+    /// # Panics
+    /// When a vertex of the tile lies more than [`MAX_COORDINATE`](crate::area::MAX_COORDINATE) from the origin.
+    pub fn new(world: &World, id: TileId) -> Tile {
+        Tile::timed(world, id, &Clock::default())
+    }
+
+    /// As [`new`](Tile::new), with the time of each stage booked on `clock`.
+    pub fn timed(world: &World, id: TileId, clock: &Clock) -> Tile {
+        let area = id.area(world.tile_cells());
+        let spacing_m = world.spacing_m();
+        // The bare heights, with the pad that later stages look at.
+        let heights = clock.time("relief", || world.relief().heights(area.padded(HEIGHT_PAD)));
+        // Normals and slopes from differences across the edge.
+        let normals = clock.time("normals", || Normals::new(&heights, area, spacing_m));
+        // What the ground is made of.
+        let blend = clock.time("blend", || Blend::new(&GroundRule::new(world.preset()), &heights, &normals));
+        Tile { id, spacing_m, area, heights, normals, blend }
+    }
+
+    /// Where the tile is in the world.
+    pub fn id(&self) -> TileId {
+        self.id
+    }
+
+    /// The tile's vertices, edges included, pad not.
+    pub fn area(&self) -> Area {
+        self.area
+    }
+
+    /// Heights in metres of the tile's vertices and of [`HEIGHT_PAD`] more on each side.
+    pub fn heights(&self) -> &Grid<f32> {
+        &self.heights
+    }
+
+    /// Normals and slopes of the tile's vertices.
+    pub fn normals(&self) -> &Normals {
+        &self.normals
+    }
+
+    /// Blend weights of the tile's vertices.
+    pub fn blend(&self) -> &Blend {
+        &self.blend
+    }
+
+    /// The tile's centre in the world, in metres east and south of the origin.
+    pub fn centre_m(&self) -> [f64; 2] {
+        let middle = |from: i64, to: i64| (from + to - 1) as f64 / 2.0 * self.spacing_m;
+        [middle(self.area.x0, self.area.x1), middle(self.area.y0, self.area.y1)]
+    }
+
+    /// The vertex at a place of the lattice, local to the tile's centre.
+    ///
+    /// # Panics
+    /// When it is not one of the tile's.
+    pub fn vertex(&self, x: i64, y: i64) -> Vertex {
+        let cells = (self.area.width() - 1) as f32;
+        let texture = [(x - self.area.x0) as f32 / cells, (y - self.area.y0) as f32 / cells];
+        let side_m = cells * self.spacing_m as f32;
+        let [east, south] = texture.map(|share| (share - 0.5) * side_m);
+        Vertex { position: [east, self.heights.at(x, y), south], normal: self.normals.at(x, y), texture }
+    }
+
+    /// All vertices, row by row from the north-western one.
+    pub fn vertices(&self) -> impl Iterator<Item = Vertex> + '_ {
+        let Area { x0, y0, x1, y1 } = self.area;
+        (y0..y1).flat_map(move |y| (x0..x1).map(move |x| self.vertex(x, y)))
+    }
+}

@@ -1,0 +1,138 @@
+//! Normals and slopes from the heights.
+
+use crate::area::Area;
+use crate::grid::Grid;
+use crate::simd::{Kernel, Simd, dispatch};
+
+/// The unit normal and the slope of every vertex, from central differences.
+///
+/// At a tile's edge the difference reaches across it, into the pad of the heights, so two neighbours agree on the
+/// vertices that they share.
+#[derive(Debug)]
+pub struct Normals {
+    east: Grid<f32>,
+    up: Grid<f32>,
+    south: Grid<f32>,
+    slope: Grid<f32>,
+}
+
+impl Normals {
+    /// The normals of the vertices of `area`.
+    ///
+    /// # Panics
+    /// When `heights` does not reach one vertex past `area` on each side.
+    pub fn new(heights: &Grid<f32>, area: Area, spacing_m: f64) -> Normals {
+        let grid = || Grid::filled(area, 0.0);
+        let mut normals = Normals { east: grid(), up: grid(), south: grid(), slope: grid() };
+        dispatch(CentralDifferences {
+            heights,
+            area,
+            half_per_spacing: (0.5 / spacing_m) as f32,
+            normals: &mut normals,
+        });
+        normals
+    }
+
+    /// The unit normal at a vertex: east, up, south.
+    ///
+    /// # Panics
+    /// When the vertex is outside the area.
+    pub fn at(&self, x: i64, y: i64) -> [f32; 3] {
+        self.axes().map(|axis| axis.at(x, y))
+    }
+
+    /// East, up and south of row `y` at `x0 <= x < x1`.
+    ///
+    /// # Panics
+    /// When a part of it is outside the area.
+    pub fn row(&self, y: i64, x0: i64, x1: i64) -> [&[f32]; 3] {
+        self.axes().map(|axis| axis.row(y, x0, x1))
+    }
+
+    /// East, up and south of all vertices.
+    pub fn axes(&self) -> [&Grid<f32>; 3] {
+        [&self.east, &self.up, &self.south]
+    }
+
+    /// How far each normal points up: the cosine of the slope's angle, 0 to 1.
+    pub fn up(&self) -> &Grid<f32> {
+        &self.up
+    }
+
+    /// How steep the ground is: metres up per metre along the steepest way, 0 and more.
+    pub fn slope(&self) -> &Grid<f32> {
+        &self.slope
+    }
+}
+
+struct CentralDifferences<'a> {
+    heights: &'a Grid<f32>,
+    area: Area,
+    half_per_spacing: f32,
+    normals: &'a mut Normals,
+}
+
+impl Kernel for CentralDifferences<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Area { x0, y0, x1, y1 } = self.area;
+        let width = self.area.width();
+        let scale = simd.splat(self.half_per_spacing);
+        let one = simd.splat(1.0);
+        for y in y0..y1 {
+            let north = self.heights.row(y - 1, x0, x1);
+            let middle = self.heights.row(y, x0 - 1, x1 + 1);
+            let south = self.heights.row(y + 1, x0, x1);
+            let to_east = self.normals.east.row_mut(y, x0, x1);
+            let to_up = self.normals.up.row_mut(y, x0, x1);
+            let to_south = self.normals.south.row_mut(y, x0, x1);
+            let to_slope = self.normals.slope.row_mut(y, x0, x1);
+            let mut at = 0;
+            while at < width {
+                // The last vector overlaps the one before: the same values are written again.
+                let from = at.min(width - S::LANES);
+                let rise_east = (simd.load(&middle[from + 2..]) - simd.load(&middle[from..])) * scale;
+                let rise_south = (simd.load(&south[from..]) - simd.load(&north[from..])) * scale;
+                let square = rise_east * rise_east + rise_south * rise_south;
+                let up = one / simd.sqrt(square + one);
+                simd.store(-rise_east * up, &mut to_east[from..]);
+                simd.store(up, &mut to_up[from..]);
+                simd.store(-rise_south * up, &mut to_south[from..]);
+                simd.store(simd.sqrt(square), &mut to_slope[from..]);
+                at += S::LANES;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plane_has_its_normal_everywhere() {
+        let area = Area::new(-5, 3, 20, 17);
+        let mut heights = Grid::filled(area.padded(1), 0.0);
+        for y in area.y0 - 1..=area.y1 {
+            for x in area.x0 - 1..=area.x1 {
+                heights.row_mut(y, x, x + 1)[0] = (3 * x - 4 * y) as f32;
+            }
+        }
+        // Two metres a vertex: it rises 1.5 m a metre to the east and 2 m to the north.
+        let normals = Normals::new(&heights, area, 2.0);
+        let length = f32::sqrt(1.0 + 1.5 * 1.5 + 2.0 * 2.0);
+        for (got, expected) in normals.at(14, 19).iter().zip([-1.5 / length, 1.0 / length, 2.0 / length]) {
+            assert!((got - expected).abs() < 1e-6, "{:?}", normals.at(14, 19));
+        }
+        assert_eq!(normals.slope().at(-5, 3), 2.5);
+    }
+
+    #[test]
+    #[should_panic(expected = "reaches outside")]
+    fn a_pad_that_is_one_too_small_is_noticed() {
+        let area = Area::new(0, 0, 17, 17);
+        Normals::new(&Grid::filled(area.padded(crate::world::HEIGHT_PAD - 1), 0.0), area, 1.0);
+    }
+}

@@ -1,0 +1,62 @@
+//! A preset as understood: checked, seeded, with every range proved and every pad added up.
+
+use crate::error::Error;
+use crate::preset::Preset;
+use crate::relief::Relief;
+
+/// How many vertices around a tile its heights must be known: normals look one vertex past the tile's edge.
+///
+/// The one place where the pad stands: a [`Grid`](crate::grid::Grid) panics for a stage that reaches further.
+pub const HEIGHT_PAD: usize = 1;
+
+/// A world, ready to be baked: any tile of it is a pure function of this and the tile's place.
+#[derive(Debug)]
+pub struct World {
+    preset: Preset,
+    seed: u64,
+    relief: Relief,
+}
+
+impl World {
+    /// The world of a preset, with the preset's own seed unless another is given.
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range.
+    pub fn new(mut preset: Preset, seed: Option<u64>) -> Result<World, Error> {
+        preset.fill_defaults();
+        preset.check().map_err(|fault| fault.into_error(None))?;
+        let seed = seed.unwrap_or(preset.seed);
+        let relief = Relief::new(&preset, seed);
+        Ok(World { preset, seed, relief })
+    }
+
+    /// The recipe, with every default filled in.
+    pub fn preset(&self) -> &Preset {
+        &self.preset
+    }
+
+    /// The seed in use.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Metres between neighbouring vertices.
+    pub fn spacing_m(&self) -> f64 {
+        self.preset.spacing_m
+    }
+
+    /// Cells a tile side.
+    pub fn tile_cells(&self) -> u32 {
+        self.preset.tile_cells
+    }
+
+    /// Heights from noise.
+    pub fn relief(&self) -> &Relief {
+        &self.relief
+    }
+
+    /// Bounds that no height of this world can leave: (lowest, highest) in metres. 16-bit heights are encoded in them.
+    pub fn height_range_m(&self) -> (f32, f32) {
+        self.relief.range_m()
+    }
+}
