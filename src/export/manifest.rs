@@ -1,0 +1,178 @@
+//! `bake.json`: what a bake was made from and what it left.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::area::{Region, TileId};
+use crate::export::file::Finished;
+use crate::preset::Preset;
+use crate::world::World;
+
+/// The file in the folder of the bake. It is written last: where it stands, all files that it names are whole.
+pub(crate) const PATH: &str = "bake.json";
+
+/// What a bake was made from and what it left. The same bake writes the same bytes: there is no date in it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Manifest {
+    /// Always `terrane bake`.
+    pub format: String,
+    /// Version of this file's form; a reader should refuse a higher one.
+    pub format_version: u32,
+    /// Version of the program: another one may make another world of the same preset.
+    pub generator: String,
+    /// What the bake was computed on.
+    pub device: DeviceProfile,
+    /// The preset's name.
+    pub preset_name: String,
+    /// The preset with every default filled in.
+    pub preset: Preset,
+    /// The seed in use.
+    pub seed: u64,
+    /// Which tiles were baked.
+    pub region: RegionRecord,
+    /// Metres between neighbouring vertices.
+    pub spacing_m: f64,
+    /// What 16-bit heights mean.
+    pub height_range: HeightRange,
+    /// Height of the sea's surface in metres, where the world has a sea.
+    pub sea_level_m: Option<f64>,
+    /// How rasters lie in the world.
+    pub axes: Axes,
+    /// Every other file of the bake, sorted by path.
+    pub files: Vec<FileRecord>,
+}
+
+/// What a bake was computed on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum DeviceProfile {
+    /// The CPU: the reference, the same bytes on every machine.
+    Cpu,
+}
+
+/// Which tiles were baked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RegionRecord {
+    /// The north-western tile. Files of tiles count from it: `x0_y0` is this one.
+    pub at: TileId,
+    /// Tiles from west to east.
+    pub cols: u64,
+    /// Tiles from north to south.
+    pub rows: u64,
+    /// Cells a tile side; a tile has one vertex more.
+    pub tile_cells: u32,
+    /// Vertices from west to east.
+    pub width: u64,
+    /// Vertices from north to south.
+    pub height: u64,
+    /// Metres east and south of the world's origin at which the north-western vertex lies.
+    pub origin_m: [f64; 2],
+}
+
+/// What 16-bit heights mean: `min_m + value / 65535 * (max_m - min_m)`. A property of the world, the same in all its
+/// bakes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct HeightRange {
+    /// Metres of the value 0; no height is lower.
+    pub min_m: f32,
+    /// Metres of the value 65535; no height is higher.
+    pub max_m: f32,
+    /// Metres from one value to the next.
+    pub step_m: f32,
+}
+
+/// How rasters lie in the world.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Axes {
+    /// Where columns go.
+    pub columns: String,
+    /// Where rows go.
+    pub rows: String,
+    /// Where heights go.
+    pub heights: String,
+    /// The convention of normal maps.
+    pub normals: String,
+}
+
+/// A file of the bake.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct FileRecord {
+    /// Path in the folder of the bake, with `/` between its parts.
+    pub path: String,
+    /// The export that it belongs to.
+    pub export: String,
+    /// Rasters: pixels from west to east.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub width: Option<u64>,
+    /// Rasters: pixels from north to south.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height: Option<u64>,
+    /// Rasters: what each channel holds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub channels: Vec<String>,
+    /// Files of one tile: its true number in the world.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tile: Option<TileId>,
+    /// Size in bytes.
+    pub bytes: u64,
+    /// BLAKE3 hash of its bytes, in hexadecimal.
+    pub blake3: String,
+}
+
+impl FileRecord {
+    pub(crate) fn new(path: String, export: &str, finished: Finished) -> FileRecord {
+        FileRecord {
+            path,
+            export: export.to_owned(),
+            width: None,
+            height: None,
+            channels: Vec::new(),
+            tile: None,
+            bytes: finished.bytes,
+            blake3: finished.blake3.to_hex().to_string(),
+        }
+    }
+}
+
+impl Manifest {
+    /// The manifest of a bake that has left `files`.
+    pub(crate) fn new(preset_name: &str, world: &World, region: &Region, mut files: Vec<FileRecord>) -> Manifest {
+        files.sort_by(|a, b| a.path.cmp(&b.path));
+        let (min_m, max_m) = world.height_range_m();
+        let spacing_m = world.spacing_m();
+        let metres = |tile: i64| (tile * region.tile_cells() as i64) as f64 * spacing_m;
+        Manifest {
+            format: "terrane bake".to_owned(),
+            format_version: 1,
+            generator: concat!("terrane ", env!("CARGO_PKG_VERSION")).to_owned(),
+            device: DeviceProfile::Cpu,
+            preset_name: preset_name.to_owned(),
+            preset: world.preset().clone(),
+            seed: world.seed(),
+            region: RegionRecord {
+                at: region.at(),
+                cols: region.cols(),
+                rows: region.rows(),
+                tile_cells: region.tile_cells(),
+                width: region.width(),
+                height: region.height(),
+                origin_m: [metres(region.at().x), metres(region.at().y)],
+            },
+            spacing_m,
+            height_range: HeightRange { min_m, max_m, step_m: (max_m - min_m) / 65535.0 },
+            sea_level_m: world.preset().sea_level_m,
+            axes: Axes {
+                columns: "from west to east".to_owned(),
+                rows: "from north to south".to_owned(),
+                heights: "up, in metres".to_owned(),
+                normals: "OpenGL: red is east, green is north, blue is up; (value - 127.5) / 127.5".to_owned(),
+            },
+            files,
+        }
+    }
+
+    /// The file's text.
+    pub(crate) fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("a manifest has only names and finite numbers") + "\n"
+    }
+}

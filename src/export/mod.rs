@@ -1,0 +1,206 @@
+//! Exports: what a bake leaves, in which formats, and the folder that it leaves it in.
+
+mod file;
+mod writer;
+mod raster;
+mod hashes;
+mod manifest;
+mod plan;
+
+pub use manifest::{Axes, DeviceProfile, FileRecord, HeightRange, Manifest, RegionRecord};
+
+pub use plan::{Bytes, Cost, Output, Plan};
+pub use writer::Format;
+
+use std::fmt;
+use std::path::Path;
+use std::str::FromStr;
+
+use crate::area::{Place, Region};
+use crate::bake::Sink;
+use crate::error::{Error, nearest};
+use crate::world::World;
+use raster::{Quantity, RegionRaster, TileRasters};
+
+/// Something that a bake can leave, by the name that the command knows it by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Export(&'static Kind);
+
+/// An export's name and what becomes of it.
+#[derive(Debug, PartialEq, Eq)]
+struct Kind {
+    name: &'static str,
+    about: &'static str,
+    content: Content,
+}
+
+#[derive(Debug, PartialEq, Eq)]
+enum Content {
+    /// Rasters: one file each for the region, or with `tiles` one each a tile.
+    Rasters { format: Format, tiles: bool, images: &'static [(&'static str, Quantity)] },
+    /// A list of hashes.
+    Hashes,
+}
+
+/// The images of the blend map: four materials each.
+const BLEND: &[(&str, Quantity)] =
+    &[("blend/blend_ground", Quantity::GroundWeights), ("blend/blend_cover", Quantity::CoverWeights)];
+const HEIGHT: &[(&str, Quantity)] = &[("height/height", Quantity::Height16)];
+const METRES: &[(&str, Quantity)] = &[("height/height", Quantity::HeightMetres)];
+const NORMAL: &[(&str, Quantity)] = &[("normal/normal", Quantity::Normal)];
+const MAP: &[(&str, Quantity)] = &[("map/map", Quantity::Map)];
+
+const fn rasters(
+    name: &'static str,
+    about: &'static str,
+    format: Format,
+    tiles: bool,
+    images: &'static [(&'static str, Quantity)],
+) -> Kind {
+    Kind { name, about, content: Content::Rasters { format, tiles, images } }
+}
+
+const KINDS: &[Kind] = &[
+    rasters("height", "16-bit grey PNG of the region, over the world's height range", Format::Png, false, HEIGHT),
+    rasters("height-tiles", "the same, a PNG a tile", Format::Png, true, HEIGHT),
+    rasters("exr", "heights in metres as 32-bit float OpenEXR", Format::Exr, false, METRES),
+    rasters("exr-tiles", "the same, an EXR a tile", Format::Exr, true, METRES),
+    rasters("r16", "16-bit little-endian heights without a header, and a JSON sidecar", Format::R16, false, HEIGHT),
+    rasters("r16-tiles", "the same, a pair a tile", Format::R16, true, HEIGHT),
+    rasters("blend", "two RGBA PNGs: grass, dirt, rock, sand; snow", Format::Png, false, BLEND),
+    rasters("blend-tiles", "the same, two PNGs a tile", Format::Png, true, BLEND),
+    rasters("normal", "normal map, RGB PNG in the OpenGL convention (green is north)", Format::Png, false, NORMAL),
+    rasters("normal-tiles", "the same, a PNG a tile", Format::Png, true, NORMAL),
+    rasters("map", "top-down picture of the region, RGB PNG", Format::Png, false, MAP),
+    rasters("map-tiles", "the same, a PNG a tile", Format::Png, true, MAP),
+    Kind { name: "hashes", about: "BLAKE3 of each tile's heights, normals and weights", content: Content::Hashes },
+];
+
+impl Export {
+    /// What a bake leaves when nothing is asked for.
+    pub const DEFAULT: &str = "height,blend,normal,map";
+
+    /// All exports.
+    pub fn all() -> impl Iterator<Item = Export> {
+        KINDS.iter().map(Export)
+    }
+
+    /// The name, as the command knows it.
+    pub fn name(self) -> &'static str {
+        self.0.name
+    }
+
+    /// What it is, in a few words.
+    pub fn about(self) -> &'static str {
+        self.0.about
+    }
+
+    /// The exports of a list with commas between; a name given twice counts once.
+    ///
+    /// # Errors
+    /// When a name is not known, or the list is empty; the hint lists the names.
+    pub fn parse_list(list: &str) -> Result<Vec<Export>, Error> {
+        let mut exports = Vec::new();
+        for name in list.split(',').map(str::trim) {
+            let export = name.parse()?;
+            if !exports.contains(&export) {
+                exports.push(export);
+            }
+        }
+        Ok(exports)
+    }
+
+    /// The raster images of this export.
+    fn images(self) -> impl Iterator<Item = Image> {
+        let (format, tiles, images) = match self.0.content {
+            Content::Rasters { format, tiles, images } => (format, tiles, images),
+            Content::Hashes => (Format::Png, false, &[][..]),
+        };
+        images.iter().map(move |&(stem, quantity)| Image { export: self.name(), stem, quantity, format, tiles })
+    }
+
+    /// Whether a bake would give this export a file of that path.
+    fn names(self, path: &str) -> bool {
+        match self.0.content {
+            Content::Rasters { .. } => self.images().any(|image| image.names(path)),
+            Content::Hashes => path == hashes::PATH,
+        }
+    }
+
+    /// The sinks that write this export into the folder of a bake.
+    fn sinks(self, world: &World, region: Region, out: &Path) -> Result<Vec<Box<dyn Sink>>, Error> {
+        if self.0.content == Content::Hashes {
+            return Ok(vec![Box::new(hashes::TileHashes::create(region, out)?)]);
+        }
+        let sink = |image: Image| -> Result<Box<dyn Sink>, Error> {
+            match image.tiles {
+                true => Ok(Box::new(TileRasters::create(world, image, out))),
+                false => Ok(Box::new(RegionRaster::create(world, region, image, out)?)),
+            }
+        };
+        self.images().map(sink).collect()
+    }
+}
+
+impl FromStr for Export {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Export, Error> {
+        Export::all().find(|export| export.name() == name).ok_or_else(|| {
+            let names = || Export::all().map(Export::name);
+            let list = names().collect::<Vec<_>>().join(", ");
+            Error::Export {
+                message: format!("there is no export named {name:?}"),
+                hint: match nearest(name, names()) {
+                    Some(meant) => format!("did you mean {meant}? exports: {list}"),
+                    None => format!("exports: {list}"),
+                },
+            }
+        })
+    }
+}
+
+impl fmt::Display for Export {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// One raster image of an export: what it shows, how and under which name.
+#[derive(Clone, Copy, Debug)]
+struct Image {
+    export: &'static str,
+    /// Folder and name, without place and ending.
+    stem: &'static str,
+    quantity: Quantity,
+    format: Format,
+    tiles: bool,
+}
+
+impl Image {
+    /// The file in the folder of the bake, for the region or for a tile of it.
+    fn file(&self, place: Option<Place>) -> String {
+        let (stem, extension) = (self.stem, self.format.extension());
+        match place {
+            Some(Place { row, col }) => format!("{stem}_x{col}_y{row}.{extension}"),
+            None => format!("{stem}.{extension}"),
+        }
+    }
+
+    /// Whether [`file`](Image::file) gives that path, or its sidecar has it.
+    fn names(&self, path: &str) -> bool {
+        let path = if self.format == Format::R16 { path.strip_suffix(".json").unwrap_or(path) } else { path };
+        let Some(place) = path
+            .strip_prefix(self.stem)
+            .and_then(|rest| rest.strip_suffix(self.format.extension()).and_then(|rest| rest.strip_suffix('.')))
+        else {
+            return false;
+        };
+        let numbers = || place.strip_prefix("_x")?.split_once("_y");
+        let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+        match self.tiles {
+            true => numbers().is_some_and(|(col, row)| is_number(col) && is_number(row)),
+            false => place.is_empty(),
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! The plan of a bake: what it will leave and need, checked before anything is written.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use crate::area::Region;
+use crate::bake::{Sink, Watch, bake, rows_in_flight};
+use crate::error::Error;
+use crate::export::file::{PartFile, remove_unfinished, sync_folder, write_whole};
+use crate::export::manifest::{self, Manifest};
+use crate::export::{Content, Export, Format, Image};
+use crate::world::{HEIGHT_PAD, World};
+
+/// A bake that has been thought through: the formats can hold the region.
+pub struct Plan<'a> {
+    world: &'a World,
+    preset_name: &'a str,
+    region: Region,
+    exports: Vec<Export>,
+}
+
+/// What a bake will leave and need.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cost {
+    /// Files, the manifest among them.
+    pub files: u64,
+    /// The most bytes that they can take on the disk: as if nothing could be compressed.
+    pub disk_bytes: u64,
+    /// About the most memory in use.
+    pub memory_bytes: u64,
+}
+
+/// The program itself, with the stacks of its threads and what the allocator keeps.
+const PROCESS_BYTES: u64 = 32 << 20;
+
+/// Bytes of the manifest without its files and of a file's entry in it, rounded up.
+const MANIFEST_BYTES: u64 = 16 << 10;
+const RECORD_BYTES: u64 = 512;
+
+/// What headers, checksums and incompressible blocks add to raw samples: fdeflate's fixed code stretches noise by
+/// less than an eighth.
+fn encoded_at_most(raw: u64, rows: u64) -> u64 {
+    raw.saturating_add(raw / 8).saturating_add(rows.saturating_mul(16)).saturating_add(4096)
+}
+
+impl<'a> Plan<'a> {
+    /// The plan of baking `region` of `world` into `exports`.
+    ///
+    /// # Errors
+    /// When a format cannot hold the region; the hint names the exports that can.
+    pub fn new(
+        world: &'a World,
+        preset_name: &'a str,
+        region: Region,
+        exports: Vec<Export>,
+    ) -> Result<Plan<'a>, Error> {
+        let side = region.width().max(region.height());
+        let holds = |image: &Image| image.tiles || side <= image.format.max_side();
+        if let Some(image) = exports.iter().flat_map(|export| export.images()).find(|image| !holds(image)) {
+            let instead =
+                |other: &Export| other.images().any(|other| other.quantity == image.quantity && holds(&other));
+            let others: Vec<_> = Export::all().filter(instead).map(Export::name).collect();
+            return Err(Error::Export {
+                message: format!(
+                    "export {} writes one {} of the region, which holds at most {} a side; the region has {} x {}",
+                    image.export,
+                    image.format.extension().to_uppercase(),
+                    image.format.max_side(),
+                    region.width(),
+                    region.height()
+                ),
+                hint: format!("exports that hold it: {}", others.join(", ")),
+            });
+        }
+        Ok(Plan { world, preset_name, region, exports })
+    }
+
+    /// The region.
+    pub fn region(&self) -> &Region {
+        &self.region
+    }
+
+    /// What the bake will leave and need on so many threads.
+    pub fn cost(&self, threads: usize) -> Cost {
+        let region = &self.region;
+        let side = region.tile_cells() as u64 + 1;
+        let (mut files, mut disk_bytes, mut kept_a_vertex, mut largest_tile_file) = (1u64, MANIFEST_BYTES, 0u64, 0u64);
+        for export in &self.exports {
+            if export.0.content == Content::Hashes {
+                files += 1;
+                // Two tile numbers of at most 20 characters, a hash of 64 and three separators.
+                disk_bytes = disk_bytes.saturating_add(region.tiles().saturating_mul(107));
+            }
+            for image in export.images() {
+                let bytes = image.quantity.sample().bytes() as u64;
+                let (count, width, height) = match image.tiles {
+                    true => (region.tiles(), side, side),
+                    false => (1, region.width(), region.height()),
+                };
+                let file = encoded_at_most(width.saturating_mul(height).saturating_mul(bytes), height);
+                // A bare raster has a sidecar, which is about as long as its entry in the manifest.
+                let sidecars = u64::from(image.format == Format::R16);
+                let with_records = file.saturating_add(RECORD_BYTES * (1 + 2 * sidecars));
+                match image.tiles {
+                    true => largest_tile_file = largest_tile_file.max(file),
+                    false => kept_a_vertex += bytes,
+                }
+                files = files.saturating_add(count.saturating_mul(1 + sidecars));
+                disk_bytes = disk_bytes.saturating_add(with_records.saturating_mul(count));
+            }
+        }
+        let padded = side + 2 * HEIGHT_PAD as u64;
+        // Heights, four floats of normal and slope and two words of weights a vertex, the relief's bands, and a file.
+        let a_thread = padded * padded * 4 + side * side * (16 + 8) + (5 << 18) + 2 * largest_tile_file;
+        // Two batches of rows: the one that is made and the one that is written.
+        let tiles_in_flight = region.cols().saturating_mul(rows_in_flight(region, threads) * 2);
+        let in_flight = tiles_in_flight.saturating_mul(side * side * kept_a_vertex);
+        let records = files.saturating_mul(RECORD_BYTES);
+        let parts = [in_flight, a_thread * threads as u64, records, PROCESS_BYTES];
+        Cost { files, disk_bytes, memory_bytes: parts.into_iter().fold(0, u64::saturating_add) }
+    }
+
+    /// Bakes into a prepared folder, on the threads of the current rayon pool.
+    ///
+    /// The manifest is written last; until then the folder has none, and no unfinished file has its final name.
+    ///
+    /// # Errors
+    /// When a file cannot be written, or when `watch` was told to stop. Finished files stay; others are removed.
+    pub fn run(&self, output: &Output, watch: &Watch) -> Result<Manifest, Error> {
+        let result = self.bake_into(output, watch);
+        if result.is_err() {
+            // Folders that hold nothing now would keep the next bake from this place; others cannot be removed so.
+            for folder in folders(self.exports.iter().copied()).into_iter().filter(|folder| !folder.is_empty()) {
+                _ = fs::remove_dir(output.path().join(folder));
+            }
+        }
+        result
+    }
+
+    fn bake_into(&self, output: &Output, watch: &Watch) -> Result<Manifest, Error> {
+        let out = output.path();
+        for folder in folders(self.exports.iter().copied()) {
+            let path = out.join(folder);
+            fs::create_dir_all(&path).map_err(Error::io(&path))?;
+        }
+        let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
+        for export in &self.exports {
+            sinks.extend(export.sinks(self.world, self.region, out)?);
+        }
+        // Every tile, to every sink.
+        bake(self.world, &self.region, &sinks, watch)?;
+        // The ends of all files, brought to the disk together.
+        let records =
+            sinks.par_iter().map(|sink| watch.clock.time(&format!("finish {}", sink.name()), || sink.finish()));
+        let records = records.collect::<Result<Vec<_>, Error>>()?;
+        for folder in folders(self.exports.iter().copied()) {
+            sync_folder(&out.join(folder))?;
+        }
+        // The manifest, which says that all is whole.
+        let manifest = Manifest::new(self.preset_name, self.world, &self.region, records.concat());
+        output.remove_stale(&manifest);
+        write_whole(out.join(manifest::PATH), manifest.to_json().as_bytes())?;
+        sync_folder(out)?;
+        Ok(manifest)
+    }
+}
+
+/// The folders in the folder of a bake that hold the files of some exports, `""` for itself.
+fn folders(exports: impl Iterator<Item = Export>) -> BTreeSet<&'static str> {
+    let of_images =
+        exports.flat_map(Export::images).map(|image| image.stem.split_once('/').map_or("", |parts| parts.0));
+    of_images.chain([""]).collect()
+}
+
+/// A folder that a bake may write to.
+#[derive(Debug)]
+pub struct Output {
+    path: PathBuf,
+}
+
+impl Output {
+    /// Whether a bake may go to `path` and whether it has room there, without changing anything.
+    ///
+    /// # Errors
+    /// When it is a file, or a folder with something in it and no `overwrite`, or has too little room.
+    pub fn check(path: &Path, overwrite: bool, cost: &Cost) -> Result<(), Error> {
+        let refuse = |message: String, hint: &str| Err(Error::Output { path: path.into(), message, hint: hint.into() });
+        match fs::read_dir(path).map(|mut entries| entries.next().is_some()) {
+            Ok(true) if !overwrite => {
+                return refuse(
+                    "the folder is not empty".into(),
+                    "choose another with --out, or replace the bake in it with --overwrite",
+                );
+            }
+            Err(error) if path.exists() || path.symlink_metadata().is_ok() => {
+                return refuse(
+                    if path.is_dir() { error.to_string() } else { "is a file, not a folder".into() },
+                    "choose another folder with --out",
+                );
+            }
+            _ => {}
+        }
+        let existing = path.ancestors().find(|part| part.exists()).unwrap_or(Path::new("."));
+        let existing = if existing.as_os_str().is_empty() { Path::new(".") } else { existing };
+        // A file system that does not say how much room it has may have enough; whether it takes a file shows later.
+        let Some(room) = fs4::statvfs(existing).ok().filter(|room| room.total_space() > 0) else { return Ok(()) };
+        let free_bytes = room.available_space();
+        if free_bytes < cost.disk_bytes {
+            return refuse(
+                format!("the bake may take {}, and {} are free", Bytes(cost.disk_bytes), Bytes(free_bytes)),
+                "choose another disk with --out, a smaller --size or fewer exports",
+            );
+        }
+        Ok(())
+    }
+
+    /// Makes the folder ready: it exists, can be written to, and holds no manifest and nothing half-written.
+    ///
+    /// # Errors
+    /// As [`check`](Output::check), and when the folder cannot be made or written to.
+    pub fn prepare(path: &Path, overwrite: bool, cost: &Cost) -> Result<Output, Error> {
+        Output::check(path, overwrite, cost)?;
+        let unwritable = |source: std::io::Error| Error::Output {
+            path: path.into(),
+            message: format!("cannot be written to: {source}"),
+            hint: "choose another folder with --out".into(),
+        };
+        fs::create_dir_all(path).map_err(unwritable)?;
+        PartFile::create(path.join(manifest::PATH)).map_err(|error| match error {
+            Error::Io { source, .. } => unwritable(source),
+            other => other,
+        })?;
+        let old = path.join(manifest::PATH);
+        if old.exists() {
+            fs::remove_file(&old).map_err(Error::io(&old))?;
+            sync_folder(path)?;
+        }
+        for folder in folders(Export::all()) {
+            remove_unfinished(&path.join(folder))?;
+        }
+        Ok(Output { path: path.to_owned() })
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Removes what an earlier bake has left here, whole or interrupted, and the new one has not written again. What
+    /// has no name that a bake gives stays.
+    fn remove_stale(&self, manifest: &Manifest) {
+        let kept: BTreeSet<&str> = manifest.files.iter().map(|file| &file.path[..]).collect();
+        for folder in folders(Export::all()) {
+            let Ok(entries) = fs::read_dir(self.path.join(folder)) else { continue };
+            for name in entries.flatten().filter_map(|entry| entry.file_name().into_string().ok()) {
+                let path = if folder.is_empty() { name } else { format!("{folder}/{name}") };
+                if !kept.contains(&path[..]) && Export::all().any(|export| export.names(&path)) {
+                    _ = fs::remove_file(self.path.join(path));
+                }
+            }
+        }
+    }
+}
+
+/// A number of bytes for people.
+pub struct Bytes(pub u64);
+
+impl std::fmt::Display for Bytes {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        const UNITS: [&str; 7] = ["B", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"];
+        let unit = (self.0.max(1).ilog2() / 10) as usize;
+        let value = self.0 as f64 / (1u64 << (10 * unit)) as f64;
+        write!(f, "{value:.*} {}", usize::from(unit > 0), UNITS[unit])
+    }
+}

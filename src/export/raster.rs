@@ -1,0 +1,286 @@
+//! What rasters can show of a tile, and the sinks that write it: one file for the region, or one a tile.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use serde::Serialize;
+
+use crate::area::{Place, Region, TileId};
+use crate::bake::Sink;
+use crate::error::Error;
+use crate::export::Image;
+use crate::export::file::write_whole;
+use crate::export::manifest::FileRecord;
+use crate::export::writer::{Format, RasterWriter, Sample};
+use crate::map::MapPainter;
+use crate::tile::Tile;
+use crate::world::World;
+
+/// What the pixels of a raster show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Quantity {
+    /// The height, as 65,536 steps over the world's range.
+    Height16,
+    /// The height in metres.
+    HeightMetres,
+    /// Weights of grass, dirt, rock and sand.
+    GroundWeights,
+    /// Weights of snow and of what may follow.
+    CoverWeights,
+    /// The normal, OpenGL convention.
+    Normal,
+    /// The picture of the map.
+    Map,
+}
+
+impl Quantity {
+    /// The sample that holds it.
+    pub fn sample(self) -> Sample {
+        match self {
+            Quantity::Height16 => Sample::Grey16,
+            Quantity::HeightMetres => Sample::Float32,
+            Quantity::GroundWeights | Quantity::CoverWeights => Sample::Rgba8,
+            Quantity::Normal | Quantity::Map => Sample::Rgb8,
+        }
+    }
+
+    /// What each channel holds, for the manifest.
+    pub fn channels(self) -> &'static [&'static str] {
+        match self {
+            Quantity::Height16 => &["height, 0 = min_m, 65535 = max_m"],
+            Quantity::HeightMetres => &["height in metres"],
+            Quantity::GroundWeights => &["grass", "dirt", "rock", "sand"],
+            Quantity::CoverWeights => &["snow", "unused", "unused", "unused"],
+            Quantity::Normal => &["east", "north", "up"],
+            Quantity::Map => &["red", "green", "blue"],
+        }
+    }
+}
+
+/// Turns tiles into rows of samples.
+pub(crate) struct Painter {
+    quantity: Quantity,
+    format: Format,
+    range_m: (f32, f32),
+    spacing_m: f64,
+    map: Option<MapPainter>,
+}
+
+impl Painter {
+    fn new(world: &World, image: &Image) -> Painter {
+        Painter {
+            quantity: image.quantity,
+            format: image.format,
+            range_m: world.height_range_m(),
+            spacing_m: world.spacing_m(),
+            map: (image.quantity == Quantity::Map).then(|| MapPainter::new(world)),
+        }
+    }
+
+    /// The samples of the first `rows` rows and `cols` columns of a tile, without gaps.
+    fn paint(&self, tile: &Tile, cols: usize, rows: usize) -> Vec<u8> {
+        let area = tile.area();
+        let row_bytes = cols * self.quantity.sample().bytes();
+        let mut samples = vec![0; rows * row_bytes];
+        for (y, row) in (area.y0..).zip(samples.chunks_exact_mut(row_bytes)) {
+            self.paint_row(tile, y, area.x0, row);
+        }
+        samples
+    }
+
+    fn paint_row(&self, tile: &Tile, y: i64, x0: i64, row: &mut [u8]) {
+        let x1 = x0 + (row.len() / self.quantity.sample().bytes()) as i64;
+        let heights = tile.heights().row(y, x0, x1);
+        match self.quantity {
+            Quantity::Height16 => {
+                let pairs = row.as_chunks_mut().0.iter_mut().zip(heights);
+                match self.format {
+                    Format::R16 => pairs.for_each(|(pair, &height)| *pair = self.step(height).to_le_bytes()),
+                    _ => pairs.for_each(|(pair, &height)| *pair = self.step(height).to_be_bytes()),
+                }
+            }
+            Quantity::HeightMetres => row.copy_from_slice(bytemuck::cast_slice(heights)),
+            Quantity::GroundWeights => copy_words(tile.blend().ground().row(y, x0, x1), row),
+            Quantity::CoverWeights => copy_words(tile.blend().cover().row(y, x0, x1), row),
+            Quantity::Normal => {
+                let [east, up, south] = tile.normals().row(y, x0, x1);
+                let pixels = row.as_chunks_mut().0.iter_mut();
+                for (((pixel, east), up), south) in pixels.zip(east).zip(up).zip(south) {
+                    // -1..1 becomes 0..255 with 0 at 127.5; green is the image's up, which is north.
+                    *pixel = [*east, -south, *up].map(|axis| (axis * 127.5 + 128.0) as u8);
+                }
+            }
+            Quantity::Map => self.map.as_ref().expect("a map has its painter").paint_row(tile, y, row),
+        }
+    }
+
+    /// `round((height - min) / (max - min) * 65535)`.
+    fn step(&self, height_m: f32) -> u16 {
+        let (min_m, max_m) = self.range_m;
+        ((height_m - min_m) / (max_m - min_m) * 65535.0 + 0.5) as u16
+    }
+}
+
+fn copy_words(words: &[u32], row: &mut [u8]) {
+    for (word, bytes) in words.iter().zip(row.as_chunks_mut().0) {
+        *bytes = word.to_le_bytes();
+    }
+}
+
+/// One raster of the whole region, written strip by strip.
+pub(crate) struct RegionRaster {
+    image: Image,
+    painter: Painter,
+    region: Region,
+    file: RasterFile,
+    out: PathBuf,
+    writer: Mutex<Option<RasterWriter>>,
+}
+
+impl RegionRaster {
+    /// Begins the raster in the folder of the bake.
+    pub fn create(world: &World, region: Region, image: Image, out: &Path) -> Result<RegionRaster, Error> {
+        let file = RasterFile { path: image.file(None), width: region.width(), height: region.height(), tile: None };
+        let writer = Mutex::new(Some(file.begin(&image, out)?));
+        Ok(RegionRaster { image, painter: Painter::new(world, &image), region, file, out: out.to_owned(), writer })
+    }
+}
+
+impl Sink for RegionRaster {
+    fn name(&self) -> &str {
+        &self.file.path
+    }
+
+    fn take(&self, tile: &Tile, place: Place) -> Result<Vec<u8>, Error> {
+        let (cols, rows) = self.region.owned(place);
+        Ok(self.painter.paint(tile, cols, rows))
+    }
+
+    fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+        let mut writer = self.writer.lock().expect("no thread panics while it writes");
+        let writer = writer.as_mut().expect("rows come before the end");
+        let (_, rows) = self.region.owned(Place { row, col: 0 });
+        let mut line = Vec::new();
+        for y in 0..rows {
+            line.clear();
+            for piece in pieces {
+                let row_bytes = piece.len() / rows;
+                line.extend_from_slice(&piece[y * row_bytes..][..row_bytes]);
+            }
+            writer.write_rows(&line)?;
+        }
+        Ok(())
+    }
+
+    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+        let writer = self.writer.lock().expect("no thread panics while it writes").take();
+        self.file.end(&self.image, writer.expect("a sink ends once"), &self.painter, &self.out)
+    }
+}
+
+/// One raster a tile, each written by the thread that made the tile.
+pub(crate) struct TileRasters {
+    image: Image,
+    painter: Painter,
+    out: PathBuf,
+    records: Mutex<Vec<FileRecord>>,
+}
+
+impl TileRasters {
+    /// Rasters that will be in the folder of the bake.
+    pub fn create(world: &World, image: Image, out: &Path) -> TileRasters {
+        TileRasters { image, painter: Painter::new(world, &image), out: out.to_owned(), records: Mutex::default() }
+    }
+}
+
+impl Sink for TileRasters {
+    fn name(&self) -> &str {
+        self.image.stem
+    }
+
+    fn take(&self, tile: &Tile, place: Place) -> Result<Vec<u8>, Error> {
+        let side = tile.area().width();
+        let path = self.image.file(Some(place));
+        let file = RasterFile { path, width: side as u64, height: side as u64, tile: Some(tile.id()) };
+        let mut writer = file.begin(&self.image, &self.out)?;
+        writer.write_rows(&self.painter.paint(tile, side, side))?;
+        let records = file.end(&self.image, writer, &self.painter, &self.out)?;
+        self.records.lock().expect("no thread panics while it adds").extend(records);
+        Ok(Vec::new())
+    }
+
+    fn append(&self, _row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+        Ok(std::mem::take(&mut *self.records.lock().expect("no thread panics while it adds")))
+    }
+}
+
+/// What a bare raster does not say about itself.
+#[derive(Serialize)]
+struct Sidecar {
+    width: u64,
+    height: u64,
+    sample: &'static str,
+    byte_order: &'static str,
+    row_order: &'static str,
+    min_m: f32,
+    max_m: f32,
+    spacing_m: f64,
+    tile: Option<TileId>,
+}
+
+/// A raster's place and size.
+struct RasterFile {
+    path: String,
+    width: u64,
+    height: u64,
+    tile: Option<TileId>,
+}
+
+impl RasterFile {
+    fn begin(&self, image: &Image, out: &Path) -> Result<RasterWriter, Error> {
+        let srgb = image.quantity == Quantity::Map;
+        let size = (self.width, self.height);
+        RasterWriter::create(out.join(&self.path), image.format, image.quantity.sample(), size, srgb)
+    }
+
+    /// Ends the file, and writes its sidecar where the format says nothing about itself.
+    fn end(
+        &self,
+        image: &Image,
+        writer: RasterWriter,
+        painter: &Painter,
+        out: &Path,
+    ) -> Result<Vec<FileRecord>, Error> {
+        let raster = FileRecord {
+            width: Some(self.width),
+            height: Some(self.height),
+            channels: image.quantity.channels().iter().map(ToString::to_string).collect(),
+            tile: self.tile,
+            ..FileRecord::new(self.path.clone(), image.export, writer.finish()?)
+        };
+        if image.format != Format::R16 {
+            return Ok(vec![raster]);
+        }
+        let (min_m, max_m) = painter.range_m;
+        let sidecar = Sidecar {
+            width: self.width,
+            height: self.height,
+            sample: "u16",
+            byte_order: "little-endian",
+            row_order: "from north to south",
+            min_m,
+            max_m,
+            spacing_m: painter.spacing_m,
+            tile: self.tile,
+        };
+        let path = format!("{}.json", self.path);
+        let text = serde_json::to_string_pretty(&sidecar).expect("numbers and names are JSON") + "\n";
+        let finished = write_whole(out.join(&path), text.as_bytes())?;
+        let sidecar = FileRecord { tile: self.tile, ..FileRecord::new(path, image.export, finished) };
+        Ok(vec![raster, sidecar])
+    }
+}

@@ -1,0 +1,154 @@
+//! Hypsometric tints: colours by height and by depth.
+
+use crate::preset::Tint;
+
+/// Steps of a colour table: finer than the eye, small enough for the cache.
+const STEPS: usize = 1024;
+
+/// The colours of a world's heights and depths, as tables of sRGB 0 to 255.
+pub(super) struct TintScale {
+    land: Vec<[f32; 3]>,
+    land_low_m: f32,
+    land_steps_per_m: f32,
+    sea: Vec<[f32; 3]>,
+    sea_steps_per_m: f32,
+}
+
+impl TintScale {
+    /// Land colours from `low_m` to `high_m`; sea colours for depths down to the world's lowest height.
+    pub fn new(tint: Tint, lowest_m: f32, low_m: f32, high_m: f32) -> TintScale {
+        let deepest_m = (low_m - lowest_m).max(1.0);
+        TintScale {
+            land: table(land_stops(tint)),
+            land_low_m: low_m,
+            land_steps_per_m: (STEPS - 1) as f32 / (high_m - low_m),
+            sea: table(SEA_STOPS),
+            sea_steps_per_m: (STEPS - 1) as f32 / deepest_m,
+        }
+    }
+
+    /// The colour of land at a height; beyond the ends, that of the end.
+    pub fn land(&self, height_m: f32) -> [f32; 3] {
+        self.land[step((height_m - self.land_low_m) * self.land_steps_per_m)]
+    }
+
+    /// The colour of the sea over a depth.
+    pub fn sea(&self, depth_m: f32) -> [f32; 3] {
+        self.sea[step(depth_m * self.sea_steps_per_m)]
+    }
+}
+
+fn step(position: f32) -> usize {
+    // Casts to integers saturate, so heights below the scale have its first colour.
+    (position as usize).min(STEPS - 1)
+}
+
+/// A colour at a share of the scale.
+type Stop = (f32, [u8; 3]);
+
+fn land_stops(tint: Tint) -> &'static [Stop] {
+    match tint {
+        Tint::Temperate => &[
+            (0.00, [110, 144, 104]),
+            (0.12, [136, 162, 112]),
+            (0.28, [172, 182, 132]),
+            (0.45, [210, 201, 156]),
+            (0.62, [200, 173, 134]),
+            (0.78, [176, 150, 128]),
+            (0.90, [199, 190, 183]),
+            (1.00, [240, 240, 240]),
+        ],
+        Tint::Arid => &[
+            (0.00, [178, 142, 98]),
+            (0.18, [205, 166, 112]),
+            (0.36, [214, 150, 96]),
+            (0.52, [190, 112, 74]),
+            (0.68, [205, 140, 98]),
+            (0.84, [222, 178, 132]),
+            (1.00, [238, 214, 176]),
+        ],
+        Tint::Alpine => &[
+            (0.00, [92, 120, 84]),
+            (0.18, [110, 135, 88]),
+            (0.36, [146, 156, 104]),
+            (0.54, [164, 154, 120]),
+            (0.72, [148, 140, 130]),
+            (0.88, [182, 182, 184]),
+            (1.00, [238, 241, 245]),
+        ],
+    }
+}
+
+/// From the shore's shallows to the deep.
+const SEA_STOPS: &[Stop] = &[
+    (0.00, [168, 205, 214]),
+    (0.04, [141, 187, 206]),
+    (0.15, [112, 160, 188]),
+    (0.40, [84, 130, 164]),
+    (1.00, [56, 94, 130]),
+];
+
+/// A table of colours between stops, interpolated in OKLab, where equal steps look equal.
+fn table(stops: &[Stop]) -> Vec<[f32; 3]> {
+    let stops: Vec<(f32, [f32; 3])> = stops.iter().map(|(at, colour)| (*at, oklab(*colour))).collect();
+    let colour = |index: usize| {
+        let at = index as f32 / (STEPS - 1) as f32;
+        let after = stops.iter().position(|stop| stop.0 >= at).unwrap_or(stops.len() - 1).max(1);
+        let ((low, from), (high, to)) = (stops[after - 1], stops[after]);
+        let share = (at - low) / (high - low);
+        srgb([0, 1, 2].map(|axis| from[axis] + (to[axis] - from[axis]) * share))
+    };
+    (0..STEPS).map(colour).collect()
+}
+
+// OKLab. Based on: Björn Ottosson, "A perceptual color space for image processing" (2020). `libm` instead of the
+// platform's functions keeps the picture's bytes the same everywhere.
+
+fn oklab(colour: [u8; 3]) -> [f32; 3] {
+    let [r, g, b] = colour.map(|channel| {
+        let channel = channel as f32 / 255.0;
+        if channel <= 0.040_45 { channel / 12.92 } else { libm::powf((channel + 0.055) / 1.055, 2.4) }
+    });
+    let l = libm::cbrtf(0.412_221_46 * r + 0.536_332_55 * g + 0.051_445_995 * b);
+    let m = libm::cbrtf(0.211_903_5 * r + 0.680_699_5 * g + 0.107_396_96 * b);
+    let s = libm::cbrtf(0.088_302_46 * r + 0.281_718_85 * g + 0.629_978_7 * b);
+    [
+        0.210_454_26 * l + 0.793_617_8 * m - 0.004_072_047 * s,
+        1.977_998_5 * l - 2.428_592_2 * m + 0.450_593_7 * s,
+        0.025_904_037 * l + 0.782_771_77 * m - 0.808_675_77 * s,
+    ]
+}
+
+fn srgb([lightness, a, b]: [f32; 3]) -> [f32; 3] {
+    let l = lightness + 0.396_337_78 * a + 0.215_803_76 * b;
+    let m = lightness - 0.105_561_346 * a - 0.063_854_17 * b;
+    let s = lightness - 0.089_484_18 * a - 1.291_485_5 * b;
+    let [l, m, s] = [l * l * l, m * m * m, s * s * s];
+    [
+        4.076_741_7 * l - 3.307_711_6 * m + 0.230_969_94 * s,
+        -1.268_438 * l + 2.609_757_4 * m - 0.341_319_4 * s,
+        -0.004_196_086 * l - 0.703_418_6 * m + 1.707_614_7 * s,
+    ]
+    .map(|channel| {
+        let channel = channel.clamp(0.0, 1.0);
+        255.0 * if channel <= 0.003_130_8 { channel * 12.92 } else { 1.055 * libm::powf(channel, 1.0 / 2.4) - 0.055 }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stops_keep_their_colours() {
+        for tint in [Tint::Temperate, Tint::Arid, Tint::Alpine] {
+            let scale = TintScale::new(tint, -100.0, 0.0, 1000.0);
+            let stops = land_stops(tint);
+            for (height_m, stop) in [(-5.0, stops[0]), (1500.0, stops[stops.len() - 1])] {
+                for (got, expected) in scale.land(height_m).iter().zip(stop.1) {
+                    assert!((got - expected as f32).abs() < 0.5, "{tint:?} {:?} {stop:?}", scale.land(height_m));
+                }
+            }
+        }
+    }
+}
