@@ -1,0 +1,172 @@
+//! The command line, from which help, completions and the man page come too.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::area::TileId;
+use crate::error::Error;
+use crate::export::Export;
+
+/// Bakes endless procedural terrain, offline, into maps and assets.
+#[derive(Parser)]
+#[command(name = "terrane", version, max_term_width = 100)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand)]
+pub(super) enum Command {
+    /// Bake a region of a world into a folder.
+    Bake(BakeArguments),
+    /// Bake one tile alone: the same bytes as in any region.
+    Tile(TileArguments),
+    /// List the built-in presets, or print one to start from.
+    Presets {
+        /// The preset to print.
+        name: Option<String>,
+    },
+    /// Print the JSON schema of a file: of bake.json, or of a preset with all its keys.
+    Schema {
+        /// The file.
+        #[arg(default_value = "bake")]
+        of: Schema,
+    },
+    /// Print a shell's completion script.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page.
+    Man,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum Schema {
+    /// The manifest that a bake leaves.
+    Bake,
+    /// A preset.
+    Preset,
+}
+
+#[derive(Args)]
+pub(super) struct BakeArguments {
+    /// A preset file, or the name of a built-in preset (terrane presets).
+    pub preset: String,
+    /// North-western tile of the region; may be negative.
+    #[arg(long, value_name = "X,Y", default_value = "0,0", allow_hyphen_values = true, value_parser = parse_tile)]
+    pub at: TileId,
+    /// Size of the region in tiles.
+    #[arg(long, value_name = "COLSxROWS", default_value = "8x8", value_parser = parse_size)]
+    pub size: (u64, u64),
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+#[derive(Args)]
+pub(super) struct TileArguments {
+    /// A preset file, or the name of a built-in preset (terrane presets).
+    pub preset: String,
+    /// Tiles east of tile (0, 0); may be negative.
+    #[arg(allow_negative_numbers = true)]
+    pub x: i64,
+    /// Tiles south of tile (0, 0); may be negative.
+    #[arg(allow_negative_numbers = true)]
+    pub y: i64,
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+#[derive(Args)]
+pub(super) struct CommonArguments {
+    /// Seed of the world [default: the preset's].
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Folder for the bake [default: out/ and the preset's name].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// What to write, with commas between.
+    #[arg(long, value_name = "LIST", default_value = Export::DEFAULT, long_help = export_help())]
+    pub export: String,
+    /// Threads to use [default: one a core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Say what would be written, and what it would take, and write nothing.
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Replace the bake that is in the folder.
+    #[arg(long)]
+    pub overwrite: bool,
+    /// Print one JSON object a line instead of text.
+    #[arg(long)]
+    pub json: bool,
+    /// Print nothing but errors.
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Say where the time went.
+    #[arg(short, long)]
+    pub verbose: bool,
+    /// Show no progress.
+    #[arg(long)]
+    pub no_progress: bool,
+}
+
+impl Command {
+    /// Whether messages are to be JSON.
+    pub fn is_json(&self) -> bool {
+        match self {
+            Command::Bake(BakeArguments { common, .. }) | Command::Tile(TileArguments { common, .. }) => common.json,
+            _ => false,
+        }
+    }
+}
+
+fn export_help() -> String {
+    let line = |export: Export| format!("\n  {:13} {}", export.name(), export.about());
+    format!("What to write, with commas between:{}", Export::all().map(line).collect::<String>())
+}
+
+fn parse_tile(text: &str) -> Result<TileId, String> {
+    let (x, y) = text.split_once(',').ok_or("expected two whole numbers with a comma between, such as -3,12")?;
+    let number = |text: &str| {
+        text.trim().parse().map_err(|error| format!("expected a whole number of 64 bits, found {text:?}: {error}"))
+    };
+    Ok(TileId { x: number(x)?, y: number(y)? })
+}
+
+fn parse_size(text: &str) -> Result<(u64, u64), String> {
+    let (cols, rows) = text.split_once(['x', 'X']).ok_or("expected columns x rows, such as 8x8")?;
+    let number = |text: &str| match text.trim().parse() {
+        Ok(0) => Err("a region has at least one tile each way, such as 1x1".to_owned()),
+        Ok(count) => Ok(count),
+        Err(error) => Err(format!("expected a whole number of tiles, found {text:?}: {error}")),
+    };
+    Ok((number(cols)?, number(rows)?))
+}
+
+/// What both `bake` and `tile` come to.
+pub(super) struct Job {
+    pub preset: String,
+    pub at: TileId,
+    pub size: (u64, u64),
+    pub common: CommonArguments,
+}
+
+impl From<BakeArguments> for Job {
+    fn from(BakeArguments { preset, at, size, common }: BakeArguments) -> Job {
+        Job { preset, at, size, common }
+    }
+}
+
+impl From<TileArguments> for Job {
+    fn from(TileArguments { preset, x, y, common }: TileArguments) -> Job {
+        Job { preset, at: TileId { x, y }, size: (1, 1), common }
+    }
+}
+
+impl Job {
+    pub fn exports(&self) -> Result<Vec<Export>, Error> {
+        Export::parse_list(&self.common.export)
+    }
+}

@@ -1,0 +1,70 @@
+//! The command: a thin layer over the library. Only here is anything printed.
+
+mod args;
+mod bake;
+mod console;
+mod progress;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser};
+
+use args::{Arguments, Command, Schema};
+use console::Console;
+
+use crate::error::Error;
+use crate::export::Manifest;
+use crate::preset::{self, Preset};
+use crate::simd::Level;
+
+/// Runs the command that the program was called with.
+///
+/// The exit code is 0 when it is done, 2 for a mistake of the user's, 130 after an interrupt, else 1.
+pub fn run() -> ExitCode {
+    let arguments = Arguments::parse();
+    let console = Console::new(arguments.command.is_json());
+    match run_command(arguments.command, &console) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            console.error(&error);
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn run_command(command: Command, console: &Console) -> Result<(), Error> {
+    // A bad variable is the user's mistake and not the first kernel's panic.
+    Level::chosen().map_err(|message| Error::Option { message, hint: String::new() })?;
+    match command {
+        Command::Bake(arguments) => bake::run(&arguments.into(), console),
+        Command::Tile(arguments) => bake::run(&arguments.into(), console),
+        Command::Presets { name: Some(name) } => Console::text(preset::built_in(&name)?),
+        Command::Presets { name: None } => {
+            let line = |(name, text): &(&str, &str)| format!("{name:12} {}\n", preset::summary(text));
+            Console::text(&preset::BUILT_IN.iter().map(line).collect::<String>())
+        }
+        Command::Schema { of } => {
+            let schema = match of {
+                Schema::Bake => schemars::schema_for!(Manifest),
+                Schema::Preset => schemars::schema_for!(Preset),
+            };
+            Console::text(&(serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"))
+        }
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Arguments::command(), "terrane", &mut script);
+            Console::bytes(&script)
+        }
+        Command::Man => {
+            let mut page = Vec::new();
+            let render = |command: clap::Command, page: &mut Vec<u8>| clap_mangen::Man::new(command).render(page);
+            let mut command = Arguments::command();
+            command.build();
+            render(command.clone(), &mut page).expect("a Vec takes everything");
+            for subcommand in command.get_subcommands().filter(|subcommand| subcommand.get_name() != "help") {
+                render(subcommand.clone(), &mut page).expect("a Vec takes everything");
+            }
+            Console::bytes(&page)
+        }
+    }
+}
