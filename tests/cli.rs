@@ -1,0 +1,788 @@
+//! The command as its users meet it: run in temporary folders, judged by exit code, messages and files.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread;
+use std::time::{Duration, Instant, SystemTime};
+
+use serde_json::Value;
+use tempfile::TempDir;
+use terrane::export::Manifest;
+
+/// A world that bakes in milliseconds. Tests replace lines of it by number, so the numbers matter.
+const SMALL: &str = "\
+# A small world for tests
+tile_cells = 16
+
+[[noise]]
+kind = \"ridged\"
+height_m = 200.0
+wavelength_m = 300.0
+octaves = 4
+";
+
+const REGION_EXPORTS: &str = "height,exr,r16,blend,normal,map";
+const TILE_EXPORTS: &str = "height-tiles,exr-tiles,r16-tiles,blend-tiles,normal-tiles,map-tiles";
+
+/// No step of a test takes this long unless the command hangs.
+const PATIENCE: Duration = Duration::from_mins(1);
+
+/// A temporary folder in which the command runs, with the small world as `small.toml`.
+struct Desk(TempDir);
+
+/// What a run of the command has left behind.
+struct Outcome {
+    code: Option<i32>,
+    stdout: String,
+    stderr: String,
+}
+
+impl Desk {
+    fn new() -> Desk {
+        let desk = Desk(tempfile::tempdir().unwrap());
+        desk.write("small.toml", SMALL);
+        desk
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        fs::create_dir_all(self.path(name).parent().unwrap()).unwrap();
+        fs::write(self.path(name), content).unwrap();
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
+        command.args(arguments).current_dir(self.0.path()).stdin(Stdio::null());
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> Outcome {
+        self.command(arguments).output().unwrap().into()
+    }
+
+    /// Runs what must succeed.
+    fn done(&self, arguments: &[&str]) -> Outcome {
+        let outcome = self.run(arguments);
+        assert_eq!(outcome.code, Some(0), "{arguments:?}\n{outcome}");
+        outcome
+    }
+
+    /// Runs what must be refused as the user's mistake, with all of `words` in the message and nothing written.
+    fn refused(&self, arguments: &[&str], words: &[&str]) -> Outcome {
+        self.refuses(&mut self.command(arguments), words)
+    }
+
+    fn refuses(&self, command: &mut Command, words: &[&str]) -> Outcome {
+        let before = self.everything();
+        let outcome = Outcome::from(command.output().unwrap());
+        outcome.check_refusal(command, words);
+        assert_eq!(self.everything(), before, "{command:?} has written something\n{outcome}");
+        outcome
+    }
+
+    /// All files and folders, with the size and the time of the last change of each file.
+    fn everything(&self) -> BTreeMap<PathBuf, Option<(u64, SystemTime)>> {
+        let mut found = BTreeMap::new();
+        walk(self.0.path(), &mut |path| {
+            let metadata = fs::symlink_metadata(path).unwrap();
+            let file = metadata.is_file().then(|| (metadata.len(), metadata.modified().unwrap()));
+            found.insert(path.to_owned(), file);
+        });
+        found
+    }
+
+    fn manifest(&self, folder: &str) -> Manifest {
+        let text = fs::read(self.path(folder).join("bake.json")).expect("the bake has left its manifest");
+        serde_json::from_slice(&text).expect("a manifest can be read back")
+    }
+}
+
+impl From<Output> for Outcome {
+    fn from(output: Output) -> Outcome {
+        let text = |bytes| String::from_utf8(bytes).expect("messages are UTF-8");
+        Outcome { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
+    }
+}
+
+impl Outcome {
+    fn check_refusal(&self, command: &Command, words: &[&str]) {
+        assert_eq!(self.code, Some(2), "{command:?}\n{self}");
+        for word in words {
+            assert!(self.stderr.contains(word), "{command:?} does not say {word:?}\n{self}");
+        }
+    }
+
+    /// Standard output as one JSON object.
+    fn object(&self) -> Value {
+        serde_json::from_str(&self.stdout).unwrap_or_else(|error| panic!("{error}\n{self}"))
+    }
+
+    /// Standard output as JSON objects, one a line.
+    fn objects(&self) -> Vec<Value> {
+        let object = |line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{error} in {line:?}\n{self}"));
+        self.stdout.lines().map(object).collect()
+    }
+}
+
+impl std::fmt::Display for Outcome {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "exit code {:?}\n--- stdout\n{}\n--- stderr\n{}", self.code, self.stdout, self.stderr)
+    }
+}
+
+/// Calls `visit` for everything in a folder and in its folders.
+fn walk(folder: &Path, visit: &mut impl FnMut(&Path)) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        visit(&path);
+        if path.is_dir() && !path.is_symlink() {
+            walk(&path, visit);
+        }
+    }
+}
+
+/// The files in a folder and in its folders, with `/` between the parts of their paths.
+fn files_in(folder: &Path) -> BTreeSet<String> {
+    let mut files = BTreeSet::new();
+    walk(folder, &mut |path| {
+        if path.is_file() {
+            let inside = path.strip_prefix(folder).unwrap();
+            let parts: Vec<_> = inside.iter().map(|part| part.to_str().unwrap()).collect();
+            files.insert(parts.join("/"));
+        }
+    });
+    files
+}
+
+/// The small world with some of its lines, counted from 1, replaced; each may become several.
+fn small_with(replaced: &[(usize, &str)]) -> String {
+    let line = |(number, line): (usize, &str)| {
+        let new = replaced.iter().find(|(at, _)| *at == number).map_or(line, |(_, new)| new);
+        format!("{new}\n")
+    };
+    (1..).zip(SMALL.lines()).map(line).collect()
+}
+
+// ---------------------------------------------------------------------------------------------------------------------
+// Bad presets.
+
+/// What is wrong: the line that is replaced, by what, where the error must point, and what it must say.
+type BadLine = (usize, &'static str, &'static str, &'static [&'static str]);
+
+const BAD_LINES: &[BadLine] = &[
+    // Unknown keys list the known ones, and the one that was probably meant.
+    (8, "octavs = 4", "8:1", &["octavs", "lacunarity", "did you mean octaves?"]),
+    (8, "colour = 4", "8:1", &["colour", "octaves", "lacunarity"]),
+    (2, "tile_cels = 16", "2:1", &["tile_cels", "spacing_m", "did you mean tile_cells?"]),
+    // Wrong types.
+    (8, "octaves = \"many\"", "8:11", &["\"many\"", "expected"]),
+    (8, "octaves = 4.5", "8:11", &["4.5", "expected"]),
+    (8, "octaves = -1", "8:11", &["-1", "expected"]),
+    (6, "height_m = [200.0]", "6:12", &["expected"]),
+    (5, "kind = \"rigded\"", "5:8", &["rigded", "fbm", "hybrid", "hetero", "did you mean ridged?"]),
+    // Not numbers, and not finite ones.
+    (6, "height_m = nan", "6:12", &["height_m", "NaN", "-100000 to 100000"]),
+    (6, "height_m = inf", "6:12", &["height_m", "inf", "-100000 to 100000"]),
+    (6, "height_m = -inf", "6:12", &["height_m", "-inf", "-100000 to 100000"]),
+    (7, "wavelength_m = nan", "7:16", &["wavelength_m", "NaN"]),
+    (2, "sea_level_m = nan", "2:15", &["sea_level_m", "NaN"]),
+    (8, "octaves = 4\nmask = { wavelength_m = 500.0, from = nan, to = 1.0 }", "9:39", &["noise[0].mask.from", "NaN"]),
+    (8, "octaves = 4\ncurve = [[0.0, 0.0], [1.0, inf]]", "9:28", &["noise[0].curve", "inf"]),
+    // Out of range.
+    (8, "octaves = 0", "8:11", &["noise[0].octaves", "1 to 16", "found 0"]),
+    (8, "octaves = 1000", "8:11", &["noise[0].octaves", "1 to 16", "found 1000"]),
+    (8, "lacunarity = 0", "8:14", &["noise[0].lacunarity", "1.5 to 8", "found 0"]),
+    (2, "spacing_m = -1.0", "2:13", &["spacing_m", "0.001 to 10000", "found -1"]),
+    (2, "spacing_m = 0", "2:13", &["spacing_m", "0.001 to 10000", "found 0"]),
+    (2, "tile_cells = 0", "2:14", &["tile_cells", "16 to 4096", "found 0"]),
+    (2, "tile_cells = 1000000000", "2:14", &["tile_cells", "16 to 4096", "found 1000000000"]),
+    (2, "tile_cells = 99999999999", "2:14", &["99999999999", "expected"]),
+    (7, "wavelength_m = 2.0", "8:11", &["octaves", "octaves = 1"]),
+    // Keys that nothing reads, that are missing, or that are there twice.
+    (5, "kind = \"fbm\"\ngain = 2.0", "6:8", &["noise[0].gain", "fbm", "leave it out", "ridged"]),
+    (5, "kind = \"fbm\"\noffset = 1.0", "6:10", &["noise[0].offset", "fbm", "leave it out", "hybrid"]),
+    (6, "", "4:1", &["height_m"]),
+    (8, "octaves = 4\noctaves = 5", "9:1", &["duplicate"]),
+    // No TOML.
+    (5, "kind = \"ridged", "5:15", &["invalid"]),
+];
+
+#[test]
+fn a_bad_line_of_a_preset_is_refused_with_its_place() {
+    let desk = Desk::new();
+    for &(number, line, place, words) in BAD_LINES {
+        desk.write("bad.toml", small_with(&[(number, line)]));
+        let outcome = desk.refused(&["bake", "bad.toml", "--size", "1x1"], words);
+        let place = format!("bad.toml:{place}: ");
+        assert!(outcome.stderr.contains(&place), "{line:?} is not found at {place}\n{outcome}");
+    }
+}
+
+#[test]
+fn the_error_shows_the_line_and_marks_what_is_meant() {
+    let desk = Desk::new();
+    desk.write("bad.toml", small_with(&[(8, "octaves = 1000 # too many")]));
+    let outcome = desk.refused(&["bake", "bad.toml"], &[]);
+    let picture = "\n  |\n8 | octaves = 1000 # too many\n  |           ^^^^\n";
+    assert!(outcome.stderr.contains(picture), "{outcome}");
+}
+
+#[test]
+fn a_warp_wider_than_the_noise_can_follow_is_refused() {
+    let desk = Desk::new();
+    let warp = "tile_cells = 16\nwarp = { wavelength_m = 50.0, distance_m = 90000.0 }";
+    desk.write("bad.toml", small_with(&[(2, warp)]));
+    desk.refused(&["bake", "bad.toml", "--size", "1x1"], &["bad.toml:3:44", "warp.distance_m", "a smaller distance_m"]);
+}
+
+#[test]
+fn files_that_are_no_preset_are_refused() {
+    let desk = Desk::new();
+    fs::create_dir(desk.path("folder")).unwrap();
+    desk.refused(&["bake", "folder"], &["folder", "is a folder"]);
+    desk.write("latin1.toml", [SMALL.as_bytes(), b"# H\xf6he\n"].concat());
+    desk.refused(&["bake", "latin1.toml"], &["latin1.toml", "UTF-8", "line 9"]);
+    desk.write("empty.toml", "");
+    desk.refused(&["bake", "empty.toml"], &["empty.toml:1:1", "noise"]);
+    desk.refused(&["bake", "missing.toml"], &["missing.toml", "terrane presets"]);
+    // Two gigabytes that take no room: a file with a hole.
+    fs::File::create(desk.path("long.toml")).unwrap().set_len(2 << 30).unwrap();
+    desk.refused(&["bake", "long.toml"], &["long.toml", "1 MiB"]);
+}
+
+#[test]
+fn an_unknown_preset_lists_the_known_ones() {
+    let desk = Desk::new();
+    desk.refused(&["bake", "montains"], &["montains", "did you mean mountains?", "thesis", "archipelago"]);
+    desk.refused(&["presets", "zzz"], &["zzz", "thesis", "mountains"]);
+}
+
+// ---------------------------------------------------------------------------------------------------------------------
+// Bad regions, exports, options and folders.
+
+/// Arguments after `bake small.toml`, and what the message must say.
+const BAD_OPTIONS: &[(&[&str], &[&str])] = &[
+    (&["--size", "0x0"], &["0x0", "1x1"]),
+    (&["--size", "3x0"], &["3x0", "1x1"]),
+    (&["--size", "3"], &["8x8"]),
+    (&["--size", "-1x2"], &["-1"]),
+    (&["--size", "18446744073709551616x1"], &["18446744073709551616", "too large"]),
+    (&["--at", "9223372036854775808,0"], &["9223372036854775808", "too large"]),
+    (&["--at", "5"], &["5", "-3,12"]),
+    // Beyond i64, or so near its ends that a vertex would be.
+    (&["--at", "9223372036854775807,0"], &["(9223372036854775807, 0)", "tile numbers run from"]),
+    (&["--at", "-9223372036854775808,0"], &["(-9223372036854775808, 0)", "tile numbers run from"]),
+    (&["--at", "5,5", "--size", "18446744073709551615x1"], &["18446744073709551615 x 1", "tile numbers run from"]),
+    (&["--at", "5,5", "--size", "1x9223372036854775807"], &["1 x 9223372036854775807", "tile numbers run from"]),
+    // More than anything can hold.
+    (&["--size", "1000000000x1000000000"], &["1000000000 x 1000000000", "bake it in parts"]),
+    (&["--size", "100000000x100000000", "--export", "height"], &["EiB", "free", "--size"]),
+    (&["--size", "500000000000000x1", "--export", "r16-tiles"], &["EiB", "free", "--size"]),
+    // More than a format can hold; the message names what can.
+    (&["--size", "134217728x1", "--export", "height"], &["PNG", "2147483647", "height-tiles", "r16"]),
+    (&["--size", "1x134217728", "--export", "map"], &["PNG", "2147483647", "map-tiles"]),
+    (&["--size", "134217728x1", "--export", "blend"], &["PNG", "2147483647", "blend-tiles"]),
+    (&["--size", "1x134217728", "--export", "normal"], &["PNG", "2147483647", "normal-tiles"]),
+    (&["--size", "134217728x1", "--export", "exr"], &["EXR", "2147483647", "exr-tiles"]),
+    // Options that make no sense.
+    (&["--export", "hieght"], &["hieght", "did you mean height?", "height-tiles", "exr", "r16", "map"]),
+    (&["--export", "height,"], &["export", "height-tiles"]),
+    (&["--seed", "-1"], &["-1"]),
+    (&["--seed", "1e3"], &["1e3"]),
+    (&["--threads", "0"], &["0"]),
+    (&["-q", "-v"], &["--quiet", "--verbose"]),
+    (&["--colour"], &["--colour"]),
+];
+
+#[test]
+fn bad_options_are_refused() {
+    let desk = Desk::new();
+    for (options, words) in BAD_OPTIONS {
+        desk.refused(&[&["bake", "small.toml"][..], options].concat(), words);
+    }
+    desk.refused(&["tile", "small.toml", "9223372036854775807", "0"], &["(9223372036854775807, 0)"]);
+    desk.refused(&["tile", "small.toml", "1"], &["<Y>"]);
+}
+
+#[test]
+fn a_region_whose_cost_is_beyond_64_bits_is_refused() {
+    // As many of the largest tiles as a region may have: what one row of them would hold in memory overflows u64.
+    let desk = Desk::new();
+    desk.write("large.toml", small_with(&[(2, "tile_cells = 4096")]));
+    desk.refused(&["bake", "large.toml", "--size", "540000000000x1", "--export", "r16,blend-tiles"], &["free"]);
+}
+
+#[test]
+fn the_widest_region_that_a_png_holds_is_planned() {
+    // The other side of the limit: 134217727 x 16 + 1 = 2^31 - 15 vertices. Some disks have room for it.
+    let outcome = Desk::new().run(&["bake", "small.toml", "--size", "134217727x1", "--export", "height", "--dry-run"]);
+    assert!(outcome.stdout.contains("2147483633 x 17 vertices"), "{outcome}");
+    assert!(!outcome.stderr.contains("exports that hold it"), "{outcome}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_region_of_a_billion_squared_tiles_is_refused_in_little_time_and_memory() {
+    let desk = Desk::new();
+    let mut command = Command::new("sh");
+    // 64 MiB of addresses in all, so no more memory either.
+    command.args(["-c", "ulimit -v 65536 && exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_terrane")]);
+    command.args(["bake", "small.toml", "--size", "1000000000x1000000000"]).current_dir(desk.0.path());
+    let start = Instant::now();
+    desk.refuses(&mut command, &["1000000000 x 1000000000"]);
+    // Coarse on purpose: a busy machine must not fail the test, a loop over the tiles must.
+    assert!(start.elapsed() < Duration::from_secs(10), "took {:?}", start.elapsed());
+}
+
+#[test]
+fn an_unknown_instruction_set_is_refused() {
+    let desk = Desk::new();
+    let mut command = desk.command(&["bake", "small.toml", "--size", "1x1"]);
+    desk.refuses(command.env("TERRANE_SIMD", "mmx"), &["TERRANE_SIMD", "mmx", "scalar", "sse2", "avx2", "avx512"]);
+}
+
+#[test]
+fn an_output_path_that_is_a_file_is_refused() {
+    let desk = Desk::new();
+    desk.refused(&["bake", "small.toml", "--out", "small.toml"], &["small.toml", "is a file", "--out"]);
+    desk.refused(&["bake", "small.toml", "--out", "small.toml", "--overwrite"], &["small.toml", "is a file"]);
+    desk.refused(&["bake", "small.toml", "--out", "small.toml/below"], &["small.toml/below", "--out"]);
+}
+
+#[test]
+fn a_folder_that_is_not_empty_is_refused_without_overwrite() {
+    let desk = Desk::new();
+    desk.write("full/diary.txt", "mine");
+    desk.refused(&["bake", "small.toml", "--out", "full"], &["full", "not empty", "--overwrite", "--out"]);
+    desk.refused(&["bake", "small.toml", "--out", "full", "--dry-run"], &["full", "not empty", "--overwrite"]);
+    // An empty one is as good as none.
+    fs::create_dir(desk.path("empty")).unwrap();
+    desk.done(&["bake", "small.toml", "--out", "empty", "--size", "1x1"]);
+    assert!(desk.path("empty/bake.json").is_file());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_that_cannot_be_written_to_is_refused() {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    use std::os::unix::process::CommandExt;
+    let desk = Desk::new();
+    // Not even the superuser makes a folder here.
+    desk.refused(
+        &["bake", "small.toml", "--out", "/proc/terrane"],
+        &["/proc/terrane", "cannot be written to", "--out"],
+    );
+    // Permissions do not bind the superuser, so the command runs as nobody, who must be able to reach it.
+    let set_mode = |path: &Path, mode| fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
+    fs::create_dir(desk.path("locked")).unwrap();
+    set_mode(&desk.path("locked"), 0o555);
+    let mut command = desk.command(&["bake", "small.toml", "--out", "locked"]);
+    if fs::metadata(desk.0.path()).unwrap().uid() == 0 {
+        const NOBODY: u32 = 65534;
+        set_mode(desk.0.path(), 0o755);
+        // Another program copies it: a file that we had open to write could not be run while another test forks.
+        let copied = Command::new("cp").arg(env!("CARGO_BIN_EXE_terrane")).arg(desk.path("terrane")).status();
+        assert!(copied.unwrap().success());
+        command = Command::new(desk.path("terrane"));
+        command.args(["bake", "small.toml", "--out", "locked"]).current_dir(desk.0.path()).uid(NOBODY);
+    }
+    desk.refuses(&mut command, &["locked", "cannot be written to", "--out"]);
+}
+
+// ---------------------------------------------------------------------------------------------------------------------
+// What the command says.
+
+#[test]
+fn a_dry_run_says_what_the_bake_will_take_and_writes_nothing() {
+    let desk = Desk::new();
+    let arguments = ["bake", "small.toml", "--size", "2x2", "--out", "plan", "--json", "--export"];
+    let exports = format!("{REGION_EXPORTS},{TILE_EXPORTS},hashes");
+    let arguments = [&arguments[..], &[&exports]].concat();
+    let before = desk.everything();
+    let text = desk.done(&["bake", "small.toml", "--size", "2x2", "--out", "plan", "--dry-run"]).stdout;
+    for (line, word) in [("files", "KiB"), ("memory", "MiB"), ("time", " s "), ("region", "33 x 33")] {
+        let found = text.lines().any(|found| found.starts_with(line) && found.contains(word));
+        assert!(found, "no line of {line} with {word}:\n{text}");
+    }
+    let plan = desk.done(&[&arguments[..], &["--dry-run"]].concat()).objects();
+    assert_eq!(desk.everything(), before, "a dry run has written something");
+    // The bake itself keeps to the plan.
+    let done = desk.done(&arguments).objects();
+    let (plan, done) = (&plan[0], done.last().unwrap());
+    assert_eq!((&plan["type"], &done["type"]), (&"plan".into(), &"done".into()));
+    assert_eq!(plan["files"], done["files"]);
+    assert_eq!(plan["files"], files_in(&desk.path("plan")).len());
+    let size = |file: &String| fs::metadata(desk.path("plan").join(file)).unwrap().len();
+    let on_disk: u64 = files_in(&desk.path("plan")).iter().map(size).sum();
+    let promised = plan["disk_bytes_at_most"].as_u64().unwrap();
+    assert!(on_disk <= promised, "{on_disk} bytes on the disk, at most {promised} announced");
+    assert!(plan["memory_bytes"].as_u64().unwrap() > 0 && plan["seconds"].as_f64().unwrap() > 0.0, "{plan}");
+}
+
+#[test]
+fn json_lines_all_parse_and_the_last_says_done() {
+    let desk = Desk::new();
+    let objects = desk.done(&["bake", "small.toml", "--size", "2x1", "--out", "o", "--json", "-v"]).objects();
+    assert!(objects.iter().any(|object| object["type"] == "stage" && object["stage"] == "relief"), "{objects:?}");
+    let done = objects.last().unwrap();
+    assert_eq!(done["type"], "done");
+    assert_eq!(done["out"], "o");
+    assert_eq!((done["tiles"].as_u64(), done["vertices"].as_u64()), (Some(2), Some(33 * 17)));
+    let bytes: u64 = desk.manifest("o").files.iter().map(|file| file.bytes).sum();
+    assert_eq!(done["bytes"].as_u64(), Some(bytes));
+    // A refusal is an object too.
+    let outcome = desk.refused(&["bake", "small.toml", "--out", "o", "--json"], &["not empty"]);
+    let objects = outcome.objects();
+    let error = objects.last().unwrap();
+    assert_eq!((&error["type"], error["exit_code"].as_u64()), (&"error".into(), Some(2)));
+    assert!(error["hint"].as_str().unwrap().contains("--overwrite"), "{error}");
+}
+
+#[test]
+fn quiet_prints_nothing_and_the_default_says_what_there_is() {
+    let desk = Desk::new();
+    let quiet = desk.done(&["bake", "small.toml", "--size", "1x1", "--out", "quiet", "-q"]);
+    assert_eq!((&quiet.stdout[..], &quiet.stderr[..]), ("", ""));
+    assert!(desk.path("quiet/bake.json").is_file());
+    let normal = desk.done(&["bake", "small.toml", "--size", "1x1"]);
+    assert!(normal.stdout.contains("17 x 17 vertices") && normal.stdout.contains("6 files"), "{normal}");
+    // Without --out the folder bears the preset's name.
+    assert!(desk.path("out/small/bake.json").is_file());
+    let verbose = desk.done(&["bake", "small.toml", "--size", "1x1", "--out", "verbose", "-v"]);
+    assert!(verbose.stdout.lines().any(|line| line.contains('%') && line.ends_with("relief")), "{verbose}");
+    // Errors are said even then.
+    desk.refused(&["bake", "small.toml", "--out", "quiet", "-q"], &["not empty"]);
+}
+
+#[test]
+fn presets_are_listed_with_their_first_line_and_printed_whole() {
+    let desk = Desk::new();
+    let listed = desk.done(&["presets"]).stdout;
+    let mut count = 0;
+    // Every file of the folder is embedded.
+    for entry in fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/presets")).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        let text = fs::read_to_string(&path).unwrap();
+        let shows = text.lines().next().unwrap().trim_start_matches("# ");
+        let line = listed.lines().find(|line| line.split(' ').next() == Some(name));
+        assert!(line.is_some_and(|line| line.ends_with(shows)), "{name} is not listed as {shows:?}:\n{listed}");
+        assert_eq!(desk.done(&["presets", name]).stdout, text);
+        count += 1;
+    }
+    assert_eq!(listed.lines().count(), count);
+    assert!(count >= 5, "there are {count} presets");
+}
+
+#[test]
+fn schemas_describe_what_is_written() {
+    let desk = Desk::new();
+    desk.done(&["bake", "small.toml", "--size", "1x1", "--out", "o", "-q"]);
+    let schema = |of| desk.done(&["schema", of]).object();
+    let (bake, preset) = (schema("bake"), schema("preset"));
+    assert_eq!(desk.done(&["schema"]).object(), bake, "the manifest's schema is the default");
+    let manifest: Value = serde_json::from_slice(&fs::read(desk.path("o/bake.json")).unwrap()).unwrap();
+    for (schema, written) in [(&bake, &manifest), (&preset, &manifest["preset"])] {
+        let described: BTreeSet<_> = schema["properties"].as_object().unwrap().keys().collect();
+        let written: BTreeSet<_> = written.as_object().unwrap().keys().collect();
+        assert_eq!(described, written);
+        assert!(schema["required"].as_array().is_some_and(|required| !required.is_empty()), "{schema}");
+    }
+    desk.refused(&["schema", "map"], &["map", "bake", "preset"]);
+}
+
+#[test]
+fn completions_and_the_manual_know_the_options() {
+    let desk = Desk::new();
+    for (shell, word) in [("bash", "complete -F"), ("zsh", "#compdef terrane"), ("fish", "complete -c terrane")] {
+        let script = desk.done(&["completions", shell]).stdout;
+        for word in [word, "overwrite", "dry-run", "presets"] {
+            assert!(script.contains(word), "the script for {shell} lacks {word:?}");
+        }
+    }
+    desk.refused(&["completions", "cmd"], &["cmd", "bash", "zsh", "fish"]);
+    let manual = desk.done(&["man"]).stdout;
+    for word in [".TH terrane", ".SH", "\\-\\-overwrite", "\\-\\-dry\\-run", "COLSxROWS"] {
+        assert!(manual.contains(word), "the manual lacks {word:?}");
+    }
+}
+
+// ---------------------------------------------------------------------------------------------------------------------
+// Streams that close, and interrupts.
+
+#[test]
+fn a_closed_standard_output_is_no_panic() {
+    let desk = Desk::new();
+    let commands: [&[&str]; 9] = [
+        &["--help"],
+        &["bake", "--help"],
+        &["presets"],
+        &["presets", "thesis"],
+        &["schema"],
+        &["completions", "zsh"],
+        &["man"],
+        &["bake", "small.toml", "--size", "1x1", "--dry-run"],
+        &["bake", "small.toml", "--size", "1x1", "--out", "o", "--json", "-v"],
+    ];
+    for arguments in commands {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = desk.command(arguments).stdout(writer).stderr(Stdio::piped()).output().unwrap();
+        let outcome = Outcome::from(output);
+        assert_eq!((outcome.code, &outcome.stderr[..]), (Some(0), ""), "{arguments:?}\n{outcome}");
+    }
+    assert!(desk.path("o/bake.json").is_file(), "the bake goes on without its listener");
+}
+
+#[test]
+fn a_closed_standard_error_is_no_panic() {
+    let desk = Desk::new();
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let status = desk.command(&["bake", "no-such-preset"]).stderr(writer).status().unwrap();
+    assert_eq!(status.code(), Some(2));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_an_error() {
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let outcome = Outcome::from(Desk::new().command(&["presets"]).stdout(full).output().unwrap());
+    assert_eq!(outcome.code, Some(1), "{outcome}");
+    assert!(outcome.stderr.contains("standard output"), "{outcome}");
+}
+
+/// The small world with so many terms that a region of it takes minutes on one thread of any machine.
+fn slow_world() -> String {
+    let term = "[[noise]]\nkind = \"fbm\"\nheight_m = 10.0\nwavelength_m = 1000.0\noctaves = 16\nlacunarity = 1.5\n";
+    format!("tile_cells = 32\n{}", term.repeat(16))
+}
+
+/// A running command, killed when the test is done with it.
+#[cfg(unix)]
+struct Running(Child);
+
+#[cfg(unix)]
+impl Running {
+    fn interrupt(&self) {
+        // The shell's own `kill`: no other program is needed.
+        let status = Command::new("sh").args(["-c", &format!("kill -INT {}", self.0.id())]).status().unwrap();
+        assert!(status.success());
+    }
+
+    fn exit_code(&mut self) -> Option<i32> {
+        let start = Instant::now();
+        while start.elapsed() < PATIENCE {
+            if let Some(status) = self.0.try_wait().unwrap() {
+                return status.code();
+            }
+            thread::sleep(Duration::from_millis(10));
+        }
+        panic!("the command still runs after {PATIENCE:?}");
+    }
+}
+
+#[cfg(unix)]
+impl Drop for Running {
+    fn drop(&mut self) {
+        _ = self.0.kill();
+        _ = self.0.wait();
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_leaves_nothing_that_looks_whole() {
+    let desk = Desk::new();
+    desk.write("slow.toml", slow_world());
+    let exports = "height,exr,r16,blend,normal,map,hashes";
+    let mut command = desk.command(&["bake", "slow.toml", "--size", "128x128", "--out", "o", "--threads", "1"]);
+    command.args(["--export", exports]).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut running = Running(command.spawn().unwrap());
+    // The bake is under way when the last of its eight files has been begun.
+    let start = Instant::now();
+    let begun = || desk.path("o").is_dir() && files_in(&desk.path("o")).len() == 8;
+    while !begun() {
+        assert!(start.elapsed() < PATIENCE, "the bake has not begun: {:?}", desk.everything());
+        assert!(running.0.try_wait().unwrap().is_none(), "the bake has ended before it was interrupted");
+        thread::sleep(Duration::from_millis(5));
+    }
+    running.interrupt();
+    let code = running.exit_code();
+    let stderr = std::io::read_to_string(running.0.stderr.take().unwrap()).unwrap();
+    assert_eq!(code, Some(130), "{stderr}");
+    assert!(stderr.contains("interrupted"), "{stderr}");
+    let presets = ["slow.toml", "small.toml"].map(String::from);
+    assert_eq!(files_in(desk.0.path()), presets.into(), "of the bake nothing is left");
+}
+
+/// Starts a bake that takes long and reads the first line that it writes to the stream that `pick` takes.
+#[cfg(unix)]
+fn first_line<R: std::io::Read>(desk: &Desk, options: &[&str], pick: impl Fn(&mut Child) -> R) -> (Running, String) {
+    desk.write("slow.toml", slow_world());
+    // Hashes alone: a long bake that needs no room on the disk.
+    let mut command = desk.command(&["bake", "slow.toml", "--size", "1000x1000", "--out", "o", "--threads", "1"]);
+    command.args(["--export", "hashes"]).args(options).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut running = Running(command.spawn().unwrap());
+    let mut line = String::new();
+    BufReader::new(pick(&mut running.0)).read_line(&mut line).unwrap();
+    (running, line)
+}
+
+#[cfg(unix)]
+#[test]
+fn progress_is_plain_lines_where_there_is_no_terminal() {
+    let desk = Desk::new();
+    let (_running, line) = first_line(&desk, &[], |child| child.stderr.take().unwrap());
+    let words = ["of 1000000 tiles, ", " Mvertices/s", " s left\n"];
+    assert!(words.iter().all(|word| line.contains(word)), "{line:?}");
+    assert!(line.starts_with(|c: char| c.is_ascii_digit()), "a bar's control characters: {line:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn progress_is_objects_with_json() {
+    let desk = Desk::new();
+    let (mut running, line) = first_line(&desk, &["--json"], |child| child.stdout.take().unwrap());
+    let progress: Value = serde_json::from_str(&line).unwrap();
+    assert_eq!((&progress["type"], &progress["of_tiles"]), (&"progress".into(), &1_000_000.into()));
+    for key in ["percent", "seconds_left", "mvertices_per_second"] {
+        assert!(progress[key].as_f64().is_some_and(|number| number > 0.0), "{key} in {line}");
+    }
+    // The reader has gone: the interrupted command still ends as one.
+    running.interrupt();
+    assert_eq!(running.exit_code(), Some(130));
+}
+
+// ---------------------------------------------------------------------------------------------------------------------
+// What a bake leaves.
+
+#[test]
+fn the_manifest_names_every_file_with_its_size_and_hash() {
+    let desk = Desk::new();
+    let exports = format!("{REGION_EXPORTS},{TILE_EXPORTS},hashes");
+    desk.done(&["bake", "small.toml", "--at", "-2,7", "--size", "3x2", "--out", "o", "--export", &exports, "-q"]);
+    let manifest = desk.manifest("o");
+    // Region: height, exr, two of r16, two of blend, normal, map and the hashes; as many but the hashes a tile.
+    assert_eq!(manifest.files.len(), 9 + 8 * 6);
+    for file in &manifest.files {
+        let content = fs::read(desk.path("o").join(&file.path)).unwrap();
+        assert_eq!(file.bytes, content.len() as u64, "{}", file.path);
+        assert_eq!(file.blake3, blake3::hash(&content).to_hex().as_str(), "{}", file.path);
+        let is_tile = file.export.ends_with("-tiles");
+        assert_eq!(file.tile.is_some(), is_tile, "{}", file.path);
+        let size = if is_tile { (17, 17) } else { (49, 33) };
+        let ending = Path::new(&file.path).extension().and_then(|ending| ending.to_str());
+        let is_raster = matches!(ending, Some("png" | "exr" | "r16"));
+        assert_eq!(file.width.zip(file.height), is_raster.then_some(size), "{}", file.path);
+    }
+    let mut named: BTreeSet<_> = manifest.files.iter().map(|file| file.path.clone()).collect();
+    assert!(manifest.files.is_sorted_by(|a, b| a.path < b.path));
+    named.insert("bake.json".into());
+    assert_eq!(named, files_in(&desk.path("o")));
+    // Tiles have their true numbers in the manifest and count from the corner in their names.
+    let last = manifest.files.iter().find(|file| file.path == "height/height_x2_y1.png").unwrap();
+    assert_eq!(last.tile.map(|tile| (tile.x, tile.y)), Some((0, 8)));
+    assert_eq!((manifest.region.at.x, manifest.region.at.y), (-2, 7));
+    assert_eq!((manifest.region.cols, manifest.region.rows), (3, 2));
+    assert_eq!((manifest.region.width, manifest.region.height), (49, 33));
+    assert_eq!(manifest.region.origin_m, [-32.0, 112.0]);
+    assert_eq!((&manifest.preset_name[..], manifest.seed), ("small", 1));
+    // The fields of the type are all that there is in the file.
+    let text = fs::read_to_string(desk.path("o/bake.json")).unwrap();
+    assert_eq!(serde_json::to_string_pretty(&manifest).unwrap() + "\n", text);
+}
+
+#[test]
+fn a_tile_alone_has_the_same_bytes_as_in_a_region() {
+    let desk = Desk::new();
+    let exports = format!("{TILE_EXPORTS},hashes");
+    let common = ["--export", &exports, "-q"];
+    let region = ["bake", "small.toml", "--at", "-2,-1", "--size", "3x2", "--out", "region", "--threads", "3"];
+    desk.done(&[&region[..], &common].concat());
+    let whole = desk.manifest("region");
+    let hashes = fs::read_to_string(desk.path("region/hashes.txt")).unwrap();
+    for (x, y) in [(-2, -1), (-1, 0), (0, -1), (0, 0)] {
+        let out = format!("tile_{x}_{y}");
+        let tile = ["tile", "small.toml", &x.to_string(), &y.to_string(), "--out", &out, "--threads", "1"];
+        desk.done(&[&tile[..], &common].concat());
+        let alone = desk.manifest(&out);
+        // Eight files and the list of hashes.
+        assert_eq!(alone.files.len(), 9);
+        for file in alone.files.iter().filter(|file| file.tile.is_some()) {
+            assert_eq!(file.tile.map(|tile| (tile.x, tile.y)), Some((x, y)));
+            let in_region = file.path.replace("_x0_y0", &format!("_x{}_y{}", x + 2, y + 1));
+            assert!(whole.files.iter().any(|it| it.path == in_region && it.tile == file.tile), "{in_region}");
+            let [a, b] = [(&out[..], &file.path), ("region", &in_region)]
+                .map(|(folder, path)| fs::read(desk.path(folder).join(path)).unwrap());
+            assert!(a == b, "{}/{} differs from region/{in_region}", out, file.path);
+        }
+        let line = fs::read_to_string(desk.path(&out).join("hashes.txt")).unwrap();
+        assert!(line.starts_with(&format!("{x} {y} ")), "{line}");
+        assert!(hashes.lines().any(|it| it == line.trim_end()), "{line} is not in\n{hashes}");
+    }
+    // Were all tiles alike, they would agree for the wrong reason.
+    let different: BTreeSet<_> = hashes.lines().map(|line| line.rsplit(' ').next()).collect();
+    assert_eq!(different.len(), 6);
+}
+
+#[test]
+fn the_seed_is_the_presets_unless_another_is_given() {
+    let desk = Desk::new();
+    desk.write("seven.toml", small_with(&[(2, "tile_cells = 16\nseed = 7")]));
+    for (out, arguments) in
+        [("given", &["small.toml", "--seed", "7"][..]), ("written", &["seven.toml"]), ("one", &["small.toml"])]
+    {
+        desk.done(&[&["bake"], arguments, &["--size", "1x1", "--export", "hashes", "--out", out]].concat());
+    }
+    let hash = |out| fs::read_to_string(desk.path(out).join("hashes.txt")).unwrap();
+    assert_eq!(hash("given"), hash("written"));
+    assert_ne!(hash("given"), hash("one"));
+    assert_eq!((desk.manifest("given").seed, desk.manifest("one").seed), (7, 1));
+}
+
+#[test]
+fn overwrite_replaces_the_bake_and_keeps_what_is_not_its_own() {
+    let desk = Desk::new();
+    let common = ["bake", "small.toml", "--size", "2x1", "--out", "o", "-q"];
+    desk.done(&[&common[..], &["--export", "height,height-tiles,map"]].concat());
+    let first = fs::read(desk.path("o/height/height.png")).unwrap();
+    desk.write("o/notes.txt", "mine");
+    desk.write("o/map/sketch.png", "mine too");
+    // What a killed bake would have left.
+    desk.write("o/height/.height.png.a1b2c3.part", "half");
+    desk.refused(&common, &["--overwrite"]);
+    desk.done(&[&common[..], &["--overwrite", "--seed", "2", "--export", "height,normal"]].concat());
+    let expected = ["bake.json", "height/height.png", "map/sketch.png", "normal/normal.png", "notes.txt"];
+    assert_eq!(files_in(&desk.path("o")), expected.map(String::from).into());
+    assert_ne!(fs::read(desk.path("o/height/height.png")).unwrap(), first);
+    assert_eq!(fs::read_to_string(desk.path("o/map/sketch.png")).unwrap(), "mine too");
+    let listed: Vec<_> = desk.manifest("o").files.into_iter().map(|file| file.path).collect();
+    assert_eq!(listed, ["height/height.png", "normal/normal.png"]);
+}
+
+#[test]
+fn overwrite_removes_nothing_outside_the_folder_whatever_the_manifest_says() {
+    let desk = Desk::new();
+    let common = ["bake", "small.toml", "--size", "1x1", "--out", "o", "-q"];
+    desk.done(&[&common[..], &["--export", "height,map"]].concat());
+    desk.write("victim.txt", "precious");
+    let mut manifest = desk.manifest("o");
+    let absolute = desk.path("victim.txt").to_str().unwrap().to_owned();
+    for path in ["../victim.txt", "height/../../victim.txt", &absolute] {
+        let mut record = manifest.files[0].clone();
+        record.path = path.to_owned();
+        manifest.files.push(record);
+    }
+    desk.write("o/bake.json", serde_json::to_string(&manifest).unwrap());
+    desk.done(&[&common[..], &["--export", "height", "--overwrite"]].concat());
+    assert!(desk.path("victim.txt").is_file());
+    // The edited manifest was read: what it lists in the folder is gone.
+    assert!(!desk.path("o/map/map.png").exists());
+}

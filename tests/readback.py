@@ -1,0 +1,248 @@
+"""Reads a bake back with programs that we did not write, and compares what they see with what bake.json says.
+
+    python3 tests/readback.py FOLDER
+
+The folder must hold a bake with every raster export: what is missing is a failure and not a check less. It needs the
+PyPI packages blake3, numpy, OpenEXR and pillow. Prints one line a check, with a figure; exits with 1 if one has failed.
+"""
+
+import json
+import struct
+import sys
+from pathlib import Path
+
+import blake3
+import numpy as np
+import OpenEXR
+from PIL import Image
+
+REGION_EXPORTS = ["height", "exr", "r16", "blend", "normal", "map"]
+TILE_EXPORTS = [name + "-tiles" for name in REGION_EXPORTS]
+# Half a step of the 8 bits that an axis of a normal has; the second figure is for the rounding of f32 heights.
+NORMAL_STEP = 0.5 / 127.5
+NORMAL_TOLERANCE = NORMAL_STEP + 2e-4
+# An axis that is further from zero than this must have its sign right in the normal map.
+NORMAL_CLEAR = 0.02
+# PNG's numbers for colour types, as (colour type, bits a channel), by the number of channels.
+PNG_KINDS = {1: (0, 16), 3: (2, 8), 4: (6, 8)}
+PNG_MODES = {1: "I;16", 3: "RGB", 4: "RGBA"}
+
+
+class Checks:
+    """Counts checks, and prints each with its figure."""
+
+    def __init__(self):
+        self.done = 0
+        self.failed = 0
+
+    def check(self, good, what, figure):
+        self.done += 1
+        self.failed += not good
+        print(f"{'ok    ' if good else 'FAILED'} {what}: {figure}")
+
+
+class Bake:
+    """A bake in a folder, with its rasters as numpy arrays: rows from north to south, columns from west to east."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.manifest = json.loads((folder / "bake.json").read_text(encoding="utf-8"))
+        self.files = self.manifest["files"]
+        region = self.manifest["region"]
+        self.at = (region["at"]["x"], region["at"]["y"])
+        self.cells = region["tile_cells"]
+        self.tiles = region["cols"] * region["rows"]
+        self.size = (region["rows"] * self.cells + 1, region["cols"] * self.cells + 1)
+        heights = self.manifest["height_range"]
+        self.range_m = (heights["min_m"], heights["max_m"])
+
+    def of(self, export):
+        """The rasters of an export, by their name without place and ending."""
+        return [file for file in self.files if file["export"] == export and "width" in file]
+
+    def read(self, file):
+        """The samples of a raster, as its format's reader gives them."""
+        path = self.folder / file["path"]
+        if path.suffix == ".png":
+            with Image.open(path) as image:
+                return np.array(image)
+        if path.suffix == ".exr":
+            return OpenEXR.File(str(path), separate_channels=True).channels()["Y"].pixels
+        if path.suffix == ".r16":
+            # The shape comes from the sidecar, as it would for a program that knows nothing of the bake.
+            sidecar = json.loads((self.folder / (file["path"] + ".json")).read_text(encoding="utf-8"))
+            order = {"little-endian": "<u2"}[sidecar["byte_order"]]
+            return np.fromfile(path, dtype=order).reshape(sidecar["height"], sidecar["width"])
+        raise ValueError(f"no reader for {path}")
+
+    def one(self, export):
+        """The only raster of a region's export."""
+        (file,) = self.of(export)
+        return self.read(file)
+
+    def place(self, file):
+        """Column and row of a tile in the region."""
+        return file["tile"]["x"] - self.at[0], file["tile"]["y"] - self.at[1]
+
+
+def check_files(bake, checks):
+    """Every file is there, whole, and nothing else is."""
+    listed = {file["path"] for file in bake.files}
+    found = {path.relative_to(bake.folder).as_posix() for path in bake.folder.rglob("*") if path.is_file()}
+    strangers = (listed | {"bake.json"}) ^ found
+    checks.check(not strangers and len(listed) == len(bake.files), "files in bake.json and in the folder", len(listed))
+    wrong = [f["path"] for f in bake.files if (bake.folder / f["path"]).stat().st_size != f["bytes"]]
+    checks.check(not wrong, "files of another size than in bake.json", wrong or f"0 of {len(bake.files)}")
+    hashed = lambda file: blake3.blake3((bake.folder / file["path"]).read_bytes()).hexdigest()
+    wrong = [file["path"] for file in bake.files if hashed(file) != file["blake3"]]
+    checks.check(not wrong, "files of another BLAKE3 than in bake.json", wrong or f"0 of {len(bake.files)}")
+    for export in REGION_EXPORTS + TILE_EXPORTS:
+        images = 2 if export.startswith("blend") else 1
+        expected = images * (bake.tiles if export in TILE_EXPORTS else 1)
+        checks.check(len(bake.of(export)) == expected, f"rasters of {export}", f"{len(bake.of(export))} of {expected}")
+
+
+def check_forms(bake, checks):
+    """Size, mode and bit depth of every raster are those of bake.json."""
+    wrong, counts = [], {}
+    for export in REGION_EXPORTS + TILE_EXPORTS:
+        for file in bake.of(export):
+            kind = Path(file["path"]).suffix
+            counts[kind] = counts.get(kind, 0) + 1
+            side = bake.cells + 1
+            expected = (side, side) if "tile" in file else bake.size
+            good = (file["height"], file["width"]) == expected == bake.read(file).shape[:2]
+            if kind == ".png":
+                # The header as it stands in the file: Pillow would hide a wrong depth behind its modes.
+                header = (bake.folder / file["path"]).read_bytes()[:29]
+                width, height, depth, colour, _, _, interlaced = struct.unpack(">IIBBBBB", header[16:29])
+                bands = len(file["channels"])
+                with Image.open(bake.folder / file["path"]) as image:
+                    good &= image.mode == PNG_MODES[bands] and image.size == (width, height)
+                good &= (height, width) == expected and (colour, depth) == PNG_KINDS[bands] and interlaced == 0
+            if kind == ".exr":
+                channels = OpenEXR.File(str(bake.folder / file["path"]), separate_channels=True).channels()
+                good &= list(channels) == ["Y"] and bake.read(file).dtype == np.float32
+            if kind == ".r16":
+                good &= file["bytes"] == 2 * file["width"] * file["height"]
+            if not good:
+                wrong.append(file["path"])
+    for kind in [".png", ".exr", ".r16"]:
+        bad = [path for path in wrong if path.endswith(kind)]
+        good = counts.get(kind, 0) - len(bad)
+        checks.check(good > 0 and not bad, f"{kind} with the size, mode and depth of bake.json", bad or good)
+
+
+def check_heights(bake, checks):
+    """PNG, R16 and EXR hold the same heights, in the range that bake.json states."""
+    steps, metres = bake.one("height"), bake.one("exr").astype(np.float64)
+    differing = np.count_nonzero(steps != bake.one("r16"))
+    checks.check(differing == 0, "vertices at which height.png and height.r16 differ", f"{differing} of {steps.size}")
+    low, high = bake.range_m
+    checks.check(
+        low <= metres.min() < metres.max() <= high,
+        "heights within height_range",
+        f"{metres.min():.3f} to {metres.max():.3f} m in {low:.3f} to {high:.3f} m",
+    )
+    expected = np.round((metres - low) / (high - low) * 65535)
+    off = int(np.abs(expected - steps).max())
+    checks.check(off <= 1, "largest distance of height.png from round((h - min) / (max - min) * 65535)", f"{off} steps")
+    sidecars, wrong = bake.of("r16") + bake.of("r16-tiles"), []
+    for file in sidecars:
+        sidecar = json.loads((bake.folder / (file["path"] + ".json")).read_text(encoding="utf-8"))
+        stated = [np.float32(sidecar["min_m"]), np.float32(sidecar["max_m"]), sidecar["spacing_m"], sidecar["tile"]]
+        known = [np.float32(low), np.float32(high), bake.manifest["spacing_m"], file.get("tile")]
+        if stated != known:
+            wrong.append(file["path"])
+    checks.check(not wrong, "sidecars of r16 that differ from bake.json", wrong or f"0 of {len(sidecars)}")
+
+
+def check_tiles(bake, checks):
+    """A tile is the crop of the region at its place; neighbours have their shared edge twice."""
+    for export in REGION_EXPORTS:
+        for whole in bake.of(export):
+            region, name, equal, edges = bake.read(whole), Path(whole["path"]).name, 0, 0
+            # A tile's name counts from the corner of the region, its number in bake.json from the world's origin.
+            tiles = {}
+            for file in bake.of(export + "-tiles"):
+                col, row = bake.place(file)
+                if Path(file["path"]).name == f"{Path(name).stem}_x{col}_y{row}{Path(name).suffix}":
+                    tiles[col, row] = bake.read(file)
+            for (col, row), tile in tiles.items():
+                x, y, side = col * bake.cells, row * bake.cells, bake.cells + 1
+                equal += np.array_equal(tile, region[y : y + side, x : x + side])
+                east, south = tiles.get((col + 1, row)), tiles.get((col, row + 1))
+                edges += east is not None and np.array_equal(tile[:, -1], east[:, 0])
+                edges += south is not None and np.array_equal(tile[-1], south[0])
+            cols, rows = (bake.size[1] - 1) // bake.cells, (bake.size[0] - 1) // bake.cells
+            all_edges = (cols - 1) * rows + cols * (rows - 1)
+            checks.check(equal == bake.tiles, f"tiles that are the crop of {name}", f"{equal} of {bake.tiles}")
+            checks.check(edges == all_edges, f"shared edges that agree in tiles of {name}", f"{edges} of {all_edges}")
+
+
+def check_blend(bake, checks):
+    """The weights of a vertex sum to exactly 255; unused channels are empty."""
+    files = bake.of("blend")
+    weights = np.concatenate([bake.read(file) for file in files], axis=2).astype(np.int64)
+    names = [channel for file in files for channel in file["channels"]]
+    sums = weights.sum(axis=2)
+    wrong = np.count_nonzero(sums != 255)
+    checks.check(wrong == 0, "vertices whose blend weights do not sum to 255", f"{wrong} of {sums.size}")
+    shares = {name: weights[:, :, index].mean() / 2.55 for index, name in enumerate(names) if name != "unused"}
+    unused = weights[:, :, [index for index, name in enumerate(names) if name == "unused"]].max()
+    checks.check(unused == 0, "largest weight in an unused channel", unused)
+    used = [name for name, share in shares.items() if share > 0]
+    figure = ", ".join(f"{name} {share:.1f} %" for name, share in shares.items())
+    checks.check(len(used) >= 2, "ground that is not all the same", figure)
+
+
+def check_normals(bake, checks):
+    """Normals are of unit length and lean down the slope of the EXR heights: green is north, the row before."""
+    normals = bake.one("normal").astype(np.float64) / 127.5 - 1.0
+    off = np.abs(np.sqrt((normals**2).sum(axis=2)) - 1.0).max()
+    # Each axis may be half a step off.
+    allowed = np.sqrt(3.0) * NORMAL_STEP
+    checks.check(off <= allowed, "largest distance of a normal's length from 1", f"{off:.5f} of {allowed:.5f}")
+    heights = bake.one("exr").astype(np.float64)
+    per_metre = 0.5 / bake.manifest["spacing_m"]
+    east = -(heights[1:-1, 2:] - heights[1:-1, :-2]) * per_metre
+    north = -(heights[:-2, 1:-1] - heights[2:, 1:-1]) * per_metre
+    expected = np.stack([east, north, np.ones_like(east)], axis=2)
+    expected /= np.sqrt((expected**2).sum(axis=2, keepdims=True))
+    inner = normals[1:-1, 1:-1]
+    off = np.abs(inner - expected).max()
+    checks.check(
+        off <= NORMAL_TOLERANCE,
+        "largest distance of a normal's axis from central differences",
+        f"{off:.5f} of {NORMAL_TOLERANCE:.5f}",
+    )
+    for index, name in enumerate(["red is east", "green is north"]):
+        clear = np.abs(expected[:, :, index]) > NORMAL_CLEAR
+        right = np.count_nonzero((np.sign(inner) == np.sign(expected))[:, :, index] & clear)
+        count = np.count_nonzero(clear)
+        checks.check(count >= 100 and right == count, f"normals in which {name}", f"{right} of {count}")
+
+
+def check_map(bake, checks):
+    """The map is a picture and not one colour."""
+    picture = bake.one("map")
+    colours = len(np.unique(picture.reshape(-1, 3), axis=0))
+    size = f"{picture.shape[1]} x {picture.shape[0]}"
+    checks.check(picture.shape == (*bake.size, 3) and colours >= 100, f"colours of the map of {size}", colours)
+
+
+def main():
+    bake, checks = Bake(Path(sys.argv[1])), Checks()
+    check_files(bake, checks)
+    check_forms(bake, checks)
+    check_heights(bake, checks)
+    check_tiles(bake, checks)
+    check_blend(bake, checks)
+    check_normals(bake, checks)
+    check_map(bake, checks)
+    print(f"{checks.done} checks of {bake.folder}, {checks.failed} failed")
+    return 1 if checks.failed or not checks.done else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

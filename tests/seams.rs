@@ -1,0 +1,165 @@
+//! Promises 1 and 2: a tile is the same in every window, and neighbours agree on the vertices that they share.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use terrane::area::{Area, Region, TileId};
+use terrane::bake::Watch;
+use terrane::export::{Export, Manifest, Output, Plan};
+use terrane::preset::{BUILT_IN, Preset};
+use terrane::tile::{Material, Tile};
+use terrane::world::{HEIGHT_PAD, World};
+
+/// A world with all that a preset can have, where the built-in ones have only what suits them.
+const EVERYTHING: &str = r#"
+    sea_level_m = 20.0
+    noise = [
+        { kind = "ridged", height_m = 120.0, mask = { wavelength_m = 900.0, from = 0.2, to = -0.3 } },
+        { kind = "hybrid", height_m = 40.0, wavelength_m = 700.0, lacunarity = 2.0 },
+        { kind = "hetero", height_m = 20.0, wavelength_m = 400.0, lacunarity = 2.0 },
+        { kind = "fbm", height_m = 30.0, curve = [[-0.5, 0.0], [0.1, 0.2], [0.3, 1.0]] },
+    ]
+    warp = { wavelength_m = 500.0, distance_m = 40.0 }
+    land = { floor_m = -80.0, mask = { wavelength_m = 600.0, from = -0.2, to = 0.3 } }
+    ground = { sand_m = [2.0, 9.0], snow_m = [90.0, 130.0] }
+"#;
+
+/// The worlds of all built-in presets and that one, with small tiles, so that debug builds are tested in seconds.
+fn worlds() -> impl Iterator<Item = (&'static str, World)> {
+    BUILT_IN.iter().chain(&[("everything", EVERYTHING)]).map(|(name, text)| {
+        let mut preset = Preset::parse(name, text).unwrap();
+        preset.tile_cells = 16;
+        (*name, World::new(preset, Some(5)).unwrap())
+    })
+}
+
+#[test]
+fn neighbours_agree_on_their_shared_vertices() {
+    for (name, world) in worlds() {
+        for at in [TileId { x: 0, y: 0 }, TileId { x: -3, y: 2 }, TileId { x: 1_000_000_000, y: -1_000_000_000 }] {
+            let west = Tile::new(&world, at);
+            let east = Tile::new(&world, TileId { x: at.x + 1, ..at });
+            let south = Tile::new(&world, TileId { y: at.y + 1, ..at });
+            let Area { x0, y0, x1, y1 } = west.area();
+            for (x, y) in (y0..y1).map(|y| (x1 - 1, y)) {
+                assert_same_vertex(&west, &east, x, y, name);
+            }
+            for (x, y) in (x0..x1).map(|x| (x, y1 - 1)) {
+                assert_same_vertex(&west, &south, x, y, name);
+            }
+        }
+    }
+}
+
+fn assert_same_vertex(one: &Tile, other: &Tile, x: i64, y: i64, name: &str) {
+    let look = |tile: &Tile| {
+        let normal = tile.normals().at(x, y).map(f32::to_bits);
+        (tile.heights().at(x, y).to_bits(), normal, tile.blend().ground().at(x, y), tile.blend().cover().at(x, y))
+    };
+    assert_eq!(look(one), look(other), "{name}: tiles {} and {} differ at vertex ({x}, {y})", one.id(), other.id());
+}
+
+#[test]
+fn one_large_area_equals_its_tiles() {
+    for (name, world) in worlds() {
+        let large = world.relief().heights(Area::new(-70, -40, 130, 90));
+        for (tx, ty) in [(-4, -2), (0, 0), (2, 1)] {
+            let tile = Tile::new(&world, TileId { x: tx, y: ty });
+            let area = tile.area().padded(HEIGHT_PAD);
+            for y in area.y0..area.y1 {
+                let bits = |row: &[f32]| row.iter().map(|height| height.to_bits()).collect::<Vec<_>>();
+                assert_eq!(
+                    bits(tile.heights().row(y, area.x0, area.x1)),
+                    bits(large.row(y, area.x0, area.x1)),
+                    "{name}: row {y} of tile ({tx}, {ty})"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn weights_sum_to_255_at_every_vertex() {
+    for (name, world) in worlds() {
+        for at in [TileId { x: 0, y: 0 }, TileId { x: 40, y: -17 }] {
+            let tile = Tile::new(&world, at);
+            let Area { x0, y0, x1, y1 } = tile.area();
+            for (x, y) in (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y))) {
+                let sum: u32 = Material::ALL.iter().map(|&material| tile.blend().weight(material, x, y) as u32).sum();
+                assert_eq!(sum, 255, "{name}: vertex ({x}, {y})");
+            }
+        }
+    }
+}
+
+#[test]
+fn vertices_are_those_of_the_thesis() {
+    let (_, world) = worlds().next().unwrap();
+    let tile = Tile::new(&world, TileId { x: 3, y: -2 });
+    let vertices: Vec<_> = tile.vertices().collect();
+    assert_eq!(size_of_val(&vertices[0]), 32);
+    assert_eq!(vertices.len(), 17 * 17);
+    let (first, last) = (vertices[0], vertices[17 * 17 - 1]);
+    assert_eq!((first.texture, last.texture), ([0.0, 0.0], [1.0, 1.0]));
+    assert_eq!([first.position[0], first.position[2]], [-8.0, -8.0]);
+    assert_eq!([last.position[0], last.position[2]], [8.0, 8.0]);
+    assert_eq!(tile.centre_m(), [3.5 * 16.0, -1.5 * 16.0]);
+    assert_eq!(first.position[1], tile.heights().at(48, -32));
+}
+
+/// Bakes a region into a folder of its own, with a file a tile for all that can have one.
+fn bake(world: &World, at: (i64, i64), (cols, rows): (u64, u64), threads: usize, out: &Path) -> Manifest {
+    let region = Region::new(TileId { x: at.0, y: at.1 }, cols, rows, world.tile_cells()).unwrap();
+    let exports =
+        Export::parse_list("height-tiles,exr-tiles,r16-tiles,blend-tiles,normal-tiles,map-tiles,hashes").unwrap();
+    let plan = Plan::new(world, "test", region, exports).unwrap();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let output = Output::prepare(out, false, &plan.cost(threads)).unwrap();
+    pool.install(|| plan.run(&output, &Watch::default())).unwrap()
+}
+
+/// The bytes of all files of single tiles, by the tile's true number and the kind of file.
+fn tile_files(manifest: &Manifest, out: &Path) -> BTreeMap<(TileId, String), Vec<u8>> {
+    let of_tiles = manifest.files.iter().filter_map(|file| file.tile.map(|tile| (tile, file)));
+    let kind = |path: &str| {
+        let (stem, ending) = (path.split("_x").next().unwrap(), path.split_once('.').unwrap().1);
+        format!("{stem}.{ending}")
+    };
+    of_tiles.map(|(tile, file)| ((tile, kind(&file.path)), fs::read(out.join(&file.path)).unwrap())).collect()
+}
+
+#[test]
+fn overlapping_bakes_agree_byte_for_byte() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, world) in worlds() {
+        let (one, other) = (folder.path().join(format!("{name}-1")), folder.path().join(format!("{name}-2")));
+        // The second is another window, another shape and another number of threads, so tiles are made in another order.
+        let first = tile_files(&bake(&world, (-2, -1), (4, 3), 1, &one), &one);
+        let second = tile_files(&bake(&world, (-1, 0), (2, 5), 3, &other), &other);
+        let mut shared = 0;
+        for (key, bytes) in &first {
+            if let Some(others) = second.get(key) {
+                // The sidecar of a bare file is text; all else is a raster.
+                assert_eq!(bytes, others, "{name}: {} of tile {} differs between two bakes", key.1, key.0);
+                shared += 1;
+            }
+        }
+        // 2 x 2 tiles in common, with height, EXR, r16 and its sidecar, two blend maps, normals and map of each.
+        assert_eq!(shared, 4 * 8, "{name}");
+    }
+}
+
+#[test]
+fn a_bake_does_not_depend_on_its_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, world) = worlds().nth(1).unwrap();
+    let listed = |threads: usize| {
+        let out = folder.path().join(threads.to_string());
+        bake(&world, (7, 7), (3, 6), threads, &out).files
+    };
+    let alone = listed(1);
+    assert!(alone.len() > 18 * 8);
+    assert_eq!(alone, listed(2));
+    assert_eq!(alone, listed(5));
+}
