@@ -427,8 +427,9 @@ impl NoiseTerm {
         }
         match self.gain {
             Some(_) if self.kind != NoiseKind::Ridged => return unread("gain", "ridged"),
-            Some(gain) => path.key("gain").within(gain, 0.0..=16.0)?,
-            None => {}
+            // Nearly nothing would turn into a step between weights of 0 and 1.
+            Some(gain) if gain != 0.0 => path.key("gain").within(gain, 1e-6..=16.0)?,
+            _ => {}
         }
         if let Some(curve) = &self.curve {
             let path = path.key("curve");

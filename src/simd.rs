@@ -46,7 +46,7 @@ pub const MAX_LANES: usize = 16;
 
 /// Lane operations of one level. A value of the type is a proof that the CPU has the level.
 ///
-/// Comparisons with NaN are false. Integers wrap. Slices given to loads and stores must hold at least
+/// Comparisons with NaN are false; which NaN an operation makes may differ between levels. Integers wrap. Slices given to loads and stores must hold at least
 /// [`Simd::LANES`] elements, or they panic; only the first `LANES` are touched.
 pub trait Simd: Copy + Send + Sync + 'static {
     /// Lanes of one vector: a power of two, at most [`MAX_LANES`].
@@ -645,7 +645,7 @@ mod x86 {
 
     /// The methods that differ between levels by the name of one intrinsic.
     macro_rules! shared_methods {
-        ($float:ident, $uint:ident, $table:ty;
+        ($float:ident, $uint:ident;
          $splat:ident $splat_u32:ident $load:ident $load_u32:ident $store:ident $store_u32:ident
          $sqrt:ident $min:ident $max:ident $shl:ident $shr:ident $shr_signed:ident
          $to_bits:ident $from_bits:ident $to_f32:ident $round:ident $truncate:ident) => {
@@ -796,7 +796,7 @@ mod x86 {
         type Table8 = [f32; 8];
         type Table16 = [f32; 16];
 
-        shared_methods! { F32x4, U32x4, [f32; 16];
+        shared_methods! { F32x4, U32x4;
             _mm_set1_ps _mm_set1_epi32 _mm_loadu_ps _mm_loadu_si128 _mm_storeu_ps _mm_storeu_si128
             _mm_sqrt_ps _mm_min_ps _mm_max_ps _mm_sll_epi32 _mm_srl_epi32 _mm_sra_epi32
             _mm_castps_si128 _mm_castsi128_ps _mm_cvtepi32_ps _mm_cvtps_epi32 _mm_cvttps_epi32
@@ -912,7 +912,7 @@ mod x86 {
         type Table8 = F32x8;
         type Table16 = [F32x8; 2];
 
-        shared_methods! { F32x8, U32x8, [F32x8; 2];
+        shared_methods! { F32x8, U32x8;
             _mm256_set1_ps _mm256_set1_epi32 _mm256_loadu_ps _mm256_loadu_si256 _mm256_storeu_ps _mm256_storeu_si256
             _mm256_sqrt_ps _mm256_min_ps _mm256_max_ps _mm256_sll_epi32 _mm256_srl_epi32 _mm256_sra_epi32
             _mm256_castps_si256 _mm256_castsi256_ps _mm256_cvtepi32_ps _mm256_cvtps_epi32 _mm256_cvttps_epi32
@@ -1039,7 +1039,7 @@ mod x86 {
         type Table8 = F32x16;
         type Table16 = F32x16;
 
-        shared_methods! { F32x16, U32x16, F32x16;
+        shared_methods! { F32x16, U32x16;
             _mm512_set1_ps _mm512_set1_epi32 _mm512_loadu_ps _mm512_loadu_si512 _mm512_storeu_ps _mm512_storeu_si512
             _mm512_sqrt_ps _mm512_min_ps _mm512_max_ps _mm512_sll_epi32 _mm512_srl_epi32 _mm512_sra_epi32
             _mm512_castps_si512 _mm512_castsi512_ps _mm512_cvtepi32_ps _mm512_cvtps_epi32 _mm512_cvttps_epi32

@@ -158,7 +158,7 @@ impl Fractal {
     /// If `out` has not as many elements as the area has vertices.
     pub fn fill(&self, area: Area, out: &mut [f32]) {
         assert_eq!(out.len(), area.width() * area.height(), "one value for each vertex of the area");
-        simd::dispatch(Fill { fractal: self, area, warp: None, out });
+        self.run(None, area, None, out);
     }
 
     /// Fills `out` with the values at the vertices of `area`, each displaced by metres east and south.
@@ -170,19 +170,38 @@ impl Fractal {
     /// [`Fractal::max_warp_m`] or not a number.
     pub fn fill_warped(&self, area: Area, dx_m: &[f32], dy_m: &[f32], out: &mut [f32]) {
         let warp = self.checked_warp(area, dx_m, dy_m, out.len());
-        simd::dispatch(Fill { fractal: self, area, warp: Some(warp), out });
+        self.run(None, area, Some(warp), out);
     }
 
     /// [`Fractal::fill`] at a given level: for tests and benchmarks.
     pub fn fill_at(&self, level: Level, area: Area, out: &mut [f32]) {
         assert_eq!(out.len(), area.width() * area.height(), "one value for each vertex of the area");
-        simd::dispatch_at(level, Fill { fractal: self, area, warp: None, out });
+        self.run(Some(level), area, None, out);
     }
 
     /// [`Fractal::fill_warped`] at a given level: for tests and benchmarks.
     pub fn fill_warped_at(&self, level: Level, area: Area, dx_m: &[f32], dy_m: &[f32], out: &mut [f32]) {
         let warp = self.checked_warp(area, dx_m, dy_m, out.len());
-        simd::dispatch_at(level, Fill { fractal: self, area, warp: Some(warp), out });
+        self.run(Some(level), area, Some(warp), out);
+    }
+
+    /// Runs the kernel of this kind, at the chosen level if none is given. A kernel a kind: one for all would
+    /// be a single function of a size that only an optimising compiler can cope with.
+    fn run(&self, level: Option<Level>, area: Area, warp: Option<Warp<'_>>, out: &mut [f32]) {
+        match self.kind {
+            FractalKind::Fbm => self.run_kind::<Fbm>(level, area, warp, out),
+            FractalKind::Ridged { .. } => self.run_kind::<Ridged>(level, area, warp, out),
+            FractalKind::Hybrid { .. } => self.run_kind::<Hybrid>(level, area, warp, out),
+            FractalKind::Hetero { .. } => self.run_kind::<Hetero>(level, area, warp, out),
+        }
+    }
+
+    fn run_kind<F: Fold>(&self, level: Option<Level>, area: Area, warp: Option<Warp<'_>>, out: &mut [f32]) {
+        let fill = Fill::<F> { fractal: self, area, warp, out, kind: PhantomData };
+        match level {
+            Some(level) => simd::dispatch_at(level, fill),
+            None => simd::dispatch(fill),
+        }
     }
 
     fn checked_warp<'a>(&self, area: Area, dx_m: &'a [f32], dy_m: &'a [f32], values: usize) -> Warp<'a> {
@@ -236,25 +255,12 @@ struct Warp<'a> {
 }
 
 /// The computation of an area.
-struct Fill<'a> {
+struct Fill<'a, F> {
     fractal: &'a Fractal,
     area: Area,
     warp: Option<Warp<'a>>,
     out: &'a mut [f32],
-}
-
-impl Kernel for Fill<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        match self.fractal.kind {
-            FractalKind::Fbm => self.blocks::<S, Fbm>(simd),
-            FractalKind::Ridged { .. } => self.blocks::<S, Ridged>(simd),
-            FractalKind::Hybrid { .. } => self.blocks::<S, Hybrid>(simd),
-            FractalKind::Hetero { .. } => self.blocks::<S, Hetero>(simd),
-        }
-    }
+    kind: PhantomData<F>,
 }
 
 /// One number for each vertex of a block, in strips as wide as the lanes, each as high as the block.
@@ -276,9 +282,11 @@ struct Scratch {
     dy_m: Strips,
 }
 
-impl Fill<'_> {
+impl<F: Fold> Kernel for Fill<'_, F> {
+    type Output = ();
+
     #[inline(always)]
-    fn blocks<S: Simd, F: Fold>(mut self, simd: S) {
+    fn run<S: Simd>(mut self, simd: S) {
         if self.out.is_empty() {
             return;
         }
@@ -294,14 +302,16 @@ impl Fill<'_> {
                     columns: (x0.max(x) - x) as usize..(x1.min(x + columns) - x) as usize,
                     rows: (y0.max(y) - y) as usize..(y1.min(y + rows) - y) as usize,
                 };
-                self.block::<S, F>(simd, x, y, &part, &mut scratch);
+                self.block(simd, x, y, &part, &mut scratch);
             }
         }
     }
+}
 
+impl<F: Fold> Fill<'_, F> {
     /// Computes a part of the block whose first vertex is (x, y).
     #[inline(always)]
-    fn block<S: Simd, F: Fold>(&mut self, simd: S, x: i64, y: i64, part: &Part, scratch: &mut Scratch) {
+    fn block<S: Simd>(&mut self, simd: S, x: i64, y: i64, part: &Part, scratch: &mut Scratch) {
         let first = (
             (y + part.rows.start as i64 - self.area.y0) as usize,
             (x + part.columns.start as i64 - self.area.x0) as usize,

@@ -15,7 +15,8 @@ const U_SOUTH: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const V_SOUTH: f64 = std::f64::consts::SQRT_2;
 
 /// Bits behind the binary point of a [`Lattice`] position, a `u128`: 32 for the cell, 96 for the fraction.
-/// So the lattice wraps after 2^32 cells, and the rounding of a step (2^-97) stays below 2^-44 cells at 2^53 vertices.
+/// So the lattice wraps after 2^32 cells, and a position is the exact multiple of a step: steps are doubles, of which no bit is
+/// lost if they are above 2^-44.
 pub(super) const FRACTION_BITS: u32 = 96;
 
 /// Bits behind the binary point of a position in lanes: 23, what a float's mantissa takes. The other nine count cells within

@@ -161,17 +161,18 @@ impl<const COLUMNS: usize> Rows<COLUMNS> {
         let along = simd.load_u32(columns) + simd.splat_u32(start);
         let point = simd.shr::<LANE_FRACTION_BITS>(along);
         let from_one = simd.from_bits(along & simd.splat_u32(LANE_FRACTION) | simd.splat_u32(1.0_f32.to_bits()));
-        let west = self.bump(simd, side, first, point, from_one - simd.splat(1.0));
-        let east = self.bump(simd, side, first, point + simd.splat_u32(1), from_one - simd.splat(2.0));
+        let west = bump(simd, side, first, point, from_one - simd.splat(1.0));
+        let east = bump(simd, side, first, point + simd.splat_u32(1), from_one - simd.splat(2.0));
         west + east
     }
+}
 
-    #[inline(always)]
-    fn bump<S: Simd>(&self, simd: S, side: &Side<'_>, first: usize, point: S::U32, du: S::F32) -> S::F32 {
-        let t = simd.max(simd.splat(side.base) - du * du, simd.splat(0.0));
-        let t2 = t * t;
-        let slope = simd.pick(&side.points.gradient_x[first..], point) * du
-            + simd.pick(&side.points.gradient_y[first..], point) * simd.splat(side.dv);
-        t2 * t2 * slope
-    }
+/// The bumps of a row of points that lie `du` from the vertices, by the points' numbers.
+#[inline(always)]
+fn bump<S: Simd>(simd: S, side: &Side<'_>, first: usize, point: S::U32, du: S::F32) -> S::F32 {
+    let t = simd.max(simd.splat(side.base) - du * du, simd.splat(0.0));
+    let t2 = t * t;
+    let slope = simd.pick(&side.points.gradient_x[first..], point) * du
+        + simd.pick(&side.points.gradient_y[first..], point) * simd.splat(side.dv);
+    t2 * t2 * slope
 }

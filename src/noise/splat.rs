@@ -136,13 +136,13 @@ impl<const COLUMNS: usize, const ROWS: usize> Splat<COLUMNS, ROWS> {
             let end = rows.end.min((start / STRIP_ROWS + 1) * STRIP_ROWS);
             let reaching = self.reaching(simd, bumps, columns, start..end);
             match reaching.count_ones() {
-                0..=2 => self.add_bumps::<S, 2>(simd, bumps, columns, start..end, reaching, sink),
-                3 => self.add_bumps::<S, 3>(simd, bumps, columns, start..end, reaching, sink),
-                4 => self.add_bumps::<S, 4>(simd, bumps, columns, start..end, reaching, sink),
-                5 => self.add_bumps::<S, 5>(simd, bumps, columns, start..end, reaching, sink),
-                6 => self.add_bumps::<S, 6>(simd, bumps, columns, start..end, reaching, sink),
-                7..=8 => self.add_bumps::<S, 8>(simd, bumps, columns, start..end, reaching, sink),
-                _ => self.add_bumps::<S, MAX_REACHING>(simd, bumps, columns, start..end, reaching, sink),
+                0..=2 => add_bumps::<S, ROWS, 2>(simd, bumps, columns, start..end, reaching, sink),
+                3 => add_bumps::<S, ROWS, 3>(simd, bumps, columns, start..end, reaching, sink),
+                4 => add_bumps::<S, ROWS, 4>(simd, bumps, columns, start..end, reaching, sink),
+                5 => add_bumps::<S, ROWS, 5>(simd, bumps, columns, start..end, reaching, sink),
+                6 => add_bumps::<S, ROWS, 6>(simd, bumps, columns, start..end, reaching, sink),
+                7..=8 => add_bumps::<S, ROWS, 8>(simd, bumps, columns, start..end, reaching, sink),
+                _ => add_bumps::<S, ROWS, MAX_REACHING>(simd, bumps, columns, start..end, reaching, sink),
             }
             start = end;
         }
@@ -165,43 +165,42 @@ impl<const COLUMNS: usize, const ROWS: usize> Splat<COLUMNS, ROWS> {
         }
         bits
     }
+}
 
-    /// Hands the sum of at most `COUNT` bumps to `sink`.
-    #[inline(always)]
-    fn add_bumps<S: Simd, const COUNT: usize>(
-        &self,
-        simd: S,
-        bumps: &Bumps<ROWS>,
-        columns: &[f32],
-        rows: Range<usize>,
-        mut reaching: u32,
-        sink: &mut impl Sink<S>,
-    ) {
-        let mut less_dx2 = [simd.splat(-1.0); COUNT];
-        let mut slope_x = [simd.splat(0.0); COUNT];
-        let mut base = [&bumps.base[0][rows.clone()]; COUNT];
-        let mut slope = [&bumps.slope[0][rows.clone()]; COUNT];
+/// Hands the sum of at most `COUNT` bumps to `sink`.
+#[inline(always)]
+fn add_bumps<S: Simd, const ROWS: usize, const COUNT: usize>(
+    simd: S,
+    bumps: &Bumps<ROWS>,
+    columns: &[f32],
+    rows: Range<usize>,
+    mut reaching: u32,
+    sink: &mut impl Sink<S>,
+) {
+    let mut less_dx2 = [simd.splat(-1.0); COUNT];
+    let mut slope_x = [simd.splat(0.0); COUNT];
+    let mut base = [&bumps.base[0][rows.clone()]; COUNT];
+    let mut slope = [&bumps.slope[0][rows.clone()]; COUNT];
+    for i in 0..COUNT {
+        if reaching != 0 {
+            let bump = reaching.trailing_zeros() as usize;
+            reaching &= reaching - 1;
+            let dx = simd.load(columns) + simd.splat(bumps.dx[bump]);
+            less_dx2[i] = -(dx * dx);
+            slope_x[i] = dx * simd.splat(bumps.gradient_x[bump]);
+            base[i] = &bumps.base[bump][rows.clone()];
+            slope[i] = &bumps.slope[bump][rows.clone()];
+        }
+    }
+    assert_eq!(reaching, 0, "more bumps reach a strip than can be");
+    for (index, row) in rows.enumerate() {
+        let mut sum = simd.splat(0.0);
         for i in 0..COUNT {
-            if reaching != 0 {
-                let bump = reaching.trailing_zeros() as usize;
-                reaching &= reaching - 1;
-                let dx = simd.load(columns) + simd.splat(bumps.dx[bump]);
-                less_dx2[i] = -(dx * dx);
-                slope_x[i] = dx * simd.splat(bumps.gradient_x[bump]);
-                base[i] = &bumps.base[bump][rows.clone()];
-                slope[i] = &bumps.slope[bump][rows.clone()];
-            }
+            let t = simd.max(simd.splat(base[i][index]) + less_dx2[i], simd.splat(0.0));
+            let t2 = t * t;
+            sum = sum + t2 * t2 * (slope_x[i] + simd.splat(slope[i][index]));
         }
-        assert_eq!(reaching, 0, "more bumps reach a strip than can be");
-        for (index, row) in rows.enumerate() {
-            let mut sum = simd.splat(0.0);
-            for i in 0..COUNT {
-                let t = simd.max(simd.splat(base[i][index]) + less_dx2[i], simd.splat(0.0));
-                let t2 = t * t;
-                sum = sum + t2 * t2 * (slope_x[i] + simd.splat(slope[i][index]));
-            }
-            sink.take(simd, row, sum);
-        }
+        sink.take(simd, row, sum);
     }
 }
 

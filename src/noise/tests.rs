@@ -82,7 +82,7 @@ fn every_level_has_the_same_bits() {
 
 #[test]
 fn a_window_is_the_crop_of_a_larger_area() {
-    for spec in KINDS.into_iter().flat_map(|kind| [thesis(kind), rough(kind)]) {
+    for spec in [thesis(KINDS[1]), rough(KINDS[0])] {
         let fractal = Fractal::new(&spec, 1.0, 8);
         for (x, y) in PLACES {
             let large = area(x - 40, y - 20, 150, 90);
@@ -226,6 +226,10 @@ fn normalised_noise_stays_within_one() {
     let mut largest = 0.0_f64;
     let limit = 1.0 / NORMALISATION;
     while let Some((u, v, side)) = squares.pop() {
+        if v >= u + side {
+            // The other triangle is the mirror image.
+            continue;
+        }
         let middle = largest_sum(u + side / 2.0, v + side / 2.0);
         largest = largest.max(middle);
         assert!(middle < limit, "{middle} at ({u}, {v}) needs a factor of {}", 1.0 / middle);
@@ -248,8 +252,8 @@ fn no_value_leaves_the_bounds_and_some_come_near() {
             for seed in 0..4 {
                 let fractal = Fractal::new(&spec, 1.0, seed);
                 for (x, y) in PLACES {
-                    let mut values = vec![0.0; 256 * 256];
-                    fractal.fill(area(x, y, 256, 256), &mut values);
+                    let mut values = vec![0.0; 100 * 100];
+                    fractal.fill(area(x, y, 100, 100), &mut values);
                     low = values.iter().copied().fold(low, f32::min);
                     high = values.iter().copied().fold(high, f32::max);
                 }
@@ -273,7 +277,7 @@ fn surprise(counts: &[u32]) -> f64 {
 
 #[test]
 fn gradients_are_even_and_neighbours_are_independent() {
-    const SIDE: u32 = 512;
+    const SIDE: u32 = 256;
     let at = |u: u32, v: u32| hash::gradient(hash::of_u(u), hash::of_v(v));
     let mut worst = 0.0_f64;
     for (u0, v0) in
@@ -329,8 +333,9 @@ fn octaves_and_seeds_lie_apart() {
 fn is_as_smooth_far_away_as_at_the_origin() {
     // Root mean square of the first and second differences along both axes.
     let roughness = |x: i64, y: i64| {
-        let fractal = Fractal::new(&FractalSpec { octaves: 4, ..thesis(FractalKind::Fbm) }, 1.0, 5);
-        let side = 1024;
+        let fractal =
+            Fractal::new(&FractalSpec { octaves: 2, wavelength_m: 140.0, ..thesis(FractalKind::Fbm) }, 1.0, 5);
+        let side = 512;
         let mut values = vec![0.0; side * side];
         fractal.fill(area(x, y, side as i64, side as i64), &mut values);
         let mut sums = [0.0_f64; 4];
