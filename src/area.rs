@@ -55,6 +55,17 @@ impl Area {
         Area { x0: self.x0 - pad, y0: self.y0 - pad, x1: self.x1 + pad, y1: self.y1 + pad }
     }
 
+    /// The vertices that are in both areas, if there are any.
+    pub fn common(&self, other: &Area) -> Option<Area> {
+        let area = Area {
+            x0: self.x0.max(other.x0),
+            y0: self.y0.max(other.y0),
+            x1: self.x1.min(other.x1),
+            y1: self.y1.min(other.y1),
+        };
+        (!area.is_empty()).then_some(area)
+    }
+
     /// Whether every vertex of `other` is in this area.
     pub const fn contains(&self, other: &Area) -> bool {
         self.x0 <= other.x0 && self.y0 <= other.y0 && other.x1 <= self.x1 && other.y1 <= self.y1

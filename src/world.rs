@@ -1,5 +1,7 @@
 //! A preset as understood: checked, seeded, with every range proved and every pad added up.
 
+use crate::agents::paths::{PathList, Paths};
+use crate::area::Area;
 use crate::error::Error;
 use crate::preset::Preset;
 use crate::relief::Relief;
@@ -15,6 +17,7 @@ pub struct World {
     preset: Preset,
     seed: u64,
     relief: Relief,
+    paths: Paths,
 }
 
 impl World {
@@ -27,7 +30,8 @@ impl World {
         preset.check().map_err(|fault| fault.into_error(None))?;
         let seed = seed.unwrap_or(preset.seed);
         let relief = Relief::new(&preset, seed);
-        Ok(World { preset, seed, relief })
+        let paths = Paths::new(&preset, seed);
+        Ok(World { preset, seed, relief, paths })
     }
 
     /// The recipe, with every default filled in.
@@ -55,8 +59,23 @@ impl World {
         &self.relief
     }
 
+    /// All rivers and roads whose effect may touch a vertex of `area`, whole, sorted by kind and owner.
+    pub fn ways(&self, area: &Area) -> PathList {
+        self.paths.touching(&self.relief, area)
+    }
+
+    /// The rivers and roads of this world, and what is remembered of them.
+    pub(crate) fn paths(&self) -> &Paths {
+        &self.paths
+    }
+
     /// Bounds that no height of this world can leave: (lowest, highest) in metres. 16-bit heights are encoded in them.
+    ///
+    /// They are those of the relief, less the depth to which rivers cut into its lowest ground.
     pub fn height_range_m(&self) -> (f32, f32) {
-        self.relief.range_m()
+        let (min_m, max_m) = self.relief.range_m();
+        // A river's floor lies at most its depth below some height; a thousandth more is for rounding.
+        let depth_m = self.preset.rivers.as_ref().map_or(0.0, |rivers| rivers.depth_m[1] * 1.001);
+        (min_m - depth_m as f32, max_m)
     }
 }

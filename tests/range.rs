@@ -65,6 +65,8 @@ fn preset() -> impl Strategy<Value = Preset> {
             noise,
             warp,
             land,
+            rivers: None,
+            roads: None,
             ground: Ground::default(),
             map: MapStyle::default(),
         },
@@ -91,7 +93,9 @@ proptest! {
 
 #[test]
 fn the_range_of_the_thesis_is_that_of_its_series() {
-    let (_, preset) = Preset::load("thesis").unwrap();
+    let (_, mut preset) = Preset::load("thesis").unwrap();
+    // Rivers cut a little deeper than the series goes.
+    preset.rivers = None;
     let (min_m, max_m) = World::new(preset, None).unwrap().height_range_m();
     // Signals are 0 to 1; amplitudes are 2.5^-2 = 0.16 an octave, eight of them.
     let sum: f64 = (0..8).map(|octave| 0.16f64.powi(octave)).sum();

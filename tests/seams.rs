@@ -9,7 +9,7 @@ use terrane::bake::Watch;
 use terrane::export::{Export, Manifest, Output, Plan};
 use terrane::preset::{BUILT_IN, Preset};
 use terrane::tile::{Material, Tile};
-use terrane::world::{HEIGHT_PAD, World};
+use terrane::world::World;
 
 /// A world with all that a preset can have, where the built-in ones have only what suits them.
 const EVERYTHING: &str = r#"
@@ -29,7 +29,7 @@ const EVERYTHING: &str = r#"
 fn worlds() -> impl Iterator<Item = (&'static str, World)> {
     BUILT_IN.iter().chain(&[("everything", EVERYTHING)]).map(|(name, text)| {
         let mut preset = Preset::parse(name, text).unwrap();
-        preset.tile_cells = 16;
+        preset.tile_cells = 64;
         (*name, World::new(preset, Some(5)).unwrap())
     })
 }
@@ -63,14 +63,14 @@ fn assert_same_vertex(one: &Tile, other: &Tile, x: i64, y: i64, name: &str) {
 #[test]
 fn one_large_area_equals_its_tiles() {
     for (name, world) in worlds() {
-        let large = world.relief().heights(Area::new(-70, -40, 130, 90));
+        let large = world.relief().heights(Area::new(-270, -140, 500, 300));
         for (tx, ty) in [(-4, -2), (0, 0), (2, 1)] {
-            let tile = Tile::new(&world, TileId { x: tx, y: ty });
-            let area = tile.area().padded(HEIGHT_PAD);
+            let bare = Tile::bare_heights(&world, TileId { x: tx, y: ty });
+            let area = bare.area();
             for y in area.y0..area.y1 {
                 let bits = |row: &[f32]| row.iter().map(|height| height.to_bits()).collect::<Vec<_>>();
                 assert_eq!(
-                    bits(tile.heights().row(y, area.x0, area.x1)),
+                    bits(bare.row(y, area.x0, area.x1)),
                     bits(large.row(y, area.x0, area.x1)),
                     "{name}: row {y} of tile ({tx}, {ty})"
                 );
@@ -99,20 +99,20 @@ fn vertices_are_those_of_the_thesis() {
     let tile = Tile::new(&world, TileId { x: 3, y: -2 });
     let vertices: Vec<_> = tile.vertices().collect();
     assert_eq!(size_of_val(&vertices[0]), 32);
-    assert_eq!(vertices.len(), 17 * 17);
-    let (first, last) = (vertices[0], vertices[17 * 17 - 1]);
+    assert_eq!(vertices.len(), 65 * 65);
+    let (first, last) = (vertices[0], vertices[65 * 65 - 1]);
     assert_eq!((first.texture, last.texture), ([0.0, 0.0], [1.0, 1.0]));
-    assert_eq!([first.position[0], first.position[2]], [-8.0, -8.0]);
-    assert_eq!([last.position[0], last.position[2]], [8.0, 8.0]);
-    assert_eq!(tile.centre_m(), [3.5 * 16.0, -1.5 * 16.0]);
-    assert_eq!(first.position[1], tile.heights().at(48, -32));
+    assert_eq!([first.position[0], first.position[2]], [-32.0, -32.0]);
+    assert_eq!([last.position[0], last.position[2]], [32.0, 32.0]);
+    assert_eq!(tile.centre_m(), [3.5 * 64.0, -1.5 * 64.0]);
+    assert_eq!(first.position[1], tile.heights().at(192, -128));
 }
 
 /// Bakes a region into a folder of its own, with a file a tile for all that can have one.
 fn bake(world: &World, at: (i64, i64), (cols, rows): (u64, u64), threads: usize, out: &Path) -> Manifest {
     let region = Region::new(TileId { x: at.0, y: at.1 }, cols, rows, world.tile_cells()).unwrap();
-    let exports =
-        Export::parse_list("height-tiles,exr-tiles,r16-tiles,blend-tiles,normal-tiles,map-tiles,hashes").unwrap();
+    let exports = "height-tiles,exr-tiles,r16-tiles,blend-tiles,normal-tiles,map-tiles,hashes,vector,geojson";
+    let exports = Export::parse_list(exports).unwrap();
     let plan = Plan::new(world, "test", region, exports).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let output = Output::prepare(out, false, &plan.cost(threads)).unwrap();

@@ -68,7 +68,23 @@ impl MapPainter {
                 let [red, green, blue, _] = word.to_le_bytes();
                 *pixel = [red, green, blue];
             }
+            if let Some(imprint) = tile.imprint() {
+                let roads = imprint.dirt().row(y, x0, x1).iter().map(|share| (share * ROAD_OPACITY, ROAD));
+                let rivers = imprint.water().row(y, x0, x1).iter().map(|share| (*share, RIVER));
+                for (pixel, (road, river)) in pixels.iter_mut().zip(roads.zip(rivers)) {
+                    mix(pixel, road);
+                    mix(pixel, river);
+                }
+            }
         }
+    }
+}
+
+/// Lets an opaque share of a colour cover a pixel.
+fn mix(pixel: &mut [u8; 3], (opacity, colour): (f32, [f32; 3])) {
+    for (channel, colour) in pixel.iter_mut().zip(colour) {
+        let value = f32::from(*channel);
+        *channel = (value + (colour - value) * opacity + 0.5) as u8;
     }
 }
 
@@ -109,6 +125,11 @@ const SAND: [f32; 3] = [231.0, 216.0, 172.0];
 const SAND_OPACITY: f32 = 0.75;
 const SNOW: [f32; 3] = [248.0, 250.0, 252.0];
 const SNOW_OPACITY: f32 = 0.92;
+
+/// Rivers as the sea's shallows, roads as trodden earth.
+const RIVER: [f32; 3] = [96.0, 150.0, 186.0];
+const ROAD: [f32; 3] = [222.0, 203.0, 160.0];
+const ROAD_OPACITY: f32 = 0.85;
 
 /// How much of the sea floor's shading is seen through the water.
 const UNDER_WATER: f32 = 0.3;

@@ -1,5 +1,6 @@
 //! The blend map: what the ground of each vertex is made of.
 
+use crate::agents::way::Imprint;
 use crate::area::Area;
 use crate::grid::Grid;
 use crate::preset::Preset;
@@ -43,6 +44,24 @@ impl Blend {
         let mut blend = Blend { ground: Grid::filled(area, 0), cover: Grid::filled(area, 0) };
         dispatch(Weigh { rule, heights, normals, blend: &mut blend });
         blend
+    }
+
+    /// Lays the sand of rivers and then the dirt of roads over what is there.
+    pub(super) fn cover_with(&mut self, imprint: &Imprint) {
+        let Area { x0, y0, x1, y1 } = self.ground.area();
+        for y in y0..y1 {
+            let sand = imprint.sand().row(y, x0, x1);
+            let dirt = imprint.dirt().row(y, x0, x1);
+            let ground = self.ground.row_mut(y, x0, x1);
+            let cover = self.cover.row_mut(y, x0, x1);
+            for (((ground, cover), sand), dirt) in ground.iter_mut().zip(cover).zip(sand).zip(dirt) {
+                for (material, share) in [(Material::Sand, *sand), (Material::Dirt, *dirt)] {
+                    if share > 0.0 {
+                        (*ground, *cover) = covered(*ground, *cover, material, share);
+                    }
+                }
+            }
+        }
     }
 
     /// Grass, dirt, rock and sand, in this order from the lowest byte of each word.
@@ -170,4 +189,17 @@ fn ramp<S: Simd>(simd: S, value: S::F32, ramp: Ramp) -> S::F32 {
 fn take<S: Simd>(simd: S, weight: S::U32, share: S::F32) -> (S::U32, S::U32) {
     let taken = simd.truncate_to_i32(simd.i32_to_f32(weight) * share + simd.splat(0.5));
     (taken, weight - taken)
+}
+
+/// The words of a vertex when `material`, one of the ground's, covers a share of it: each weight gives up that share.
+fn covered(ground: u32, cover: u32, material: Material, share: f32) -> (u32, u32) {
+    let parts = (share * 255.0 + 0.5) as u32;
+    let (mut given, mut weights) = (0, [ground.to_le_bytes(), cover.to_le_bytes()]);
+    for weight in weights.iter_mut().flatten() {
+        let part = ((*weight as u32 * parts + 127) / 255) as u8;
+        *weight -= part;
+        given += part;
+    }
+    weights[0][material as usize] += given;
+    (u32::from_le_bytes(weights[0]), u32::from_le_bytes(weights[1]))
 }

@@ -8,6 +8,8 @@ pub use normals::Normals;
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::agents::paths::PathList;
+use crate::agents::way::{Imprint, Way};
 use crate::area::{Area, TileId};
 use crate::clock::Clock;
 use crate::grid::Grid;
@@ -22,6 +24,8 @@ pub struct Tile {
     heights: Grid<f32>,
     normals: Normals,
     blend: Blend,
+    imprint: Option<Imprint>,
+    paths: PathList,
 }
 
 /// A vertex as the thesis has it: 32 bytes, local to the tile's centre.
@@ -47,15 +51,62 @@ impl Tile {
 
     /// As [`new`](Tile::new), with the time of each stage booked on `clock`.
     pub fn timed(world: &World, id: TileId, clock: &Clock) -> Tile {
+        // The bare heights, with the pad that later stages look at.
+        let heights = clock.time("relief", || Tile::bare_heights(world, id));
+        // The rivers and roads whose reach touches them.
+        let paths = clock.time("agents", || world.ways(&heights.area()));
+        let tile = Tile::shaped(world, id, heights, paths.iter().map(|path| &path.way), clock);
+        Tile { paths, ..tile }
+    }
+
+    /// The heights of the tile at `id` before anything shapes them, with the pad that a tile needs.
+    pub fn bare_heights(world: &World, id: TileId) -> Grid<f32> {
+        world.relief().heights(id.area(world.tile_cells()).padded(HEIGHT_PAD))
+    }
+
+    /// The tile at `id` of given bare heights and ways, with the time of each stage booked on `clock`.
+    ///
+    /// # Panics
+    /// When `heights` does not reach [`HEIGHT_PAD`] vertices past the tile.
+    pub fn shaped<'a>(
+        world: &World,
+        id: TileId,
+        heights: Grid<f32>,
+        ways: impl IntoIterator<Item = &'a Way>,
+        clock: &Clock,
+    ) -> Tile {
+        let imprint = clock.time("carve", || Imprint::new(&heights, ways));
+        Tile::imprinted(world, id, heights, imprint, clock)
+    }
+
+    /// The tile at `id` of given bare heights and of what ways do to it, with the time of each stage booked on `clock`.
+    ///
+    /// # Panics
+    /// When `heights` does not reach [`HEIGHT_PAD`] vertices past the tile.
+    pub(crate) fn imprinted(
+        world: &World,
+        id: TileId,
+        mut heights: Grid<f32>,
+        imprint: Option<Imprint>,
+        clock: &Clock,
+    ) -> Tile {
         let area = id.area(world.tile_cells());
         let spacing_m = world.spacing_m();
-        // The bare heights, with the pad that later stages look at.
-        let heights = clock.time("relief", || world.relief().heights(area.padded(HEIGHT_PAD)));
+        // The land as the ways leave it.
+        if let Some(imprint) = &imprint {
+            clock.time("carve", || imprint.shape(&mut heights));
+        }
         // Normals and slopes from differences across the edge.
         let normals = clock.time("normals", || Normals::new(&heights, area, spacing_m));
         // What the ground is made of.
-        let blend = clock.time("blend", || Blend::new(&GroundRule::new(world.preset()), &heights, &normals));
-        Tile { id, spacing_m, area, heights, normals, blend }
+        let blend = clock.time("blend", || {
+            let mut blend = Blend::new(&GroundRule::new(world.preset()), &heights, &normals);
+            if let Some(imprint) = &imprint {
+                blend.cover_with(imprint);
+            }
+            blend
+        });
+        Tile { id, spacing_m, area, heights, normals, blend, imprint, paths: PathList::new() }
     }
 
     /// Where the tile is in the world.
@@ -81,6 +132,17 @@ impl Tile {
     /// Blend weights of the tile's vertices.
     pub fn blend(&self) -> &Blend {
         &self.blend
+    }
+
+    /// What rivers and roads have done to the tile; `None` where there are none.
+    pub fn imprint(&self) -> Option<&Imprint> {
+        self.imprint.as_ref()
+    }
+
+    /// The order-free paths that may touch the tile, whole, sorted by kind and owner; none for a tile that was
+    /// [shaped](Tile::shaped) by other ways.
+    pub fn paths(&self) -> &PathList {
+        &self.paths
     }
 
     /// The tile's centre in the world, in metres east and south of the origin.

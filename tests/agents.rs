@@ -1,0 +1,141 @@
+//! The order-free agents: rivers and roads are whole, stay within their reach and do not depend on who asks.
+
+use terrane::agents::paths::PathEnding;
+use terrane::agents::way::WayKind;
+use terrane::area::{Area, TileId};
+use terrane::preset::{Ending, Preset};
+use terrane::tile::{Material, Tile};
+use terrane::world::World;
+
+/// The thesis' world with small tiles and many agents.
+fn world(change: impl FnOnce(&mut Preset)) -> World {
+    let (_, mut preset) = Preset::load("thesis").unwrap();
+    preset.tile_cells = 64;
+    preset.rivers.as_mut().unwrap().density = 0.8;
+    preset.roads.as_mut().unwrap().density = 0.6;
+    change(&mut preset);
+    World::new(preset, Some(3)).unwrap()
+}
+
+const PLACES: [(i64, i64); 3] = [(0, 0), (-5, 9), (1_000_000_000, -1_000_000_000)];
+
+fn around(place: (i64, i64), tiles: i64) -> Area {
+    let side = (2 * tiles * 64) as usize;
+    Area::new((place.0 - tiles) * 64, (place.1 - tiles) * 64, side, side)
+}
+
+#[test]
+fn a_path_is_whole_and_the_same_whoever_asks() {
+    for place in PLACES {
+        let (one, other) = (world(|_| ()), world(|_| ()));
+        let all = one.ways(&around(place, 4));
+        assert!(all.iter().any(|path| path.way.kind() == WayKind::River), "there are rivers");
+        assert!(all.iter().any(|path| path.way.kind() == WayKind::Road), "there are roads");
+        // A world of its own, asked for one tile after another from the far end, knows the same paths of each tile.
+        for y in (place.1 - 2..place.1 + 2).rev() {
+            for x in (place.0 - 2..place.0 + 2).rev() {
+                let tile = TileId { x, y }.area(64);
+                let touching: Vec<_> = all.iter().filter(|path| path.way.overlaps(&tile)).collect();
+                let asked = other.ways(&tile);
+                assert_eq!(asked.len(), touching.len(), "tile ({x}, {y})");
+                for (asked, expected) in asked.iter().zip(touching) {
+                    assert_eq!(
+                        (asked.owner, &asked.way, asked.ending),
+                        (expected.owner, &expected.way, expected.ending)
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_tile_does_not_depend_on_what_was_made_before() {
+    for (x, y) in PLACES {
+        let (fresh, used) = (world(|_| ()), world(|_| ()));
+        for (east, south) in [(3, -1), (-2, 2), (1, 0), (0, 1)] {
+            Tile::new(&used, TileId { x: x + east, y: y + south });
+        }
+        assert_eq!(Tile::new(&fresh, TileId { x, y }).hash(), Tile::new(&used, TileId { x, y }).hash());
+    }
+}
+
+#[test]
+fn paths_stay_within_their_reach_and_rivers_start_at_the_highest_vertex() {
+    let world = world(|_| ());
+    let crossed = world.preset().rivers.as_ref().unwrap().max_tiles as i64;
+    for path in world.ways(&around((0, 0), 4)) {
+        let own = path.owner.area(64);
+        // Nodes stay within the tiles that may be crossed; the bed sticks out by its banks.
+        let may = own.padded((crossed * 64) as usize + 64);
+        assert!(may.contains(&path.way.bounds()), "{} of {}", path.way.bounds().width(), path.owner);
+        let start = path.way.origin();
+        if path.way.kind() == WayKind::River {
+            let heights = world.relief().heights(own);
+            let highest = heights.values().iter().copied().fold(f32::NEG_INFINITY, f32::max);
+            assert_eq!(heights.at(start.0, start.1), highest, "river of {}", path.owner);
+        } else {
+            assert_eq!(start, ((own.x0 + own.x1 - 1) / 2, (own.y0 + own.y1 - 1) / 2));
+        }
+    }
+}
+
+#[test]
+fn rivers_end_in_other_rivers_in_ponds_or_lose_a_third() {
+    let endings = |ending| {
+        let world = world(|preset| preset.rivers.as_mut().unwrap().ending = ending);
+        let rivers: Vec<_> =
+            world.ways(&around((0, 0), 6)).into_iter().filter(|path| path.way.kind() == WayKind::River).collect();
+        for river in &rivers {
+            let PathEnding::River(other) = river.ending else { continue };
+            // The river that it meets has its bed there, and so the two are one water.
+            let Some(other) = rivers.iter().find(|path| path.owner == other) else { continue };
+            let end = river.way.points().last().unwrap();
+            let place = (river.way.origin().0 as f32 + end.east, river.way.origin().1 as f32 + end.south);
+            let nearest = other.way.points().iter().map(|point| {
+                let east = other.way.origin().0 as f32 + point.east - place.0;
+                let south = other.way.origin().1 as f32 + point.south - place.1;
+                (east * east + south * south).sqrt()
+            });
+            let nearest = nearest.fold(f32::INFINITY, f32::min);
+            assert!(nearest < 6.0, "the river of {} ends {nearest} vertices from that of {}", river.owner, other.owner);
+        }
+        let count = |ending: fn(&PathEnding) -> bool| rivers.iter().filter(|river| ending(&river.ending)).count();
+        (
+            count(|ending| matches!(ending, PathEnding::River(_))),
+            count(|ending| *ending == PathEnding::Pond),
+            count(|ending| *ending == PathEnding::Nothing),
+        )
+    };
+    let (met, ponds, nothing) = endings(Ending::Trim);
+    assert!(met > 3 && ponds == 0 && nothing > 3, "{met} {ponds} {nothing}");
+    let (met, ponds, nothing) = endings(Ending::Pond);
+    assert!(met > 3 && ponds > 3 && nothing == 0, "{met} {ponds} {nothing}");
+}
+
+#[test]
+fn beds_are_cut_into_the_land_and_lie_on_the_blend_map() {
+    let (bare, world) = (world(|preset| (preset.rivers, preset.roads) = (None, None)), world(|_| ()));
+    let (min_m, max_m) = world.height_range_m();
+    let (mut cut, mut sand, mut dirt) = (0, 0, 0);
+    for (x, y) in (-3..3).flat_map(|y| (-3..3).map(move |x| (x, y))) {
+        let (before, after) = (Tile::new(&bare, TileId { x, y }), Tile::new(&world, TileId { x, y }));
+        let Area { x0, y0, x1, y1 } = after.area();
+        for (x, y) in (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y))) {
+            let (low, high) = (after.heights().at(x, y), before.heights().at(x, y));
+            assert!(low <= high, "a bed never lies above the land");
+            assert!(min_m <= low && low <= max_m, "a bed leaves the range of the world");
+            cut += u32::from(low < high - 0.5);
+            sand += u32::from(after.blend().weight(Material::Sand, x, y) == 255);
+            dirt += u32::from(after.blend().weight(Material::Dirt, x, y) == 255);
+        }
+    }
+    assert!(cut > 100 && sand > 100 && dirt > 100, "{cut} {sand} {dirt}");
+}
+
+#[test]
+fn without_agents_there_are_no_paths() {
+    let world = world(|preset| (preset.rivers, preset.roads) = (None, None));
+    assert!(world.ways(&around((0, 0), 6)).is_empty());
+    assert!(Tile::new(&world, TileId { x: 0, y: 0 }).imprint().is_none());
+}
