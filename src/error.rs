@@ -52,6 +52,16 @@ pub enum Error {
         /// What would do.
         hint: String,
     },
+    /// A tile registry that is not there or cannot be understood.
+    #[error("{}: {message}", path.display())]
+    Registry {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        message: String,
+        /// What would do.
+        hint: String,
+    },
     /// The system refused to read or write.
     #[error("{}: {source}", path.display())]
     Io {
@@ -73,7 +83,8 @@ impl Error {
             | Error::Region { hint, .. }
             | Error::Export { hint, .. }
             | Error::Output { hint, .. }
-            | Error::Option { hint, .. } => Some(hint).filter(|hint| !hint.is_empty()).map(String::as_str),
+            | Error::Option { hint, .. }
+            | Error::Registry { hint, .. } => Some(hint).filter(|hint| !hint.is_empty()).map(String::as_str),
             Error::Io { .. } | Error::Interrupted => None,
         }
     }
@@ -90,6 +101,11 @@ impl Error {
     /// Wraps what the system said about a path.
     pub(crate) fn io(path: impl AsRef<Path>) -> impl FnOnce(io::Error) -> Error {
         move |source| Error::Io { path: path.as_ref().to_owned(), source }
+    }
+
+    /// Wraps what SQLite said about a database.
+    pub(crate) fn sqlite(path: impl AsRef<Path>) -> impl FnOnce(rusqlite::Error) -> Error {
+        move |error| Error::Io { path: path.as_ref().to_owned(), source: io::Error::other(error) }
     }
 }
 

@@ -2,13 +2,15 @@
 
     python3 tests/readback.py FOLDER
 
-The folder must hold a bake with every raster export: what is missing is a failure and not a check less. It needs the
+The folder must hold a bake with every export: what is missing is a failure and not a check less. It needs the
 PyPI packages blake3, numpy, OpenEXR and pillow. Prints one line a check, with a figure; exits with 1 if one has failed.
 """
 
 import json
+import sqlite3
 import struct
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import blake3
@@ -231,6 +233,98 @@ def check_map(bake, checks):
     checks.check(picture.shape == (*bake.size, 3) and colours >= 100, f"colours of the map of {size}", colours)
 
 
+def check_registry(bake, checks):
+    """A row a tile, with the hashes of what its files hold and the names of these files."""
+    with closing(sqlite3.connect(bake.folder / "registry.sqlite")) as database:
+        sound = database.execute("PRAGMA integrity_check").fetchone()[0]
+        version = database.execute("PRAGMA user_version").fetchone()[0]
+        rows = database.execute("SELECT x, y, files, heights_hash, blend_hash FROM tiles").fetchall()
+        starts = database.execute("SELECT x, y, river_x, river_y FROM tiles WHERE river_x IS NOT NULL").fetchall()
+    checks.check(sound == "ok" and version == 1, "schema version of registry.sqlite, which SQLite finds sound", version)
+    cols, count = (bake.size[1] - 1) // bake.cells, bake.tiles
+    expected = [(bake.at[0] + index % cols, bake.at[1] + index // cols) for index in range(count)]
+    checks.check([row[:2] for row in rows] == expected, "rows of the registry that are the tiles in order", len(rows))
+    rasters = [file for file in bake.files if "tile" in file or "width" in file or file["path"].endswith(".r16.json")]
+    of_tile = lambda x, y: {file["path"] for file in rasters if file.get("tile", {"x": x, "y": y}) == {"x": x, "y": y}}
+    right = sum(set(json.loads(files)) == of_tile(x, y) for x, y, files, _, _ in rows)
+    checks.check(right == count, "tiles whose files the registry names", f"{right} of {count}")
+    samples = lambda export, x, y: b"".join(
+        bake.read(file).tobytes() for file in bake.of(export) if file["tile"] == {"x": x, "y": y}
+    )
+    # Of the blend maps, the cover comes before the ground in the list of files.
+    ground_first = lambda raw: raw[len(raw) // 2 :] + raw[: len(raw) // 2]
+    hashed = lambda raw: blake3.blake3(raw).digest()
+    right = sum(hashed(samples("exr-tiles", x, y)) == heights for x, y, _, heights, _ in rows)
+    checks.check(right == count, "tiles whose EXR has the registry's hash of heights", f"{right} of {count}")
+    right = sum(hashed(ground_first(samples("blend-tiles", x, y))) == blend for x, y, _, _, blend in rows)
+    checks.check(right == count, "tiles whose blend maps have the registry's hash", f"{right} of {count}")
+    inside = lambda tile, start: tile * bake.cells <= start <= (tile + 1) * bake.cells
+    right = sum(inside(x, river_x) and inside(y, river_y) for x, y, river_x, river_y in starts)
+    checks.check(right == len(starts), "rivers that start in their tile", f"{right} of {len(starts)}")
+
+
+def parse_geometry(raw):
+    """The points of a GeoPackage geometry, a line or the one ring of a polygon, and whether its envelope is theirs."""
+    magic, version, flags, srs, west, east, south, north = struct.unpack("<2sBBi4d", raw[:40])
+    order, kind = struct.unpack("<BI", raw[40:45])
+    start = {2: 45, 3: 49}[kind]
+    (count,) = struct.unpack("<I", raw[start : start + 4])
+    points = np.frombuffer(raw[start + 4 :], dtype="<f8").reshape(count, 2)
+    low, high = points.min(axis=0), points.max(axis=0)
+    header = (magic, version, flags, srs, order) == (b"GP", 0, 3, -1, 1)
+    return points, header and [west, south, east, north] == [*low, *high]
+
+
+def check_vectors(bake, checks):
+    """The GeoPackage is one, its tiles are those of the region, and the GeoJSON has the same paths."""
+    with closing(sqlite3.connect(bake.folder / "vector" / "vector.gpkg")) as database:
+        header = [database.execute(f"PRAGMA {name}").fetchone()[0] for name in ["application_id", "user_version"]]
+        sound = database.execute("PRAGMA integrity_check").fetchone()[0]
+        broken = database.execute("PRAGMA foreign_key_check").fetchall()
+        systems = {row[0] for row in database.execute("SELECT srs_id FROM gpkg_spatial_ref_sys")}
+        query = "SELECT table_name, min_x, min_y, max_x, max_y FROM gpkg_contents WHERE srs_id = -1"
+        bounds = {row[0]: row[1:] for row in database.execute(query)}
+        shapes = dict(database.execute("SELECT table_name, geometry_type_name FROM gpkg_geometry_columns"))
+        tiles = database.execute("SELECT x, y, geom FROM tiles ORDER BY fid").fetchall()
+        columns = "owner_x, owner_y, ending, joins_x, joins_y, length_m, width_start_m, width_end_m, floor_start_m, "
+        query = f"SELECT {columns} floor_end_m, geom FROM "
+        paths = {layer: database.execute(query + f"{layer} ORDER BY fid").fetchall() for layer in ["rivers", "roads"]}
+    good = header == [0x47504B47, 10300] and (sound, broken) == ("ok", []) and systems >= {-1, 0, 4326}
+    checks.check(good, "version of the GeoPackage, which SQLite finds sound", header[1])
+    expected = {"rivers": "LINESTRING", "roads": "LINESTRING", "tiles": "POLYGON"}
+    checks.check(shapes == expected and set(bounds) == set(expected), "layers of the GeoPackage", len(shapes))
+    side_m, right = bake.cells * bake.manifest["spacing_m"], 0
+    for x, y, raw in tiles:
+        points, whole = parse_geometry(raw)
+        west, north = x * side_m, -y * side_m
+        corners = {(west, north), (west + side_m, north), (west, north - side_m), (west + side_m, north - side_m)}
+        right += whole and len(points) == 5 and {tuple(point) for point in points} == corners
+    checks.check(right == bake.tiles == len(tiles), "footprints that are their tile's", f"{right} of {bake.tiles}")
+    for layer, rows in paths.items():
+        owners = [row[:2] for row in rows]
+        checks.check(owners == sorted(set(owners)), f"{layer} of the GeoPackage, sorted and each once", len(rows))
+        parsed = [parse_geometry(row[-1]) for row in rows]
+        # Without a path a layer has no bounds.
+        everything = np.concatenate([points for points, _ in parsed]) if parsed else None
+        around = (*everything.min(axis=0), *everything.max(axis=0)) if parsed else (None,) * 4
+        right = sum(whole for _, whole in parsed)
+        good = right == len(rows) and bounds[layer] == around
+        checks.check(good, f"envelopes of {layer} that are those of their points", f"{right} of {len(rows)}")
+        lengths = [np.hypot(*np.diff(points, axis=0).T).sum() for points, _ in parsed]
+        off = max((abs(length - row[5]) for length, row in zip(lengths, rows)), default=0.0)
+        checks.check(off < 1e-6, f"largest distance of length_m from the points of {layer}", f"{off:.1e} m")
+        text = json.loads((bake.folder / "vector" / f"{layer}.geojson").read_text(encoding="utf-8"))
+        good, same = text["type"] == "FeatureCollection" and "crs" not in text, 0
+        for row, (points, _), feature in zip(rows, parsed, text["features"]):
+            geometry, properties = feature["geometry"], list(feature["properties"].values())
+            equal = geometry["type"] == "LineString" and np.array_equal(np.array(geometry["coordinates"]), points)
+            # Widths and levels are 32-bit floats, which the text has with as many digits as those need.
+            narrow = [np.float32(value) for value in properties[6:]]
+            same += equal and list(row[:6]) == properties[:6] and list(row[6:-1]) == narrow
+        good = good and same == len(rows) == len(text["features"])
+        checks.check(good, f"features of {layer}.geojson that are the GeoPackage's", f"{same} of {len(rows)}")
+
+
 def main():
     bake, checks = Bake(Path(sys.argv[1])), Checks()
     check_files(bake, checks)
@@ -240,6 +334,8 @@ def main():
     check_blend(bake, checks)
     check_normals(bake, checks)
     check_map(bake, checks)
+    check_registry(bake, checks)
+    check_vectors(bake, checks)
     print(f"{checks.done} checks of {bake.folder}, {checks.failed} failed")
     return 1 if checks.failed or not checks.done else 0
 

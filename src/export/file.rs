@@ -49,6 +49,13 @@ impl PartFile {
         &self.path
     }
 
+    /// Where the file is for now, for a library that opens files by itself; it must have closed it before
+    /// [`finish`](PartFile::finish).
+    pub fn lend(&mut self) -> &Path {
+        self.rewritten = true;
+        self.file.get_ref().path()
+    }
+
     /// Brings the bytes to the disk and gives the file its name.
     pub fn finish(mut self) -> Result<Finished, Error> {
         let finished = self.seal().map_err(Error::io(&self.path))?;

@@ -1,9 +1,12 @@
 //! `bake.json`: what a bake was made from and what it left.
 
+use std::str::FromStr;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::area::{Region, TileId};
+use crate::error::{Error, nearest};
 use crate::export::file::Finished;
 use crate::preset::Preset;
 use crate::world::World;
@@ -48,6 +51,36 @@ pub struct Manifest {
 pub enum DeviceProfile {
     /// The CPU: the reference, the same bytes on every machine.
     Cpu,
+}
+
+impl DeviceProfile {
+    /// All devices.
+    pub const ALL: [DeviceProfile; 1] = [DeviceProfile::Cpu];
+
+    /// The name, as the command knows it.
+    pub fn name(self) -> &'static str {
+        match self {
+            DeviceProfile::Cpu => "cpu",
+        }
+    }
+}
+
+impl FromStr for DeviceProfile {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<DeviceProfile, Error> {
+        DeviceProfile::ALL.into_iter().find(|device| device.name() == name).ok_or_else(|| {
+            let names = || DeviceProfile::ALL.into_iter().map(DeviceProfile::name);
+            let list = names().collect::<Vec<_>>().join(", ");
+            Error::Option {
+                message: format!("there is no device named {name:?}"),
+                hint: match nearest(name, names()) {
+                    Some(meant) => format!("did you mean {meant}? devices: {list}"),
+                    None => format!("devices: {list}"),
+                },
+            }
+        })
+    }
 }
 
 /// Which tiles were baked.
@@ -99,7 +132,7 @@ pub struct Axes {
 pub struct FileRecord {
     /// Path in the folder of the bake, with `/` between its parts.
     pub path: String,
-    /// The export that it belongs to.
+    /// The export that it belongs to; `registry` for the tile registry, which every bake has.
     pub export: String,
     /// Rasters: pixels from west to east.
     #[serde(skip_serializing_if = "Option::is_none")]

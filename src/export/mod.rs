@@ -1,9 +1,13 @@
 //! Exports: what a bake leaves, in which formats, and the folder that it leaves it in.
 
-mod file;
+pub(crate) mod file;
 mod writer;
 mod raster;
 mod hashes;
+mod registry;
+mod vector;
+mod geopackage;
+mod geojson;
 mod manifest;
 mod plan;
 
@@ -40,6 +44,10 @@ enum Content {
     Rasters { format: Format, tiles: bool, images: &'static [(&'static str, Quantity)] },
     /// A list of hashes.
     Hashes,
+    /// Rivers, roads and tiles as layers of a database.
+    GeoPackage,
+    /// Rivers and roads as text.
+    GeoJson,
 }
 
 /// The images of the blend map: four materials each.
@@ -74,6 +82,8 @@ const KINDS: &[Kind] = &[
     rasters("map", "top-down picture of the region, RGB PNG", Format::Png, false, MAP),
     rasters("map-tiles", "the same, a PNG a tile", Format::Png, true, MAP),
     Kind { name: "hashes", about: "BLAKE3 of each tile's heights, normals and weights", content: Content::Hashes },
+    Kind { name: "vector", about: "rivers, roads and tiles as layers of one GeoPackage", content: Content::GeoPackage },
+    Kind { name: "geojson", about: "rivers and roads as GeoJSON, coordinates in metres", content: Content::GeoJson },
 ];
 
 impl Export {
@@ -114,23 +124,33 @@ impl Export {
     fn images(self) -> impl Iterator<Item = Image> {
         let (format, tiles, images) = match self.0.content {
             Content::Rasters { format, tiles, images } => (format, tiles, images),
-            Content::Hashes => (Format::Png, false, &[][..]),
+            _ => (Format::Png, false, &[][..]),
         };
         images.iter().map(move |&(stem, quantity)| Image { export: self.name(), stem, quantity, format, tiles })
     }
 
+    /// The files of this export that are not rasters.
+    fn others(self) -> &'static [&'static str] {
+        match self.0.content {
+            Content::Rasters { .. } => &[],
+            Content::Hashes => &[hashes::PATH],
+            Content::GeoPackage => geopackage::PATHS,
+            Content::GeoJson => geojson::PATHS,
+        }
+    }
+
     /// Whether a bake would give this export a file of that path.
     fn names(self, path: &str) -> bool {
-        match self.0.content {
-            Content::Rasters { .. } => self.images().any(|image| image.names(path)),
-            Content::Hashes => path == hashes::PATH,
-        }
+        self.others().contains(&path) || self.images().any(|image| image.names(path))
     }
 
     /// The sinks that write this export into the folder of a bake.
     fn sinks(self, world: &World, region: Region, out: &Path) -> Result<Vec<Box<dyn Sink>>, Error> {
-        if self.0.content == Content::Hashes {
-            return Ok(vec![Box::new(hashes::TileHashes::create(region, out)?)]);
+        match self.0.content {
+            Content::Rasters { .. } => {}
+            Content::Hashes => return Ok(vec![Box::new(hashes::TileHashes::create(region, out)?)]),
+            Content::GeoPackage => return Ok(vec![Box::new(geopackage::GeoPackage::create(world, region, out)?)]),
+            Content::GeoJson => return Ok(vec![Box::new(geojson::GeoJson::create(world, &region, out)?)]),
         }
         let sink = |image: Image| -> Result<Box<dyn Sink>, Error> {
             match image.tiles {

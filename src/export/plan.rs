@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+use crate::agents::paths::BYTES_A_REMEMBERED_TILE;
 use crate::area::Region;
 use crate::bake::{Sink, Watch, bake, rows_in_flight};
 use crate::error::Error;
 use crate::export::file::{PartFile, remove_unfinished, sync_folder, write_whole};
 use crate::export::manifest::{self, Manifest};
-use crate::export::{Content, Export, Format, Image};
+use crate::export::registry::BakeRegistry;
+use crate::export::{Content, Export, Format, Image, vector};
 use crate::world::{HEIGHT_PAD, World};
 
 /// A bake that has been thought through: the formats can hold the region.
@@ -39,6 +41,9 @@ const PROCESS_BYTES: u64 = 32 << 20;
 /// Bytes of the manifest without its files and of a file's entry in it, rounded up.
 const MANIFEST_BYTES: u64 = 16 << 10;
 const RECORD_BYTES: u64 = 512;
+
+/// Bytes of a tile's row of the registry while it waits to be written.
+const ROW_BYTES: u64 = 512;
 
 /// What headers, checksums and incompressible blocks add to raw samples: fdeflate's fixed code stretches noise by
 /// less than an eighth.
@@ -88,12 +93,17 @@ impl<'a> Plan<'a> {
         let region = &self.region;
         let side = region.tile_cells() as u64 + 1;
         let (mut files, mut disk_bytes, mut kept_a_vertex, mut largest_tile_file) = (1u64, MANIFEST_BYTES, 0u64, 0u64);
+        // The registry.
+        files += 1;
+        disk_bytes = disk_bytes.saturating_add(BakeRegistry::bytes_at_most(&self.exports, region));
         for export in &self.exports {
-            if export.0.content == Content::Hashes {
-                files += 1;
+            files += export.others().len() as u64;
+            disk_bytes = disk_bytes.saturating_add(match export.0.content {
+                Content::Rasters { .. } => 0,
                 // Two tile numbers of at most 20 characters, a hash of 64 and three separators.
-                disk_bytes = disk_bytes.saturating_add(region.tiles().saturating_mul(107));
-            }
+                Content::Hashes => region.tiles().saturating_mul(107),
+                Content::GeoPackage | Content::GeoJson => vector::bytes_at_most(self.world.preset(), region),
+            });
             for image in export.images() {
                 let bytes = image.quantity.sample().bytes() as u64;
                 let (count, width, height) = match image.tiles {
@@ -119,7 +129,10 @@ impl<'a> Plan<'a> {
         let tiles_in_flight = region.cols().saturating_mul(rows_in_flight(region, threads) * 2);
         let in_flight = tiles_in_flight.saturating_mul(side * side * kept_a_vertex);
         let records = files.saturating_mul(RECORD_BYTES);
-        let parts = [in_flight, a_thread * threads as u64, records, PROCESS_BYTES];
+        let rows = tiles_in_flight.saturating_mul(ROW_BYTES);
+        let remembered =
+            self.world.paths().tiles_to_remember(region.cols()).saturating_mul(BYTES_A_REMEMBERED_TILE) as u64;
+        let parts = [in_flight, a_thread * threads as u64, remembered, records, rows, PROCESS_BYTES];
         Cost { files, disk_bytes, memory_bytes: parts.into_iter().fold(0, u64::saturating_add) }
     }
 
@@ -146,7 +159,7 @@ impl<'a> Plan<'a> {
             let path = out.join(folder);
             fs::create_dir_all(&path).map_err(Error::io(&path))?;
         }
-        let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
+        let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(BakeRegistry::create(&self.exports, out)?)];
         for export in &self.exports {
             sinks.extend(export.sinks(self.world, self.region, out)?);
         }
@@ -170,9 +183,9 @@ impl<'a> Plan<'a> {
 
 /// The folders in the folder of a bake that hold the files of some exports, `""` for itself.
 fn folders(exports: impl Iterator<Item = Export>) -> BTreeSet<&'static str> {
-    let of_images =
-        exports.flat_map(Export::images).map(|image| image.stem.split_once('/').map_or("", |parts| parts.0));
-    of_images.chain([""]).collect()
+    let files =
+        exports.flat_map(|export| export.images().map(|image| image.stem).chain(export.others().iter().copied()));
+    files.map(|file| file.split_once('/').map_or("", |parts| parts.0)).chain([""]).collect()
 }
 
 /// A folder that a bake may write to.

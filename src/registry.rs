@@ -1,0 +1,398 @@
+//! The tile registry: which tiles there are, what started in them, and what came of it.
+//!
+//! One `registry.sqlite` serves two masters. To a bake it is a log and an index: written beside the exports, never read
+//! by the bake that makes tiles, since a tile needs nothing but the world and its place. Delete it and the same tiles
+//! come back. To the classic walk it is an input: how a tile came out depends on the way of the walker, so what was
+//! decided there must be kept ([`TileRow::record`]) for the tile to come back the same.
+//!
+//! The database has one table, `tiles`, a row a tile:
+//!
+//! | column | content |
+//! |---|---|
+//! | `x`, `y` | the tile's number; the primary key is `(y, x)`, the order in which a bake makes them |
+//! | `river_x`, `river_y`, `river_direction` | the vertex at which the tile's river starts, and where to: `north`, `east`, `south`, `west`; NULL: none |
+//! | `road_x`, `road_y`, `road_direction` | the same of its road |
+//! | `heights_hash`, `blend_hash`, `paths_hash` | BLAKE3, 32 bytes each, of a bake's tile; NULL after a walk |
+//! | `files` | the files that hold the tile, paths in the folder of the bake, as a JSON list |
+//! | `record` | what the classic walk keeps of the tile; NULL in a bake |
+//!
+//! Its `application_id` is [`APPLICATION_ID`] and its `user_version` is [`SCHEMA_VERSION`].
+
+use std::path::{Path, PathBuf};
+
+use rusqlite::types::Type;
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, Row, named_params};
+
+use crate::agents::Direction;
+use crate::agents::greedy::Node;
+use crate::agents::record::{Passage, TileRecord};
+use crate::agents::way::Way;
+use crate::area::TileId;
+use crate::error::Error;
+
+/// The file in the folder of a bake or of a walk.
+pub const FILE_NAME: &str = "registry.sqlite";
+
+/// The version of the tables, kept as the database's `user_version`. A newer one is refused.
+pub const SCHEMA_VERSION: i32 = 1;
+
+/// The `application_id` by which the database is known: `TRRG`.
+pub const APPLICATION_ID: i32 = i32::from_be_bytes(*b"TRRG");
+
+/// A tile as the registry knows it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TileRow {
+    /// The tile.
+    pub tile: TileId,
+    /// Where its river starts, if it owns one.
+    pub river: Option<Start>,
+    /// Where its road starts, if it owns one.
+    pub road: Option<Start>,
+    /// What a bake made of it.
+    pub hashes: Option<TileHashes>,
+    /// The files that hold it: paths in the folder of the bake, with `/` between their parts.
+    pub files: Vec<String>,
+    /// What the classic walk keeps of it.
+    pub record: Option<Vec<u8>>,
+}
+
+impl TileRow {
+    /// The row of a tile of a classic walk, from what the walker keeps of it.
+    pub fn of_walk(record: &TileRecord, tile_cells: u32) -> TileRow {
+        let area = record.id.area(tile_cells);
+        let start = |passage: Passage| Start {
+            node: (area.x0 + passage.start[0] as i64, area.y0 + passage.start[1] as i64),
+            direction: Some(passage.direction),
+        };
+        TileRow {
+            tile: record.id,
+            river: record.river.map(start),
+            road: record.road.map(start),
+            hashes: None,
+            files: Vec::new(),
+            record: Some(record.to_bytes().to_vec()),
+        }
+    }
+
+    /// What a walker keeps of the tile; `None` after a bake, or if the bytes are no record.
+    pub fn walk_record(&self) -> Option<TileRecord> {
+        TileRecord::from_bytes(self.record.as_deref()?.try_into().ok()?)
+    }
+}
+
+/// Where a river or a road starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Start {
+    /// The vertex.
+    pub node: Node,
+    /// Where to from there; `None` for a path that ends where it starts.
+    pub direction: Option<Direction>,
+}
+
+/// What a tile of a bake is, as BLAKE3 hashes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TileHashes {
+    /// Of the heights in metres, as 32-bit little-endian floats, row by row.
+    pub heights: blake3::Hash,
+    /// Of the blend weights, a byte each: of all vertices grass, dirt, rock, sand, and then of all snow and three unused.
+    pub blend: blake3::Hash,
+    /// Of the rivers and roads that may touch it.
+    pub paths: blake3::Hash,
+}
+
+impl Start {
+    /// Where a way starts: its first point, and the axis along which the next ones mostly lie.
+    pub fn of(way: &Way) -> Start {
+        let first = way.points()[0];
+        // A few points on, so that one sidestep of the search does not count as the direction.
+        let ahead = way.points().iter().take(4).next_back().expect("a way has a point");
+        let (east, south) = (ahead.east - first.east, ahead.south - first.south);
+        let towards = match east.abs() >= south.abs() {
+            true if east > 0.0 => Direction::East,
+            true => Direction::West,
+            false if south > 0.0 => Direction::South,
+            false => Direction::North,
+        };
+        Start { node: way.origin(), direction: (east != 0.0 || south != 0.0).then_some(towards) }
+    }
+}
+
+/// A tile registry on the disk.
+#[derive(Debug)]
+pub struct Registry {
+    path: PathBuf,
+    connection: Connection,
+}
+
+/// The order of the key is that in which a bake makes tiles, so that its rows are only ever added at the end.
+const SCHEMA: &str = "
+    CREATE TABLE tiles (
+        x INTEGER NOT NULL,
+        y INTEGER NOT NULL,
+        river_x INTEGER,
+        river_y INTEGER,
+        river_direction TEXT,
+        road_x INTEGER,
+        road_y INTEGER,
+        road_direction TEXT,
+        heights_hash BLOB,
+        blend_hash BLOB,
+        paths_hash BLOB,
+        files TEXT NOT NULL,
+        record BLOB,
+        PRIMARY KEY (y, x)
+    ) STRICT, WITHOUT ROWID;
+";
+
+const INSERT: &str = "
+    INSERT OR REPLACE INTO tiles VALUES (:x, :y, :river_x, :river_y, :river_direction, :road_x, :road_y,
+        :road_direction, :heights_hash, :blend_hash, :paths_hash, :files, :record)
+";
+
+impl Registry {
+    /// The registry at `path`, made if it is not there; each batch of rows is safe on the disk once it is in.
+    ///
+    /// # Errors
+    /// When the file is no registry or one of a newer version, or when it cannot be read or written.
+    pub fn open(path: &Path) -> Result<Registry, Error> {
+        let connection = Connection::open(path).map_err(Error::sqlite(path))?;
+        Registry::checked(path, connection, true)
+    }
+
+    /// The registry at `path`, only to be read; it must be there.
+    ///
+    /// # Errors
+    /// As for [`open`](Registry::open), and when there is none.
+    pub fn read(path: &Path) -> Result<Registry, Error> {
+        if !path.is_file() {
+            return Err(Error::Registry {
+                path: path.to_owned(),
+                message: "there is no tile registry here".into(),
+                hint: format!("give the folder of a bake or of a walk, which has a {FILE_NAME}"),
+            });
+        }
+        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        let connection = Connection::open_with_flags(path, flags).map_err(Error::sqlite(path))?;
+        Registry::checked(path, connection, false)
+    }
+
+    /// A registry in an empty file that nobody else knows of yet: without a journal and without waiting for the disk,
+    /// which is for the one who gives the file its name.
+    pub(crate) fn aside(path: &Path) -> Result<Registry, Error> {
+        let connection = Connection::open(path).map_err(Error::sqlite(path))?;
+        unjournaled(&connection).map_err(Error::sqlite(path))?;
+        Registry::checked(path, connection, true)
+    }
+
+    fn checked(path: &Path, connection: Connection, may_create: bool) -> Result<Registry, Error> {
+        let refuse =
+            |message: String, hint: &str| Error::Registry { path: path.to_owned(), message, hint: hint.into() };
+        let stranger = || refuse("is no tile registry of terrane".into(), "give the folder of a bake or of a walk");
+        let number = |pragma: &str| connection.pragma_query_value(None, pragma, |row| row.get::<_, i32>(0));
+        let header = || Ok((number("application_id")?, number("user_version")?, number("schema_version")?));
+        let (application, version, changes) =
+            header().map_err(|error: rusqlite::Error| match error.sqlite_error_code() {
+                Some(ErrorCode::NotADatabase) => stranger(),
+                _ => Error::sqlite(path)(error),
+            })?;
+        // A new file is an empty database.
+        if may_create && (application, version, changes) == (0, 0, 0) {
+            let create = || {
+                connection.pragma_update(None, "application_id", APPLICATION_ID)?;
+                connection.pragma_update(None, "user_version", SCHEMA_VERSION)?;
+                connection.execute_batch(SCHEMA)
+            };
+            create().map_err(Error::sqlite(path))?;
+        } else if application != APPLICATION_ID {
+            return Err(stranger());
+        } else if version != SCHEMA_VERSION {
+            return Err(refuse(
+                format!("has schema version {version}; this program knows {SCHEMA_VERSION}"),
+                "use the terrane that has written it, or a newer one",
+            ));
+        }
+        Ok(Registry { path: path.to_owned(), connection })
+    }
+
+    /// Writes rows in one transaction; a tile that is there already gets the new row.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn append(&mut self, rows: impl IntoIterator<Item = TileRow>) -> Result<(), Error> {
+        let insert_all = || {
+            let transaction = self.connection.transaction()?;
+            let mut insert = transaction.prepare_cached(INSERT)?;
+            for row in rows {
+                let hash = |pick: fn(&TileHashes) -> &blake3::Hash| row.hashes.as_ref().map(|it| *pick(it).as_bytes());
+                let direction = |start: Option<Start>| start.and_then(|start| start.direction).map(Direction::name);
+                insert.execute(named_params! {
+                    ":x": row.tile.x,
+                    ":y": row.tile.y,
+                    ":river_x": row.river.map(|start| start.node.0),
+                    ":river_y": row.river.map(|start| start.node.1),
+                    ":river_direction": direction(row.river),
+                    ":road_x": row.road.map(|start| start.node.0),
+                    ":road_y": row.road.map(|start| start.node.1),
+                    ":road_direction": direction(row.road),
+                    ":heights_hash": hash(|hashes| &hashes.heights),
+                    ":blend_hash": hash(|hashes| &hashes.blend),
+                    ":paths_hash": hash(|hashes| &hashes.paths),
+                    ":files": serde_json::to_string(&row.files).expect("a list of names is JSON"),
+                    ":record": row.record,
+                })?;
+            }
+            drop(insert);
+            transaction.commit()
+        };
+        insert_all().map_err(Error::sqlite(&self.path))
+    }
+
+    /// The row of a tile, if it has one.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn row(&self, tile: TileId) -> Result<Option<TileRow>, Error> {
+        let find = || {
+            let mut select = self.connection.prepare_cached("SELECT * FROM tiles WHERE y = ? AND x = ?")?;
+            select.query_row((tile.y, tile.x), parse_row).optional()
+        };
+        find().map_err(Error::sqlite(&self.path))
+    }
+
+    /// Visits all rows from north to south and, of those in a line, from west to east, without holding them.
+    ///
+    /// # Errors
+    /// When the file cannot be read, and the first error of `visit`.
+    pub fn for_each(&self, mut visit: impl FnMut(TileRow) -> Result<(), Error>) -> Result<(), Error> {
+        let wrapped = || Error::sqlite(&self.path);
+        let mut select = self.connection.prepare_cached("SELECT * FROM tiles ORDER BY y, x").map_err(wrapped())?;
+        for row in select.query_map((), parse_row).map_err(wrapped())? {
+            visit(row.map_err(wrapped())?)?;
+        }
+        Ok(())
+    }
+
+    /// All rows, in the order of [`for_each`](Registry::for_each).
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn rows(&self) -> Result<Vec<TileRow>, Error> {
+        let mut rows = Vec::new();
+        self.for_each(|row| {
+            rows.push(row);
+            Ok(())
+        })?;
+        Ok(rows)
+    }
+
+    /// Closes the file, so that it may be moved.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn close(self) -> Result<(), Error> {
+        let Registry { path, connection } = self;
+        connection.close().map_err(|(_, error)| Error::sqlite(path)(error))
+    }
+}
+
+/// Tells SQLite that its file is lost anyway if the program ends early, and fixes what bytes depend on.
+pub(crate) fn unjournaled(connection: &Connection) -> rusqlite::Result<()> {
+    connection.pragma_update(None, "page_size", 4096)?;
+    connection.pragma_update_and_check(None, "journal_mode", "OFF", |_| Ok(()))?;
+    connection.pragma_update(None, "synchronous", "OFF")
+}
+
+fn parse_row(row: &Row) -> rusqlite::Result<TileRow> {
+    let start = |x: &str, y: &str, direction: &str| {
+        let Some(node) = row.get::<_, Option<i64>>(x)?.zip(row.get(y)?) else { return Ok(None) };
+        let name: Option<String> = row.get(direction)?;
+        let direction = name.map(|name| {
+            let found = Direction::ALL.into_iter().find(|direction| direction.name() == name);
+            found.ok_or_else(|| damaged(row, direction, format!("{name:?} is no direction")))
+        });
+        Ok::<_, rusqlite::Error>(Some(Start { node, direction: direction.transpose()? }))
+    };
+    let hash = |column| row.get::<_, Option<[u8; 32]>>(column).map(|bytes| bytes.map(blake3::Hash::from_bytes));
+    let hashes = match (hash("heights_hash")?, hash("blend_hash")?, hash("paths_hash")?) {
+        (Some(heights), Some(blend), Some(paths)) => Some(TileHashes { heights, blend, paths }),
+        _ => None,
+    };
+    let files: String = row.get("files")?;
+    Ok(TileRow {
+        tile: TileId { x: row.get("x")?, y: row.get("y")? },
+        river: start("river_x", "river_y", "river_direction")?,
+        road: start("road_x", "road_y", "road_direction")?,
+        hashes,
+        files: serde_json::from_str(&files).map_err(|error| damaged(row, "files", error))?,
+        record: row.get("record")?,
+    })
+}
+
+fn damaged(row: &Row, column: &str, error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> rusqlite::Error {
+    rusqlite::Error::FromSqlConversionFailure(row.as_ref().column_index(column).unwrap_or(0), Type::Text, error.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tile_row(x: i64, y: i64) -> TileRow {
+        let hash = |what: &str| blake3::hash(format!("{what} {x} {y}").as_bytes());
+        TileRow {
+            tile: TileId { x, y },
+            river: (x > 0).then_some(Start { node: (x * 16 + 3, y * 16 - 1), direction: Some(Direction::West) }),
+            road: (y > 0).then_some(Start { node: (x * 16 + 8, y * 16 + 8), direction: None }),
+            hashes: (x != y).then(|| TileHashes { heights: hash("h"), blend: hash("b"), paths: hash("p") }),
+            files: vec![format!("height/height_x{x}_y{y}.png"), "a \"quoted\" name".into()],
+            record: (x == y).then(|| vec![1, 2, x as u8]),
+        }
+    }
+
+    #[test]
+    fn rows_come_back_as_they_went_in_sorted() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(FILE_NAME);
+        let mut registry = Registry::open(&path).unwrap();
+        registry.append([tile_row(3, 1), tile_row(-2, 1)]).unwrap();
+        registry.append([tile_row(i64::MAX, i64::MIN), tile_row(0, 0)]).unwrap();
+        let expected = [tile_row(i64::MAX, i64::MIN), tile_row(0, 0), tile_row(-2, 1), tile_row(3, 1)];
+        assert_eq!(registry.rows().unwrap(), expected);
+        // Opened again it goes on where it was.
+        registry.close().unwrap();
+        let mut registry = Registry::open(&path).unwrap();
+        let changed = TileRow { record: Some(vec![7; 40]), ..tile_row(0, 0) };
+        registry.append([changed.clone()]).unwrap();
+        assert_eq!(registry.row(TileId { x: 0, y: 0 }).unwrap(), Some(changed));
+        assert_eq!(registry.row(TileId { x: 5, y: 0 }).unwrap(), None);
+        assert_eq!(registry.rows().unwrap().len(), 4);
+        assert_eq!(Registry::read(&path).unwrap().rows().unwrap(), registry.rows().unwrap());
+    }
+
+    #[test]
+    fn what_is_no_registry_is_refused_with_a_hint() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(FILE_NAME);
+        let refused = |result: Result<Registry, Error>, word: &str| {
+            let error = result.unwrap_err();
+            assert!(error.to_string().contains(word) && error.hint().is_some(), "{error}");
+            assert_eq!(error.exit_code(), 2);
+        };
+        refused(Registry::read(&path), "there is no tile registry");
+        assert!(!path.exists(), "reading makes no file");
+        std::fs::write(&path, "a text that is no database at all, and long enough to be one. ".repeat(20)).unwrap();
+        refused(Registry::read(&path), "no tile registry");
+        refused(Registry::open(&path), "no tile registry");
+        // Somebody else's database, and an empty file.
+        std::fs::remove_file(&path).unwrap();
+        Connection::open(&path).unwrap().execute_batch("CREATE TABLE mine (a)").unwrap();
+        refused(Registry::open(&path), "no tile registry");
+        std::fs::write(&path, "").unwrap();
+        refused(Registry::read(&path), "no tile registry");
+        // One that a newer program has written.
+        let registry = Registry::open(&path).unwrap();
+        registry.connection.pragma_update(None, "user_version", SCHEMA_VERSION + 1).unwrap();
+        registry.close().unwrap();
+        refused(Registry::read(&path), "schema version 2");
+        refused(Registry::open(&path), "this program knows 1");
+    }
+}

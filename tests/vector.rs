@@ -1,0 +1,114 @@
+//! Rivers, roads and tiles as vectors: each path whole and once, whatever the tiling, in both formats.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+use rusqlite::Connection;
+use serde_json::Value;
+use terrane::agents::way::WayKind;
+use terrane::area::{Area, Region, TileId};
+use terrane::bake::Watch;
+use terrane::export::{Export, Output, Plan};
+use terrane::preset::Preset;
+use terrane::world::World;
+
+const WITH_PATHS: &str = r#"
+    tile_cells = 32
+    noise = [{ kind = "ridged", height_m = 60.0, wavelength_m = 500.0, octaves = 4 }]
+    rivers = { density = 1.0, width_m = [1.0, 4.0], bank_m = 3.0 }
+    roads = { density = 1.0 }
+"#;
+
+const WITHOUT_PATHS: &str = r#"
+    tile_cells = 32
+    noise = [{ kind = "ridged", height_m = 60.0, wavelength_m = 500.0, octaves = 4 }]
+"#;
+
+const LAYERS: [(&str, WayKind); 2] = [("rivers", WayKind::River), ("roads", WayKind::Road)];
+
+fn world(text: &str) -> World {
+    World::new(Preset::parse("test", text).unwrap(), Some(3)).unwrap()
+}
+
+fn bake(world: &World, region: Region, threads: usize, out: &Path) {
+    let plan = Plan::new(world, "test", region, Export::parse_list("vector,geojson").unwrap()).unwrap();
+    let cost = plan.cost(threads);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let output = Output::prepare(out, false, &cost).unwrap();
+    let manifest = pool.install(|| plan.run(&output, &Watch::default())).unwrap();
+    // Three of vectors, the registry and the manifest.
+    assert_eq!((manifest.files.len() + 1, cost.files), (5, 5));
+    let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
+    assert!(bytes <= cost.disk_bytes, "{bytes} bytes, at most {} announced", cost.disk_bytes);
+}
+
+/// The geometries of a layer in the order of the file, by owner.
+fn layer(out: &Path, name: &str) -> Vec<(TileId, Vec<u8>)> {
+    let database = Connection::open(out.join("vector/vector.gpkg")).unwrap();
+    let mut select = database.prepare(&format!("SELECT owner_x, owner_y, geom FROM {name} ORDER BY fid")).unwrap();
+    let rows = select.query_map((), |row| Ok((TileId { x: row.get(0)?, y: row.get(1)? }, row.get(2)?))).unwrap();
+    rows.map(Result::unwrap).collect()
+}
+
+fn text(out: &Path, name: &str) -> Value {
+    serde_json::from_slice(&fs::read(out.join(format!("vector/{name}.geojson"))).unwrap()).unwrap()
+}
+
+#[test]
+fn each_path_that_touches_the_region_is_there_once_in_both_formats() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = world(WITH_PATHS);
+    let region = Region::new(TileId { x: -3, y: 2 }, 5, 4, world.tile_cells()).unwrap();
+    bake(&world, region, 2, folder.path());
+    let area = Area::new(-96, 64, region.width() as usize, region.height() as usize);
+    for (name, kind) in LAYERS {
+        let paths = world.ways(&area);
+        let of_kind = paths.iter().filter(|path| path.way.kind() == kind && path.way.touches(&area));
+        let expected: BTreeSet<TileId> = of_kind.map(|path| path.owner).collect();
+        let found: Vec<TileId> = layer(folder.path(), name).into_iter().map(|(owner, _)| owner).collect();
+        assert_eq!(found, expected.iter().copied().collect::<Vec<_>>(), "{name}");
+        let text = text(folder.path(), name);
+        let owners = text["features"].as_array().unwrap().iter().map(|feature| {
+            let number = |key: &str| feature["properties"][key].as_i64().unwrap();
+            TileId { x: number("owner_x"), y: number("owner_y") }
+        });
+        assert_eq!(owners.collect::<Vec<_>>(), found, "{name}");
+    }
+}
+
+#[test]
+fn a_path_is_the_same_in_every_window() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = world(WITH_PATHS);
+    let (one, other) = (folder.path().join("one"), folder.path().join("other"));
+    let region = |x, y, cols, rows| Region::new(TileId { x, y }, cols, rows, world.tile_cells()).unwrap();
+    bake(&world, region(-2, -2, 4, 4), 1, &one);
+    bake(&world, region(0, -1, 2, 5), 3, &other);
+    for (name, _) in LAYERS {
+        let others: BTreeMap<_, _> = layer(&other, name).into_iter().collect();
+        for (owner, geometry) in layer(&one, name) {
+            assert!(others.get(&owner).is_none_or(|other| *other == geometry), "{name} of tile {owner}");
+        }
+    }
+}
+
+#[test]
+fn a_world_without_paths_has_empty_layers_and_its_tiles() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = world(WITHOUT_PATHS);
+    bake(&world, Region::new(TileId { x: -1, y: 5 }, 2, 3, world.tile_cells()).unwrap(), 2, folder.path());
+    for (name, _) in LAYERS {
+        assert_eq!(layer(folder.path(), name), []);
+        assert_eq!(text(folder.path(), name)["features"], Value::Array(Vec::new()));
+    }
+    let database = Connection::open(folder.path().join("vector/vector.gpkg")).unwrap();
+    let listed = "SELECT group_concat(x || ',' || y || ' ' || col || ',' || row, '; ') FROM tiles ORDER BY fid";
+    let listed: String = database.query_row(listed, (), |row| row.get(0)).unwrap();
+    assert_eq!(listed, "-1,5 0,0; 0,5 1,0; -1,6 0,1; 0,6 1,1; -1,7 0,2; 0,7 1,2");
+    let bounds = "SELECT min_x, min_y, max_x, max_y FROM gpkg_contents WHERE table_name = 'tiles'";
+    let bounds: [f64; 4] =
+        database.query_row(bounds, (), |row| Ok([row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?])).unwrap();
+    // Three rows of 32 cells, the first 160 m south of the origin: north is up.
+    assert_eq!(bounds, [-32.0, -256.0, 32.0, -160.0]);
+}
