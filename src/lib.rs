@@ -30,9 +30,12 @@
 //!      |          noise/ over simd.rs: fractals of simplex noise
 //!   tile/       heights -> normals, slope -> blend weights           pad HEIGHT_PAD = 1
 //!      |
+//!   registry.rs tiles -> registry.sqlite, a log and an index          never an input of a bake
 //!   bake.rs     Region -> all its tiles, in parallel, in order
 //!      |
-//!   export/     tiles -> files, map/ -> pictures; plan and manifest
+//!   export/     tiles -> files, map/ -> pictures, paths -> vectors; plan and manifest
+//!      |
+//!   experiment/ World, camera -> timings, tables, charts       the thesis' measurement, and its method to compare
 //!      |
 //!   cli/        the command, a thin layer on all this                the only part that prints
 //! ```
@@ -40,7 +43,8 @@
 //! The modules below stand in this order, after the small ones that all use: [`error`], [`area`], [`grid`], [`hash`],
 //! [`clock`]. Each layer is a pure function of the world and of lattice coordinates and reads only the layers above it,
 //! within a pad that stands in one place ([`world::HEIGHT_PAD`]); no tile ever looks at a neighbouring tile.
-//! [`bake`] is the exception to the order: its sinks name their files with [`export::FileRecord`].
+//! Two are exceptions to the order: [`bake`], whose sinks name their files with [`export::FileRecord`], and
+//! [`agents::walker`], the endless terrain around a walker, which stands on tiles and whose agents look at neighbours.
 //!
 //! # Words
 //!
@@ -77,10 +81,13 @@ pub mod simd;
 pub mod noise;
 pub mod preset;
 pub mod relief;
+pub mod agents;
 pub mod world;
 pub mod tile;
+pub mod registry;
 pub mod map;
 pub mod bake;
 pub mod export;
+pub mod experiment;
 #[cfg(feature = "cli")]
 pub mod cli;

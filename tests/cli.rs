@@ -402,7 +402,7 @@ fn a_folder_that_cannot_be_written_to_is_refused() {
 fn a_dry_run_says_what_the_bake_will_take_and_writes_nothing() {
     let desk = Desk::new();
     let arguments = ["bake", "small.toml", "--size", "2x2", "--out", "plan", "--json", "--export"];
-    let exports = format!("{REGION_EXPORTS},{TILE_EXPORTS},hashes");
+    let exports = format!("{REGION_EXPORTS},{TILE_EXPORTS},hashes,vector,geojson");
     let arguments = [&arguments[..], &[&exports]].concat();
     let before = desk.everything();
     let text = desk.done(&["bake", "small.toml", "--size", "2x2", "--out", "plan", "--dry-run"]).stdout;
@@ -451,7 +451,7 @@ fn quiet_prints_nothing_and_the_default_says_what_there_is() {
     assert_eq!((&quiet.stdout[..], &quiet.stderr[..]), ("", ""));
     assert!(desk.path("quiet/bake.json").is_file());
     let normal = desk.done(&["bake", "small.toml", "--size", "1x1"]);
-    assert!(normal.stdout.contains("17 x 17 vertices") && normal.stdout.contains("6 files"), "{normal}");
+    assert!(normal.stdout.contains("17 x 17 vertices") && normal.stdout.contains("7 files"), "{normal}");
     // Without --out the folder bears the preset's name.
     assert!(desk.path("out/small/bake.json").is_file());
     let verbose = desk.done(&["bake", "small.toml", "--size", "1x1", "--out", "verbose", "-v"]);
@@ -478,6 +478,40 @@ fn presets_are_listed_with_their_first_line_and_printed_whole() {
     }
     assert_eq!(listed.lines().count(), count);
     assert!(count >= 5, "there are {count} presets");
+}
+
+#[test]
+fn the_registry_of_a_bake_is_listed_as_a_table_and_as_objects() {
+    let desk = Desk::new();
+    let exports = "height,height-tiles,r16-tiles,hashes";
+    desk.done(&["bake", "small.toml", "--at", "-2,7", "--size", "3x2", "--out", "o", "--export", exports, "-q"]);
+    let table = desk.done(&["registry", "o"]).stdout;
+    let lines: Vec<Vec<&str>> = table.lines().map(|line| line.split_whitespace().collect()).collect();
+    assert_eq!(lines.len(), 1 + 6, "{table}");
+    assert_eq!((&lines[1][..2], &lines[6][..2]), (&["-2", "7"][..], &["0", "8"][..]), "{table}");
+    let objects = desk.done(&["registry", "o", "--json"]).objects();
+    let tiles = |key| objects.iter().map(|object| object[key].as_i64().unwrap()).collect::<Vec<_>>();
+    assert_eq!((tiles("x"), tiles("y")), (vec![-2, -1, 0, -2, -1, 0], vec![7, 7, 7, 8, 8, 8]));
+    let files =
+        ["height/height.png", "height/height_x1_y1.png", "height/height_x1_y1.r16", "height/height_x1_y1.r16.json"];
+    assert_eq!(objects[4]["files"], Value::from(&files[..]));
+    assert!(files.iter().all(|file| desk.path("o").join(file).is_file()));
+    let hashes: BTreeSet<_> = objects.iter().map(|object| object["hashes"]["heights"].as_str().unwrap()).collect();
+    assert_eq!(hashes.len(), 6, "tiles are not alike");
+    // A small world has no rivers.
+    assert!(objects.iter().all(|object| object["river"].is_null() && object["record_bytes"].is_null()));
+}
+
+#[test]
+fn a_folder_without_a_registry_is_refused() {
+    let desk = Desk::new();
+    desk.refused(&["registry", "nowhere"], &["nowhere", "no tile registry", "bake"]);
+    desk.refused(&["registry", "small.toml"], &["small.toml", "no tile registry"]);
+    desk.write("text/registry.sqlite", "no database");
+    desk.refused(&["registry", "text"], &["registry.sqlite", "no tile registry"]);
+    desk.write("empty/registry.sqlite", "");
+    desk.refused(&["registry", "empty", "--json"], &["registry.sqlite", "no tile registry"]);
+    desk.refused(&["registry"], &["<FOLDER>"]);
 }
 
 #[test]
@@ -519,7 +553,8 @@ fn completions_and_the_manual_know_the_options() {
 #[test]
 fn a_closed_standard_output_is_no_panic() {
     let desk = Desk::new();
-    let commands: [&[&str]; 9] = [
+    desk.done(&["bake", "small.toml", "--size", "2x2", "--export", "hashes", "--out", "listed", "-q"]);
+    let commands: [&[&str]; 11] = [
         &["--help"],
         &["bake", "--help"],
         &["presets"],
@@ -527,6 +562,8 @@ fn a_closed_standard_output_is_no_panic() {
         &["schema"],
         &["completions", "zsh"],
         &["man"],
+        &["registry", "listed"],
+        &["registry", "listed", "--json"],
         &["bake", "small.toml", "--size", "1x1", "--dry-run"],
         &["bake", "small.toml", "--size", "1x1", "--out", "o", "--json", "-v"],
     ];
@@ -601,13 +638,13 @@ impl Drop for Running {
 fn an_interrupt_leaves_nothing_that_looks_whole() {
     let desk = Desk::new();
     desk.write("slow.toml", slow_world());
-    let exports = "height,exr,r16,blend,normal,map,hashes";
+    let exports = "height,exr,r16,blend,normal,map,hashes,vector,geojson";
     let mut command = desk.command(&["bake", "slow.toml", "--size", "128x128", "--out", "o", "--threads", "1"]);
     command.args(["--export", exports]).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut running = Running(command.spawn().unwrap());
-    // The bake is under way when the last of its eight files has been begun.
+    // The bake is under way when the last of its fourteen files, two stores of paths among them, has been begun.
     let start = Instant::now();
-    let begun = || desk.path("o").is_dir() && files_in(&desk.path("o")).len() == 8;
+    let begun = || desk.path("o").is_dir() && files_in(&desk.path("o")).len() == 14;
     while !begun() {
         assert!(start.elapsed() < PATIENCE, "the bake has not begun: {:?}", desk.everything());
         assert!(running.0.try_wait().unwrap().is_none(), "the bake has ended before it was interrupted");
@@ -666,11 +703,11 @@ fn progress_is_objects_with_json() {
 #[test]
 fn the_manifest_names_every_file_with_its_size_and_hash() {
     let desk = Desk::new();
-    let exports = format!("{REGION_EXPORTS},{TILE_EXPORTS},hashes");
+    let exports = format!("{REGION_EXPORTS},{TILE_EXPORTS},hashes,vector,geojson");
     desk.done(&["bake", "small.toml", "--at", "-2,7", "--size", "3x2", "--out", "o", "--export", &exports, "-q"]);
     let manifest = desk.manifest("o");
-    // Region: height, exr, two of r16, two of blend, normal, map and the hashes; as many but the hashes a tile.
-    assert_eq!(manifest.files.len(), 9 + 8 * 6);
+    // Region: height, exr, two of r16, two of blend, normal, map, as many a tile; then hashes, registry, three of vectors.
+    assert_eq!(manifest.files.len(), 8 + 8 * 6 + 5);
     for file in &manifest.files {
         let content = fs::read(desk.path("o").join(&file.path)).unwrap();
         assert_eq!(file.bytes, content.len() as u64, "{}", file.path);
@@ -713,8 +750,8 @@ fn a_tile_alone_has_the_same_bytes_as_in_a_region() {
         let tile = ["tile", "small.toml", &x.to_string(), &y.to_string(), "--out", &out, "--threads", "1"];
         desk.done(&[&tile[..], &common].concat());
         let alone = desk.manifest(&out);
-        // Eight files and the list of hashes.
-        assert_eq!(alone.files.len(), 9);
+        // Eight files, the list of hashes and the registry.
+        assert_eq!(alone.files.len(), 10);
         for file in alone.files.iter().filter(|file| file.tile.is_some()) {
             assert_eq!(file.tile.map(|tile| (tile.x, tile.y)), Some((x, y)));
             let in_region = file.path.replace("_x0_y0", &format!("_x{}_y{}", x + 2, y + 1));
@@ -759,12 +796,13 @@ fn overwrite_replaces_the_bake_and_keeps_what_is_not_its_own() {
     desk.write("o/height/.height.png.a1b2c3.part", "half");
     desk.refused(&common, &["--overwrite"]);
     desk.done(&[&common[..], &["--overwrite", "--seed", "2", "--export", "height,normal"]].concat());
-    let expected = ["bake.json", "height/height.png", "map/sketch.png", "normal/normal.png", "notes.txt"];
+    let expected =
+        ["bake.json", "height/height.png", "map/sketch.png", "normal/normal.png", "notes.txt", "registry.sqlite"];
     assert_eq!(files_in(&desk.path("o")), expected.map(String::from).into());
     assert_ne!(fs::read(desk.path("o/height/height.png")).unwrap(), first);
     assert_eq!(fs::read_to_string(desk.path("o/map/sketch.png")).unwrap(), "mine too");
     let listed: Vec<_> = desk.manifest("o").files.into_iter().map(|file| file.path).collect();
-    assert_eq!(listed, ["height/height.png", "normal/normal.png"]);
+    assert_eq!(listed, ["height/height.png", "normal/normal.png", "registry.sqlite"]);
 }
 
 #[test]
@@ -785,4 +823,69 @@ fn overwrite_removes_nothing_outside_the_folder_whatever_the_manifest_says() {
     assert!(desk.path("victim.txt").is_file());
     // The edited manifest was read: what it lists in the folder is gone.
     assert!(!desk.path("o/map/map.png").exists());
+}
+
+// ---------------------------------------------------------------------------------------------------------------------
+// The experiment.
+
+const SHORT_WALK: [&str; 5] = ["experiment", "--sizes", "16,32", "--minutes", "0.2"];
+
+#[test]
+fn an_experiment_leaves_its_tables_and_pictures() {
+    let desk = Desk::new();
+    let outcome = desk.done(&[&SHORT_WALK[..], &["--threads", "1"]].concat());
+    let report = fs::read_to_string(desk.path("out/experiment/report.md")).unwrap();
+    for size in ["16x16", "32x32"] {
+        for method in ["agents", "no agents", "baseline"] {
+            let named = |line: &str| line.contains(size) && line.contains(method);
+            assert!(outcome.stdout.lines().any(named), "{size} {method}\n{outcome}");
+            assert!(report.lines().any(named), "{size} {method}\n{report}");
+        }
+    }
+    let files = ["chart.svg", "expansions.csv", "report.md", "summary.json", "walk.png"];
+    assert_eq!(files_in(&desk.path("out/experiment")), files.map(str::to_owned).into());
+    // Every expansion, in all configurations.
+    let csv = fs::read_to_string(desk.path("out/experiment/expansions.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = csv.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    let count = |size: &str, method: &str| rows.iter().filter(|row| row[0] == size && row[1] == method).count();
+    assert!(count("16", "agents") > 100, "{csv}");
+    assert_eq!(count("16", "agents"), count("16", "no agents"));
+    assert_eq!(count("16", "agents"), count("16", "baseline"));
+    assert!(rows.iter().all(|row| row.len() == 6 && row[5].parse::<f64>().unwrap() > 0.0), "{csv}");
+    let summary: Value = serde_json::from_slice(&fs::read(desk.path("out/experiment/summary.json")).unwrap()).unwrap();
+    assert_eq!(summary["walks"][1]["methods"][2]["milliseconds"]["n"], count("32", "baseline"));
+    let png = png::Decoder::new(BufReader::new(fs::File::open(desk.path("out/experiment/walk.png")).unwrap()));
+    assert!(png.read_info().unwrap().info().width > 100);
+    // Another one replaces it only when told so.
+    let before = desk.everything();
+    desk.refused(&SHORT_WALK, &["not empty", "--overwrite"]);
+    assert_eq!(desk.everything(), before);
+    let told = [&SHORT_WALK[..], &["--overwrite", "--json", "--agents", "on", "--baseline", "off"]].concat();
+    let object = desk.done(&told).object();
+    assert_eq!(object["report"]["walks"][0]["methods"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn an_experiment_that_cannot_be_is_refused() {
+    let desk = Desk::new();
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["--sizes", "8"], &["8 x 8", "16 to 4096"]),
+        (&["--sizes", "64,5000"], &["5000 x 5000", "16 to 4096"]),
+        (&["--sizes", "many"], &["many"]),
+        (&["--sizes", ""], &["--sizes"]),
+        (&["--minutes", "0"], &["0 minutes", "more than 0"]),
+        (&["--minutes", "-1"], &["-1 minutes", "more than 0"]),
+        (&["--minutes", "nan"], &["NaN minutes", "more than 0"]),
+        (&["--minutes", "1e9"], &["minutes", "at most 1440"]),
+        (&["--speed", "0"], &["0 metres a second", "more than 0"]),
+        (&["--speed", "-3"], &["-3 metres a second", "more than 0"]),
+        (&["--speed", "1e6"], &["at most 3840", "a tile a frame"]),
+        (&["--device", "gpuu"], &["gpuu", "devices: cpu"]),
+        (&["--agents", "maybe"], &["maybe", "on, off"]),
+        (&["--out", "small.toml"], &["small.toml", "a file, not a folder"]),
+        (&["--threads", "0"], &["--threads"]),
+    ];
+    for (arguments, words) in cases {
+        desk.refused(&[&["experiment"], *arguments].concat(), words);
+    }
 }

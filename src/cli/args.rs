@@ -22,6 +22,16 @@ pub(super) enum Command {
     Bake(BakeArguments),
     /// Bake one tile alone: the same bytes as in any region.
     Tile(TileArguments),
+    /// List the tile registry of a bake: where rivers and roads start, hashes, files.
+    Registry {
+        /// Folder of the bake.
+        folder: PathBuf,
+        /// Print one JSON object a line instead of a table.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Time the terrain as it expands before a walking camera, beside the thesis' figures.
+    Experiment(ExperimentArguments),
     /// List the built-in presets, or print one to start from.
     Presets {
         /// The preset to print.
@@ -112,11 +122,59 @@ pub(super) struct CommonArguments {
     pub no_progress: bool,
 }
 
+#[derive(Args)]
+pub(super) struct ExperimentArguments {
+    /// Cells a tile side, 16 to 4096, with commas between.
+    #[arg(long, value_name = "LIST", default_value = "64,128,256,512", value_delimiter = ',')]
+    pub sizes: Vec<u32>,
+    /// With agents, without, or both.
+    #[arg(long, value_name = "LIST", default_value = "on,off", value_delimiter = ',')]
+    pub agents: Vec<Switch>,
+    /// Minutes that the camera walks, in its own time; it turns each minute.
+    #[arg(long, value_name = "N", default_value_t = 5.0, allow_negative_numbers = true)]
+    pub minutes: f64,
+    /// Metres a second that the camera goes; enough for a hundred expansions of 512-metre tiles in five minutes.
+    #[arg(long, value_name = "V", default_value_t = 128.0, allow_negative_numbers = true)]
+    pub speed: f64,
+    /// What makes the tiles: cpu.
+    #[arg(long, value_name = "NAME", default_value = "cpu")]
+    pub device: String,
+    /// Whether to measure the thesis' plain method too, for the speed-up.
+    #[arg(long, value_name = "ON|OFF", default_value = "on")]
+    pub baseline: Switch,
+    /// Threads to use; the baseline has one [default: one a core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Folder for the report [default: out/experiment].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace the experiment that is in the folder.
+    #[arg(long)]
+    pub overwrite: bool,
+    /// Print one JSON object instead of tables.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum Switch {
+    On,
+    Off,
+}
+
+impl Switch {
+    pub fn is_on(self) -> bool {
+        matches!(self, Switch::On)
+    }
+}
+
 impl Command {
     /// Whether messages are to be JSON.
     pub fn is_json(&self) -> bool {
         match self {
             Command::Bake(BakeArguments { common, .. }) | Command::Tile(TileArguments { common, .. }) => common.json,
+            Command::Registry { json, .. } => *json,
+            Command::Experiment(arguments) => arguments.json,
             _ => false,
         }
     }

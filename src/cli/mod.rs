@@ -3,7 +3,9 @@
 mod args;
 mod bake;
 mod console;
+mod experiment;
 mod progress;
+mod registry;
 
 use std::process::ExitCode;
 
@@ -38,6 +40,8 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
     match command {
         Command::Bake(arguments) => bake::run(&arguments.into(), console),
         Command::Tile(arguments) => bake::run(&arguments.into(), console),
+        Command::Registry { folder, .. } => registry::run(&folder, console),
+        Command::Experiment(arguments) => experiment::run(arguments, console),
         Command::Presets { name: Some(name) } => Console::text(preset::built_in(&name)?),
         Command::Presets { name: None } => {
             let line = |(name, text): &(&str, &str)| format!("{name:12} {}\n", preset::summary(text));

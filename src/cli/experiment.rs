@@ -1,0 +1,101 @@
+//! `terrane experiment`.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Instant;
+
+use serde_json::json;
+
+use crate::cli::args::{ExperimentArguments, Switch};
+use crate::cli::console::Console;
+use crate::error::Error;
+use crate::experiment::{self, FILES, Options, Report};
+
+/// Measures what the command line asks for.
+pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(), Error> {
+    // What is asked for, checked before anything is measured.
+    let mut options = Options {
+        sizes: arguments.sizes,
+        agents: arguments.agents.into_iter().map(Switch::is_on).collect(),
+        minutes: arguments.minutes,
+        speed_m_s: arguments.speed,
+        device: arguments.device.parse()?,
+        baseline: arguments.baseline.is_on(),
+    };
+    options.sizes.sort_unstable();
+    options.sizes.dedup();
+    options.check()?;
+    let out = arguments.out.unwrap_or_else(|| PathBuf::from("out/experiment"));
+    let threads = match arguments.threads {
+        Some(threads) => threads as usize,
+        None => thread::available_parallelism().map_or(1, usize::from),
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| Error::Option {
+        message: format!("{threads} threads cannot be started: {error}"),
+        hint: "give fewer with --threads".into(),
+    })?;
+    let cancelled = Arc::new(AtomicBool::new(false));
+    let told = Arc::clone(&cancelled);
+    // Without a handler an interrupt still ends the program.
+    _ = ctrlc::set_handler(move || told.store(true, Ordering::Relaxed));
+    // A folder that takes files, since it is too late to look for another when all is measured.
+    let is_new = !out.exists();
+    prepare_folder(&out, arguments.overwrite)?;
+    let result = measure(&options, threads, &pool, &cancelled, &out, console);
+    if result.is_err() && is_new {
+        // Only an empty one can be removed so.
+        _ = fs::remove_dir(&out);
+    }
+    result
+}
+
+fn measure(
+    options: &Options,
+    threads: usize,
+    pool: &rayon::ThreadPool,
+    cancelled: &AtomicBool,
+    out: &Path,
+    console: &Console,
+) -> Result<(), Error> {
+    // The walks, the smallest tiles first.
+    let mut walks = Vec::new();
+    for &size in &options.sizes {
+        let start = Instant::now();
+        let walk = pool.install(|| experiment::walk(options, size, cancelled))?;
+        let expansions = walk.series.iter().map(|series| series.timings.len()).max().unwrap_or(0);
+        // When nobody listens there is nobody to tell.
+        _ = writeln!(io::stderr(), "{size}x{size}: {expansions} expansions, {:.1} s", start.elapsed().as_secs_f64());
+        walks.push(walk);
+    }
+    // What they come to.
+    let report = Report::new(options, threads, &walks);
+    experiment::write_files(out, &report, &walks)?;
+    let object = json!({ "type": "done", "out": out, "files": FILES, "report": report });
+    console.message(object, &format!("{}\n{}: {}\n", report.to_text(), out.display(), FILES.join(", ")))
+}
+
+/// Makes the folder; refuses one that is none, that takes no files, or that holds an experiment which is to stay.
+fn prepare_folder(out: &Path, overwrite: bool) -> Result<(), Error> {
+    let refuse = |message: &str, hint: &str| {
+        Err(Error::Output { path: out.to_owned(), message: message.into(), hint: hint.into() })
+    };
+    if out.symlink_metadata().is_ok() && !out.is_dir() {
+        return refuse("is a file, not a folder", "choose another folder with --out");
+    }
+    let is_empty = fs::read_dir(out).map_or(true, |mut entries| entries.next().is_none());
+    if !is_empty && !overwrite {
+        return refuse(
+            "the folder is not empty",
+            "choose another with --out, or replace the experiment in it with --overwrite",
+        );
+    }
+    let writable = fs::create_dir_all(out).and_then(|()| tempfile::tempfile_in(out));
+    match writable {
+        Ok(_) => Ok(()),
+        Err(error) => refuse(&format!("cannot be written to: {error}"), "choose another folder with --out"),
+    }
+}

@@ -1,0 +1,80 @@
+//! The camera of the experiment: constant speed, a turn of ninety degrees each minute, in virtual time.
+
+/// Seconds from a turn to the next.
+const LEG_S: f64 = 60.0;
+
+/// The heading of the first leg as (east, south), of length 1: thirty degrees off the axis of the tiles.
+///
+/// The thesis does not tell its own. Along an axis the camera would only ever cross one kind of edge; so it crosses
+/// both, and corners too.
+const HEADING: [f64; 2] = [0.866_025_403_784_438_6, 0.5];
+
+/// A camera that nobody steers, so that every configuration sees the same walk.
+///
+/// Its time is virtual: it stands still while tiles are made, so five minutes take only as long as the tiles do.
+///
+/// Based on: Grelsson (2014), chapter 5.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    start_m: [f64; 2],
+    speed_m_s: f64,
+}
+
+impl Camera {
+    /// The camera that starts at `start_m`, in metres east and south, and goes at `speed_m_s` metres a second.
+    pub fn new(start_m: [f64; 2], speed_m_s: f64) -> Camera {
+        Camera { start_m, speed_m_s }
+    }
+
+    /// Where the camera is after `time_s` seconds: metres east and south. Before the start it is at the start.
+    pub fn position_m(&self, time_s: f64) -> [f64; 2] {
+        let time_s = time_s.max(0.0);
+        let whole_legs = (time_s / LEG_S).floor();
+        // Four legs are a square, which ends where it began; so only the last few legs count.
+        let legs = (whole_legs % 4.0) as usize;
+        let mut position = self.start_m;
+        let mut heading = HEADING;
+        let lengths_s = std::iter::repeat_n(LEG_S, legs).chain([time_s - whole_legs * LEG_S]);
+        for length_s in lengths_s {
+            for (axis, towards) in position.iter_mut().zip(heading) {
+                *axis += towards * self.speed_m_s * length_s;
+            }
+            // To the right: from east to south.
+            heading = [-heading[1], heading[0]];
+        }
+        position
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn distance([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> f64 {
+        (ax - bx).hypot(ay - by)
+    }
+
+    #[test]
+    fn it_goes_at_its_speed_and_turns_each_minute() {
+        let camera = Camera::new([32.0, 32.0], 10.0);
+        assert_eq!(camera.position_m(0.0), [32.0, 32.0]);
+        assert_eq!(camera.position_m(-5.0), [32.0, 32.0]);
+        // In a leg as far as time times speed.
+        assert!((distance(camera.position_m(7.0), camera.position_m(52.0)) - 450.0).abs() < 1e-9);
+        // Around a corner along the two sides of a right angle.
+        let around = distance(camera.position_m(57.0), camera.position_m(64.0));
+        assert!((around - f64::hypot(30.0, 40.0)).abs() < 1e-9, "{around}");
+        // To the right: east, then south, then west.
+        let [a, b, c] = [0.0, 60.0, 120.0].map(|time_s| camera.position_m(time_s));
+        assert!(b[0] > a[0] && b[1] > a[1] && c[0] < b[0] && c[1] > b[1], "{a:?} {b:?} {c:?}");
+    }
+
+    #[test]
+    fn four_minutes_are_a_square_and_the_fifth_is_the_first_again() {
+        let camera = Camera::new([-7.0, 3.0], 128.0);
+        for time_s in [0.0, 13.5, 59.9] {
+            let apart = distance(camera.position_m(time_s), camera.position_m(time_s + 240.0));
+            assert!(apart < 1e-8, "{apart} m apart at {time_s} s");
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! The bar chart of an experiment, in the manner of the thesis' figures 6.1 to 6.4, as SVG.
+
+use std::fmt::Write;
+
+use crate::experiment::{FRAME_RATES, Method, Report, ThesisRow};
+
+const TAKES_ALL: &str = "a String takes everything";
+
+/// Pixels: the plot's edges, and the width of a bar.
+const LEFT: f64 = 70.0;
+const TOP: f64 = 92.0;
+const BOTTOM: f64 = 452.0;
+const BAR: f64 = 34.0;
+const GAP: f64 = 44.0;
+/// Room to the right of the bars for the names of the frame rates.
+const RIGHT: f64 = 96.0;
+
+/// A bar: what it shows, its colour, its height, and where 99 of 100 values lie.
+struct Bar {
+    name: &'static str,
+    colour: &'static str,
+    value_ms: f64,
+    percentile_99_ms: Option<f64>,
+}
+
+/// The chart: a group of bars for a tile size, on a logarithmic scale, since the bars differ by factors of hundreds.
+pub(super) fn chart(report: &Report) -> String {
+    let groups: Vec<(u32, Vec<Bar>)> =
+        report.walks.iter().map(|walk| (walk.tile_cells, bars(report, walk.tile_cells))).collect();
+    let values = || {
+        let bars = groups.iter().flat_map(|(_, bars)| bars);
+        bars.flat_map(|bar| [Some(bar.value_ms), bar.percentile_99_ms]).flatten()
+    };
+    // Whole decades around all bars and all frames.
+    let low = values().chain([10.0]).fold(f64::INFINITY, f64::min).log10().floor();
+    let high = values().chain([100.0]).fold(0.0, f64::max).log10().ceil();
+    let y = |ms: f64| BOTTOM - (ms.log10() - low) / (high - low) * (BOTTOM - TOP);
+    let plot_width = groups.iter().map(|(_, bars)| bars.len() as f64 * BAR + GAP).sum::<f64>().max(480.0);
+    let (width, height) = (LEFT + plot_width + RIGHT, BOTTOM + 60.0);
+    let right = LEFT + plot_width;
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
+         height=\"{height}\" font-family=\"sans-serif\" font-size=\"12\">\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n\
+         <text x=\"{LEFT}\" y=\"26\" font-size=\"17\" font-weight=\"bold\">Time of an expansion by tile size</text>\n"
+    );
+    // The decades.
+    for decade in low as i32..=high as i32 {
+        let at = y(10f64.powi(decade));
+        let label = 10f64.powi(decade);
+        write!(
+            svg,
+            "<line x1=\"{LEFT}\" x2=\"{right}\" y1=\"{at:.1}\" y2=\"{at:.1}\" stroke=\"#dddddd\"/>\n\
+             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{label}</text>\n",
+            LEFT - 8.0,
+            at + 4.0,
+        )
+        .expect(TAKES_ALL);
+    }
+    writeln!(
+        svg,
+        "<text transform=\"translate(20 {:.1}) rotate(-90)\" text-anchor=\"middle\">milliseconds, logarithmic</text>",
+        f64::midpoint(TOP, BOTTOM),
+    )
+    .expect(TAKES_ALL);
+    // The bars, with their values above and a whisker to the 99th percentile.
+    let mut x = LEFT + GAP / 2.0;
+    for (cells, bars) in &groups {
+        let middle = x + bars.len() as f64 * BAR / 2.0;
+        for bar in bars {
+            draw_bar(&mut svg, bar, x, &y);
+            x += BAR;
+        }
+        writeln!(
+            svg,
+            "<text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"13\">{cells}x{cells}</text>",
+            BOTTOM + 20.0,
+        )
+        .expect(TAKES_ALL);
+        x += GAP;
+    }
+    writeln!(
+        svg,
+        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">tile size</text>",
+        f64::midpoint(LEFT, right),
+        BOTTOM + 44.0,
+    )
+    .expect(TAKES_ALL);
+    // The frames that an expansion has to fit into.
+    for (rate, frame_ms) in FRAME_RATES {
+        let at = y(frame_ms);
+        write!(
+            svg,
+            "<line x1=\"{LEFT}\" x2=\"{right}\" y1=\"{at:.1}\" y2=\"{at:.1}\" stroke=\"#444444\" \
+             stroke-dasharray=\"5 4\"/>\n<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"11\">{rate} a second</text>\n",
+            right + 6.0,
+            at + 4.0,
+        )
+        .expect(TAKES_ALL);
+    }
+    draw_legend(&mut svg, &groups);
+    svg + "</svg>\n"
+}
+
+/// The bars of a tile size: ours and the baseline as measured, the thesis' CPU as told.
+fn bars(report: &Report, tile_cells: u32) -> Vec<Bar> {
+    let measured = report.configurations().filter(|(cells, record)| *cells == tile_cells && record.milliseconds.n > 0);
+    let measured = measured.map(|(_, record)| Bar {
+        name: match record.method {
+            Method::Agents => "terrane, agents",
+            Method::NoAgents => "terrane, no agents",
+            Method::Baseline => "baseline here, 1 thread",
+        },
+        colour: record.method.colour(),
+        value_ms: record.milliseconds.mean,
+        percentile_99_ms: Some(record.milliseconds.percentile_99),
+    });
+    let told = ThesisRow::of(tile_cells).into_iter().flat_map(|row| {
+        let bar = |name, colour, value_ms| Bar { name, colour, value_ms, percentile_99_ms: None };
+        [
+            bar("thesis CPU, agents", "#5b5b5b", row.cpu_ms),
+            bar("thesis CPU, no agents", "#a8a8a8", row.cpu_without_agents_ms),
+        ]
+    });
+    measured.chain(told).collect()
+}
+
+fn draw_bar(svg: &mut String, bar: &Bar, x: f64, y: &impl Fn(f64) -> f64) {
+    let top = y(bar.value_ms);
+    let middle = x + BAR / 2.0;
+    writeln!(
+        svg,
+        "<rect x=\"{:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{}\"/>",
+        x + 1.0,
+        BAR - 2.0,
+        BOTTOM - top,
+        bar.colour,
+    )
+    .expect(TAKES_ALL);
+    let whisker = bar.percentile_99_ms.map_or(top, y);
+    if whisker < top - 0.5 {
+        writeln!(
+            svg,
+            "<path d=\"M{middle:.1} {top:.1}V{whisker:.1}M{:.1} {whisker:.1}h10\" stroke=\"#000000\" fill=\"none\"/>",
+            middle - 5.0,
+        )
+        .expect(TAKES_ALL);
+    }
+    // Three digits say all that a bar can show.
+    let decimals = (2 - bar.value_ms.log10().floor() as i32).clamp(0, 3) as usize;
+    writeln!(
+        svg,
+        "<text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"10\">{:.decimals$}</text>",
+        whisker.min(top) - 4.0,
+        bar.value_ms,
+    )
+    .expect(TAKES_ALL);
+}
+
+/// The names of all bars, each once, in rows under the title.
+fn draw_legend(svg: &mut String, groups: &[(u32, Vec<Bar>)]) {
+    let mut named: Vec<&Bar> = Vec::new();
+    for bar in groups.iter().flat_map(|(_, bars)| bars) {
+        if named.iter().all(|known| known.name != bar.name) {
+            named.push(bar);
+        }
+    }
+    for (index, bar) in named.iter().enumerate() {
+        let (x, y) = (LEFT + (index % 3) as f64 * 170.0, 44.0 + (index / 3) as f64 * 18.0);
+        writeln!(
+            svg,
+            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"11\" height=\"11\" fill=\"{}\"/>\
+             <text x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+            bar.colour,
+            x + 16.0,
+            y + 10.0,
+            bar.name,
+        )
+        .expect(TAKES_ALL);
+    }
+}

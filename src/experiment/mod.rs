@@ -1,0 +1,364 @@
+//! The experiment of the thesis: a camera walks, the terrain expands before it, and each expansion is timed.
+//!
+//! ```text
+//!   camera.rs    time -> place                             nobody steers, so every configuration sees the same walk
+//!   baseline.rs  place -> the tile as the thesis made it   scalar, on one thread: what a speed-up is measured against
+//!   mod.rs       Options -> Walk, one for a tile size      all timings, and what the picture shows
+//!   statistics.rs, summary.rs  Walks -> Report             moments, t-tests, what is real time
+//!   report.rs, chart.rs, picture.rs  Report -> files       tables, bars, the walk from above
+//! ```
+//!
+//! The configurations of a tile size walk side by side, step for step, and take turns to be first. So what else the
+//! machine does meets all of them alike, and a ratio between them means something even where it is busy.
+//!
+//! Based on: Grelsson (2014), chapters 5 to 7.
+
+mod baseline;
+mod camera;
+mod chart;
+mod picture;
+mod report;
+mod statistics;
+mod summary;
+mod thesis;
+
+pub use baseline::{Baseline, BaselineTile, TableNoise};
+pub use camera::Camera;
+pub use report::{FILES, write_files};
+pub use statistics::{Summary, TTest};
+pub use summary::{Comparison, MethodRecord, RealTime, Report, StageRecord, WalkRecord};
+pub use thesis::{FRAME_RATES, THESIS, ThesisRow};
+
+use std::collections::BTreeMap;
+use std::hint::black_box;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::agents::walker::{Walker, WalkerOptions};
+use crate::clock::Clock;
+use crate::error::Error;
+use crate::export::DeviceProfile;
+use crate::preset::{Preset, TILE_CELLS};
+use crate::world::World;
+use picture::Picture;
+
+/// What is measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Cells a tile side, 16 to 4096 each. Default: the thesis' 64, 128, 256 and 512.
+    pub sizes: Vec<u32>,
+    /// With agents, without, or both. Default: both.
+    pub agents: Vec<bool>,
+    /// Minutes that the camera walks, in its own time, up to [`MOST_MINUTES`](Options::MOST_MINUTES). Default: 5.
+    pub minutes: f64,
+    /// Metres a second that the camera goes, at most a tile a frame. Default: 128.
+    ///
+    /// The thesis does not tell its own. At 128 m/s five minutes cross about 100 edges of tiles of 512 m, enough for a
+    /// 99th percentile, and about 820 of tiles of 64 m.
+    pub speed_m_s: f64,
+    /// What computes the tiles. Default: the CPU.
+    pub device: DeviceProfile,
+    /// Whether the baseline is measured too. Default: true.
+    pub baseline: bool,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            sizes: vec![64, 128, 256, 512],
+            agents: vec![true, false],
+            minutes: 5.0,
+            speed_m_s: 128.0,
+            device: DeviceProfile::Cpu,
+            baseline: true,
+        }
+    }
+}
+
+/// Frames a second of the camera's own time, in which it looks whether it has crossed an edge.
+const FRAMES_A_SECOND: f64 = 60.0;
+
+impl Options {
+    /// The longest walk.
+    pub const MOST_MINUTES: f64 = 1440.0;
+
+    /// Checks that there is something to measure and that it can be.
+    ///
+    /// # Errors
+    /// When a value is out of its range; the hint says what would do.
+    pub fn check(&self) -> Result<(), Error> {
+        let refuse = |message: String, hint: String| Err(Error::Option { message, hint });
+        if let Some(size) = self.sizes.iter().find(|size| !TILE_CELLS.contains(size)) {
+            return refuse(
+                format!("a tile of {size} x {size} cells cannot be measured"),
+                format!("give sizes from {} to {}, such as 64,128,256,512", TILE_CELLS.start(), TILE_CELLS.end()),
+            );
+        }
+        if self.sizes.is_empty() || (self.agents.is_empty() && !self.baseline) {
+            return refuse("there is nothing to measure".into(), "give sizes such as 64,128, and agents on,off".into());
+        }
+        if !(self.minutes > 0.0 && self.minutes <= Options::MOST_MINUTES) {
+            return refuse(
+                format!("a walk cannot take {} minutes", self.minutes),
+                format!("give more than 0 and at most {}, such as 5", Options::MOST_MINUTES),
+            );
+        }
+        let smallest = self.sizes.iter().min().copied().unwrap_or(*TILE_CELLS.start());
+        let fastest_m_s = smallest as f64 * FRAMES_A_SECOND;
+        if !(self.speed_m_s > 0.0 && self.speed_m_s <= fastest_m_s) {
+            return refuse(
+                format!("a camera cannot walk tiles of {smallest} m at {} metres a second", self.speed_m_s),
+                format!("give more than 0 and at most {fastest_m_s}, a tile a frame, such as 128"),
+            );
+        }
+        Ok(())
+    }
+
+    /// The worlds' methods that are measured, in the order of the tables.
+    fn methods(&self) -> Vec<Method> {
+        [
+            (Method::Agents, self.agents.contains(&true)),
+            (Method::NoAgents, self.agents.contains(&false)),
+            (Method::Baseline, self.baseline),
+        ]
+        .into_iter()
+        .filter_map(|(method, asked)| asked.then_some(method))
+        .collect()
+    }
+}
+
+/// How tiles are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Ours, with rivers and roads.
+    Agents,
+    /// Ours, without.
+    NoAgents,
+    /// The thesis' plain method, without rivers and roads: [`Baseline`].
+    Baseline,
+}
+
+impl Method {
+    /// What tables call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Method::Agents => "agents",
+            Method::NoAgents => "no agents",
+            Method::Baseline => "baseline",
+        }
+    }
+}
+
+/// One expansion of the terrain: the tiles that a step of the camera has made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Timing {
+    /// Seconds of the camera's time.
+    pub time_s: f64,
+    /// How many tiles were made.
+    pub tiles: usize,
+    /// How long they took, in milliseconds.
+    pub elapsed_ms: f64,
+}
+
+/// All expansions of one configuration.
+#[derive(Debug)]
+pub struct Series {
+    /// How its tiles are made.
+    pub method: Method,
+    /// The expansions, in order.
+    pub timings: Vec<Timing>,
+    /// Where its time goes: the processor time of each stage over all expansions.
+    pub stages: Vec<(String, Duration)>,
+}
+
+/// The walk over tiles of one size, in all configurations.
+#[derive(Debug)]
+pub struct Walk {
+    /// Cells a tile side.
+    pub tile_cells: u32,
+    /// The configurations.
+    pub series: Vec<Series>,
+    picture: Picture,
+}
+
+/// Walks over tiles of one size and measures all configurations, on the threads of the current rayon pool.
+///
+/// It holds the tiles around the camera once for each of ours: about 45 bytes a vertex, nine tiles, twice.
+///
+/// # Errors
+/// When an option is out of its range, and [`Error::Interrupted`] when `cancelled` is set.
+pub fn walk(options: &Options, tile_cells: u32, cancelled: &AtomicBool) -> Result<Walk, Error> {
+    options.check()?;
+    let world = world(tile_cells)?;
+    let side_m = tile_cells as f64 * world.spacing_m();
+    let camera = Camera::new([side_m / 2.0; 2], options.speed_m_s);
+    let frames = (options.minutes * 60.0 * FRAMES_A_SECOND).round() as u64;
+    let place = |frame: u64| camera.position_m(frame as f64 / FRAMES_A_SECOND);
+    let series = |method| Series { method, timings: Vec::new(), stages: Vec::new() };
+    let mut series: Vec<Series> = options.methods().into_iter().map(series).collect();
+    // The tiles around the start are there before the first step.
+    let walker = |method| {
+        let agents = method == Method::Agents;
+        (method, Walker::new(&world, WalkerOptions { agents, device: options.device, ..WalkerOptions::default() }))
+    };
+    let is_ours = |series: &&Series| series.method != Method::Baseline;
+    let mut walkers: Vec<(Method, Walker)> =
+        series.iter().filter(is_ours).map(|series| walker(series.method)).collect();
+    if walkers.is_empty() {
+        // Somebody must know which tiles the baseline makes.
+        walkers.push(walker(Method::NoAgents));
+    }
+    let stages_at_start: Vec<_> = walkers.iter().map(|(_, walker)| walker.clock().stages()).collect();
+    let baseline_clock = Clock::default();
+    let baseline = options.baseline.then(|| Baseline::new(&world));
+    let mut picture = Picture::new((0..=frames).step_by(FRAMES_A_SECOND as usize).map(place), side_m);
+    picture.add(0, walkers[0].1.tiles(), world.spacing_m());
+    let mut count = 0;
+    for frame in 1..=frames {
+        let [east_m, south_m] = place(frame);
+        let time_s = frame as f64 / FRAMES_A_SECOND;
+        let mut entered = Vec::new();
+        // The first one after the baseline finds the caches cold, so that is another one each time.
+        for turn in 0..walkers.len() {
+            let index = (turn + count) % walkers.len();
+            let (method, walker) = &mut walkers[index];
+            let expansion = walker.move_to(east_m, south_m).filter(|expansion| !expansion.entered.is_empty());
+            let Some(expansion) = expansion else { continue };
+            if let Some(series) = series.iter_mut().find(|series| series.method == *method) {
+                let elapsed_ms = expansion.elapsed.as_secs_f64() * 1e3;
+                series.timings.push(Timing { time_s, tiles: expansion.entered.len(), elapsed_ms });
+            }
+            if index == 0 {
+                let tiles = expansion.entered.iter().filter_map(|id| walker.tile(*id));
+                picture.add(count + 1, tiles, world.spacing_m());
+            }
+            entered = expansion.entered;
+        }
+        if entered.is_empty() {
+            continue;
+        }
+        if let (Some(baseline), Some(series)) = (&baseline, series.last_mut()) {
+            let start = Instant::now();
+            for id in &entered {
+                black_box(baseline.tile(*id, &baseline_clock));
+            }
+            let elapsed_ms = start.elapsed().as_secs_f64() * 1e3;
+            series.timings.push(Timing { time_s, tiles: entered.len(), elapsed_ms });
+        }
+        count += 1;
+        if cancelled.load(Ordering::Relaxed) {
+            return Err(Error::Interrupted);
+        }
+    }
+    // Where the time has gone since the start.
+    for series in &mut series {
+        let walked = walkers.iter().zip(&stages_at_start).find(|((method, _), _)| *method == series.method);
+        series.stages = match walked {
+            Some(((_, walker), before)) => since(before, walker.clock().stages()),
+            None => baseline_clock.stages(),
+        };
+    }
+    Ok(Walk { tile_cells, series, picture })
+}
+
+/// What was booked between two looks at a clock, the longest first.
+fn since(before: &[(String, Duration)], after: Vec<(String, Duration)>) -> Vec<(String, Duration)> {
+    let before: BTreeMap<&str, Duration> = before.iter().map(|(stage, spent)| (&stage[..], *spent)).collect();
+    let spent = |(stage, spent): (String, Duration)| {
+        let earlier = before.get(&stage[..]).copied().unwrap_or_default();
+        (stage, spent.saturating_sub(earlier))
+    };
+    let mut stages: Vec<_> = after.into_iter().map(spent).collect();
+    stages.sort_by_key(|(_, spent)| std::cmp::Reverse(*spent));
+    stages
+}
+
+/// The world that is walked: the thesis' preset with rivers and roads, in tiles of a given size.
+fn world(tile_cells: u32) -> Result<World, Error> {
+    let (_, mut preset) = Preset::load("thesis")?;
+    preset.tile_cells = tile_cells;
+    // On tiles that are smaller than the thesis' smallest, beds are as narrow as a tile can hold.
+    let most_m = tile_cells as f64 * preset.spacing_m / 4.0;
+    let rivers = preset.rivers.get_or_insert_default();
+    rivers.width_m = rivers.width_m.map(|width_m| width_m.min(most_m));
+    rivers.bank_m = rivers.bank_m.min(most_m);
+    let roads = preset.roads.get_or_insert_default();
+    roads.width_m = roads.width_m.min(most_m);
+    roads.shoulder_m = roads.shoulder_m.min(most_m);
+    World::new(preset, None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn short(sizes: &[u32]) -> Options {
+        Options { sizes: sizes.to_vec(), minutes: 0.1, ..Options::default() }
+    }
+
+    #[test]
+    fn all_configurations_of_a_walk_expand_together() {
+        let options = short(&[16]);
+        let walk = walk(&options, 16, &AtomicBool::new(false)).unwrap();
+        assert_eq!(walk.series.len(), 3);
+        let steps =
+            |series: &Series| -> Vec<_> { series.timings.iter().map(|timing| (timing.time_s, timing.tiles)).collect() };
+        for series in &walk.series {
+            assert_eq!(steps(series), steps(&walk.series[0]), "{:?}", series.method);
+            assert!(series.timings.iter().all(|timing| timing.elapsed_ms > 0.0));
+            assert!(!series.stages.is_empty(), "{:?}", series.method);
+        }
+        // 768 m at thirty degrees cross (cos + sin) * 768 / 16 edges, a corner counting once.
+        let expansions = walk.series[0].timings.len();
+        assert!((55..=66).contains(&expansions), "{expansions} expansions");
+        let picture = walk.picture.to_png();
+        let report = Report::new(&options, 1, &[walk]);
+        // A bar for each; the thesis has none of this size.
+        let svg = chart::chart(&report);
+        assert_eq!(svg.matches("<rect").count(), 1 + 3 + 3, "the paper, the bars and the legend: {svg}");
+        assert!(svg.contains(">16x16<") && svg.ends_with("</svg>\n"), "{svg}");
+        // Tiles, the track over them, and nothing in the middle of the walk or around it.
+        let mut reader = png::Decoder::new(std::io::Cursor::new(picture)).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+        let share = |wanted: [u8; 3]| {
+            let (pixels, _) = pixels.as_chunks::<3>();
+            pixels.iter().filter(|pixel| **pixel == wanted).count() as f64 / pixels.len() as f64
+        };
+        assert!((0.2..0.9).contains(&share([245, 245, 243])), "{}", share([245, 245, 243]));
+        assert!((0.0001..0.1).contains(&share([255; 3])), "{}", share([255; 3]));
+        let report = report.to_text();
+        for method in ["agents", "no agents", "baseline"] {
+            assert!(report.lines().any(|line| line.starts_with("16x16") && line.contains(method)), "{report}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_asked_for_is_not_measured() {
+        let methods = |agents: &[bool], baseline| {
+            let options = Options { agents: agents.to_vec(), baseline, ..short(&[32]) };
+            let walk = walk(&options, 32, &AtomicBool::new(false)).unwrap();
+            walk.series.iter().map(|series| (series.method, series.timings.len())).collect::<Vec<_>>()
+        };
+        let count = methods(&[true], false)[0].1;
+        assert_eq!(methods(&[true], false), [(Method::Agents, count)]);
+        assert_eq!(methods(&[], true), [(Method::Baseline, count)]);
+        assert_eq!(methods(&[false], true), [(Method::NoAgents, count), (Method::Baseline, count)]);
+    }
+
+    #[test]
+    fn an_interrupt_ends_a_walk() {
+        assert!(matches!(walk(&short(&[16]), 16, &AtomicBool::new(true)), Err(Error::Interrupted)));
+    }
+
+    #[test]
+    fn every_size_has_a_world() {
+        for tile_cells in [*TILE_CELLS.start(), 17, 64, *TILE_CELLS.end()] {
+            world(tile_cells).unwrap();
+        }
+    }
+}

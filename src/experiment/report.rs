@@ -1,0 +1,251 @@
+//! The experiment's results for people: tables, the report, and all files in their folder.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use crate::error::Error;
+use crate::experiment::chart::chart;
+use crate::experiment::{FRAME_RATES, Method, MethodRecord, Report, ThesisRow, Walk};
+use crate::export::file::{remove_unfinished, sync_folder, write_whole};
+
+/// The names of all files that an experiment leaves.
+pub const FILES: [&str; 5] = ["expansions.csv", "summary.json", "report.md", "chart.svg", "walk.png"];
+
+/// Writes all files into a folder that exists; each appears whole, and replaces an older one.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write_files(out: &Path, report: &Report, walks: &[Walk]) -> Result<(), Error> {
+    remove_unfinished(out)?;
+    let mut json = serde_json::to_string_pretty(report).expect("a report is JSON");
+    json.push('\n');
+    let picture = walks.iter().max_by_key(|walk| walk.tile_cells).map_or_else(Vec::new, |walk| walk.picture.to_png());
+    let contents =
+        [expansions_csv(walks).into(), json.into(), report.to_markdown().into(), chart(report).into(), picture];
+    for (name, content) in FILES.into_iter().zip(contents) {
+        write_whole(out.join(name), &content)?;
+    }
+    sync_folder(out)
+}
+
+/// Every expansion, one a line.
+fn expansions_csv(walks: &[Walk]) -> String {
+    let mut csv = String::from("tile_cells,method,index,time_s,tiles,milliseconds\n");
+    for walk in walks {
+        for series in &walk.series {
+            for (index, timing) in series.timings.iter().enumerate() {
+                let (cells, method) = (walk.tile_cells, series.method.name());
+                let (time_s, tiles, elapsed_ms) = (timing.time_s, timing.tiles, timing.elapsed_ms);
+                writeln!(csv, "{cells},{method},{index},{time_s:.3},{tiles},{elapsed_ms:.6}").expect(TAKES_ALL);
+            }
+        }
+    }
+    csv
+}
+
+const TAKES_ALL: &str = "a String takes everything";
+
+impl Report {
+    /// The tables as plain text: timings, real time, t-tests and stages.
+    pub fn to_text(&self) -> String {
+        let tables = [self.timings(), self.real_time(), self.tests(), self.stages()];
+        let parts = tables.map(|table| table.to_text());
+        format!("{}\n\n{}", self.conditions(), parts.join("\n"))
+    }
+
+    /// The report as Markdown.
+    pub fn to_markdown(&self) -> String {
+        let mut text = format!("# Experiment\n\n{}.\n", self.conditions());
+        let parts = [
+            (
+                "Milliseconds an expansion",
+                "The thesis' figures are those of its CPU (Core i7-2600K, table 6.3), with agents beside `agents` and \
+                 without beside the others. `x baseline` is the baseline's mean divided by the row's, `x median` the \
+                 same of medians.",
+                self.timings(),
+            ),
+            (
+                "Real time",
+                "`yes`: 99 of 100 expansions fit into a frame. `mean`: they do on average. The frames are the thesis' \
+                 (table 7.1).",
+                self.real_time(),
+            ),
+            (
+                "t-tests",
+                "Unpaired and two-tailed. p: how probable such a difference of the means is if there is none. The \
+                 thesis' table 7.2 has Student's test of its CPU against its GPU, here for comparison; Welch's does \
+                 not take the variances for the same, which they are not.",
+                self.tests(),
+            ),
+            ("Where the time goes", "Processor time of the stages, added up over all threads.", self.stages()),
+        ];
+        for (title, about, table) in parts {
+            write!(text, "\n## {title}\n\n{about}\n\n{}", table.to_markdown()).expect(TAKES_ALL);
+        }
+        text + "\n## Pictures\n\n![Milliseconds an expansion](chart.svg)\n\n\
+            The walk over the largest tiles from above: from violet to yellow by order of making, rivers blue, roads \
+            brown, the camera's track white from the ring on.\n\n![The walk](walk.png)\n"
+    }
+
+    /// Under which conditions it was measured, in one sentence.
+    fn conditions(&self) -> String {
+        format!(
+            "terrane {} on {} ({}, {} threads; baseline 1 thread): {} minutes at {} m/s with a turn of 90 degrees each \
+             minute",
+            self.terrane,
+            self.processor.as_deref().unwrap_or("an unknown processor"),
+            self.simd,
+            self.threads,
+            self.minutes,
+            self.speed_m_s,
+        )
+    }
+
+    /// All configurations, with the tile size that they belong to.
+    pub(super) fn configurations(&self) -> impl Iterator<Item = (u32, &MethodRecord)> {
+        self.walks.iter().flat_map(|walk| walk.methods.iter().map(move |method| (walk.tile_cells, method)))
+    }
+
+    fn timings(&self) -> Table {
+        let header =
+            ["tile", "method", "n", "tiles", "mean", "sd", "median", "p99", "max", "thesis", "x baseline", "x median"];
+        let row = |(cells, record): (u32, &MethodRecord)| {
+            let summary = &record.milliseconds;
+            vec![
+                format!("{cells}x{cells}"),
+                record.method.name().into(),
+                summary.n.to_string(),
+                number(record.tiles, 2),
+                number(summary.mean, 3),
+                number(summary.standard_deviation, 3),
+                number(summary.median, 3),
+                number(summary.percentile_99, 3),
+                number(summary.greatest, 3),
+                record.thesis_ms.map_or("-".into(), |thesis_ms| thesis_ms.to_string()),
+                record.speedup.map_or("-".into(), |ratio| number(ratio, 1)),
+                record.speedup_of_medians.map_or("-".into(), |ratio| number(ratio, 1)),
+            ]
+        };
+        Table::new(&header, self.configurations().map(row))
+    }
+
+    fn real_time(&self) -> Table {
+        let rates = FRAME_RATES.map(|(rate, frame_ms)| format!("{rate} a second ({frame_ms} ms)"));
+        let header: Vec<&str> = ["tile", "method"].into_iter().chain(rates.iter().map(|rate| &rate[..])).collect();
+        let row = |(cells, record): (u32, &MethodRecord)| {
+            let verdict = record.real_time.iter().map(|frame| match (frame.by_percentile_99, frame.by_mean) {
+                (true, _) => "yes".to_owned(),
+                (false, true) => "mean".to_owned(),
+                (false, false) => "no".to_owned(),
+            });
+            [format!("{cells}x{cells}"), record.method.name().into()].into_iter().chain(verdict).collect()
+        };
+        Table::new(&header, self.configurations().map(row))
+    }
+
+    fn tests(&self) -> Table {
+        let header =
+            ["tile", "first", "second", "Welch t", "freedom", "Welch p", "Student t", "Student p", "thesis CPU/GPU p"];
+        let rows = self.walks.iter().flat_map(|walk| {
+            walk.comparisons.iter().map(|comparison| {
+                let (welch, student) = (comparison.welch, comparison.student);
+                let cells = walk.tile_cells;
+                vec![
+                    format!("{cells}x{cells}"),
+                    comparison.first.name().into(),
+                    comparison.second.name().into(),
+                    welch.map_or("-".into(), |test| number(test.t, 2)),
+                    welch.map_or("-".into(), |test| number(test.freedom, 1)),
+                    welch.map_or("-".into(), |test| probability(test.p)),
+                    student.map_or("-".into(), |test| number(test.t, 2)),
+                    student.map_or("-".into(), |test| probability(test.p)),
+                    ThesisRow::of(cells).map_or("-".into(), |row| probability(row.p)),
+                ]
+            })
+        });
+        Table::new(&header, rows)
+    }
+
+    fn stages(&self) -> Table {
+        let rows = self.configurations().flat_map(|(cells, record)| {
+            record.stages.iter().map(move |stage| {
+                vec![
+                    format!("{cells}x{cells}"),
+                    record.method.name().to_owned(),
+                    stage.stage.clone(),
+                    number(stage.milliseconds, 3),
+                    number(stage.share * 100.0, 1),
+                ]
+            })
+        });
+        Table::new(&["tile", "method", "stage", "ms an expansion", "percent"], rows)
+    }
+}
+
+impl Method {
+    /// The colour of its bars.
+    pub(super) fn colour(self) -> &'static str {
+        match self {
+            Method::Agents => "#1f6f8b",
+            Method::NoAgents => "#7fb7be",
+            Method::Baseline => "#b5483a",
+        }
+    }
+}
+
+/// A number with some decimals; a dash where there is none.
+fn number(value: f64, decimals: usize) -> String {
+    if value.is_finite() { format!("{value:.decimals$}") } else { "-".into() }
+}
+
+/// A probability; one that is too small for a number is said to be so.
+fn probability(p: f64) -> String {
+    match p {
+        0.0 => "< 1e-300".into(),
+        p if p < 0.001 => format!("{p:.1e}"),
+        p => format!("{p:.3}"),
+    }
+}
+
+/// Rows of words under a header.
+struct Table {
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    fn new(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Table {
+        let header = header.iter().map(ToString::to_string).collect();
+        Table { rows: std::iter::once(header).chain(rows).collect() }
+    }
+
+    fn widths(&self) -> Vec<usize> {
+        let columns = self.rows[0].len();
+        let width = |column: usize| self.rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+        (0..columns).map(width).collect()
+    }
+
+    /// Columns side by side: words to the left, numbers to the right.
+    fn to_text(&self) -> String {
+        self.lines(|cells| format!("{}\n", cells.join("  ").trim_end()))
+    }
+
+    fn to_markdown(&self) -> String {
+        let mut text = self.lines(|cells| format!("| {} |\n", cells.join(" | ")));
+        let dashes: Vec<String> = self.widths().into_iter().map(|width| "-".repeat(width)).collect();
+        let end_of_header = text.find('\n').map_or(0, |at| at + 1);
+        text.insert_str(end_of_header, &format!("| {} |\n", dashes.join(" | ")));
+        text
+    }
+
+    fn lines(&self, line: impl Fn(Vec<String>) -> String) -> String {
+        let widths = self.widths();
+        let is_number =
+            |column: usize| self.rows[1..].iter().all(|row| row[column].parse::<f64>().is_ok() || row[column] == "-");
+        let numbers: Vec<bool> = (0..widths.len()).map(is_number).collect();
+        let cell = |(column, text): (usize, &String)| match numbers[column] {
+            true => format!("{text:>0$}", widths[column]),
+            false => format!("{text:<0$}", widths[column]),
+        };
+        self.rows.iter().map(|row| line(row.iter().enumerate().map(cell).collect())).collect()
+    }
+}

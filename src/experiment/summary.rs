@@ -1,0 +1,182 @@
+//! What the walks come to, as one record that tables, charts and the JSON file are made of.
+
+use std::fs;
+use std::time::Duration;
+
+use serde::Serialize;
+
+use crate::experiment::{FRAME_RATES, Method, Options, Series, Summary, TTest, ThesisRow, Walk};
+use crate::export::DeviceProfile;
+use crate::simd::Level;
+
+/// All results of an experiment.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// The version of terrane.
+    pub terrane: &'static str,
+    /// What has made the tiles.
+    pub device: DeviceProfile,
+    /// The processor's name, where the system tells it.
+    pub processor: Option<String>,
+    /// The instruction set of the kernels.
+    pub simd: &'static str,
+    /// The threads that ours may use; the baseline has one.
+    pub threads: usize,
+    /// Minutes of the camera's time.
+    pub minutes: f64,
+    /// Metres a second of the camera.
+    pub speed_m_s: f64,
+    /// One record for a tile size.
+    pub walks: Vec<WalkRecord>,
+}
+
+/// The results for a tile size.
+#[derive(Clone, Debug, Serialize)]
+pub struct WalkRecord {
+    /// Cells a tile side.
+    pub tile_cells: u32,
+    /// One record for a configuration.
+    pub methods: Vec<MethodRecord>,
+    /// Tests of each configuration against each that follows it.
+    pub comparisons: Vec<Comparison>,
+}
+
+/// The results of a configuration.
+#[derive(Clone, Debug, Serialize)]
+pub struct MethodRecord {
+    /// How tiles were made.
+    pub method: Method,
+    /// Tiles an expansion, on average.
+    pub tiles: f64,
+    /// Milliseconds an expansion.
+    pub milliseconds: Summary,
+    /// What the thesis measured for the like on its CPU, in milliseconds an expansion.
+    pub thesis_ms: Option<f64>,
+    /// The baseline's mean divided by this one.
+    pub speedup: Option<f64>,
+    /// The baseline's median divided by this one: what a busy machine disturbs least.
+    pub speedup_of_medians: Option<f64>,
+    /// Whether an expansion fits into a frame.
+    pub real_time: Vec<RealTime>,
+    /// Where the processor time goes, the longest stage first.
+    pub stages: Vec<StageRecord>,
+}
+
+/// Whether an expansion fits into a frame.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct RealTime {
+    /// Frames a second.
+    pub frames_a_second: u32,
+    /// Milliseconds that a frame may take, as the thesis rounds them.
+    pub frame_ms: f64,
+    /// On average.
+    pub by_mean: bool,
+    /// In 99 of 100 expansions.
+    pub by_percentile_99: bool,
+}
+
+/// A stage's part in the processor time.
+#[derive(Clone, Debug, Serialize)]
+pub struct StageRecord {
+    /// The stage.
+    pub stage: String,
+    /// Milliseconds of processor time an expansion.
+    pub milliseconds: f64,
+    /// Its share of all stages, 0 to 1.
+    pub share: f64,
+}
+
+/// Two configurations compared.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Comparison {
+    /// The first configuration.
+    pub first: Method,
+    /// The second one.
+    pub second: Method,
+    /// Student's test, as in the thesis; none where it says nothing.
+    pub student: Option<TTest>,
+    /// Welch's test; none where it says nothing.
+    pub welch: Option<TTest>,
+}
+
+impl Report {
+    /// The results of some walks under `options` on `threads` threads.
+    pub fn new(options: &Options, threads: usize, walks: &[Walk]) -> Report {
+        Report {
+            terrane: env!("CARGO_PKG_VERSION"),
+            device: options.device,
+            processor: processor(),
+            simd: Level::chosen().map_or("unknown", Level::name),
+            threads,
+            minutes: options.minutes,
+            speed_m_s: options.speed_m_s,
+            walks: walks.iter().map(WalkRecord::new).collect(),
+        }
+    }
+}
+
+impl WalkRecord {
+    fn new(walk: &Walk) -> WalkRecord {
+        let baseline = walk.series.iter().find(|series| series.method == Method::Baseline).map(summary_of);
+        let methods: Vec<MethodRecord> =
+            walk.series.iter().map(|series| MethodRecord::new(series, walk.tile_cells, baseline.as_ref())).collect();
+        let pairs = (0..methods.len()).flat_map(|a| (a + 1..methods.len()).map(move |b| (a, b)));
+        let comparisons = pairs.map(|(a, b)| {
+            let (first, second) = (&methods[a], &methods[b]);
+            Comparison {
+                first: first.method,
+                second: second.method,
+                student: TTest::student(&first.milliseconds, &second.milliseconds),
+                welch: TTest::welch(&first.milliseconds, &second.milliseconds),
+            }
+        });
+        WalkRecord { tile_cells: walk.tile_cells, comparisons: comparisons.collect(), methods }
+    }
+}
+
+impl MethodRecord {
+    fn new(series: &Series, tile_cells: u32, baseline: Option<&Summary>) -> MethodRecord {
+        let milliseconds = summary_of(series);
+        let baseline = baseline.filter(|_| series.method != Method::Baseline && milliseconds.n > 0);
+        let real_time = |(frames_a_second, frame_ms)| RealTime {
+            frames_a_second,
+            frame_ms,
+            by_mean: milliseconds.mean <= frame_ms,
+            by_percentile_99: milliseconds.percentile_99 <= frame_ms,
+        };
+        let stages = &series.stages;
+        let total_s: f64 = stages.iter().map(|(_, spent)| spent.as_secs_f64()).sum();
+        let stage = |(stage, spent): &(String, Duration)| StageRecord {
+            stage: stage.clone(),
+            milliseconds: spent.as_secs_f64() * 1e3 / milliseconds.n.max(1) as f64,
+            share: spent.as_secs_f64() / total_s,
+        };
+        let thesis_ms = ThesisRow::of(tile_cells).map(|row| match series.method {
+            Method::Agents => row.cpu_ms,
+            Method::NoAgents | Method::Baseline => row.cpu_without_agents_ms,
+        });
+        let tiles: usize = series.timings.iter().map(|timing| timing.tiles).sum();
+        MethodRecord {
+            method: series.method,
+            tiles: tiles as f64 / series.timings.len() as f64,
+            milliseconds,
+            thesis_ms,
+            speedup: baseline.map(|baseline| baseline.mean / milliseconds.mean),
+            speedup_of_medians: baseline.map(|baseline| baseline.median / milliseconds.median),
+            real_time: FRAME_RATES.into_iter().map(real_time).collect(),
+            stages: stages.iter().map(stage).collect(),
+        }
+    }
+}
+
+fn summary_of(series: &Series) -> Summary {
+    let values: Vec<f64> = series.timings.iter().map(|timing| timing.elapsed_ms).collect();
+    Summary::of(&values)
+}
+
+/// The processor's name where Linux tells it; a figure without its machine says little.
+fn processor() -> Option<String> {
+    let text = fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    line.split_once(':').map(|(_, name)| name.trim().to_owned())
+}
