@@ -28,14 +28,15 @@
 //!      |
 //!   relief/     World, area -> heights in metres                     pad 0
 //!      |          noise/ over simd.rs: fractals of simplex noise
-//!   tile/       heights -> normals, slope -> blend weights           pad HEIGHT_PAD = 1
+//!   agents/     bare heights -> rivers and roads, whole              reach: the tiles that a path may cross
 //!      |
-//!   registry.rs tiles -> registry.sqlite, a log and an index          never an input of a bake
+//!   tile/       heights, paths -> carved, normals -> blend weights   pad HEIGHT_PAD = 1
+//!      |
 //!   bake.rs     Region -> all its tiles, in parallel, in order
 //!      |
-//!   export/     tiles -> files, map/ -> pictures, paths -> vectors; plan and manifest
+//!   export/     tiles -> files, map/ -> pictures; registry.rs, a log and never an input; plan and manifest
 //!      |
-//!   experiment/ World, camera -> timings, tables, charts       the thesis' measurement, and its method to compare
+//!   experiment/ World, camera -> timings, tables, charts             the thesis' measurement and method
 //!      |
 //!   cli/        the command, a thin layer on all this                the only part that prints
 //! ```
@@ -58,6 +59,8 @@
 //! | pad | how far around its area a stage must read |
 //! | preset / world | the recipe as written / as checked and resolved |
 //! | blend map | how much of each ground material a vertex has; the weights of a vertex sum to exactly 255 |
+//! | reach | how far a river or road sticks out of the tile that owns it |
+//! | path, way | a river or a road, whole / its bed |
 //! | sink, export | a consumer of finished tiles: a format |
 //!
 //! # Units and axes

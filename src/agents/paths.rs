@@ -6,7 +6,7 @@
 //!
 //! **Rivers that meet.** Owners have a rank, by hash. A river ends where it comes upon the bed of one with a higher
 //! rank. That one may itself end before the place, in a third; so a river is settled against settled rivers, each
-//! against those of higher rank that it crosses, [`SETTLED_AGAINST`] deep. What is deeper is taken as it was traced:
+//! against those of higher rank that it crosses, three deep. What is deeper is taken as it was traced:
 //! chains so long are rare, and their end is a river that stops where another has just ended.
 
 use std::collections::{BTreeMap, HashMap};
