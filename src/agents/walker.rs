@@ -75,12 +75,12 @@ pub struct Expansion {
 /// use terrane::{preset::Preset, world::World};
 ///
 /// let mut preset = Preset::load("thesis")?.1;
-/// preset.tile_cells = 32;
+/// preset.tile_cells = 64;
 /// let world = World::new(preset, Some(7))?;
 /// let mut walker = Walker::new(&world, WalkerOptions::default());
-/// // Tile (0, 0) is 32 m wide, and the walker starts in its middle.
-/// assert!(walker.move_to(31.0, 16.0).is_none());
-/// let expansion = walker.move_to(33.0, 16.0).expect("the next tile");
+/// // Tile (0, 0) is 64 m wide, and the walker starts in its middle.
+/// assert!(walker.move_to(63.0, 32.0).is_none());
+/// let expansion = walker.move_to(65.0, 32.0).expect("the next tile");
 /// assert_eq!((expansion.entered.len(), expansion.left.len()), (3, 3));
 /// # Ok::<(), terrane::error::Error>(())
 /// ```
