@@ -77,8 +77,7 @@ pub(super) struct Hybrid;
 impl Fold for Hybrid {
     #[inline(always)]
     fn first<S: Simd>(simd: S, step: &FoldStep, noise: S::F32) -> State<S> {
-        let value = noise + simd.splat(step.offset);
-        State { value, weight: value }
+        lifted(simd, step, noise)
     }
 
     #[inline(always)]
@@ -95,8 +94,7 @@ pub(super) struct Hetero;
 impl Fold for Hetero {
     #[inline(always)]
     fn first<S: Simd>(simd: S, step: &FoldStep, noise: S::F32) -> State<S> {
-        let value = noise + simd.splat(step.offset);
-        State { value, weight: value }
+        lifted(simd, step, noise)
     }
 
     #[inline(always)]
@@ -104,4 +102,11 @@ impl Fold for Hetero {
         let signal = noise + simd.splat(step.offset);
         State { value: state.value + signal * state.value, weight: state.weight }
     }
+}
+
+/// The first octave of the two fractals that begin with the noise itself, lifted by the offset.
+#[inline(always)]
+fn lifted<S: Simd>(simd: S, step: &FoldStep, noise: S::F32) -> State<S> {
+    let value = noise + simd.splat(step.offset);
+    State { value, weight: value }
 }
