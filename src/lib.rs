@@ -79,9 +79,12 @@ pub mod error;
 pub mod area;
 pub mod grid;
 pub mod hash;
+
+mod memory;
 pub mod clock;
 pub mod simd;
 pub mod noise;
+pub mod fluvial;
 pub mod preset;
 pub mod relief;
 pub mod agents;

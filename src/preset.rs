@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use toml::de::{DeTable, DeValue};
 
 use crate::error::{Error, SourcePlace, nearest};
+use crate::fluvial::settings::FluvialSettings;
 use crate::noise::{Fractal, FractalKind, FractalSpec};
 
 /// A world's recipe: the content of a preset file.
@@ -31,7 +32,10 @@ pub struct Preset {
     pub tile_cells: u32,
     /// Height of the sea's surface in metres. Default: no sea.
     pub sea_level_m: Option<f64>,
-    /// Noise terms, added up: the relief of the land. At least one.
+    /// Relief that water made, with its rivers and lakes. Default: none, and the relief is that of the noise terms.
+    pub fluvial: Option<FluvialSettings>,
+    /// Noise terms, added up: the relief of the land. At least one, or else `fluvial`.
+    #[serde(default)]
     pub noise: Vec<NoiseTerm>,
     /// Displacement of the points at which all terms and masks are read. Default: none.
     pub warp: Option<Warp>,
@@ -358,11 +362,14 @@ const MAX_PRESET_BYTES: u64 = 1 << 20;
 
 /// The built-in presets, as name and text: the files of `presets/`.
 pub const BUILT_IN: &[(&str, &str)] = &[
+    ("alps", include_str!("../presets/alps.toml")),
+    ("highlands", include_str!("../presets/highlands.toml")),
+    ("archipelago", include_str!("../presets/archipelago.toml")),
+    ("canyon", include_str!("../presets/canyon.toml")),
+    ("plains", include_str!("../presets/plains.toml")),
     ("thesis", include_str!("../presets/thesis.toml")),
     ("mountains", include_str!("../presets/mountains.toml")),
     ("hills", include_str!("../presets/hills.toml")),
-    ("archipelago", include_str!("../presets/archipelago.toml")),
-    ("canyon", include_str!("../presets/canyon.toml")),
 ];
 
 /// The first line of a preset's text without its comment mark: what the preset shows.
@@ -449,8 +456,22 @@ impl Preset {
         if let Some(level) = self.sea_level_m {
             root.key("sea_level_m").within(level, -HEIGHT_LIMIT_M..=HEIGHT_LIMIT_M)?;
         }
-        if self.noise.is_empty() {
-            return Err(root.key("noise").fault("there must be at least one noise term", "add a [[noise]] table"));
+        if let Some(fluvial) = &self.fluvial {
+            let others = [
+                ("noise", !self.noise.is_empty()),
+                ("warp", self.warp.is_some()),
+                ("land", self.land.is_some()),
+                ("rivers", self.rivers.is_some()),
+                ("roads", self.roads.is_some()),
+            ];
+            if let Some((key, _)) = others.into_iter().find(|(_, given)| *given) {
+                let hint = "leave it out, or leave [fluvial] out";
+                return Err(root.key(key).fault("nothing reads it in a world of fluvial relief", hint));
+            }
+            fluvial.check(&root.key("fluvial"), self.spacing_m)?;
+        } else if self.noise.is_empty() {
+            let hint = "add a [[noise]] table, or [fluvial]";
+            return Err(root.key("noise").fault("there must be at least one noise term", hint));
         }
         if self.noise.len() > MAX_TERMS {
             let message = format!("there must be at most {MAX_TERMS} noise terms, but there are {}", self.noise.len());
@@ -516,7 +537,7 @@ impl Preset {
 }
 
 /// Heights and their factors may not be larger: 16 bits would be too coarse and `f32` metres too.
-const HEIGHT_LIMIT_M: f64 = 100_000.0;
+pub(crate) const HEIGHT_LIMIT_M: f64 = 100_000.0;
 
 /// More terms than anybody needs; the time of a bake grows with each.
 const MAX_TERMS: usize = 16;
@@ -607,7 +628,7 @@ impl Mask {
         plain(self.wavelength_m, self.octaves)
     }
 
-    fn check(&self, path: &KeyPath, spacing_m: f64) -> Result<(), Fault> {
+    pub(crate) fn check(&self, path: &KeyPath, spacing_m: f64) -> Result<(), Fault> {
         check_octaves(path, self.wavelength_m, self.octaves, MASK_LACUNARITY, spacing_m)?;
         path.key("from").within(self.from, -10.0..=10.0)?;
         path.key("to").within(self.to, -10.0..=10.0)?;
@@ -729,22 +750,22 @@ enum Step {
 
 /// The way from the preset's root to a value.
 #[derive(Clone, Default)]
-struct KeyPath(Vec<Step>);
+pub(crate) struct KeyPath(Vec<Step>);
 
 impl KeyPath {
-    fn key(&self, key: &str) -> KeyPath {
+    pub(crate) fn key(&self, key: &str) -> KeyPath {
         KeyPath([self.0.clone(), vec![Step::Key(key.to_owned())]].concat())
     }
 
-    fn index(&self, index: usize) -> KeyPath {
+    pub(crate) fn index(&self, index: usize) -> KeyPath {
         KeyPath([self.0.clone(), vec![Step::Index(index)]].concat())
     }
 
-    fn fault(&self, message: impl Into<String>, hint: impl Into<String>) -> Fault {
+    pub(crate) fn fault(&self, message: impl Into<String>, hint: impl Into<String>) -> Fault {
         Fault { path: self.0.clone(), message: message.into(), hint: hint.into() }
     }
 
-    fn within<T: PartialOrd + Display>(&self, value: T, range: RangeInclusive<T>) -> Result<(), Fault> {
+    pub(crate) fn within<T: PartialOrd + Display>(&self, value: T, range: RangeInclusive<T>) -> Result<(), Fault> {
         if range.contains(&value) {
             return Ok(());
         }
@@ -752,7 +773,7 @@ impl KeyPath {
         Err(self.fault(format!("expected {low} to {high}, found {value}"), ""))
     }
 
-    fn rising(&self, [from, to]: [f64; 2], range: RangeInclusive<f64>) -> Result<(), Fault> {
+    pub(crate) fn rising(&self, [from, to]: [f64; 2], range: RangeInclusive<f64>) -> Result<(), Fault> {
         self.index(0).within(from, range.clone())?;
         self.index(1).within(to, range)?;
         if to - from < 1e-3 {

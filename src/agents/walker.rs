@@ -17,6 +17,7 @@ use crate::agents::record::{Records, TileRecord};
 use crate::agents::way::Way;
 use crate::area::{Area, MAX_COORDINATE, TileId};
 use crate::clock::Clock;
+use crate::fluvial::Land;
 use crate::error::Error;
 use crate::export::DeviceProfile;
 use crate::grid::Grid;
@@ -268,7 +269,7 @@ impl<'w> Walker<'w> {
             } else {
                 None
             };
-            (id, Standing { tile: Tile::imprinted(world, id, heights, imprint, clock), ways })
+            (id, Standing { tile: Tile::imprinted(world, id, Land { heights, water: None }, imprint, clock), ways })
         });
         let made: Vec<_> = made.collect();
         self.standing.extend(made);

@@ -2,6 +2,7 @@
 
 mod tint;
 
+use crate::fluvial::WaterKind;
 use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::Tile;
 use crate::world::World;
@@ -68,6 +69,16 @@ impl MapPainter {
                 let [red, green, blue, _] = word.to_le_bytes();
                 *pixel = [red, green, blue];
             }
+            if let Some(water) = tile.water() {
+                let depths = water.depth_m.row(y, x0, x1);
+                for ((pixel, kind), depth_m) in pixels.iter_mut().zip(water.kind.row(y, x0, x1)).zip(depths) {
+                    match kind {
+                        WaterKind::River => mix(pixel, (RIVER_OPACITY, RIVER)),
+                        WaterKind::Lake => mix(pixel, (LAKE_OPACITY, self.tint.sea(*depth_m))),
+                        WaterKind::Dry | WaterKind::Sea => {}
+                    }
+                }
+            }
             if let Some(imprint) = tile.imprint() {
                 let roads = imprint.dirt().row(y, x0, x1).iter().map(|share| (share * ROAD_OPACITY, ROAD));
                 let rivers = imprint.water().row(y, x0, x1).iter().map(|share| (*share, RIVER));
@@ -128,6 +139,8 @@ const SNOW_OPACITY: f32 = 0.92;
 
 /// Rivers as the sea's shallows, roads as trodden earth.
 const RIVER: [f32; 3] = [96.0, 150.0, 186.0];
+const RIVER_OPACITY: f32 = 0.85;
+const LAKE_OPACITY: f32 = 0.95;
 const ROAD: [f32; 3] = [222.0, 203.0, 160.0];
 const ROAD_OPACITY: f32 = 0.85;
 

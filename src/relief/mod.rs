@@ -1,201 +1,63 @@
-//! Relief: the height of any vertex, from noise alone.
+//! Relief: the height of any vertex, and the water on it where water made it.
 
 mod curve;
+mod noise;
+
+pub use noise::NoiseRelief;
 
 use crate::area::Area;
+use crate::clock::Clock;
+use crate::fluvial::{Fluvial, Land};
 use crate::grid::Grid;
-use crate::hash;
-use crate::noise::{Fractal, FractalSpec};
-use crate::preset::{Mask, NoiseTerm, Preset};
-use curve::Curve;
+use crate::preset::Preset;
 
-/// A world's relief: fractal terms added up over warped points, sunk to the sea floor where no land is.
-///
-/// Heights are a pure function of the vertex: no pad, any area, the same bits.
+/// A world's relief. Heights are a pure function of the vertex: any area, the same bits.
 #[derive(Debug)]
-pub struct Relief {
-    warp: Option<WarpField>,
-    terms: Vec<Term>,
-    land: Option<(Share, f32)>,
-    range_m: (f32, f32),
-}
-
-#[derive(Debug)]
-struct WarpField {
-    east: Fractal,
-    south: Fractal,
-    distance_m: f32,
-}
-
-#[derive(Debug)]
-struct Term {
-    fractal: Fractal,
-    curve: Option<Curve>,
-    height_m: f32,
-    base_m: f32,
-    mask: Option<Share>,
-}
-
-/// A mask, ready to be read: `scale` and `shift` bring its noise from `from..to` to 0..1.
-#[derive(Debug)]
-struct Share {
-    noise: Fractal,
-    scale: f32,
-    shift: f32,
-}
-
-/// Streams of chance, so that no two noises of a world are alike. Terms and their masks follow on from the last.
-mod stream {
-    pub const WARP_EAST: u64 = 1;
-    pub const WARP_SOUTH: u64 = 2;
-    pub const LAND: u64 = 3;
-    pub const TERM: u64 = 1 << 32;
-    pub const TERM_MASK: u64 = 2 << 32;
+pub enum Relief {
+    /// Fractal noise, as in the thesis.
+    Noise(NoiseRelief),
+    /// Land that water made.
+    Fluvial(Box<Fluvial>),
 }
 
 impl Relief {
     /// The relief of a checked preset, whose defaults are filled in.
     pub(crate) fn new(preset: &Preset, seed: u64) -> Relief {
-        let spacing_m = preset.spacing_m;
-        let fractal = |spec: &FractalSpec, stream| Fractal::new(spec, spacing_m, hash::stream(seed, stream));
-        let share = |mask: &Mask, stream| {
-            let scale = (1.0 / (mask.to - mask.from)) as f32;
-            let noise = fractal(&mask.fractal(), stream);
-            Share { noise, scale, shift: -(mask.from as f32) * scale }
-        };
-        let warp = preset.warp.as_ref().map(|warp| {
-            let spec = warp.fractal();
-            WarpField {
-                east: fractal(&spec, stream::WARP_EAST),
-                south: fractal(&spec, stream::WARP_SOUTH),
-                distance_m: warp.distance_m as f32,
-            }
-        });
-        let term = |(index, term): (u64, &NoiseTerm)| Term {
-            fractal: fractal(&term.fractal(), stream::TERM + index),
-            curve: term.curve.as_deref().map(Curve::new),
-            height_m: term.height_m as f32,
-            base_m: term.base_m as f32,
-            mask: term.mask.as_ref().map(|mask| share(mask, stream::TERM_MASK + index)),
-        };
-        let terms: Vec<Term> = (0..).zip(&preset.noise).map(term).collect();
-        let land = preset.land.as_ref().map(|land| (share(&land.mask, stream::LAND), land.floor_m as f32));
-        let range_m = proved_range(&terms, land.as_ref().map(|(_, floor_m)| *floor_m));
-        Relief { warp, terms, land, range_m }
+        match &preset.fluvial {
+            Some(settings) => Relief::Fluvial(Box::new(Fluvial::new(preset, settings, seed))),
+            None => Relief::Noise(NoiseRelief::new(preset, seed)),
+        }
     }
 
     /// Bounds that no height can leave, whatever the vertex: (lowest, highest) in metres.
-    ///
-    /// They follow from the bounds of each term, of its curve and of the sea floor; rounding included.
     pub fn range_m(&self) -> (f32, f32) {
-        self.range_m
+        match self {
+            Relief::Noise(noise) => noise.range_m(),
+            Relief::Fluvial(fluvial) => fluvial.range_m(),
+        }
     }
 
     /// The heights in metres at all vertices of `area`.
     pub fn heights(&self, area: Area) -> Grid<f32> {
-        let mut heights = Grid::filled(area, 0.0);
-        // Bands that fit the second-level cache, whatever the size of the tile.
-        const BAND_VERTICES: usize = 1 << 16;
-        let rows = (BAND_VERTICES / area.width().max(1)).max(1);
-        let mut scratch = Scratch::default();
-        for (band, out) in heights.values_mut().chunks_mut(rows * area.width().max(1)).enumerate() {
-            let y0 = area.y0 + (band * rows) as i64;
-            let band = Area { y0, y1: y0 + (out.len() / area.width()) as i64, ..area };
-            self.fill_band(band, &mut scratch, out);
-        }
-        heights
+        self.land(area, &Clock::default()).heights
     }
 
-    fn fill_band(&self, band: Area, scratch: &mut Scratch, out: &mut [f32]) {
-        let Scratch { east, south, value, share } = scratch;
-        for buffer in [&mut *east, south, value, share] {
-            buffer.resize(out.len(), 0.0);
-        }
-        // Where the noises are read.
-        let warp = self.warp.as_ref().map(|warp| {
-            for (fractal, displacement) in [(&warp.east, &mut *east), (&warp.south, &mut *south)] {
-                fractal.fill(band, displacement);
-                for metres in displacement {
-                    *metres *= warp.distance_m;
-                }
+    /// Heights and water at all vertices of `area`, with the time of each stage booked on `clock`.
+    pub fn land(&self, area: Area, clock: &Clock) -> Land {
+        match self {
+            Relief::Noise(noise) => {
+                let heights = clock.time("relief", || noise.heights(area));
+                Land { heights, water: None }
             }
-            (&east[..], &south[..])
-        });
-        let read = |fractal: &Fractal, to: &mut [f32]| match warp {
-            Some((east, south)) => fractal.fill_warped(band, east, south, to),
-            None => fractal.fill(band, to),
-        };
-        // The land's relief: all terms, each where its mask lets it.
-        for (index, term) in self.terms.iter().enumerate() {
-            read(&term.fractal, value);
-            if let Some(curve) = &term.curve {
-                curve.apply(value);
-            }
-            for value in &mut *value {
-                *value = *value * term.height_m + term.base_m;
-            }
-            if let Some(mask) = &term.mask {
-                read(&mask.noise, share);
-                mask.ease(share);
-                value.iter_mut().zip(&*share).for_each(|(value, share)| *value *= share);
-            }
-            match index {
-                0 => out.copy_from_slice(value),
-                _ => out.iter_mut().zip(&*value).for_each(|(height, value)| *height += value),
-            }
-        }
-        // The sea floor where no land is.
-        if let Some((mask, floor_m)) = &self.land {
-            read(&mask.noise, share);
-            mask.ease(share);
-            out.iter_mut().zip(&*share).for_each(|(height, share)| *height = floor_m + (*height - floor_m) * share);
+            Relief::Fluvial(fluvial) => fluvial.land(area, clock),
         }
     }
-}
 
-/// Buffers of one band.
-#[derive(Default)]
-struct Scratch {
-    east: Vec<f32>,
-    south: Vec<f32>,
-    value: Vec<f32>,
-    share: Vec<f32>,
-}
-
-impl Share {
-    /// Turns noise into shares: 0 at `from`, 1 at `to`, smooth between.
-    fn ease(&self, noise: &mut [f32]) {
-        for value in noise {
-            let t = (*value * self.scale + self.shift).clamp(0.0, 1.0);
-            *value = t * t * (3.0 - 2.0 * t);
+    /// The fluvial relief, if that is what it is.
+    pub fn fluvial(&self) -> Option<&Fluvial> {
+        match self {
+            Relief::Noise(_) => None,
+            Relief::Fluvial(fluvial) => Some(fluvial),
         }
     }
-}
-
-/// The interval that the sum of the terms, and the sea floor, cannot leave.
-fn proved_range(terms: &[Term], floor_m: Option<f32>) -> (f32, f32) {
-    let (mut low, mut high, mut magnitude) = (0.0, 0.0, 0.0);
-    for term in terms {
-        let (from, to) = match &term.curve {
-            Some(curve) => curve.bounds(),
-            None => term.fractal.bounds(),
-        };
-        let ends = [from, to].map(|value| value as f64 * term.height_m as f64 + term.base_m as f64);
-        // A mask scales the term by 0 to 1, so 0 is within its reach too.
-        let masked = if term.mask.is_some() { 0.0 } else { ends[0] };
-        low += ends[0].min(ends[1]).min(masked);
-        high += ends[0].max(ends[1]).max(masked);
-        magnitude += ends[0].abs().max(ends[1].abs());
-    }
-    if let Some(floor_m) = floor_m {
-        low = f64::min(low, floor_m as f64);
-        high = f64::max(high, floor_m as f64);
-        magnitude += floor_m.abs() as f64;
-    }
-    // Fewer than 64 f32 operations of at most half an ulp (2^-24) each follow the fractals' own bounds.
-    let margin = magnitude * 64.0 / (1 << 24) as f64;
-    let outward = |bound: f64, limit: fn(f32) -> f32| limit(bound as f32);
-    let (low, high) = (outward(low - margin, f32::next_down), outward(high + margin, f32::next_up));
-    // A world that is flat all over still needs a range to be encoded in.
-    if high - low < 1.0 { (low - 0.5, high + 0.5) } else { (low, high) }
 }

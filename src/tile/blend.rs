@@ -2,6 +2,7 @@
 
 use crate::agents::way::Imprint;
 use crate::area::Area;
+use crate::fluvial::{Water, WaterKind};
 use crate::grid::Grid;
 use crate::preset::Preset;
 use crate::simd::{Kernel, Simd, dispatch};
@@ -59,6 +60,29 @@ impl Blend {
                     if share > 0.0 {
                         (*ground, *cover) = covered(*ground, *cover, material, share);
                     }
+                }
+            }
+        }
+    }
+
+    /// Lays gravel and mud on the beds of rivers and lakes, and next to them.
+    pub(super) fn wet(&mut self, water: &Water) {
+        let Area { x0, y0, x1, y1 } = self.ground.area();
+        for y in y0..y1 {
+            let rows = [y - 1, y, y + 1].map(|y| water.kind.row(y, x0 - 1, x1 + 1));
+            let ground = self.ground.row_mut(y, x0, x1);
+            let cover = self.cover.row_mut(y, x0, x1);
+            for (column, (ground, cover)) in ground.iter_mut().zip(cover).enumerate() {
+                let around = rows.iter().flat_map(|row| &row[column..column + 3]);
+                // Of the vertex and its eight neighbours.
+                let wet = around.filter(|kind| matches!(kind, WaterKind::River | WaterKind::Lake)).count();
+                let (material, share) = match rows[1][column + 1] {
+                    WaterKind::River | WaterKind::Sea => (Material::Sand, 1.0),
+                    WaterKind::Lake => (Material::Dirt, 1.0),
+                    WaterKind::Dry => (Material::Dirt, wet as f32 / 9.0),
+                };
+                if share > 0.0 {
+                    (*ground, *cover) = covered(*ground, *cover, material, share);
                 }
             }
         }

@@ -12,6 +12,7 @@ use crate::agents::paths::PathList;
 use crate::agents::way::{Imprint, Way};
 use crate::area::{Area, TileId};
 use crate::clock::Clock;
+use crate::fluvial::{Land, Water};
 use crate::grid::Grid;
 use crate::world::{HEIGHT_PAD, World};
 
@@ -24,6 +25,7 @@ pub struct Tile {
     heights: Grid<f32>,
     normals: Normals,
     blend: Blend,
+    water: Option<Water>,
     imprint: Option<Imprint>,
     paths: PathList,
 }
@@ -51,12 +53,12 @@ impl Tile {
 
     /// As [`new`](Tile::new), with the time of each stage booked on `clock`.
     pub fn timed(world: &World, id: TileId, clock: &Clock) -> Tile {
-        // The bare heights, with the pad that later stages look at.
-        let heights = clock.time("relief", || Tile::bare_heights(world, id));
+        // The bare heights and the water on them, with the pad that later stages look at.
+        let land = world.relief().land(id.area(world.tile_cells()).padded(HEIGHT_PAD), clock);
         // The rivers and roads whose reach touches them.
-        let paths = clock.time("agents", || world.ways(&heights.area()));
-        let tile = Tile::shaped(world, id, heights, paths.iter().map(|path| &path.way), clock);
-        Tile { paths, ..tile }
+        let paths = clock.time("agents", || world.ways(&land.heights.area()));
+        let imprint = clock.time("carve", || Imprint::new(&land.heights, paths.iter().map(|path| &path.way)));
+        Tile { paths, ..Tile::imprinted(world, id, land, imprint, clock) }
     }
 
     /// The heights of the tile at `id` before anything shapes them, with the pad that a tile needs.
@@ -76,20 +78,21 @@ impl Tile {
         clock: &Clock,
     ) -> Tile {
         let imprint = clock.time("carve", || Imprint::new(&heights, ways));
-        Tile::imprinted(world, id, heights, imprint, clock)
+        Tile::imprinted(world, id, Land { heights, water: None }, imprint, clock)
     }
 
-    /// The tile at `id` of given bare heights and of what ways do to it, with the time of each stage booked on `clock`.
+    /// The tile at `id` of given bare land and of what ways do to it, with the time of each stage booked on `clock`.
     ///
     /// # Panics
-    /// When `heights` does not reach [`HEIGHT_PAD`] vertices past the tile.
+    /// When `land` does not reach [`HEIGHT_PAD`] vertices past the tile.
     pub(crate) fn imprinted(
         world: &World,
         id: TileId,
-        mut heights: Grid<f32>,
+        land: Land,
         imprint: Option<Imprint>,
         clock: &Clock,
     ) -> Tile {
+        let Land { mut heights, water } = land;
         let area = id.area(world.tile_cells());
         let spacing_m = world.spacing_m();
         // The land as the ways leave it.
@@ -101,12 +104,15 @@ impl Tile {
         // What the ground is made of.
         let blend = clock.time("blend", || {
             let mut blend = Blend::new(&GroundRule::new(world.preset()), &heights, &normals);
+            if let Some(water) = &water {
+                blend.wet(water);
+            }
             if let Some(imprint) = &imprint {
                 blend.cover_with(imprint);
             }
             blend
         });
-        Tile { id, spacing_m, area, heights, normals, blend, imprint, paths: PathList::new() }
+        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, paths: PathList::new() }
     }
 
     /// Where the tile is in the world.
@@ -132,6 +138,12 @@ impl Tile {
     /// Blend weights of the tile's vertices.
     pub fn blend(&self) -> &Blend {
         &self.blend
+    }
+
+    /// The water on the tile's vertices and on [`HEIGHT_PAD`] more on each side; `None` in a world whose relief knows of
+    /// no water.
+    pub fn water(&self) -> Option<&Water> {
+        self.water.as_ref()
     }
 
     /// What rivers and roads have done to the tile; `None` where there are none.

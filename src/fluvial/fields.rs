@@ -1,0 +1,190 @@
+//! What varies slowly over a fluvial world: where its water flows at large, how fast the land rises, where the sea is.
+
+use super::point::{GRAINS, Point, PointNoise};
+use super::settings::FluvialSettings;
+use crate::hash;
+use crate::preset::Preset;
+
+/// The slowly varying fields, and the laws that make slopes and widths of them.
+#[derive(Debug)]
+pub struct Fields {
+    settings: FluvialSettings,
+    metres_a_grain: f64,
+    /// Grains between channels of the finest level.
+    finest: i64,
+    potential: PointNoise,
+    uplift: PointNoise,
+    sea: Option<Sea>,
+    base_m: f64,
+}
+
+#[derive(Debug)]
+struct Sea {
+    level_m: f64,
+    /// Metres from the coast, about, for each unit of the potential.
+    metres_a_unit: f64,
+}
+
+/// Streams of chance.
+mod stream {
+    pub const POTENTIAL: u64 = 6 << 32;
+    pub const UPLIFT: u64 = 7 << 32;
+}
+
+impl Fields {
+    /// The fields of a checked preset that has fluvial relief, its defaults filled in.
+    pub fn new(preset: &Preset, settings: &FluvialSettings, seed: u64) -> Fields {
+        let metres_a_grain = preset.spacing_m / GRAINS as f64;
+        let finest_vertices = (settings.trunk_m / preset.spacing_m / (1u64 << settings.levels) as f64).round().max(1.0);
+        let basin_m = settings.basin_m.unwrap_or(5.0 * settings.trunk_m);
+        let noise = |wavelength_m: f64, octaves, stream| {
+            PointNoise::new((wavelength_m / metres_a_grain).round() as i64, octaves, hash::stream(seed, stream))
+        };
+        let mask = &settings.uplift.mask;
+        let octaves = if preset.sea_level_m.is_some() { settings.coast.octaves } else { 2 };
+        Fields {
+            settings: settings.clone(),
+            metres_a_grain,
+            finest: finest_vertices as i64 * GRAINS,
+            potential: noise(basin_m, octaves, stream::POTENTIAL),
+            uplift: noise(mask.wavelength_m, mask.octaves, stream::UPLIFT),
+            sea: preset.sea_level_m.map(|level_m| Sea { level_m, metres_a_unit: basin_m / 2.0 }),
+            base_m: preset.sea_level_m.unwrap_or(0.0) + settings.base_m,
+        }
+    }
+
+    /// The recipe.
+    pub fn settings(&self) -> &FluvialSettings {
+        &self.settings
+    }
+
+    /// Metres a grain.
+    pub fn metres_a_grain(&self) -> f64 {
+        self.metres_a_grain
+    }
+
+    /// Grains a side of a cell of a level's lattice; level 0 has the trunks.
+    pub fn side(&self, level: u32) -> i64 {
+        self.finest << (self.settings.levels - level)
+    }
+
+    /// The number of levels, trunks among them.
+    pub fn levels(&self) -> u32 {
+        self.settings.levels + 1
+    }
+
+    /// Water flows from high potential to low, -1 to 1.
+    pub fn potential(&self, at: Point) -> f64 {
+        self.potential.at(at)
+    }
+
+    /// Where the potential is lower than this the sea is.
+    pub fn sea_potential(&self) -> f64 {
+        if self.sea.is_some() { self.settings.coast.below } else { f64::NEG_INFINITY }
+    }
+
+    /// Height of the sea; without one, negative infinity.
+    pub fn sea_level_m(&self) -> f64 {
+        self.sea.as_ref().map_or(f64::NEG_INFINITY, |sea| sea.level_m)
+    }
+
+    /// Level of the water at a sink.
+    pub fn sink_level_m(&self, in_sea: bool) -> f64 {
+        match &self.sea {
+            Some(sea) if in_sea => sea.level_m,
+            _ => self.base_m,
+        }
+    }
+
+    /// How fast the land rises at a point, above 0 to 1.
+    pub fn uplift(&self, at: Point) -> f64 {
+        let (mask, least) = (&self.settings.uplift.mask, self.settings.uplift.least);
+        let t = ((self.uplift.at(at) - mask.from) / (mask.to - mask.from)).clamp(0.0, 1.0);
+        least + (1.0 - least) * t * t * (3.0 - 2.0 * t)
+    }
+
+    /// The slope of hillsides, by uplift.
+    pub fn hill_slope(&self, uplift: f64) -> f64 {
+        let [low, high] = self.settings.hill_slope;
+        low + (high - low) * uplift
+    }
+
+    /// The slope of a river, by uplift and by the area that it drains, in cells of the trunk lattice.
+    pub fn river_slope(&self, uplift: f64, area: f64) -> f64 {
+        let slope = self.settings.trunk_slope * uplift / area.sqrt();
+        slope / (1.0 + slope / (self.settings.channel_slope * self.hill_slope(uplift)))
+    }
+
+    /// Half width in grains of the rounding of a valley's floor, by the area that drains there.
+    pub fn trough(&self, area: f64) -> f64 {
+        self.settings.valley * area.sqrt() * self.side(0) as f64
+    }
+
+    /// Discharge in cubic metres a second, by area.
+    pub fn discharge_m3s(&self, area: f64) -> f64 {
+        const SECONDS_A_YEAR: f64 = 31_556_952.0;
+        let side_m = self.side(0) as f64 * self.metres_a_grain;
+        area * side_m * side_m * self.settings.runoff_m / SECONDS_A_YEAR
+    }
+
+    /// Width of a river in metres, by area.
+    pub fn river_width_m(&self, area: f64) -> f64 {
+        self.settings.river_width_m * self.discharge_m3s(area).sqrt()
+    }
+
+    /// Half width of the largest lakes in grains.
+    pub fn lake_half_width(&self) -> f64 {
+        self.settings.lake_m.unwrap_or(self.settings.trunk_m / 16.0) / self.metres_a_grain
+    }
+
+    /// Height that the coast alone gives a point: the edge of the land, or the sea's floor. Infinite without a sea.
+    pub fn coast_m(&self, at: Point) -> f64 {
+        let Some(sea) = &self.sea else { return f64::INFINITY };
+        let inland_m = (self.potential(at) - self.settings.coast.below) * sea.metres_a_unit;
+        let [land, shelf] = self.settings.coast.slope;
+        sea.level_m
+            + if inland_m > 0.0 {
+                inland_m * land * (1.0 + inland_m * land / 100.0)
+            } else {
+                // Asymptotically the greatest depth.
+                let depth_m = -inland_m * shelf;
+                -depth_m / (1.0 + depth_m / self.settings.coast.depth_m)
+            }
+    }
+
+    /// The share of the straight way from a point on land to one in the sea that is on land.
+    pub fn dry_share(&self, from: Point, to: Point) -> f64 {
+        let [east, south] = to.from(from);
+        let (mut dry, mut wet) = (0.0, 1.0);
+        for _ in 0..24 {
+            let middle = (dry + wet) / 2.0;
+            let at = from.moved([east * middle, south * middle]);
+            if self.potential(at) < self.sea_potential() { wet = middle } else { dry = middle }
+        }
+        dry
+    }
+
+    /// The nearest point of the coast from a point on land, about, if it is no further than `most` grains.
+    pub fn coast_near(&self, at: Point, most: f64) -> Option<Point> {
+        self.sea.as_ref()?;
+        let above = |at: Point| self.potential(at) - self.settings.coast.below;
+        let here = above(at);
+        // The potential's slope over a stretch that coasts of that size show in.
+        let step = most / 4.0;
+        let slope = [[step, 0.0], [0.0, step]].map(|[x, y]| {
+            let difference = above(at.moved([x, y])) - above(at.moved([-x, -y]));
+            difference / (2.0 * step)
+        });
+        let steepness = super::point::length(slope);
+        if here <= 0.0 || here > steepness * most {
+            return None;
+        }
+        let down = slope.map(|part| -part / steepness);
+        let sea = at.moved(down.map(|part| part * most));
+        if above(sea) >= 0.0 {
+            return None;
+        }
+        let share = self.dry_share(at, sea);
+        Some(at.moved(down.map(|part| part * most * share)))
+    }
+}

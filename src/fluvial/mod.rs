@@ -1,0 +1,429 @@
+//! Fluvial relief: land that water made. Rivers first, relief second.
+//!
+//! ```text
+//! potential, uplift (fields) --> trunks: a coarse lattice that drains over its passes to sinks and the sea
+//!                                   |
+//!                                   v
+//!                     network: level by level, tributaries that join the nearest channel
+//!                                   |
+//!                                   v      plane warped, so that no line is straight
+//!                     valleys: the lowest valley side at each vertex
+//!                                   |
+//!                                   v
+//!                     coast, gullies, strata, ceiling, beds  -->  Land: heights and water
+//! ```
+//!
+//! Everything is a pure function of the seed and of lattice ids. A vertex depends on the pieces of channels within
+//! [`Fluvial::reach_m`] of it, a channel on those of coarser levels within a few cells, and a trunk on its whole basin,
+//! which is flooded and remembered.
+
+pub mod fields;
+pub mod network;
+pub mod point;
+pub mod settings;
+pub mod trunk;
+mod valley;
+
+use std::sync::Arc;
+
+use crate::area::Area;
+use crate::clock::Clock;
+use crate::grid::Grid;
+use crate::hash;
+use crate::noise::{Fractal, FractalKind, FractalSpec};
+use crate::preset::Preset;
+use crate::simd::dispatch;
+use fields::Fields;
+use network::{Network, Pieces, mix};
+use point::Point;
+use settings::{FluvialSettings, Strata};
+use valley::{FillValleys, PATCH, Valleys};
+
+/// A world's relief, made by water.
+#[derive(Debug)]
+pub struct Fluvial {
+    spacing_m: f64,
+    fields: Arc<Fields>,
+    network: Network,
+    warp: [Fractal; 2],
+    warp_m: f32,
+    lift: Lift,
+}
+
+/// The land of an area, and the water on it.
+#[derive(Clone, Debug)]
+pub struct Land {
+    /// Heights in metres: of the ground, so under water of its bed.
+    pub heights: Grid<f32>,
+    /// What stands or flows on it; `None` where the relief knows of no water.
+    pub water: Option<Water>,
+}
+
+/// Water on an area.
+#[derive(Clone, Debug)]
+pub struct Water {
+    /// What there is at each vertex.
+    pub kind: Grid<WaterKind>,
+    /// Metres from the bed to the surface; 0 where it is dry.
+    pub depth_m: Grid<f32>,
+    /// Discharge in cubic metres a second of the channel at each vertex; 0 off the channels.
+    pub flow_m3s: Grid<f32>,
+}
+
+/// Kinds of water.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum WaterKind {
+    /// None.
+    #[default]
+    Dry,
+    /// A river or a brook.
+    River,
+    /// A lake.
+    Lake,
+    /// The sea.
+    Sea,
+}
+
+/// Streams of chance.
+mod stream {
+    pub const WARP_EAST: u64 = 8 << 32;
+    pub const WARP_SOUTH: u64 = 9 << 32;
+    pub const NETWORK: u64 = 10 << 32;
+}
+
+/// Cells of the finest level within which a channel can matter to a vertex.
+const REACH_CELLS: i64 = 8;
+
+/// Half widths in vertices of the least channel: an unbroken line of vertices that touch at corners at least.
+const LEAST_HALF_WIDTH: f32 = 0.71;
+
+/// Vertices from one place to the next at which the slope of the hills is known.
+const SLOPE_STEP: i64 = 32;
+
+/// Vertices from one place to the next at which the coast is known.
+const COAST_STEP: i64 = 16;
+
+/// No river is deeper, and no lake, in metres.
+const DEEPEST_M: f32 = 200.0;
+
+impl Fluvial {
+    /// The relief of a checked preset with those settings.
+    pub(crate) fn new(preset: &Preset, settings: &FluvialSettings, seed: u64) -> Fluvial {
+        let fields = Arc::new(Fields::new(preset, settings, seed));
+        let finest_m = fields.side(fields.levels() - 1) as f64 * fields.metres_a_grain();
+        let spec = FractalSpec {
+            kind: FractalKind::Fbm,
+            octaves: 5,
+            wavelength_m: 16.0 * finest_m,
+            lacunarity: 2.0,
+            h: 1.3,
+        };
+        let fractal = |stream| Fractal::new(&spec, preset.spacing_m, hash::stream(seed, stream));
+        Fluvial {
+            spacing_m: preset.spacing_m,
+            network: Network::new(Arc::clone(&fields), hash::stream(seed, stream::NETWORK)),
+            warp: [fractal(stream::WARP_EAST), fractal(stream::WARP_SOUTH)],
+            warp_m: (2.0 * settings.bend * finest_m) as f32,
+            lift: Lift::new(settings, seed),
+            fields,
+        }
+    }
+
+    /// The rivers.
+    pub fn network(&self) -> &Network {
+        &self.network
+    }
+
+    /// Bounds that no height can leave: (lowest, highest) in metres.
+    ///
+    /// Beds lie at most [`DEEPEST_M`] below the lowest water, the sea less deep than its settings' depth, and the ceiling
+    /// is never reached.
+    pub fn range_m(&self) -> (f32, f32) {
+        let settings = self.fields.settings();
+        let sea_m = self.fields.sea_level_m();
+        let floor_m = if sea_m.is_finite() { sea_m - settings.coast.depth_m } else { f64::INFINITY };
+        let lowest_m = floor_m.min(self.lift.at(self.fields.sink_level_m(false)));
+        let ceiling_m = settings.ceiling_m;
+        ((lowest_m - DEEPEST_M as f64 - 1.0) as f32, (ceiling_m + 1.0) as f32)
+    }
+
+    /// Metres from a vertex within which channels matter, the warp included.
+    pub fn reach_m(&self) -> f64 {
+        let finest = self.fields.side(self.fields.levels() - 1);
+        (REACH_CELLS * finest) as f64 * self.fields.metres_a_grain()
+    }
+
+    /// The land at all vertices of an area, with the time of each stage booked on `clock`.
+    pub fn land(&self, area: Area, clock: &Clock) -> Land {
+        let aligned = aligned(area);
+        // Where the valleys are read.
+        let [east, south] = clock.time("warp", || self.warps(aligned));
+        // The channels around.
+        let pieces = clock.time("network", || self.pieces(aligned));
+        let slope = self.slopes(aligned);
+        let mut valleys = Valleys::with_len(aligned.len());
+        clock.time("valleys", || {
+            dispatch(FillValleys {
+                fields: &self.fields,
+                area: aligned,
+                warp: [&east, &south],
+                slope: &slope,
+                pieces: &pieces,
+                reach_m: self.reach_m() as f32,
+                out: &mut valleys,
+            });
+        });
+        let coast = clock.time("coast", || self.coast(aligned, &east, &south, &valleys.height_m));
+        clock.time("water", || self.finish(area, aligned, &pieces, &valleys, coast.as_deref()))
+    }
+
+    /// Metres by which the vertices of an area are displaced, east and south.
+    fn warps(&self, area: Area) -> [Vec<f32>; 2] {
+        [&self.warp[0], &self.warp[1]].map(|fractal| {
+            let mut metres = vec![0.0; area.len()];
+            fractal.fill(area, &mut metres);
+            metres.iter_mut().for_each(|metres| *metres *= self.warp_m);
+            metres
+        })
+    }
+
+    /// The pieces of channels that matter to an area.
+    fn pieces(&self, area: Area) -> Pieces {
+        let warp_m = [&self.warp[0], &self.warp[1]].map(|fractal| {
+            let (low, high) = fractal.bounds();
+            low.abs().max(high.abs()) * self.warp_m
+        });
+        let pad = |metres: f32| ((metres as f64 + self.reach_m()) / self.fields.metres_a_grain()).ceil() as i64;
+        let (low, high) = (Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1, area.y1));
+        let rectangle = [
+            Point { x: low.x - pad(warp_m[0]), y: low.y - pad(warp_m[1]) },
+            Point { x: high.x + pad(warp_m[0]), y: high.y + pad(warp_m[1]) },
+        ];
+        self.network.pieces(self.fields.levels(), rectangle, low)
+    }
+
+    /// The slope of the hillsides at the vertices of an area, from a coarse lattice.
+    fn slopes(&self, area: Area) -> Vec<f32> {
+        let at = |x: i64, y: i64| {
+            self.fields.hill_slope(self.fields.uplift(Point::at_vertex(x * SLOPE_STEP, y * SLOPE_STEP))) as f32
+        };
+        let mut values = vec![0.0; area.len()];
+        bilinear(area, SLOPE_STEP, at, &mut values);
+        values
+    }
+
+    /// The height of the coast where it may be lower than the land, infinity elsewhere; `None` where it is nowhere.
+    fn coast(&self, area: Area, east: &[f32], south: &[f32], land_m: &[f32]) -> Option<Vec<f32>> {
+        if !self.fields.sea_level_m().is_finite() {
+            return None;
+        }
+        let mut coast_m = vec![f32::INFINITY; area.len()];
+        let mut any = false;
+        let per_vertex = (1.0 / self.spacing_m) as f32;
+        let (across, down) = (64, 16);
+        for y0 in (area.y0..area.y1).step_by(down) {
+            for x0 in (area.x0..area.x1).step_by(across) {
+                let block = Area { x0, y0, x1: (x0 + across as i64).min(area.x1), y1: (y0 + down as i64).min(area.y1) };
+                let rows = || (block.y0..block.y1).map(|y| ((y - area.y0) as usize * area.width(), y));
+                let indices = || {
+                    rows().flat_map(|(row, y)| (block.x0..block.x1).map(move |x| (row + (x - area.x0) as usize, x, y)))
+                };
+                // Where the block is once warped, in steps of the coarse lattice.
+                let (mut low, mut high) = ([i64::MAX; 2], [i64::MIN; 2]);
+                let mut highest_m = f32::NEG_INFINITY;
+                for (index, x, y) in indices() {
+                    let at = [x as f64 + (east[index] * per_vertex) as f64, y as f64 + (south[index] * per_vertex) as f64];
+                    for axis in [0, 1] {
+                        let cell = (at[axis].floor() as i64).div_euclid(COAST_STEP);
+                        low[axis] = low[axis].min(cell);
+                        high[axis] = high[axis].max(cell + 1);
+                    }
+                    highest_m = highest_m.max(land_m[index]);
+                }
+                let (columns, lines) = ((high[0] - low[0] + 1) as usize, (high[1] - low[1] + 1) as usize);
+                let mut table = Vec::with_capacity(columns * lines);
+                for j in 0..lines as i64 {
+                    for i in 0..columns as i64 {
+                        let at = Point::at_vertex((low[0] + i) * COAST_STEP, (low[1] + j) * COAST_STEP);
+                        table.push(self.fields.coast_m(at) as f32);
+                    }
+                }
+                let lowest_m = table.iter().fold(f32::INFINITY, |a, b| a.min(*b));
+                if lowest_m >= highest_m {
+                    continue;
+                }
+                any = true;
+                for (index, x, y) in indices() {
+                    // Relative to the lattice's cell that holds the vertex: exact anywhere.
+                    let (cell_x, cell_y) = (x.div_euclid(COAST_STEP), y.div_euclid(COAST_STEP));
+                    let within = |cell: i64, at: i64, metres: f32| {
+                        let steps = ((at - cell * COAST_STEP) as f32 + metres * per_vertex) / COAST_STEP as f32;
+                        let whole = steps.floor();
+                        (cell + whole as i64, steps - whole)
+                    };
+                    let ((i, u), (j, v)) = (within(cell_x, x, east[index]), within(cell_y, y, south[index]));
+                    let (i, j) = ((i - low[0]).clamp(0, columns as i64 - 2), (j - low[1]).clamp(0, lines as i64 - 2));
+                    let first = j as usize * columns + i as usize;
+                    let north = table[first] + (table[first + 1] - table[first]) * u;
+                    let below = &table[first + columns..];
+                    let south = below[0] + (below[1] - below[0]) * u;
+                    coast_m[index] = north + (south - north) * v;
+                }
+            }
+        }
+        any.then_some(coast_m)
+    }
+
+    /// Heights and water from the valleys and the coast.
+    fn finish(&self, area: Area, aligned: Area, pieces: &Pieces, valleys: &Valleys, coast: Option<&[f32]>) -> Land {
+        let settings = self.fields.settings();
+        let spacing_m = self.spacing_m as f32;
+        let sea_m = self.fields.sea_level_m() as f32;
+        let mut heights = Grid::filled(area, 0.0);
+        let mut kinds = Grid::filled(area, WaterKind::Dry);
+        let mut depths = Grid::filled(area, 0.0);
+        let mut flows = Grid::filled(area, 0.0);
+        let least_half = LEAST_HALF_WIDTH * spacing_m;
+        let widest: Vec<f32> = pieces
+            .all
+            .iter()
+            .map(|piece| {
+                let lake_m = (piece.widest_lake() * self.fields.metres_a_grain()) as f32;
+                (self.fields.river_width_m(mix(piece.area, 1.0)) as f32 / 2.0).max(lake_m).max(least_half)
+            })
+            .collect();
+        for y in area.y0..area.y1 {
+            let start = (y - aligned.y0) as usize * aligned.width() + (area.x0 - aligned.x0) as usize;
+            let row = start..start + area.width();
+            let heights = heights.row_mut(y, area.x0, area.x1);
+            let kinds = kinds.row_mut(y, area.x0, area.x1);
+            let depths = depths.row_mut(y, area.x0, area.x1);
+            let flows = flows.row_mut(y, area.x0, area.x1);
+            for (column, index) in row.enumerate() {
+                let land_m = valleys.height_m[index];
+                let coast_m = coast.map_or(f32::INFINITY, |coast| coast[index]);
+                if coast_m < sea_m {
+                    heights[column] = coast_m.min(land_m);
+                    kinds[column] = WaterKind::Sea;
+                    depths[column] = sea_m - heights[column];
+                    continue;
+                }
+                let number = valleys.piece[index] as usize;
+                if number >= pieces.all.len() {
+                    heights[column] = self.lift.at(coast_m.min(land_m) as f64) as f32;
+                    continue;
+                }
+                if valleys.distance_m[index] > widest[number] {
+                    heights[column] = self.lift.at(land_m.min(coast_m) as f64) as f32;
+                    continue;
+                }
+                // In the channel.
+                let piece = &pieces.all[number];
+                let share = valleys.share[index] as f64;
+                let area_here = mix(piece.area, share);
+                let discharge = self.fields.discharge_m3s(area_here);
+                let half_m = self.fields.river_width_m(area_here) as f32 / 2.0;
+                let lake_m = (mix(piece.lake, share) * self.fields.metres_a_grain()) as f32;
+                let surface_m = mix(piece.level_m, share);
+                let distance_m = valleys.distance_m[index];
+                let ground_m = self.lift.at((land_m.min(coast_m)) as f64) as f32;
+                let surface = self.lift.at(surface_m) as f32;
+                if distance_m < lake_m && lake_m > half_m {
+                    let out = distance_m / lake_m;
+                    let depth = (0.1 * lake_m * (1.0 - out * out)).min(DEEPEST_M);
+                    (heights[column], kinds[column], depths[column]) = (surface - depth, WaterKind::Lake, depth);
+                    flows[column] = discharge as f32;
+                } else if discharge >= settings.spring_m3s && distance_m <= half_m.max(least_half) {
+                    let deepest = self.river_depth_m(discharge);
+                    // A flat floor, and banks where the river is wide enough to have them.
+                    let bank = if half_m > least_half { ((half_m - distance_m) / (0.3 * half_m)).min(1.0) } else { 1.0 };
+                    let depth = deepest * bank.max(0.1);
+                    (heights[column], kinds[column], depths[column]) = (surface - depth, WaterKind::River, depth);
+                    flows[column] = discharge as f32;
+                } else {
+                    heights[column] = ground_m;
+                }
+            }
+        }
+        Land { heights, water: Some(Water { kind: kinds, depth_m: depths, flow_m3s: flows }) }
+    }
+
+    /// Depth of a river in metres, by its discharge: the 3/8 th power, which is all square roots.
+    fn river_depth_m(&self, discharge_m3s: f64) -> f32 {
+        let fourth = discharge_m3s.sqrt().sqrt();
+        ((0.35 * fourth * fourth.sqrt()) as f32).min(DEEPEST_M)
+    }
+}
+
+/// The smallest area that is whole patches and holds another.
+fn aligned(area: Area) -> Area {
+    let (across, down) = (PATCH.0 as i64, PATCH.1 as i64);
+    Area {
+        x0: area.x0.div_euclid(across) * across,
+        y0: area.y0.div_euclid(down) * down,
+        x1: (area.x1 + across - 1).div_euclid(across) * across,
+        y1: (area.y1 + down - 1).div_euclid(down) * down,
+    }
+}
+
+/// Fills the vertices of an area between values at every `step`th vertex of the world.
+fn bilinear(area: Area, step: i64, at: impl Fn(i64, i64) -> f32, out: &mut [f32]) {
+    let (i0, j0) = (area.x0.div_euclid(step), area.y0.div_euclid(step));
+    let columns = ((area.x1 - 1).div_euclid(step) - i0 + 2) as usize;
+    let lines = ((area.y1 - 1).div_euclid(step) - j0 + 2) as usize;
+    let mut table = Vec::with_capacity(columns * lines);
+    for j in 0..lines as i64 {
+        table.extend((0..columns as i64).map(|i| at(i0 + i, j0 + j)));
+    }
+    let scale = 1.0 / step as f32;
+    for (y, row) in (area.y0..area.y1).zip(out.chunks_exact_mut(area.width())) {
+        let j = (y.div_euclid(step) - j0) as usize * columns;
+        let v = y.rem_euclid(step) as f32 * scale;
+        for (x, value) in (area.x0..area.x1).zip(row) {
+            let i = j + (x.div_euclid(step) - i0) as usize;
+            let u = x.rem_euclid(step) as f32 * scale;
+            let north = table[i] + (table[i + 1] - table[i]) * u;
+            let south = table[i + columns] + (table[i + columns + 1] - table[i + columns]) * u;
+            *value = north + (south - north) * v;
+        }
+    }
+}
+
+/// What layers of rock and the ceiling make of a height: it rises strictly, so no pit comes of it.
+#[derive(Clone, Debug)]
+struct Lift {
+    strata: Option<Strata>,
+    seed: u64,
+    knee_m: f64,
+    room_m: f64,
+}
+
+impl Lift {
+    fn new(settings: &FluvialSettings, seed: u64) -> Lift {
+        let knee_m = 0.6 * settings.ceiling_m;
+        Lift { strata: settings.strata.clone(), seed, knee_m, room_m: settings.ceiling_m - knee_m }
+    }
+
+    fn at(&self, height_m: f64) -> f64 {
+        let layered_m = match &self.strata {
+            None => height_m,
+            Some(strata) => {
+                let layers = height_m / strata.thickness_m;
+                let layer = layers.floor();
+                let within = layers - layer;
+                // No two layers are alike.
+                let cliff = strata.cliff * (0.4 + 0.6 * point::chance(self.seed, (layer as i64, 0), 0));
+                let bench = 1.0 - cliff / strata.steepness;
+                let risen = if within < bench {
+                    within * ((1.0 - cliff) / bench)
+                } else {
+                    (1.0 - cliff) + (within - bench) * strata.steepness
+                };
+                (layer + risen) * strata.thickness_m
+            }
+        };
+        let over = layered_m - self.knee_m;
+        if over <= 0.0 { layered_m } else { self.knee_m + over / (1.0 + over / self.room_m) }
+    }
+}

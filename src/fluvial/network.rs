@@ -1,0 +1,467 @@
+//! The network of channels: the trunks, and level by level the tributaries that join what is already there.
+//!
+//! A cell of a level's lattice may hold the head of a channel, which runs straight to the nearest channel of the levels
+//! above it, aslant downstream: straight lines to the nearest point cannot cross each other, nor what they run to. (The
+//! bends come later: [`Fluvial`](super::Fluvial) warps the plane, channels and hills alike.) Where the coast is nearer
+//! a channel runs to the coast. Its bed rises from where it ends, by the law of rivers, and never above the valley
+//! sides that the levels above it make.
+//!
+//! Channels come in chunks of cells, each a pure function of its place that asks for the chunks of the levels above.
+//!
+//! Based on: M. Gaillard, B. Benes, E. Guérin, E. Galin, D. Rohmer, M.-P. Cani, Dendry: a procedural model for dendritic
+//! patterns, 2019 (nested lattices that join the nearest channel).
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use super::fields::Fields;
+use super::point::{Point, chance, length};
+use super::trunk::{Drained, NodeId, Trunks};
+use crate::memory::Memory;
+
+/// The id of a channel: its level, and the cell of that level's lattice that holds its head.
+pub type ChannelId = (u32, i64, i64);
+
+/// A point of a channel's middle line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knot {
+    /// Where it is.
+    pub at: Point,
+    /// Height of the water, or of the floor where it is dry, in metres, before strata and ceiling.
+    pub level_m: f64,
+    /// Area that drains through it, in cells of the trunk lattice.
+    pub area: f64,
+    /// Half width in grains of the lake here, 0 where there is none.
+    pub lake: f64,
+}
+
+/// What a channel runs into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mouth {
+    /// The channel of that id.
+    Channel(ChannelId),
+    /// The sea.
+    Sea,
+    /// A lake that has no outlet, at that node of the trunk lattice.
+    Sink(NodeId),
+}
+
+/// A channel from its head down to its mouth; of a trunk, the part from one node to the next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Its name in the world.
+    pub id: ChannelId,
+    /// From head to mouth, at least two.
+    pub knots: Vec<Knot>,
+    /// What it runs into.
+    pub mouth: Mouth,
+    /// For a trunk, the next node and whether this is that river's own upper course.
+    pub next: Option<(NodeId, bool)>,
+    bounds: [Point; 2],
+}
+
+/// The channels whose heads are in a square of cells.
+#[derive(Debug)]
+struct Chunk {
+    channels: Vec<Arc<Channel>>,
+}
+
+/// Cells a side of a chunk.
+const CHUNK: i64 = 8;
+
+/// Cells that a tributary is long at most, before it runs aslant.
+const JOIN_CELLS: f64 = 2.5;
+
+/// Cells that lie between a head and the nearest channel at least.
+const LEAST_CELLS: f64 = 0.45;
+
+/// How far downstream of the nearest point a tributary ends, as a share of the distance.
+const SLANT: f64 = 0.55;
+
+/// Share of the cells that are left without a channel, so that confluences are not spaced too evenly.
+const LEFT_OUT: f64 = 0.15;
+
+/// Cells that a channel sticks out of the cell of its head at most: (trunks, tributaries).
+///
+/// A trunk runs to a neighbouring node, and its curve bulges by less than its length. A tributary ends within
+/// `JOIN_CELLS * sqrt(1 + SLANT^2)`.
+const REACH_CELLS: (f64, f64) = (2.5, 3.0);
+
+/// Pieces of a trunk on either side of a node that are a lake, and how wide it is, from the node on.
+const LAKE_SHAPE: [f64; 5] = [1.0, 0.94, 0.78, 0.5, 0.0];
+
+/// Streams of chance: a level's begin at its multiple of this.
+const CHANNELS_A_LEVEL: u64 = 1 << 8;
+
+/// The channels of a world.
+#[derive(Debug)]
+pub struct Network {
+    fields: Arc<Fields>,
+    trunks: Trunks,
+    seed: u64,
+    chunks: Memory<ChannelId, Chunk>,
+}
+
+/// The straight pieces of the channels around a place, in a fixed order.
+#[derive(Debug)]
+pub struct Pieces {
+    /// What their lines are relative to.
+    pub origin: Point,
+    /// The channels, in the order of levels, chunks and cells.
+    pub channels: Vec<Arc<Channel>>,
+    /// Their pieces, those of a channel from its head down.
+    pub all: Vec<Piece>,
+}
+
+/// A straight piece of a channel: from one knot to the next. Pairs are a value at its upper end, and how that changes
+/// to its lower end.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// The number of its channel.
+    pub channel: u32,
+    /// The number of the knot at which it begins.
+    pub knot: u32,
+    /// Where it begins, in grains east and south of the origin.
+    pub from: [f64; 2],
+    /// The way from there to where it ends.
+    pub along: [f64; 2],
+    per_square: f64,
+    /// Heights of the water in metres.
+    pub level_m: [f64; 2],
+    /// Areas that drain through it, in cells of the trunk lattice.
+    pub area: [f64; 2],
+    /// Half widths of the rounding of the valley's floor, in grains.
+    pub trough: [f64; 2],
+    /// Half widths of a lake, in grains.
+    pub lake: [f64; 2],
+}
+
+/// The value at a share of the way along a piece.
+pub fn mix([from, change]: [f64; 2], share: f64) -> f64 {
+    from + change * share
+}
+
+impl Piece {
+    /// The share of the piece at which it is nearest to a point, and the square of the distance in grains.
+    fn nearest(&self, to: [f64; 2]) -> (f64, f64) {
+        let off = [to[0] - self.from[0], to[1] - self.from[1]];
+        let t = ((off[0] * self.along[0] + off[1] * self.along[1]) * self.per_square).clamp(0.0, 1.0);
+        let off = [off[0] - self.along[0] * t, off[1] - self.along[1] * t];
+        (t, off[0] * off[0] + off[1] * off[1])
+    }
+
+    /// The largest half width of its lake in grains.
+    pub fn widest_lake(&self) -> f64 {
+        self.lake[0].max(self.lake[0] + self.lake[1])
+    }
+
+    /// Its lowest water in metres.
+    fn lowest_m(&self) -> f64 {
+        self.level_m[0].min(self.level_m[0] + self.level_m[1])
+    }
+
+    /// The height of the valley side that rises from it at a point, for hillsides that rise so many metres a grain.
+    fn side_m(&self, at: [f64; 2], slope: f64) -> f64 {
+        let (t, square) = self.nearest(at);
+        let (trough, shore) = (mix(self.trough, t), mix(self.lake, t));
+        let rise = ((square - shore * shore).max(0.0) + trough * trough).sqrt() - trough;
+        mix(self.level_m, t) + slope * rise
+    }
+}
+
+impl Network {
+    /// The network of a world with these fields.
+    pub fn new(fields: Arc<Fields>, seed: u64) -> Network {
+        Network { trunks: Trunks::new(Arc::clone(&fields), seed), fields, seed, chunks: Memory::new(1 << 11) }
+    }
+
+    /// The trunk lattice.
+    pub fn trunks(&self) -> &Trunks {
+        &self.trunks
+    }
+
+    /// Calls `take` with all channels of a level that may touch a rectangle, in the order of their chunks and ids.
+    pub fn channels(&self, level: u32, [low, high]: [Point; 2], mut take: impl FnMut(&Arc<Channel>)) {
+        let cell = self.fields.side(level);
+        let side = cell * CHUNK;
+        let reach = ((if level == 0 { REACH_CELLS.0 } else { REACH_CELLS.1 }) * cell as f64) as i64;
+        for y in (low.y - reach).div_euclid(side)..=(high.y + reach).div_euclid(side) {
+            for x in (low.x - reach).div_euclid(side)..=(high.x + reach).div_euclid(side) {
+                for channel in &self.chunk((level, x, y)).channels {
+                    let [from, to] = channel.bounds;
+                    if from.x <= high.x && to.x >= low.x && from.y <= high.y && to.y >= low.y {
+                        take(channel);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The pieces of the first `levels` levels that touch a rectangle, relative to `origin`.
+    pub fn pieces(&self, levels: u32, rectangle: [Point; 2], origin: Point) -> Pieces {
+        let [low, high] = rectangle.map(|corner| corner.from(origin));
+        let (mut channels, mut all) = (Vec::new(), Vec::new());
+        for level in 0..levels {
+            self.channels(level, rectangle, |channel| {
+                let before = all.len();
+                for (knot, pair) in channel.knots.windows(2).enumerate() {
+                    let (from, to) = (pair[0].at.from(origin), pair[1].at.from(origin));
+                    let reach = pair[0].lake.max(pair[1].lake);
+                    let outside = |axis: usize| {
+                        let (least, most) = (from[axis].min(to[axis]), from[axis].max(to[axis]));
+                        most + reach < low[axis] || least - reach > high[axis]
+                    };
+                    let along = [to[0] - from[0], to[1] - from[1]];
+                    let square = along[0] * along[0] + along[1] * along[1];
+                    if outside(0) || outside(1) || square == 0.0 {
+                        continue;
+                    }
+                    let values = |value: &dyn Fn(&Knot) -> f64| {
+                        let upper = value(&pair[0]);
+                        [upper, value(&pair[1]) - upper]
+                    };
+                    all.push(Piece {
+                        channel: channels.len() as u32,
+                        knot: knot as u32,
+                        from,
+                        along,
+                        per_square: 1.0 / square,
+                        level_m: values(&|knot| knot.level_m),
+                        area: values(&|knot| knot.area),
+                        trough: values(&|knot| self.fields.trough(knot.area)),
+                        lake: values(&|knot| knot.lake),
+                    });
+                }
+                if all.len() > before {
+                    channels.push(Arc::clone(channel));
+                }
+            });
+        }
+        Pieces { origin, channels, all }
+    }
+
+    fn chunk(&self, id: ChannelId) -> Arc<Chunk> {
+        self.chunks.get(id, || {
+            let (level, x, y) = id;
+            let cells = (0..CHUNK * CHUNK).map(|n| (x * CHUNK + n % CHUNK, y * CHUNK + n / CHUNK));
+            let channels = match level {
+                0 => cells.filter_map(|id| self.trunk(id)).map(Arc::new).collect(),
+                _ => self.tributaries(level, (x, y), cells),
+            };
+            Chunk { channels }
+        })
+    }
+
+    /// Straight pieces of a channel of a level, each about as long as the finest level's cells.
+    fn pieces_of(&self, level: u32) -> usize {
+        1 << (self.fields.levels() - 1 - level).max(2)
+    }
+
+    /// The trunk from a node to the next one downstream; `None` for a sink.
+    fn trunk(&self, id: NodeId) -> Option<Channel> {
+        let drained = self.trunks.drained(id);
+        let to = drained.to?;
+        let below = self.trunks.drained(to);
+        let (here, there) = (self.trunks.node(id), self.trunks.node(to));
+        let straight = there.at.from(here.at);
+        // A river runs through a node in the direction from the one before to the one after.
+        let through = |id: NodeId, drained: &Drained| {
+            let to = self.trunks.node(drained.to?).at;
+            Some(match drained.main {
+                Some(main) => to.from(self.trunks.node(main).at).map(|part| part * 0.5),
+                None => to.from(self.trunks.node(id).at),
+            })
+        };
+        let is_main = below.main == Some(id);
+        let start = through(id, &drained).unwrap_or(straight);
+        let end = match through(to, &below) {
+            Some(end) if is_main => end,
+            Some(end) => [0, 1].map(|axis| 0.5 * (end[axis] + straight[axis])),
+            None => straight,
+        };
+        let pieces = self.pieces_of(0).max(4 * LAKE_SHAPE.len());
+        let dry = if there.sea { self.fields.dry_share(here.at, there.at) } else { 1.0 };
+        let lake_share = (LAKE_SHAPE.len() - 1) as f64 / pieces as f64;
+        let falls = [
+            if drained.lake > 0.0 { lake_share } else { 0.0 },
+            if below.lake > 0.0 { 1.0 - lake_share } else { dry },
+        ];
+        let fall_m = drained.level_m - below.level_m;
+        let length_m = length(straight) * self.fields.metres_a_grain();
+        // What comes from above; a spring has a quarter of its cell.
+        let area_above = (drained.area as f64 - 1.0).max(0.25);
+        let lake = |step: usize, half_width: f64| LAKE_SHAPE.get(step).map_or(0.0, |share| share * half_width);
+        let knot = |step: usize| {
+            let t = step as f64 / pieces as f64;
+            let (t2, t3) = (t * t, t * t * t);
+            // Hermite's cubic, a little less curved.
+            let (leave, go, arrive) = (0.8 * (t3 - 2.0 * t2 + t), 3.0 * t2 - 2.0 * t3, 0.8 * (t3 - t2));
+            let way = [0, 1].map(|axis| start[axis] * leave + straight[axis] * go + end[axis] * arrive);
+            let fallen = ((t - falls[0]) / (falls[1] - falls[0])).clamp(0.0, 1.0);
+            // On the floor of the sea it goes on falling a little.
+            let drowned_m = (t - dry).max(0.0) * length_m * 0.002;
+            Knot {
+                at: here.at.moved(way),
+                level_m: drained.level_m - fall_m * fallen - drowned_m,
+                area: area_above + (drained.area as f64 - area_above) * t,
+                lake: lake(step, drained.lake).max(lake(pieces - step, below.lake)),
+            }
+        };
+        let mut knots: Vec<Knot> = (0..=pieces).map(knot).collect();
+        self.meander(&mut knots, fall_m / (length_m * dry), (0, id.0, id.1));
+        let mouth = match below.to {
+            _ if there.sea => Mouth::Sea,
+            Some(_) => Mouth::Channel((0, to.0, to.1)),
+            None => Mouth::Sink(to),
+        };
+        Some(Channel { next: Some((to, is_main)), ..Channel::new((0, id.0, id.1), knots, mouth) })
+    }
+
+    /// Bends the middle of a channel to and fro where it is flat enough for that.
+    ///
+    /// Based on: L. B. Leopold, M. G. Wolman, River meanders, 1960 (a wave is about eleven widths long).
+    fn meander(&self, knots: &mut [Knot], slope: f64, id: ChannelId) {
+        const STEEPEST: f64 = 0.008;
+        let pieces = knots.len() - 1;
+        let strength = 1.0 - slope / STEEPEST;
+        if strength <= 0.0 {
+            return;
+        }
+        let lines: Vec<Point> = knots.iter().map(|knot| knot.at).collect();
+        let piece = lines[0].distance(lines[pieces]) / pieces as f64;
+        let width = self.fields.river_width_m(knots[pieces].area) / self.fields.metres_a_grain();
+        let wave = (11.0 * width).max(5.0 * piece);
+        let seed = self.seed.wrapping_add(id.0 as u64 * CHANNELS_A_LEVEL);
+        let turn = chance(seed, (id.1, id.2), 8);
+        let mut phase = turn;
+        for step in 1..pieces {
+            // Waves differ in length from one to the next.
+            phase += piece / wave * (0.7 + 0.6 * chance(seed.wrapping_add(step as u64), (id.1, id.2), 9));
+            let t = step as f64 / pieces as f64;
+            // Straight where it begins and ends, and in lakes.
+            let ends = (8.0 * t.min(1.0 - t)).min(1.0);
+            let shore = if knots[step].lake > 0.0 { 0.0 } else { 1.0 };
+            let side = 0.2 * wave * strength * ends * shore * libm::sin(TAU * phase);
+            let way = lines[step + 1].from(lines[step - 1]);
+            let scale = side / length(way);
+            knots[step].at = lines[step].moved([-way[1] * scale, way[0] * scale]);
+        }
+    }
+
+    /// The tributaries of a level whose heads are in some cells of a chunk.
+    fn tributaries(&self, level: u32, chunk: (i64, i64), cells: impl Iterator<Item = NodeId>) -> Vec<Arc<Channel>> {
+        let cell = self.fields.side(level);
+        let origin = Point { x: chunk.0 * CHUNK * cell, y: chunk.1 * CHUNK * cell };
+        // Beyond where a tributary may end it may be under the valley side of what is still further.
+        let pad = ((JOIN_CELLS + 2.0) * cell as f64) as i64;
+        let (low, high) = (-pad, CHUNK * cell + pad);
+        let corner = |offset: i64| Point { x: origin.x + offset, y: origin.y + offset };
+        let above = self.pieces(level, [corner(low), corner(high)], origin);
+        cells.filter_map(|id| self.tributary(level, id, &above)).map(Arc::new).collect()
+    }
+
+    /// The tributary whose head is in a cell, if there is one, given the pieces of the levels above around it.
+    fn tributary(&self, level: u32, id: NodeId, above: &Pieces) -> Option<Channel> {
+        let (fields, cell) = (&self.fields, self.fields.side(level));
+        let seed = self.seed.wrapping_add(level as u64 * CHANNELS_A_LEVEL);
+        if chance(seed, id, 2) < LEFT_OUT {
+            return None;
+        }
+        let corner = Point { x: id.0 * cell, y: id.1 * cell };
+        let head = corner.moved([0, 1].map(|axis| (0.1 + 0.8 * chance(seed, id, axis)) * cell as f64));
+        if fields.potential(head) < fields.sea_potential() {
+            return None;
+        }
+        let origin = above.origin;
+        let from = head.from(origin);
+        let in_lake = |piece: &Piece| {
+            piece.widest_lake() > 0.0 && {
+                let (t, square) = piece.nearest(from);
+                let shore = mix(piece.lake, t);
+                square < shore * shore
+            }
+        };
+        if above.all.iter().any(in_lake) {
+            return None;
+        }
+        // Where it ends: at the nearest channel, or at the coast if that is nearer.
+        let nearest = above
+            .all
+            .iter()
+            .map(|piece| (piece.nearest(from), piece))
+            .min_by(|a, b| a.0.1.partial_cmp(&b.0.1).expect("distances are numbers"));
+        let distance = nearest.map_or(f64::INFINITY, |((_, square), _)| square.sqrt());
+        let (foot, level_m, mouth) = match fields.coast_near(head, distance.min(JOIN_CELLS * cell as f64)) {
+            Some(coast) => (coast, fields.sea_level_m(), Mouth::Sea),
+            None => {
+                let ((t, _), piece) = nearest.filter(|_| distance <= JOIN_CELLS * cell as f64)?;
+                let (piece, t) = downstream(&above.all, piece, t, SLANT * distance);
+                let foot = origin.moved([0, 1].map(|axis| piece.from[axis] + piece.along[axis] * t));
+                (foot, mix(piece.level_m, t), Mouth::Channel(above.channels[piece.channel as usize].id))
+            }
+        };
+        let way = head.from(foot);
+        let reach = length(way);
+        if reach < LEAST_CELLS * cell as f64 {
+            return None;
+        }
+        // The bed, from the mouth up.
+        let uplift = fields.uplift(head);
+        let side_slope = fields.hill_slope(uplift) * fields.metres_a_grain();
+        let middle = [0, 1].map(|axis| foot.from(origin)[axis] + way[axis] / 2.0);
+        let near_square = {
+            let near = 1.5 * reach + 1.5 * cell as f64;
+            near * near
+        };
+        let near: Vec<&Piece> = above.all.iter().filter(|piece| piece.nearest(middle).1 < near_square).collect();
+        let pieces = self.pieces_of(level);
+        let area_end = 0.25f64.powi(level as i32);
+        let area = |share: f64| area_end * (1.0 - 0.75 * share);
+        let step_m = reach / pieces as f64 * fields.metres_a_grain();
+        let mut knots = vec![Knot { at: foot, level_m, area: area_end, lake: 0.0 }];
+        for step in 1..=pieces {
+            let share = step as f64 / pieces as f64;
+            let at = foot.moved(way.map(|part| part * share));
+            let rise_m = step_m * fields.river_slope(uplift, area(share - 0.5 / pieces as f64));
+            let relative = at.from(origin);
+            let below_m = knots[step - 1].level_m;
+            let free_m = below_m + rise_m;
+            let lower = near.iter().filter(|piece| piece.lowest_m() < free_m);
+            let ground_m = lower.map(|piece| piece.side_m(relative, side_slope)).fold(free_m, f64::min);
+            // Across a lake or the floor of a larger valley it rises no more than that does, but always a little.
+            let least_m = below_m + rise_m.min(step_m * 0.0004);
+            let level_m = ground_m.max(least_m);
+            knots.push(Knot { at, level_m, area: area(share), lake: 0.0 });
+        }
+        knots.reverse();
+        Some(Channel::new((level, id.0, id.1), knots, mouth))
+    }
+}
+
+/// The place some grains downstream of a place, at most the end of the channel or of the known pieces.
+fn downstream<'a>(pieces: &'a [Piece], mut piece: &'a Piece, mut t: f64, mut grains: f64) -> (&'a Piece, f64) {
+    loop {
+        let whole = length(piece.along);
+        let left = (1.0 - t) * whole;
+        if grains <= left {
+            return (piece, t + grains / whole);
+        }
+        grains -= left;
+        let follows = |next: &&Piece| next.knot == piece.knot + 1 && next.channel == piece.channel;
+        match pieces.iter().find(follows) {
+            Some(next) => (piece, t) = (next, 0.0),
+            None => return (piece, 1.0),
+        }
+    }
+}
+
+impl Channel {
+    fn new(id: ChannelId, knots: Vec<Knot>, mouth: Mouth) -> Channel {
+        let mut bounds = [knots[0].at; 2];
+        for Knot { at, .. } in &knots {
+            bounds[0] = Point { x: bounds[0].x.min(at.x), y: bounds[0].y.min(at.y) };
+            bounds[1] = Point { x: bounds[1].x.max(at.x), y: bounds[1].y.max(at.y) };
+        }
+        Channel { id, knots, mouth, next: None, bounds }
+    }
+}

@@ -1,0 +1,135 @@
+//! Points finer than the lattice of vertices, and what varies slowly from point to point.
+
+use crate::hash;
+
+/// Grains a vertex: points of networks stand on a lattice that much finer than that of the vertices.
+///
+/// As whole numbers they are exact anywhere, and so are the differences of neighbouring ones in `f32`.
+pub const GRAINS: i64 = 256;
+
+/// A place in the world in grains, east and south of the origin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Point {
+    /// Grains east.
+    pub x: i64,
+    /// Grains south.
+    pub y: i64,
+}
+
+impl Point {
+    /// The point at a vertex.
+    pub const fn at_vertex(x: i64, y: i64) -> Point {
+        Point { x: x * GRAINS, y: y * GRAINS }
+    }
+
+    /// Grains east and south from `origin` to here: exact.
+    pub fn from(self, origin: Point) -> [f64; 2] {
+        [(self.x - origin.x) as f64, (self.y - origin.y) as f64]
+    }
+
+    /// The point some grains east and south of here, rounded to a grain.
+    pub fn moved(self, [east, south]: [f64; 2]) -> Point {
+        Point { x: self.x + round(east), y: self.y + round(south) }
+    }
+
+    /// Grains from here to another point.
+    pub fn distance(self, other: Point) -> f64 {
+        length(other.from(self))
+    }
+}
+
+/// To the nearest whole number, halves up.
+fn round(value: f64) -> i64 {
+    (value + 0.5).floor() as i64
+}
+
+/// The length of a vector.
+pub fn length([x, y]: [f64; 2]) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
+/// A number from 0 to 1 for each id of a lattice and each use that is made of it.
+pub fn chance(seed: u64, id: (i64, i64), channel: u64) -> f64 {
+    const SCALE: f64 = 1.0 / (1u64 << 53) as f64;
+    let hash = hash::stream(hash::stream(hash::stream(seed, channel), id.0 as u64), id.1 as u64);
+    (hash >> 11) as f64 * SCALE
+}
+
+/// Smooth noise from -1 to 1 at single points: octaves of gradient noise, each half as long and half as high.
+///
+/// For the few points of a network; rasters have [`Fractal`](crate::noise::Fractal). Based on: K. Perlin, Improving
+/// Noise, 2002.
+#[derive(Clone, Debug)]
+pub struct PointNoise {
+    octaves: Vec<PointOctave>,
+}
+
+#[derive(Clone, Debug)]
+struct PointOctave {
+    seed: u64,
+    wavelength: i64,
+    amplitude: f64,
+}
+
+impl PointNoise {
+    /// Noise whose first octave is `wavelength` grains long.
+    pub fn new(wavelength: i64, octaves: u32, seed: u64) -> PointNoise {
+        let total: f64 = (0..octaves).map(|octave| 0.5f64.powi(octave as i32)).sum();
+        let octave = |index: u32| PointOctave {
+            seed: hash::stream(seed, index as u64),
+            wavelength: (wavelength >> index).max(1),
+            amplitude: 0.5f64.powi(index as i32) / total,
+        };
+        PointNoise { octaves: (0..octaves).map(octave).collect() }
+    }
+
+    /// The noise at a point.
+    pub fn at(&self, point: Point) -> f64 {
+        self.octaves.iter().fold(0.0, |sum, octave| sum + octave.at(point) * octave.amplitude)
+    }
+}
+
+impl PointOctave {
+    fn at(&self, point: Point) -> f64 {
+        let cell = (point.x.div_euclid(self.wavelength), point.y.div_euclid(self.wavelength));
+        let scale = 1.0 / self.wavelength as f64;
+        let x = point.x.rem_euclid(self.wavelength) as f64 * scale;
+        let y = point.y.rem_euclid(self.wavelength) as f64 * scale;
+        let corner = |i: i64, j: i64| {
+            let hash = hash::stream(hash::stream(self.seed, (cell.0 + i) as u64), (cell.1 + j) as u64);
+            let [gx, gy] = GRADIENTS[(hash >> 60) as usize];
+            gx * (x - i as f64) + gy * (y - j as f64)
+        };
+        let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+        let (u, v) = (fade(x), fade(y));
+        let north = corner(0, 0) + (corner(1, 0) - corner(0, 0)) * u;
+        let south = corner(0, 1) + (corner(1, 1) - corner(0, 1)) * u;
+        // A gradient's length brings the sum to within 1.
+        north + (south - north) * v
+    }
+}
+
+/// Sixteen directions, as long as the square root of two: gradient noise of unit gradients stays within its half.
+const GRADIENTS: [[f64; 2]; 16] = {
+    const A: f64 = std::f64::consts::SQRT_2;
+    const B: f64 = 1.306_562_964_876_376_5;
+    const C: f64 = 0.541_196_100_146_197;
+    [
+        [A, 0.0],
+        [B, C],
+        [1.0, 1.0],
+        [C, B],
+        [0.0, A],
+        [-C, B],
+        [-1.0, 1.0],
+        [-B, C],
+        [-A, 0.0],
+        [-B, -C],
+        [-1.0, -1.0],
+        [-C, -B],
+        [0.0, -A],
+        [C, -B],
+        [1.0, -1.0],
+        [B, -C],
+    ]
+};

@@ -1,0 +1,299 @@
+//! The trunks: the largest rivers, on a coarse lattice of jittered nodes.
+//!
+//! A node drains to the lowest of its eight neighbours by a smooth potential. A node that has no lower neighbour is a
+//! sink: the sea where the potential is below the sea's, otherwise an inland basin. In each of a few rounds every
+//! inland basin spills over the lowest pass of its rim into its neighbour, unless that one spills back and has the
+//! higher sink; what is left after the last round drains into a lake without outlet.
+//!
+//! Each answer is a pure function of the node: links are followed until they end, basins are flooded until they are
+//! whole. What that takes is remembered, keyed by node.
+//!
+//! Based on: G. Cordonnier, B. Bovy, J. Braun, A versatile, linear complexity algorithm for flow routing in
+//! topographies with depressions, 2019 (basins joined over their passes).
+
+use std::sync::Arc;
+
+use super::fields::Fields;
+use super::point::{Point, chance};
+use crate::memory::Memory;
+
+/// A node of the trunk lattice: column and row.
+pub type NodeId = (i64, i64);
+
+/// Rounds in which inland basins spill into their neighbours.
+const SPILL_ROUNDS: usize = 2;
+
+/// A basin that has more nodes spills nowhere, so that a flood always ends.
+const MOST_NODES: usize = 4096;
+
+/// Nodes a side of a patch: what is looked up together.
+const PATCH: i64 = 16;
+
+/// How far a node may stand from the middle of its cell, as a share of the cell's side. Edges to neighbours cannot
+/// cross below a quarter, but for the two diagonals of a square of nodes.
+const JITTER: f64 = 0.24;
+
+/// What is known of a node before any water flows.
+#[derive(Clone, Copy, Debug)]
+pub struct Node {
+    /// Where it stands.
+    pub at: Point,
+    /// Its potential: water flows from high to low.
+    pub potential: f64,
+    /// Whether it stands in the sea.
+    pub sea: bool,
+}
+
+/// All nodes that drain to the same sink, in the order of their ids.
+#[derive(Debug)]
+pub struct Basin {
+    nodes: Vec<(NodeId, Drained)>,
+}
+
+/// A node as its basin drains it.
+#[derive(Clone, Copy, Debug)]
+pub struct Drained {
+    /// Where its water goes; `None` for the sink of the basin.
+    pub to: Option<NodeId>,
+    /// Of the nodes that drain to it, the one with the most area: the river's own upper course.
+    pub main: Option<NodeId>,
+    /// Cells of the trunk lattice that drain through it, its own among them.
+    pub area: u32,
+    /// Height of the valley's floor in metres.
+    pub level_m: f64,
+    /// Half width in grains of the lake here; 0 where there is none.
+    pub lake: f64,
+}
+
+#[derive(Debug)]
+struct Spill {
+    /// The pass: a node of the basin, and the one beyond the rim.
+    pass: Option<(NodeId, NodeId)>,
+    /// The nodes from the pass to the sink, whose links turn around if the basin spills.
+    path: Vec<NodeId>,
+}
+
+/// The trunk lattice of a world.
+#[derive(Debug)]
+pub struct Trunks {
+    seed: u64,
+    fields: Arc<Fields>,
+    patches: Memory<(i64, i64), Vec<Node>>,
+    receivers: Memory<(usize, NodeId), Option<NodeId>>,
+    roots: Memory<(usize, NodeId), NodeId>,
+    rims: Memory<(usize, NodeId), Spill>,
+    spills: Memory<(usize, NodeId), Spill>,
+    basins: Memory<NodeId, Basin>,
+}
+
+impl Trunks {
+    pub fn new(fields: Arc<Fields>, seed: u64) -> Trunks {
+        Trunks {
+            seed,
+            fields,
+            patches: Memory::new(256),
+            receivers: Memory::new(1 << 15),
+            roots: Memory::new(1 << 15),
+            rims: Memory::new(1 << 12),
+            spills: Memory::new(1 << 12),
+            basins: Memory::new(512),
+        }
+    }
+
+    /// The node of an id.
+    pub fn node(&self, id: NodeId) -> Node {
+        let patch = (id.0.div_euclid(PATCH), id.1.div_euclid(PATCH));
+        let nodes = self.patches.get(patch, || {
+            let ids = (0..PATCH * PATCH).map(|n| (patch.0 * PATCH + n % PATCH, patch.1 * PATCH + n / PATCH));
+            ids.map(|id| self.make_node(id)).collect()
+        });
+        nodes[(id.1.rem_euclid(PATCH) * PATCH + id.0.rem_euclid(PATCH)) as usize]
+    }
+
+    fn make_node(&self, id: NodeId) -> Node {
+        let side = self.fields.side(0);
+        let offset = |channel| 0.5 + 2.0 * JITTER * (chance(self.seed, id, channel) - 0.5);
+        let corner = Point { x: id.0 * side, y: id.1 * side };
+        let at = corner.moved([offset(0) * side as f64, offset(1) * side as f64]);
+        let potential = self.fields.potential(at);
+        Node { at, potential, sea: potential < self.fields.sea_potential() }
+    }
+
+    /// The basin of a node, and where its water goes.
+    pub fn drained(&self, id: NodeId) -> Drained {
+        let basin = self.basin(self.root(SPILL_ROUNDS, id));
+        let place = basin.nodes.binary_search_by_key(&id, |(id, _)| *id).expect("a basin holds what drains to its sink");
+        basin.nodes[place].1
+    }
+
+    /// Where the water of a node goes after some rounds of spilling.
+    fn receiver(&self, rounds: usize, id: NodeId) -> Option<NodeId> {
+        *self.receivers.get((rounds, id), || {
+            if rounds == 0 {
+                return self.lowest_neighbour(id);
+            }
+            let before = rounds - 1;
+            let spill = self.spill(before, self.root(before, id));
+            match spill.path.iter().position(|node| *node == id) {
+                Some(0) => spill.pass.map(|(_, beyond)| beyond),
+                Some(place) => Some(spill.path[place - 1]),
+                None => self.receiver(before, id),
+            }
+        })
+    }
+
+    fn lowest_neighbour(&self, id: NodeId) -> Option<NodeId> {
+        let here = self.node(id);
+        if here.sea {
+            return None;
+        }
+        let height = |id: NodeId| (self.node(id).potential, id);
+        let lowest = neighbours(id).map(height).min_by(|a, b| a.partial_cmp(b).expect("potentials are numbers"))?;
+        (lowest < (here.potential, id)).then_some(lowest.1)
+    }
+
+    /// The sink that a node's water reaches after some rounds of spilling.
+    fn root(&self, rounds: usize, id: NodeId) -> NodeId {
+        *self.roots.get((rounds, id), || {
+            let mut root = id;
+            while let Some(next) = self.receiver(rounds, root) {
+                root = next;
+            }
+            root
+        })
+    }
+
+    /// All nodes that drain to a sink after some rounds, found upstream from it: each after the one that it drains to.
+    fn flood(&self, rounds: usize, sink: NodeId) -> Vec<NodeId> {
+        let mut nodes = vec![sink];
+        let mut next = 0;
+        while next < nodes.len() {
+            let id = nodes[next];
+            next += 1;
+            nodes.extend(neighbours(id).filter(|other| self.receiver(rounds, *other) == Some(id)));
+        }
+        nodes
+    }
+
+    /// The lowest pass of a basin's rim and the path from there to its sink.
+    fn rim(&self, rounds: usize, sink: NodeId) -> Arc<Spill> {
+        self.rims.get((rounds, sink), || {
+            let nodes = self.flood(rounds, sink);
+            if nodes.len() > MOST_NODES || self.node(sink).sea {
+                return Spill { pass: None, path: Vec::new() };
+            }
+            let height = |id: NodeId| (self.node(id).potential, id);
+            let mut inside = nodes.clone();
+            inside.sort_unstable();
+            let mut lowest: Option<([(f64, NodeId); 2], NodeId, NodeId)> = None;
+            for &id in &nodes {
+                for other in neighbours(id) {
+                    if inside.binary_search(&other).is_ok() || self.is_crossed(rounds, id, other) {
+                        continue;
+                    }
+                    let (a, b) = (height(id), height(other));
+                    let key = if a < b { [b, a] } else { [a, b] };
+                    if lowest.as_ref().is_none_or(|(least, _, _)| key < *least) {
+                        lowest = Some((key, id, other));
+                    }
+                }
+            }
+            let Some((_, pass, beyond)) = lowest else { return Spill { pass: None, path: Vec::new() } };
+            let mut path = vec![pass];
+            while let Some(next) = self.receiver(rounds, path[path.len() - 1]) {
+                path.push(next);
+            }
+            Spill { pass: Some((pass, beyond)), path }
+        })
+    }
+
+    /// Whether the other diagonal of the square between two diagonal neighbours carries water.
+    fn is_crossed(&self, rounds: usize, a: NodeId, b: NodeId) -> bool {
+        if a.0 == b.0 || a.1 == b.1 {
+            return false;
+        }
+        let (c, d) = ((a.0, b.1), (b.0, a.1));
+        self.receiver(rounds, c) == Some(d) || self.receiver(rounds, d) == Some(c)
+    }
+
+    /// The rim of a basin if it spills: not if its neighbour spills into it and has the higher sink.
+    fn spill(&self, rounds: usize, sink: NodeId) -> Arc<Spill> {
+        self.spills.get((rounds, sink), || {
+            let none = Spill { pass: None, path: Vec::new() };
+            let rim = self.rim(rounds, sink);
+            let Some((pass, beyond)) = rim.pass else { return none };
+            let target = self.root(rounds, beyond);
+            let back = self.rim(rounds, target).pass.map(|(_, beyond)| self.root(rounds, beyond));
+            let height = |id: NodeId| (self.node(id).potential, id);
+            if back == Some(sink) && height(sink) < height(target) {
+                return none;
+            }
+            Spill { pass: Some((pass, beyond)), path: rim.path.clone() }
+        })
+    }
+
+    /// Half width in grains of a node's lake: where the land has a hollow, and where chance wants one.
+    fn lake(&self, id: NodeId) -> f64 {
+        let node = self.node(id);
+        let hollow = self.lowest_neighbour(id).is_none();
+        if node.sea || !(hollow || chance(self.seed, id, 2) < self.fields.settings().lakes) {
+            return 0.0;
+        }
+        self.fields.lake_half_width() * (0.4 + 0.6 * chance(self.seed, id, 3))
+    }
+
+    /// All nodes of a sink with their areas and levels.
+    fn basin(&self, sink: NodeId) -> Arc<Basin> {
+        self.basins.get(sink, || {
+            let ids = self.flood(SPILL_ROUNDS, sink);
+            let mut nodes: Vec<(NodeId, Drained)> = ids
+                .iter()
+                .map(|id| {
+                    let to = if *id == sink { None } else { self.receiver(SPILL_ROUNDS, *id) };
+                    (*id, Drained { to, main: None, area: 1, level_m: 0.0, lake: self.lake(*id) })
+                })
+                .collect();
+            nodes.sort_unstable_by_key(|(id, _)| *id);
+            let place = |nodes: &[(NodeId, Drained)], id: NodeId| {
+                nodes.binary_search_by_key(&id, |(id, _)| *id).expect("a link stays in its basin")
+            };
+            // Areas from the springs down: the reverse of the flood.
+            for id in ids.iter().rev() {
+                let here = nodes[place(&nodes, *id)].1;
+                if let Some(to) = here.to {
+                    let to = place(&nodes, to);
+                    nodes[to].1.area += here.area;
+                    let larger = nodes[to].1.main.is_none_or(|main| {
+                        let main_area = nodes[place(&nodes, main)].1.area;
+                        (here.area, *id) > (main_area, main)
+                    });
+                    if larger {
+                        nodes[to].1.main = Some(*id);
+                    }
+                }
+            }
+            // Levels from the sink up.
+            for id in &ids {
+                let here = place(&nodes, *id);
+                let node = self.node(*id);
+                nodes[here].1.level_m = match nodes[here].1.to {
+                    None => self.fields.sink_level_m(node.sea),
+                    Some(to) => {
+                        let (below_m, there) = (nodes[place(&nodes, to)].1.level_m, self.node(to));
+                        let dry = if there.sea { self.fields.dry_share(node.at, there.at) } else { 1.0 };
+                        let length_m = node.at.distance(there.at) * dry * self.fields.metres_a_grain();
+                        let area = nodes[here].1.area as f64;
+                        below_m + length_m * self.fields.river_slope(self.fields.uplift(node.at), area)
+                    }
+                };
+            }
+            Basin { nodes }
+        })
+    }
+}
+
+/// The eight nodes around one.
+fn neighbours(id: NodeId) -> impl Iterator<Item = NodeId> {
+    const AROUND: [(i64, i64); 8] = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
+    AROUND.into_iter().map(move |(dx, dy)| (id.0 + dx, id.1 + dy))
+}

@@ -1,0 +1,438 @@
+//! Valleys: the lowest of the valley sides that rise from the channels around a vertex.
+//!
+//! From a channel the land rises as `slope * (sqrt(d^2 + f^2) - f)` with the distance d from its water: rounded over the
+//! width f of its floor, then straight. The lowest of all sides has no pits: away from a channel its own side falls to
+//! it, and along a channel the bed falls. Where two sides meet is a crest, sharp or rounded.
+//!
+//! Vertices are done in patches aligned with the world, each with the pieces that can be lowest in it: a bound on how
+//! steep sides are tells which cannot, so leaving them out changes nothing.
+
+use super::fields::Fields;
+use super::network::{Piece, Pieces, mix};
+use super::point::{GRAINS, Point};
+use crate::area::Area;
+use crate::simd::{Kernel, Simd};
+
+/// Vertices of a patch: across, and down. As wide as the widest lanes.
+pub const PATCH: (usize, usize) = (16, 4);
+
+/// Patches of a block, for which pieces are picked before they are for each patch.
+const BLOCK: (usize, usize) = (2, 8);
+
+/// What the valleys are around each vertex of an area whose sides are multiples of a patch's.
+#[derive(Debug, Default)]
+pub struct Valleys {
+    /// Height in metres, before strata, ceiling and gullies.
+    pub height_m: Vec<f32>,
+    /// Metres that the next-best side of another channel lies higher: 0 on a crest.
+    pub crest_m: Vec<f32>,
+    /// Metres from the middle of the channel.
+    pub distance_m: Vec<f32>,
+    /// Unit vector from the channel to the vertex, in the warped plane.
+    pub away: [Vec<f32>; 2],
+    /// The number of the piece that the vertex drains to.
+    pub piece: Vec<u32>,
+    /// The share of the piece at which it is nearest.
+    pub share: Vec<f32>,
+}
+
+impl Valleys {
+    /// Room for some vertices.
+    pub fn with_len(len: usize) -> Valleys {
+        let floats = || vec![0.0; len];
+        Valleys {
+            height_m: floats(),
+            crest_m: floats(),
+            distance_m: floats(),
+            away: [floats(), floats()],
+            piece: vec![0; len],
+            share: floats(),
+        }
+    }
+}
+
+/// Pieces in columns, in metres from the origin of a block.
+#[derive(Debug, Default)]
+struct Columns {
+    from: [Vec<f32>; 2],
+    along: [Vec<f32>; 2],
+    per_square: Vec<f32>,
+    level: [Vec<f32>; 2],
+    trough: [Vec<f32>; 2],
+    water: [Vec<f32>; 2],
+    steepness: Vec<f32>,
+    channel: Vec<u32>,
+    number: Vec<u32>,
+}
+
+/// The computation of the valleys of an area.
+pub struct FillValleys<'a> {
+    /// The fields.
+    pub fields: &'a Fields,
+    /// An area aligned with patches.
+    pub area: Area,
+    /// Metres by which each vertex is displaced before the valleys are read.
+    pub warp: [&'a [f32]; 2],
+    /// Slope of the hillsides at each vertex.
+    pub slope: &'a [f32],
+    /// The pieces around the area.
+    pub pieces: &'a Pieces,
+    /// Metres that pieces matter from: those of all pieces closer than this to a patch must be there.
+    pub reach_m: f32,
+    /// Where it is written.
+    pub out: &'a mut Valleys,
+}
+
+impl Columns {
+    fn clear(&mut self) {
+        let Columns { from, along, per_square, level, trough, water, steepness, channel, number } = self;
+        for column in [from, along, level, trough, water].into_iter().flatten().chain([per_square, steepness]) {
+            column.clear();
+        }
+        channel.clear();
+        number.clear();
+    }
+
+    /// Adds a piece that is given in grains.
+    fn push(&mut self, fields: &Fields, piece: &Piece, number: u32, origin: [f64; 2]) {
+        let metres = fields.metres_a_grain();
+        let Piece { from, along, .. } = piece;
+        let pair = |[upper, change]: [f64; 2]| [upper as f32, change as f32];
+        let level = pair(piece.level_m);
+        let trough = pair(piece.trough.map(|grains| grains * metres));
+        // A bed is as wide as the lattice needs for an unbroken line of vertices in it.
+        let least_m = 0.8 * GRAINS as f64 * metres;
+        let half_width = |end: f64| {
+            let river_m = fields.river_width_m(mix(piece.area, end)) / 2.0;
+            river_m.max(mix(piece.lake, end) * metres).max(least_m)
+        };
+        let upper = half_width(0.0);
+        let water = pair([upper, half_width(1.0) - upper]);
+        let along = along.map(|part| (part * metres) as f32);
+        let square = along[0] * along[0] + along[1] * along[1];
+        for axis in [0, 1] {
+            self.from[axis].push(((from[axis] - origin[axis]) * metres) as f32);
+            self.along[axis].push(along[axis]);
+            self.level[axis].push(level[axis]);
+            self.trough[axis].push(trough[axis]);
+            self.water[axis].push(water[axis]);
+        }
+        self.per_square.push(1.0 / square);
+        let change = |pair: [f32; 2]| pair[1].abs() / square.sqrt();
+        self.steepness.push(change(level) + change(trough) + change(water));
+        self.channel.push(piece.channel);
+        self.number.push(number);
+    }
+
+    fn push_from(&mut self, other: &Columns, index: usize) {
+        for axis in [0, 1] {
+            self.from[axis].push(other.from[axis][index]);
+            self.along[axis].push(other.along[axis][index]);
+            self.level[axis].push(other.level[axis][index]);
+            self.trough[axis].push(other.trough[axis][index]);
+            self.water[axis].push(other.water[axis][index]);
+        }
+        self.per_square.push(other.per_square[index]);
+        self.steepness.push(other.steepness[index]);
+        self.channel.push(other.channel[index]);
+        self.number.push(other.number[index]);
+    }
+
+    /// Whole lanes of pieces: copies of nothing, too far and too high to matter.
+    fn pad(&mut self) {
+        while !self.number.len().is_multiple_of(crate::simd::MAX_LANES) {
+            for axis in [0, 1] {
+                self.from[axis].push(1e18);
+                self.along[axis].push(0.0);
+                self.level[axis].push(0.0);
+                self.trough[axis].push(0.0);
+                self.water[axis].push(0.0);
+            }
+            self.per_square.push(0.0);
+            self.steepness.push(0.0);
+            self.channel.push(u32::MAX);
+            self.number.push(u32::MAX);
+        }
+    }
+}
+
+/// Where a group of vertices is once warped, and how steep its hillsides are.
+struct Spread {
+    middle: [f32; 2],
+    radius: f32,
+    slope: [f32; 2],
+}
+
+impl Kernel for FillValleys<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let (across, down) = (BLOCK.0 * PATCH.0, BLOCK.1 * PATCH.1);
+        let Area { x0, y0, x1, y1 } = self.area;
+        let mut bounds = Bounds::default();
+        let (mut block, mut patch) = (Columns::default(), Columns::default());
+        let mut this = self;
+        let mut y = y0.div_euclid(down as i64) * down as i64;
+        while y < y1 {
+            let mut x = x0.div_euclid(across as i64) * across as i64;
+            while x < x1 {
+                // The part of the block that is wanted.
+                let part = Area {
+                    x0: x.max(x0),
+                    y0: y.max(y0),
+                    x1: (x + across as i64).min(x1),
+                    y1: (y + down as i64).min(y1),
+                };
+                this.block(simd, [x, y], part, &mut block, &mut patch, &mut bounds);
+                x += across as i64;
+            }
+            y += down as i64;
+        }
+    }
+}
+
+/// The bounds of pieces over a group of vertices.
+#[derive(Default)]
+struct Bounds {
+    low: Vec<f32>,
+    square: Vec<f32>,
+}
+
+impl FillValleys<'_> {
+    #[inline(always)]
+    fn block<S: Simd>(
+        &mut self,
+        simd: S,
+        corner: [i64; 2],
+        part: Area,
+        block: &mut Columns,
+        patch: &mut Columns,
+        bounds: &mut Bounds,
+    ) {
+        let corner_point = Point::at_vertex(corner[0], corner[1]);
+        let offset = corner_point.from(self.pieces.origin);
+        let spread = self.spread(corner, part);
+        // Pieces near enough, in metres from the block's corner.
+        block.clear();
+        let metres = self.fields.metres_a_grain();
+        let reach = (self.reach_m + spread.radius * 1.01) as f64;
+        for (number, piece) in self.pieces.all.iter().enumerate() {
+            let Piece { from, along, .. } = piece;
+            let lake = piece.widest_lake();
+            let near = |axis: usize| {
+                let start = (from[axis] - offset[axis]) * metres - spread.middle[axis] as f64;
+                let end = start + along[axis] * metres;
+                start.min(end) <= reach + lake * metres && start.max(end) >= -reach - lake * metres
+            };
+            if near(0) && near(1) {
+                block.push(self.fields, piece, number as u32, offset);
+            }
+        }
+        block.pad();
+        self.measure(simd, block, &spread, bounds);
+        patch.clear();
+        keep(block, bounds, f32::INFINITY, patch);
+        patch.pad();
+        std::mem::swap(block, patch);
+        let mut y = part.y0;
+        while y < part.y1 {
+            let mut x = part.x0;
+            while x < part.x1 {
+                let vertices = Area { x0: x, y0: y, x1: x + PATCH.0 as i64, y1: y + PATCH.1 as i64 };
+                let spread = self.spread(corner, vertices);
+                self.measure(simd, block, &spread, bounds);
+                patch.clear();
+                keep(block, bounds, self.reach_m, patch);
+                self.patch(simd, corner, vertices, patch);
+                x += PATCH.0 as i64;
+            }
+            y += PATCH.1 as i64;
+        }
+    }
+
+    /// Where the vertices of a part of a block are once warped, in metres from the block's corner.
+    #[inline(always)]
+    fn spread(&self, corner: [i64; 2], part: Area) -> Spread {
+        let spacing_m = (self.fields.metres_a_grain() * GRAINS as f64) as f32;
+        let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+        let mut slope = [f32::INFINITY, f32::NEG_INFINITY];
+        for y in part.y0..part.y1 {
+            let row = (y - self.area.y0) as usize * self.area.width();
+            for x in part.x0..part.x1 {
+                let index = row + (x - self.area.x0) as usize;
+                let at = [
+                    (x - corner[0]) as f32 * spacing_m + self.warp[0][index],
+                    (y - corner[1]) as f32 * spacing_m + self.warp[1][index],
+                ];
+                for axis in [0, 1] {
+                    least[axis] = least[axis].min(at[axis]);
+                    most[axis] = most[axis].max(at[axis]);
+                }
+                slope = [slope[0].min(self.slope[index]), slope[1].max(self.slope[index])];
+            }
+        }
+        let half = [(most[0] - least[0]) / 2.0, (most[1] - least[1]) / 2.0];
+        let radius = (half[0] * half[0] + half[1] * half[1]).sqrt();
+        Spread { middle: [least[0] + half[0], least[1] + half[1]], radius, slope }
+    }
+
+    /// Bounds of each piece's side over a group of vertices: the lowest that it can be, less the highest that the lowest
+    /// of all can be; and the square of its distance from the middle.
+    #[inline(always)]
+    fn measure<S: Simd>(&self, simd: S, pieces: &Columns, spread: &Spread, bounds: &mut Bounds) {
+        let len = pieces.number.len();
+        bounds.low.resize(len, 0.0);
+        bounds.square.resize(len, 0.0);
+        let middle = [simd.splat(spread.middle[0]), simd.splat(spread.middle[1])];
+        let (gentle, steep) = (simd.splat(spread.slope[0]), simd.splat(spread.slope[1]));
+        // A little more than the true one, for what rounding does.
+        let radius = simd.splat(spread.radius * 1.001 + 0.01);
+        let mut lowest = simd.splat(f32::INFINITY);
+        for start in (0..len).step_by(S::LANES) {
+            let piece = LanePiece::load(simd, pieces, start);
+            let side = piece.side(simd, middle);
+            let slack = (steep + simd.load(&pieces.steepness[start..]) * (simd.splat(1.0) + steep)) * radius;
+            lowest = simd.min(lowest, side.level + steep * side.rise + slack);
+            simd.store(side.level + gentle * side.rise - slack, &mut bounds.low[start..]);
+            simd.store(side.square, &mut bounds.square[start..]);
+        }
+        let mut lanes = [0.0; crate::simd::MAX_LANES];
+        simd.store(lowest, &mut lanes);
+        let lowest = lanes[..S::LANES].iter().fold(f32::INFINITY, |a, b| a.min(*b));
+        let limit = lowest + self.fields.settings().crest_m as f32;
+        for low in &mut bounds.low {
+            *low -= limit;
+        }
+    }
+
+    /// The valleys of one patch, whose vertices lie in lanes.
+    #[inline(always)]
+    fn patch<S: Simd>(&mut self, simd: S, corner: [i64; 2], vertices: Area, pieces: &Columns) {
+        let spacing_m = simd.splat((self.fields.metres_a_grain() * GRAINS as f64) as f32);
+        let crest_m = simd.splat(self.fields.settings().crest_m as f32);
+        let zero = simd.splat(0.0);
+        for row in 0..PATCH.1 {
+            let y = vertices.y0 + row as i64;
+            for column in (0..PATCH.0).step_by(S::LANES) {
+                let x = vertices.x0 + column as i64;
+                let index = (y - self.area.y0) as usize * self.area.width() + (x - self.area.x0) as usize;
+                let columns = simd.i32_to_f32(simd.lane_numbers() + simd.splat_i32((x - corner[0]) as i32));
+                let at = [
+                    columns * spacing_m + simd.load(&self.warp[0][index..]),
+                    simd.splat((y - corner[1]) as f32) * spacing_m + simd.load(&self.warp[1][index..]),
+                ];
+                let slope = simd.load(&self.slope[index..]);
+                let far = simd.splat(f32::MAX);
+                let (mut best, mut second) = (far, far);
+                let (mut level, mut off, mut share) = (zero, [zero, zero], zero);
+                let (mut channel, mut number) = (simd.splat_u32(u32::MAX), simd.splat_u32(u32::MAX));
+                for piece in 0..pieces.number.len() {
+                    let candidate = LanePiece::splat(simd, pieces, piece);
+                    let side = candidate.side(simd, at);
+                    let height = side.level + slope * side.rise;
+                    let own = simd.splat_u32(pieces.channel[piece]);
+                    let same = simd.eq_u32(own, channel);
+                    let lower = simd.lt(height, best);
+                    // What is not lowest, of another channel than what is.
+                    let rest = simd.select(lower, best, height);
+                    second = simd.select(same, second, simd.min(rest, second));
+                    best = simd.select(lower, height, best);
+                    level = simd.select(lower, side.level, level);
+                    off = [simd.select(lower, side.off[0], off[0]), simd.select(lower, side.off[1], off[1])];
+                    share = simd.select(lower, side.share, share);
+                    channel = simd.select_u32(lower, own, channel);
+                    number = simd.select_u32(lower, simd.splat_u32(pieces.number[piece]), number);
+                }
+                // Round the crest: less near the channel, where none is.
+                let gap = second - best;
+                let round = simd.min(crest_m, best - level);
+                let over = simd.max(round - gap, zero);
+                let quarter = over * over / (simd.max(round, simd.splat(1e-3)) * simd.splat(4.0));
+                let distance = simd.sqrt(off[0] * off[0] + off[1] * off[1]);
+                let per_metre = simd.splat(1.0) / simd.max(distance, simd.splat(1e-3));
+                simd.store(best - quarter, &mut self.out.height_m[index..]);
+                simd.store(gap, &mut self.out.crest_m[index..]);
+                simd.store(distance, &mut self.out.distance_m[index..]);
+                simd.store(off[0] * per_metre, &mut self.out.away[0][index..]);
+                simd.store(off[1] * per_metre, &mut self.out.away[1][index..]);
+                simd.store(share, &mut self.out.share[index..]);
+                simd.store_u32(number, &mut self.out.piece[index..]);
+            }
+        }
+    }
+}
+
+/// Copies the pieces that may be lowest, or nearly so, and are within a distance.
+#[inline(always)]
+fn keep(pieces: &Columns, bounds: &Bounds, reach_m: f32, into: &mut Columns) {
+    for index in 0..pieces.number.len() {
+        if bounds.low[index] <= 0.0 && bounds.square[index] <= reach_m * reach_m && pieces.number[index] != u32::MAX {
+            into.push_from(pieces, index);
+        }
+    }
+}
+
+/// Pieces in lanes, or one in all of them.
+#[derive(Clone, Copy)]
+struct LanePiece<S: Simd> {
+    from: [S::F32; 2],
+    along: [S::F32; 2],
+    per_square: S::F32,
+    level: [S::F32; 2],
+    trough: [S::F32; 2],
+    water: [S::F32; 2],
+}
+
+/// The side of a piece's valley at a point.
+struct LaneSide<S: Simd> {
+    level: S::F32,
+    /// What the slope of the hillside is multiplied by.
+    rise: S::F32,
+    off: [S::F32; 2],
+    square: S::F32,
+    share: S::F32,
+}
+
+impl<S: Simd> LanePiece<S> {
+    #[inline(always)]
+    fn load(simd: S, pieces: &Columns, start: usize) -> LanePiece<S> {
+        let Columns { from, along, per_square, level, trough, water, .. } = pieces;
+        LanePiece {
+            from: [simd.load(&from[0][start..]), simd.load(&from[1][start..])],
+            along: [simd.load(&along[0][start..]), simd.load(&along[1][start..])],
+            per_square: simd.load(&per_square[start..]),
+            level: [simd.load(&level[0][start..]), simd.load(&level[1][start..])],
+            trough: [simd.load(&trough[0][start..]), simd.load(&trough[1][start..])],
+            water: [simd.load(&water[0][start..]), simd.load(&water[1][start..])],
+        }
+    }
+
+    #[inline(always)]
+    fn splat(simd: S, pieces: &Columns, index: usize) -> LanePiece<S> {
+        let Columns { from, along, per_square, level, trough, water, .. } = pieces;
+        LanePiece {
+            from: [simd.splat(from[0][index]), simd.splat(from[1][index])],
+            along: [simd.splat(along[0][index]), simd.splat(along[1][index])],
+            per_square: simd.splat(per_square[index]),
+            level: [simd.splat(level[0][index]), simd.splat(level[1][index])],
+            trough: [simd.splat(trough[0][index]), simd.splat(trough[1][index])],
+            water: [simd.splat(water[0][index]), simd.splat(water[1][index])],
+        }
+    }
+
+    #[inline(always)]
+    fn side(&self, simd: S, at: [S::F32; 2]) -> LaneSide<S> {
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+        let off = [at[0] - self.from[0], at[1] - self.from[1]];
+        let share = (off[0] * self.along[0] + off[1] * self.along[1]) * self.per_square;
+        let share = simd.min(simd.max(share, zero), one);
+        let off = [off[0] - self.along[0] * share, off[1] - self.along[1] * share];
+        let square = off[0] * off[0] + off[1] * off[1];
+        let trough = self.trough[0] + self.trough[1] * share;
+        let water = self.water[0] + self.water[1] * share;
+        let beyond = simd.max(square - water * water, zero);
+        let rise = simd.sqrt(beyond + trough * trough) - trough;
+        LaneSide { level: self.level[0] + self.level[1] * share, rise, off, square, share }
+    }
+}
