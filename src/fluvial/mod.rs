@@ -23,6 +23,7 @@ pub mod point;
 pub mod settings;
 pub mod trunk;
 mod valley;
+mod warp;
 
 use std::sync::Arc;
 
@@ -30,7 +31,6 @@ use crate::area::Area;
 use crate::clock::Clock;
 use crate::grid::Grid;
 use crate::hash;
-use crate::noise::{Fractal, FractalKind, FractalSpec};
 use crate::preset::Preset;
 use crate::simd::dispatch;
 use fields::Fields;
@@ -38,6 +38,7 @@ use network::{Network, Pieces, mix};
 use point::Point;
 use settings::{FluvialSettings, Strata};
 use valley::{FillValleys, PATCH, Valleys};
+use warp::Warp;
 
 /// A world's relief, made by water.
 #[derive(Debug)]
@@ -45,8 +46,7 @@ pub struct Fluvial {
     spacing_m: f64,
     fields: Arc<Fields>,
     network: Network,
-    warp: [Fractal; 2],
-    warp_m: f32,
+    warp: Warp,
     lift: Lift,
 }
 
@@ -87,8 +87,6 @@ pub enum WaterKind {
 
 /// Streams of chance.
 mod stream {
-    pub const WARP_EAST: u64 = 8 << 32;
-    pub const WARP_SOUTH: u64 = 9 << 32;
     pub const NETWORK: u64 = 10 << 32;
 }
 
@@ -111,26 +109,31 @@ impl Fluvial {
     /// The relief of a checked preset with those settings.
     pub(crate) fn new(preset: &Preset, settings: &FluvialSettings, seed: u64) -> Fluvial {
         let fields = Arc::new(Fields::new(preset, settings, seed));
-        let finest_m = fields.side(fields.levels() - 1) as f64 * fields.metres_a_grain();
-        let spec = FractalSpec {
-            kind: FractalKind::Fbm,
-            octaves: 5,
-            wavelength_m: 16.0 * finest_m,
-            lacunarity: 2.0,
-            h: 1.3,
-        };
-        let fractal = |stream| Fractal::new(&spec, preset.spacing_m, hash::stream(seed, stream));
         Fluvial {
             spacing_m: preset.spacing_m,
             network: Network::new(Arc::clone(&fields), hash::stream(seed, stream::NETWORK)),
-            warp: [fractal(stream::WARP_EAST), fractal(stream::WARP_SOUTH)],
-            warp_m: (2.0 * settings.bend * finest_m) as f32,
+            warp: Warp::new(&fields, preset.spacing_m, seed),
             lift: Lift::new(settings, seed),
             fields,
         }
     }
 
-    /// The rivers.
+    /// The fields that it grows from.
+    pub fn fields(&self) -> &Fields {
+        &self.fields
+    }
+
+    /// Where in the world a point of the network lies: the network is straight, and the world is not.
+    pub fn in_world(&self, network: Point) -> Point {
+        self.warp.undo(network)
+    }
+
+    /// Height in metres of the land, or of water, that the network has at a level.
+    pub fn lifted_m(&self, level_m: f64) -> f64 {
+        self.lift.at(level_m)
+    }
+
+    /// The rivers, straight as they are before the plane is warped.
     pub fn network(&self) -> &Network {
         &self.network
     }
@@ -158,7 +161,7 @@ impl Fluvial {
     pub fn land(&self, area: Area, clock: &Clock) -> Land {
         let aligned = aligned(area);
         // Where the valleys are read.
-        let [east, south] = clock.time("warp", || self.warps(aligned));
+        let [east, south] = clock.time("warp", || self.warp.fill(aligned));
         // The channels around.
         let pieces = clock.time("network", || self.pieces(aligned));
         let slope = self.slopes(aligned);
@@ -178,27 +181,15 @@ impl Fluvial {
         clock.time("water", || self.finish(area, aligned, &pieces, &valleys, coast.as_deref()))
     }
 
-    /// Metres by which the vertices of an area are displaced, east and south.
-    fn warps(&self, area: Area) -> [Vec<f32>; 2] {
-        [&self.warp[0], &self.warp[1]].map(|fractal| {
-            let mut metres = vec![0.0; area.len()];
-            fractal.fill(area, &mut metres);
-            metres.iter_mut().for_each(|metres| *metres *= self.warp_m);
-            metres
-        })
-    }
-
     /// The pieces of channels that matter to an area.
     fn pieces(&self, area: Area) -> Pieces {
-        let warp_m = [&self.warp[0], &self.warp[1]].map(|fractal| {
-            let (low, high) = fractal.bounds();
-            low.abs().max(high.abs()) * self.warp_m
+        let pad = self.warp.most_m().map(|metres| {
+            ((metres + self.reach_m()) / self.fields.metres_a_grain()).ceil() as i64
         });
-        let pad = |metres: f32| ((metres as f64 + self.reach_m()) / self.fields.metres_a_grain()).ceil() as i64;
         let (low, high) = (Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1, area.y1));
         let rectangle = [
-            Point { x: low.x - pad(warp_m[0]), y: low.y - pad(warp_m[1]) },
-            Point { x: high.x + pad(warp_m[0]), y: high.y + pad(warp_m[1]) },
+            Point { x: low.x - pad[0], y: low.y - pad[1] },
+            Point { x: high.x + pad[0], y: high.y + pad[1] },
         ];
         self.network.pieces(self.fields.levels(), rectangle, low)
     }

@@ -1,0 +1,102 @@
+//! The warp: what bends the straight lines of the network, and crests and hillsides with them.
+//!
+//! The land at a vertex is that of the network's plane at the vertex displaced by smooth noise. The displacement changes
+//! by less than a vertex from one vertex to the next, so the plane is bent but never folded: lines that do not cross in
+//! the network do not cross in the world.
+
+use crate::area::Area;
+use crate::fluvial::fields::Fields;
+use crate::fluvial::point::{GRAINS, Point};
+use crate::hash;
+use crate::memory::Memory;
+use crate::noise::{Fractal, FractalKind, FractalSpec};
+
+/// Displacements east and south of all vertices.
+#[derive(Debug)]
+pub struct Warp {
+    axes: [Fractal; 2],
+    distance_m: f32,
+    spacing_m: f64,
+    patches: Memory<(i64, i64), [Vec<f32>; 2]>,
+}
+
+/// Streams of chance.
+mod stream {
+    pub const EAST: u64 = 8 << 32;
+    pub const SOUTH: u64 = 9 << 32;
+}
+
+/// Cells a side of a patch of displacements that is remembered.
+const PATCH: i64 = 64;
+
+impl Warp {
+    pub fn new(fields: &Fields, spacing_m: f64, seed: u64) -> Warp {
+        let finest_m = fields.side(fields.levels() - 1) as f64 * fields.metres_a_grain();
+        // From the valleys of the middle levels down to little more than those of the finest.
+        let spec = FractalSpec {
+            kind: FractalKind::Fbm,
+            octaves: 5,
+            wavelength_m: 16.0 * finest_m,
+            lacunarity: 2.0,
+            h: 1.3,
+        };
+        let fractal = |stream| Fractal::new(&spec, spacing_m, hash::stream(seed, stream));
+        Warp {
+            axes: [fractal(stream::EAST), fractal(stream::SOUTH)],
+            distance_m: (2.0 * fields.settings().bend * finest_m) as f32,
+            spacing_m,
+            patches: Memory::new(512),
+        }
+    }
+
+    /// Metres by which the vertices of an area are displaced, east and south.
+    pub fn fill(&self, area: Area) -> [Vec<f32>; 2] {
+        self.axes.each_ref().map(|fractal| {
+            let mut metres = vec![0.0; area.len()];
+            fractal.fill(area, &mut metres);
+            metres.iter_mut().for_each(|metres| *metres *= self.distance_m);
+            metres
+        })
+    }
+
+    /// Metres that no displacement exceeds, east and south.
+    pub fn most_m(&self) -> [f64; 2] {
+        self.axes.each_ref().map(|fractal| {
+            let (low, high) = fractal.bounds();
+            (low.abs().max(high.abs()) * self.distance_m) as f64
+        })
+    }
+
+    /// The point of the world that is displaced to a point of the network.
+    pub fn undo(&self, network: Point) -> Point {
+        // Each step leaves less than the steepest part of the displacement of what was missing.
+        const STEPS: usize = 40;
+        let mut world = network;
+        for _ in 0..STEPS {
+            let next = network.moved(self.at(world).map(|grains| -grains));
+            if next == world {
+                break;
+            }
+            world = next;
+        }
+        world
+    }
+
+    /// The displacement of any point in grains: that of the four vertices around it, mixed.
+    fn at(&self, point: Point) -> [f64; 2] {
+        let vertex = (point.x.div_euclid(GRAINS), point.y.div_euclid(GRAINS));
+        let patch = (vertex.0.div_euclid(PATCH), vertex.1.div_euclid(PATCH));
+        let side = PATCH as usize + 1;
+        let metres = self.patches.get(patch, || self.fill(Area::new(patch.0 * PATCH, patch.1 * PATCH, side, side)));
+        let first = (vertex.1.rem_euclid(PATCH) as usize) * side + vertex.0.rem_euclid(PATCH) as usize;
+        let [u, v] = [point.x, point.y].map(|grains| grains.rem_euclid(GRAINS) as f64 / GRAINS as f64);
+        metres.each_ref().map(|metres| {
+            let row = |first: usize| {
+                let (west, east) = (metres[first] as f64, metres[first + 1] as f64);
+                west + (east - west) * u
+            };
+            let (north, south) = (row(first), row(first + side));
+            (north + (south - north) * v) / self.spacing_m * GRAINS as f64
+        })
+    }
+}
