@@ -392,7 +392,7 @@ struct Lift {
 
 impl Lift {
     fn new(settings: &FluvialSettings, seed: u64) -> Lift {
-        let knee_m = 0.6 * settings.ceiling_m;
+        let knee_m = settings.knee * settings.ceiling_m;
         Lift { strata: settings.strata.clone(), seed, knee_m, room_m: settings.ceiling_m - knee_m }
     }
 

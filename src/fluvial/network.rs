@@ -11,7 +11,7 @@
 //! Based on: M. Gaillard, B. Benes, E. Guérin, E. Galin, D. Rohmer, M.-P. Cani, Dendry: a procedural model for dendritic
 //! patterns, 2019 (nested lattices that join the nearest channel).
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use super::fields::Fields;
@@ -418,10 +418,14 @@ impl Network {
         let area_end = 0.25f64.powi(level as i32);
         let area = |share: f64| area_end * (1.0 - 0.75 * share);
         let step_m = reach / pieces as f64 * fields.metres_a_grain();
+        // To and fro by shares of its length, so little that it keeps to its own side.
+        let wander = [0.1, 0.06, 0.03].map(|most| most * (2.0 * chance(seed, id, (most * 100.0) as u64) - 1.0));
         let mut knots = vec![Knot { at: foot, level_m, area: area_end, lake: 0.0 }];
         for step in 1..=pieces {
             let share = step as f64 / pieces as f64;
-            let at = foot.moved(way.map(|part| part * share));
+            let side = wander.iter().zip([1.0, 2.0, 3.0]).map(|(swing, wave)| swing * libm::sin(PI * wave * share));
+            let side: f64 = side.sum();
+            let at = foot.moved([way[0] * share - way[1] * side, way[1] * share + way[0] * side]);
             let rise_m = step_m * fields.river_slope(uplift, area(share - 0.5 / pieces as f64));
             let relative = at.from(origin);
             let below_m = knots[step - 1].level_m;

@@ -27,7 +27,7 @@ pub struct FluvialSettings {
     pub trunk_slope: f64,
     /// Slope that no river exceeds, as a share of that of the hillsides, 0.05 to 0.9. Default: 0.45.
     pub channel_slope: f64,
-    /// Slope of hillsides where there is no uplift and where it is whole, 0.02 to 2. Default: [0.2, 0.8].
+    /// Slope of hillsides where there is no uplift and where it is whole, 0.005 to 2. Default: [0.2, 0.8].
     pub hill_slope: [f64; 2],
     /// Where the land rises, and so is mountainous.
     pub uplift: Uplift,
@@ -36,12 +36,15 @@ pub struct FluvialSettings {
     pub valley: f64,
     /// Metres of height by which crests are rounded off, 0 to 1000. Default: 20.
     pub crest_m: f64,
-    /// How far all lines bend from the straight, 0 to 1. Default: 0.6.
+    /// How far all lines bend from the straight, 0 to 1. Default: 0.9.
     pub bend: f64,
     /// Gullies on the hillsides: their depth as a share of what slope and spacing allow, 0 to 1. Default: 0.5.
     pub gullies: f64,
     /// No land is higher than this many metres, and what comes near is pressed together. Default: 4800.
     pub ceiling_m: f64,
+    /// Share of the ceiling from which on the land is pressed together, 0.1 to 0.98: near 1, and what would be higher is a
+    /// plateau. Default: 0.6.
+    pub knee: f64,
     /// Layers of rock which the land meets as it rises. Default: none.
     pub strata: Option<Strata>,
     /// Rain that runs off, in metres a year, 0.01 to 10. Default: 0.8.
@@ -72,9 +75,10 @@ impl Default for FluvialSettings {
             uplift: Uplift::default(),
             valley: 0.03,
             crest_m: 20.0,
-            bend: 0.6,
+            bend: 0.9,
             gullies: 0.5,
             ceiling_m: 4800.0,
+            knee: 0.6,
             strata: None,
             runoff_m: 0.8,
             river_width_m: 5.0,
@@ -157,7 +161,7 @@ impl FluvialSettings {
         path.key("trunk_slope").within(self.trunk_slope, 0.0001..=0.2)?;
         path.key("channel_slope").within(self.channel_slope, 0.05..=0.9)?;
         for end in 0..2 {
-            path.key("hill_slope").index(end).within(self.hill_slope[end], 0.02..=2.0)?;
+            path.key("hill_slope").index(end).within(self.hill_slope[end], 0.005..=2.0)?;
         }
         let uplift = path.key("uplift");
         self.uplift.mask.check(&uplift.key("mask"), spacing_m)?;
@@ -167,6 +171,7 @@ impl FluvialSettings {
         path.key("bend").within(self.bend, 0.0..=1.0)?;
         path.key("gullies").within(self.gullies, 0.0..=1.0)?;
         path.key("ceiling_m").within(self.ceiling_m, 10.0..=HEIGHT_LIMIT_M / 10.0)?;
+        path.key("knee").within(self.knee, 0.1..=0.98)?;
         if let Some(strata) = &self.strata {
             let path = path.key("strata");
             path.key("thickness_m").within(strata.thickness_m, 1.0..=1000.0)?;

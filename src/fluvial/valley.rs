@@ -311,7 +311,7 @@ impl FillValleys<'_> {
     fn patch<S: Simd>(&mut self, simd: S, corner: [i64; 2], vertices: Area, pieces: &Columns) {
         let spacing_m = simd.splat((self.fields.metres_a_grain() * GRAINS as f64) as f32);
         let crest_m = simd.splat(self.fields.settings().crest_m as f32);
-        let zero = simd.splat(0.0);
+        let (zero, three) = (simd.splat(0.0), simd.splat(3.0));
         for row in 0..PATCH.1 {
             let y = vertices.y0 + row as i64;
             for column in (0..PATCH.0).step_by(S::LANES) {
@@ -324,8 +324,8 @@ impl FillValleys<'_> {
                 ];
                 let slope = simd.load(&self.slope[index..]);
                 let far = simd.splat(f32::MAX);
-                let (mut best, mut second) = (far, far);
-                let (mut level, mut off, mut share) = (zero, [zero, zero], zero);
+                let (mut best, mut second, mut room) = (far, far, far);
+                let (mut off, mut share) = ([zero, zero], zero);
                 let (mut channel, mut number) = (simd.splat_u32(u32::MAX), simd.splat_u32(u32::MAX));
                 for piece in 0..pieces.number.len() {
                     let candidate = LanePiece::splat(simd, pieces, piece);
@@ -337,16 +337,17 @@ impl FillValleys<'_> {
                     // What is not lowest, of another channel than what is.
                     let rest = simd.select(lower, best, height);
                     second = simd.select(same, second, simd.min(rest, second));
+                    room = simd.min(room, three * height - side.level);
                     best = simd.select(lower, height, best);
-                    level = simd.select(lower, side.level, level);
                     off = [simd.select(lower, side.off[0], off[0]), simd.select(lower, side.off[1], off[1])];
                     share = simd.select(lower, side.share, share);
                     channel = simd.select_u32(lower, own, channel);
                     number = simd.select_u32(lower, simd.splat_u32(pieces.number[piece]), number);
                 }
-                // Round the crest: less near the channel, where none is.
+                // Round the crest, by no more than it stands above a channel: the least of (height - level) and twice
+                // what a side is higher than the best, which has no step where the best or the second changes.
                 let gap = second - best;
-                let round = simd.min(crest_m, best - level);
+                let round = simd.max(simd.min(crest_m, room - (best + best)), zero);
                 let over = simd.max(round - gap, zero);
                 let quarter = over * over / (simd.max(round, simd.splat(1e-3)) * simd.splat(4.0));
                 let distance = simd.sqrt(off[0] * off[0] + off[1] * off[1]);

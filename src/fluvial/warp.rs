@@ -38,12 +38,12 @@ impl Warp {
             octaves: 5,
             wavelength_m: 16.0 * finest_m,
             lacunarity: 2.0,
-            h: 1.3,
+            h: 1.6,
         };
         let fractal = |stream| Fractal::new(&spec, spacing_m, hash::stream(seed, stream));
         Warp {
             axes: [fractal(stream::EAST), fractal(stream::SOUTH)],
-            distance_m: (2.0 * fields.settings().bend * finest_m) as f32,
+            distance_m: (1.1 * fields.settings().bend * finest_m) as f32,
             spacing_m,
             patches: Memory::new(512),
         }
