@@ -113,12 +113,12 @@ pub(super) fn lane_fraction(position: u128) -> u32 {
 }
 
 /// `value` in [0, 2^32) with 96 bits of fraction; exact, for a double has fewer bits.
-fn fixed_point(value: f64) -> u128 {
+pub(super) fn fixed_point(value: f64) -> u128 {
     (value * (1_u128 << FRACTION_BITS) as f64) as u128
 }
 
 /// A bijection of 64 bits in which every bit depends on every other. Based on: the output function of SplitMix64.
-fn mix(seed: u64) -> u64 {
+pub(super) fn mix(seed: u64) -> u64 {
     let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -161,6 +161,15 @@ pub(super) mod hash {
         let once = (both ^ simd.shr::<16>(both)) * simd.splat_u32(HASH_MIX[0]);
         let twice = (once ^ simd.shr::<15>(once)) * simd.splat_u32(HASH_MIX[1]);
         simd.shr::<28>(twice)
+    }
+
+    /// All 32 bits of chance at the points with these shares; [`gradient_lanes`] takes the upper four.
+    #[inline(always)]
+    pub fn word_lanes<S: Simd>(simd: S, of_u: S::U32, of_v: S::U32) -> S::U32 {
+        let both = of_u ^ of_v;
+        let once = (both ^ simd.shr::<16>(both)) * simd.splat_u32(HASH_MIX[0]);
+        let twice = (once ^ simd.shr::<15>(once)) * simd.splat_u32(HASH_MIX[1]);
+        twice ^ simd.shr::<16>(twice)
     }
 
     /// [`of_u`] of the next column.

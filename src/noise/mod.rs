@@ -17,6 +17,8 @@
 //!
 //! Vector operations for a vector and octave: 29 bump by bump where three bumps overlap (7 each), 66 row by row, 102
 //! vertex by vertex, all with 7 to fold a ridged octave.
+//!
+//! [`Stripes`] are another noise on positions just as exact: waves along a given direction (`stripes.rs`).
 
 mod bounds;
 mod fold;
@@ -25,8 +27,10 @@ mod lattice;
 mod rows;
 mod simplex;
 mod splat;
+mod stripes;
 
 pub use fractal::{Fractal, FractalKind, FractalSpec};
+pub use stripes::Stripes;
 
 #[cfg(test)]
 mod tests;
