@@ -30,6 +30,8 @@
 //!      |          noise/ over simd.rs: fractals of simplex noise
 //!   agents/     bare heights -> rivers and roads, whole              reach: the tiles that a path may cross
 //!      |
+//!   places/     a Land -> settlements, names, roads between them     reach: 3 site cells; not yet read by tile/
+//!      |
 //!   tile/       heights, paths -> carved, normals -> blend weights   pad HEIGHT_PAD = 1
 //!      |
 //!   bake.rs     Region -> all its tiles, in parallel, in order
@@ -88,6 +90,7 @@ pub mod fluvial;
 pub mod preset;
 pub mod relief;
 pub mod agents;
+pub mod places;
 pub mod world;
 pub mod tile;
 pub mod registry;

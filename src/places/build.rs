@@ -1,0 +1,286 @@
+//! A road is built: a way is found, rounded, checked, carried over the waters and given its heights.
+
+use std::collections::BTreeSet;
+
+use crate::places::ground::{Ground, Rivers, Window};
+use crate::places::land::{FIXED, Land};
+use crate::places::line::{Line, length_m};
+use crate::places::profile::Demands;
+use crate::places::road::{Road, RoadClass, RoadKind, RoadPoint, bounds};
+use crate::places::route::{Domain, Node, SHORE_M, Search, Way};
+use crate::places::settings::{PlacesSettings, Standard};
+use crate::places::site::Site;
+
+/// How far corners are rounded; the next is tried where a rounder line would run into water.
+const SOFTNESS: [f64; 3] = [1.0, 0.5, 0.0];
+
+/// Ways that are tried; after each, the legs that did not do are closed to the next.
+const TRIES: usize = 8;
+
+/// Metres from a river's edge to where a bridge rests.
+const REST_M: f64 = 1.0;
+
+/// Metres from the water's surface down to a ford, at least, and more that a ford may lie lower.
+const FORD_M: [f64; 2] = [0.2, 0.3];
+
+/// The least clearance of a bridge where its full one would be too steep to climb to.
+const LEAST_CLEARANCE_M: f64 = 0.3;
+
+/// Share of the maximum grade that profiles are made with; the rest is for rounding to 1/256 vertex and to `f32`.
+const GRADE_SHARE: f64 = 0.995;
+
+/// What a road is built with.
+pub(super) struct Builder<'a> {
+    pub settings: &'a PlacesSettings,
+    pub seed: u64,
+    pub ground: &'a Ground,
+    pub land: &'a dyn Land,
+}
+
+/// Points of a line that are carried over water.
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    first: usize,
+    last: usize,
+    kind: RoadKind,
+    /// Height of the water's surface; of lakes and the sea it is not known before the heights of their shores are.
+    level_m: Option<f64>,
+}
+
+impl Builder<'_> {
+    /// The road from one site to another, if there is a way: where the land has none for the class that the two ask for,
+    /// one of a lower class.
+    pub fn road(&self, a: &Site, b: &Site) -> Option<Road> {
+        let scale = &self.ground.scale;
+        let [from, to] = [a.at, b.at].map(|at| at.map(|at| at.div_euclid(scale.step)));
+        let window = self.window(from, to);
+        let rivers = Rivers::new(&window, scale, SHORE_M.max(REST_M) + 1.0);
+        let asked = RoadClass::between(a, b);
+        let classes = [RoadClass::Highway, RoadClass::Road, RoadClass::Track];
+        classes
+            .into_iter()
+            .filter(|class| *class <= asked)
+            .find_map(|class| self.of_class(class, &window, &rivers, a, b))
+    }
+
+    fn of_class(&self, class: RoadClass, window: &Window, rivers: &Rivers, a: &Site, b: &Site) -> Option<Road> {
+        let scale = &self.ground.scale;
+        let standard = self.settings.standard(class);
+        let [from, to] = [a.at, b.at].map(|at| at.map(|at| at.div_euclid(scale.step)));
+        let inside = |node: Node| [node[0] - window.at[0], node[1] - window.at[1]];
+        let mut closed = BTreeSet::new();
+        for _ in 0..TRIES {
+            let search = Search { window, rivers, scale, standard, seed: self.seed, closed: &closed };
+            let way = search.way(inside(from), inside(to))?;
+            let mut culprits = BTreeSet::new();
+            for softness in SOFTNESS {
+                let line = Line::along(&way, scale, standard.radius_m, softness);
+                match self.on_line(&line, &way, window, rivers, &standard, (a, b)) {
+                    Ok(points) => return Some(self.finished(class, &standard, points, a, b)),
+                    Err(legs) => culprits = legs,
+                }
+            }
+            closed.extend(culprits.iter().map(|leg| (way.nodes[*leg], way.nodes[leg + 1])));
+        }
+        None
+    }
+
+    /// The land under all ways between two nodes.
+    fn window(&self, a: Node, b: Node) -> Window {
+        let (dx, dy) = ((b[0] - a[0]) as f64, (b[1] - a[1]) as f64);
+        let radius = Domain::radius((dx * dx + dy * dy).sqrt()) as i64 + 2;
+        let middle = [0, 1].map(|axis| (a[axis] + b[axis]).div_euclid(2));
+        let side = (2 * radius + 1) as usize;
+        self.ground.window(self.land, middle.map(|at| at - radius), side, side)
+    }
+
+    /// The points of a road along a line, or the legs of the way that do not do.
+    fn on_line(
+        &self,
+        line: &Line,
+        way: &Way,
+        window: &Window,
+        rivers: &Rivers,
+        standard: &Standard,
+        (a, b): (&Site, &Site),
+    ) -> Result<Vec<RoadPoint>, BTreeSet<usize>> {
+        let scale = &self.ground.scale;
+        let origin = window.at.map(|at| at * scale.step);
+        let legs = |points: &[usize]| points.iter().map(|point| line.leg(*point, way, scale)).collect::<BTreeSet<_>>();
+        let wet = line.wet(self.land, origin, scale);
+        let drowned: Vec<usize> = (0..wet.len()).filter(|point| wet[*point] && !line.bridged[*point]).collect();
+        if !drowned.is_empty() {
+            return Err(legs(&drowned));
+        }
+        let mut spans = self.spans(line, rivers, &wet, standard).map_err(|points| legs(&points))?;
+        let heights_m = line.heights_m(self.land, origin, scale);
+        for span in &mut spans {
+            let shore_m = heights_m[span.first].min(heights_m[span.last]);
+            span.level_m = Some(span.level_m.unwrap_or(shore_m));
+        }
+        let ends_m = [a.height_m as f64, b.height_m as f64];
+        let Some(levels_m) = self.levels_m(line, &heights_m, &mut spans, ends_m, standard) else {
+            return Err(spans.iter().flat_map(|span| legs(&[span.first, span.last])).collect());
+        };
+        let mut points: Vec<RoadPoint> = line
+            .points
+            .iter()
+            .zip(&levels_m)
+            .map(|(at, level_m)| RoadPoint {
+                at: [at[0] + origin[0] * FIXED, at[1] + origin[1] * FIXED],
+                level_m: *level_m as f32,
+                kind: RoadKind::Ground,
+            })
+            .collect();
+        for span in &spans {
+            points[span.first..=span.last].iter_mut().for_each(|point| point.kind = span.kind);
+        }
+        Ok(points)
+    }
+
+    /// Where a line is carried over water, from its start on, or the points that run along a river.
+    fn spans(&self, line: &Line, rivers: &Rivers, wet: &[bool], standard: &Standard) -> Result<Vec<Span>, Vec<usize>> {
+        let points = &line.points;
+        let (count, last) = (points.len(), points.len() - 1);
+        let fixed_m = self.ground.scale.spacing_m / FIXED as f64;
+        // For each point whether it is in a river, or over it; for each piece what it crosses.
+        let (mut inside, mut over) = (vec![false; count], wet.to_vec());
+        let mut crossed: Vec<Option<(f64, f64)>> = vec![None; last];
+        let mut near = Vec::new();
+        for index in 0..last {
+            let (from, to) = (points[index], points[index + 1]);
+            rivers.near(from, to, &mut near);
+            for piece in near.iter().map(|piece| &rivers.pieces[*piece as usize]) {
+                for (point, at) in [(index, from), (index + 1, to)] {
+                    let edge_m = piece.distance2(at).sqrt() * fixed_m - piece.width_m / 2.0;
+                    inside[point] |= edge_m <= 0.0;
+                    over[point] |= edge_m <= REST_M;
+                }
+                if piece.is_crossed(from, to) {
+                    let (width_m, level_m) = crossed[index].unwrap_or((0.0, f64::NEG_INFINITY));
+                    crossed[index] = Some((width_m.max(piece.width_m), level_m.max(piece.level_m)));
+                }
+            }
+        }
+        let marked: Vec<bool> = (0..count)
+            .map(|point| {
+                over[point] || point > 0 && crossed[point - 1].is_some() || point < last && crossed[point].is_some()
+            })
+            .collect();
+        let mut spans: Vec<Span> = Vec::new();
+        let mut first = 0;
+        for run in marked.chunk_by(|a, b| a == b) {
+            let (from, to) = (first, first + run.len() - 1);
+            first = to + 1;
+            if !run[0] {
+                continue;
+            }
+            let under: Vec<(f64, f64)> = (from..to).filter_map(|piece| crossed[piece]).collect();
+            if under.is_empty() && !wet[from..=to].contains(&true) {
+                if inside[from..=to].contains(&true) {
+                    return Err((from..=to).collect());
+                }
+                continue;
+            }
+            // A bridge rests on land: one point further where its last is still over the water.
+            let (from, to) = (from.saturating_sub(usize::from(over[from])), (to + usize::from(over[to])).min(last));
+            if from == 0 || to == last {
+                return Err((from..=to).collect());
+            }
+            let width_m = under.iter().map(|(width_m, _)| *width_m).fold(0.0, f64::max);
+            let is_ford = !under.is_empty() && width_m <= standard.ford_m && !wet[from..=to].contains(&true);
+            let level_m = under.iter().map(|(_, level_m)| *level_m).reduce(f64::max);
+            let kind = if is_ford { RoadKind::Ford } else { RoadKind::Bridge };
+            match spans.last_mut() {
+                // Two that touch are one.
+                Some(before) if before.last + 1 >= from => {
+                    before.last = to;
+                    before.kind = if before.kind == kind { kind } else { RoadKind::Bridge };
+                    before.level_m = before.level_m.into_iter().chain(level_m).reduce(f64::max);
+                }
+                _ => spans.push(Span { first: from, last: to, kind, level_m }),
+            }
+        }
+        Ok(spans)
+    }
+
+    /// The heights of a road along a line. A ford that is too low to be reached becomes a bridge.
+    fn levels_m(
+        &self,
+        line: &Line,
+        heights_m: &[f64],
+        spans: &mut [Span],
+        ends_m: [f64; 2],
+        standard: &Standard,
+    ) -> Option<Vec<f64>> {
+        let grade = standard.max_grade * GRADE_SHARE;
+        let clearances_m = [self.settings.clearance_m, LEAST_CLEARANCE_M.min(self.settings.clearance_m)];
+        for clearance_m in clearances_m {
+            if let Some(levels_m) = demands(line, heights_m, spans, ends_m, clearance_m).profile(grade) {
+                return Some(levels_m);
+            }
+        }
+        for span in spans.iter_mut() {
+            span.kind = RoadKind::Bridge;
+        }
+        demands(line, heights_m, spans, ends_m, clearances_m[1]).profile(grade)
+    }
+
+    fn finished(&self, class: RoadClass, standard: &Standard, points: Vec<RoadPoint>, a: &Site, b: &Site) -> Road {
+        let spacing_m = self.ground.scale.spacing_m;
+        let (mut whole_m, mut max_grade) = (0.0, 0.0_f64);
+        for pair in points.windows(2) {
+            let piece_m = length_m(pair[0].at, pair[1].at, spacing_m);
+            whole_m += piece_m;
+            max_grade = max_grade.max((pair[1].level_m as f64 - pair[0].level_m as f64).abs() / piece_m);
+        }
+        let places: Vec<[i64; 2]> = points.iter().map(|point| point.at).collect();
+        let bank_m = self.settings.bank_m;
+        Road {
+            id: (a.id, b.id),
+            class,
+            width_m: standard.width_m,
+            length_m: whole_m,
+            max_grade,
+            bank_m,
+            bounds: bounds(&places, standard.width_m / 2.0 + bank_m, spacing_m),
+            points,
+        }
+    }
+}
+
+/// What the heights of a road must keep to.
+fn demands(line: &Line, heights_m: &[f64], spans: &[Span], ends_m: [f64; 2], clearance_m: f64) -> Demands {
+    let count = heights_m.len();
+    let mut demands = Demands {
+        lengths_m: line.lengths_m.clone(),
+        wished_m: heights_m.to_vec(),
+        least_m: vec![f64::NEG_INFINITY; count],
+        most_m: vec![f64::INFINITY; count],
+    };
+    for span in spans {
+        let (first, last) = (span.first, span.last);
+        let level_m = span.level_m.expect("shores have told it");
+        if span.kind == RoadKind::Ford {
+            // Nowhere higher than the lowest of its bed, banks and all: a ramp leads down to the water.
+            let bed_m = (first..=last).map(|point| heights_m[point]).fold(level_m - FORD_M[0], f64::min);
+            for point in first..=last {
+                (demands.least_m[point], demands.most_m[point]) = (bed_m - FORD_M[1], bed_m);
+                demands.wished_m[point] = bed_m;
+            }
+        } else {
+            let (from_m, to_m) = (heights_m[first], heights_m[last]);
+            for point in first..=last {
+                demands.least_m[point] = level_m + clearance_m;
+                // From bank to bank, whatever lies between.
+                let share = (point - first) as f64 / (last - first).max(1) as f64;
+                demands.wished_m[point] = from_m + (to_m - from_m) * share;
+            }
+        }
+    }
+    for (end, height_m) in [(0, ends_m[0]), (count - 1, ends_m[1])] {
+        (demands.least_m[end], demands.most_m[end]) = (height_m, height_m);
+        demands.wished_m[end] = height_m;
+    }
+    demands
+}

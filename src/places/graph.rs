@@ -1,0 +1,28 @@
+//! Which sites are joined by a road: the Gabriel graph, with a cap that makes it local.
+//!
+//! Two sites are neighbours if no third one lies inside the circle whose diameter is the line between them and if they
+//! are no further apart than [`CELLS`] site cells. Whether they are depends on the sites in that circle alone.
+//!
+//! Based on: K. R. Gabriel, R. R. Sokal, "A new statistical approach to geographic variation analysis", 1969.
+
+use crate::places::site::Site;
+
+/// The longest edge in site cells. If each cell had a site, no empty circle would be wider than 2.83 of them.
+pub(super) const CELLS: i64 = 3;
+
+/// The square of the distance of two sites in vertices.
+pub(super) fn distance2(a: &Site, b: &Site) -> i128 {
+    let (dx, dy) = ((a.at[0] - b.at[0]) as i128, (a.at[1] - b.at[1]) as i128);
+    dx * dx + dy * dy
+}
+
+/// Whether two sites are near enough for an edge; `side` is that of a site cell in vertices.
+pub(super) fn within_cap(a: &Site, b: &Site, side: i64) -> bool {
+    let most = (CELLS * side) as i128;
+    distance2(a, b) <= most * most
+}
+
+/// Whether a third site keeps two others from being neighbours.
+pub(super) fn parts(third: &Site, a: &Site, b: &Site) -> bool {
+    third.id != a.id && third.id != b.id && distance2(third, a) + distance2(third, b) < distance2(a, b)
+}

@@ -1,0 +1,200 @@
+//! Settlements, their names, and the roads between them: each a pure function of the seed, the settings and lattice ids.
+//!
+//! ```text
+//! Land --> ground.rs   heights, waters and rivers on the nodes of the plan, about 64 m apart; remembered by blocks
+//!             |
+//!          site.rs     the best of 12 hashed positions of each site cell      names.rs   what it is called
+//!             |
+//!          graph.rs    which sites are neighbours: the Gabriel graph, 3 site cells at most
+//!             |
+//!          route.rs    the way of least cost between two neighbours, within an ellipse
+//!             |
+//!          line.rs     rounded, build.rs  carried over rivers, profile.rs  given heights: road.rs
+//!             |
+//!          bed.rs      heights of an area -> cut and filled
+//! ```
+//!
+//! Nothing depends on the area that is asked for, on what was asked before, on threads or on what is remembered. A road
+//! is a function of its two sites and of the land in the ellipse around them; whether it is there at all, of the sites
+//! within three cells.
+
+mod build;
+mod graph;
+mod ground;
+mod line;
+mod memory;
+mod profile;
+mod route;
+
+pub mod bed;
+pub mod land;
+pub mod names;
+pub mod road;
+pub mod settings;
+pub mod site;
+
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use crate::area::Area;
+use crate::error::Error;
+use crate::places::build::Builder;
+use crate::places::ground::{Ground, Scale};
+use crate::places::land::Land;
+use crate::places::memory::Memory;
+use crate::places::road::Road;
+use crate::places::route::Domain;
+use crate::places::settings::PlacesSettings;
+use crate::places::site::{Site, SiteId};
+use crate::preset::KeyPath;
+
+/// Site cells that are remembered: a hundred bytes each.
+const SITES: usize = 1 << 14;
+
+/// Roads that are remembered: some twenty kilobytes each.
+const ROADS: usize = 1 << 11;
+
+/// Settlements and roads of a world. What has been found is remembered for a while, which changes nothing but time.
+///
+/// One land belongs to it: all questions must be asked with the same.
+#[derive(Debug)]
+pub struct Places {
+    settings: PlacesSettings,
+    seed: u64,
+    ground: Ground,
+    sites: Memory<SiteId, Option<Arc<Site>>>,
+    roads: Memory<(SiteId, SiteId), Option<Arc<Road>>>,
+}
+
+impl Places {
+    /// The places of a world with `spacing_m` metres between vertices.
+    ///
+    /// # Errors
+    /// When a value of the settings is out of its range.
+    pub fn new(settings: &PlacesSettings, spacing_m: f64, seed: u64) -> Result<Places, Error> {
+        settings.check(&KeyPath::default(), spacing_m).map_err(|fault| fault.into_error(None))?;
+        Ok(Places {
+            settings: settings.clone(),
+            seed,
+            ground: Ground::new(Scale::new(settings.site_m, spacing_m)),
+            sites: Memory::new(SITES),
+            roads: Memory::new(ROADS),
+        })
+    }
+
+    /// Side of a site cell in vertices.
+    pub fn site_side(&self) -> i64 {
+        self.ground.scale.side * self.ground.scale.step
+    }
+
+    /// The site cell that a vertex lies in, which names of things there are asked for with.
+    pub fn cell(&self, at: [i64; 2]) -> SiteId {
+        let [i, j] = at.map(|at| at.div_euclid(self.site_side()));
+        SiteId { i, j }
+    }
+
+    /// Vertices from a site to the furthest vertex that a road of it may have an effect on, at most.
+    pub fn reach(&self) -> i64 {
+        let Scale { side, step, spacing_m, .. } = self.ground.scale;
+        let widest_m = self.settings.width_m.iter().fold(0.0_f64, |most, width_m| most.max(*width_m));
+        let nodes = Domain::radius((graph::CELLS * side) as f64) as i64 + 1;
+        nodes * step + ((widest_m / 2.0 + self.settings.bank_m) / spacing_m) as i64 + 2
+    }
+
+    /// All settlements that stand on a vertex of `area`, sorted by id.
+    pub fn sites(&self, land: &dyn Land, area: &Area) -> Vec<Arc<Site>> {
+        let inside = |site: &Arc<Site>| area.contains(&Area::new(site.at[0], site.at[1], 1, 1));
+        let mut sites: Vec<Arc<Site>> = self.sites_of_cells(land, self.cells(area, 0)).filter(inside).collect();
+        sites.sort_by_key(|site| site.id);
+        sites
+    }
+
+    /// All roads whose effect may touch a vertex of `area`, whole, sorted by id.
+    pub fn roads(&self, land: &dyn Land, area: &Area) -> Vec<Arc<Road>> {
+        if area.is_empty() {
+            return Vec::new();
+        }
+        // Of each edge at least one end lies within reach.
+        let more = self.reach() / self.site_side() + 1;
+        let first: Vec<Arc<Site>> = self.sites_of_cells(land, self.cells(area, more)).collect();
+        let mut roads = Vec::new();
+        for a in &first {
+            for b in self.sites_of_cells(land, self.cells_around(a.id, graph::CELLS)) {
+                let known = |site: &Site| first.binary_search_by_key(&key(site.id), |other| key(other.id)).is_ok();
+                // An edge is looked at once: from its smaller end, or from the other one if the smaller is not here.
+                if (a.id < b.id || a.id > b.id && !known(&b))
+                    && self.may_touch(a, &b, area)
+                    && self.are_neighbours(land, a, &b)
+                {
+                    roads.extend(self.road(land, a, &b).filter(|road| road.overlaps(area)));
+                }
+            }
+        }
+        roads.sort_by_key(|road| road.id);
+        roads
+    }
+
+    /// The settlement of a site cell, if it has one.
+    pub fn site(&self, land: &dyn Land, id: SiteId) -> Option<Arc<Site>> {
+        let site = self.sites.get(id, || site::site(&self.settings, self.seed, &self.ground, land, id).map(Arc::new));
+        site.as_ref().clone()
+    }
+
+    /// The road between two neighbours, if there is a way.
+    fn road(&self, land: &dyn Land, a: &Site, b: &Site) -> Option<Arc<Road>> {
+        let (a, b) = if a.id < b.id { (a, b) } else { (b, a) };
+        let road = self.roads.get((a.id, b.id), || {
+            let builder = Builder { settings: &self.settings, seed: self.seed, ground: &self.ground, land };
+            builder.road(a, b).map(Arc::new)
+        });
+        road.as_ref().clone()
+    }
+
+    /// Whether the ellipse of a road, and its effect, may touch an area.
+    fn may_touch(&self, a: &Site, b: &Site, area: &Area) -> bool {
+        let Scale { side, step, spacing_m, .. } = self.ground.scale;
+        if !graph::within_cap(a, b, side * step) {
+            return false;
+        }
+        // From a's place, so that numbers stay small.
+        let nodes = |at: i64, axis: usize| (at - a.at[axis]) as f64 / step as f64;
+        let domain = Domain::new([0, 0], [0, 1].map(|axis| (b.at[axis] - a.at[axis]) / step));
+        let widest_m = self.settings.width_m.iter().fold(0.0_f64, |most, width_m| most.max(*width_m));
+        // The bounds of a road are a rectangle with a few vertices to spare.
+        let reach = (widest_m / 2.0 + self.settings.bank_m) / (step as f64 * spacing_m) + 8.0 / step as f64;
+        domain.may_touch([nodes(area.x0, 0), nodes(area.y0, 1)], [nodes(area.x1, 0), nodes(area.y1, 1)], 2.0 * reach)
+    }
+
+    /// Whether two sites within the cap are neighbours in the graph.
+    fn are_neighbours(&self, land: &dyn Land, a: &Site, b: &Site) -> bool {
+        // The circle over the edge lies within half an edge of its middle.
+        let middle = [0, 1].map(|axis| (a.at[axis] + b.at[axis]).div_euclid(2));
+        let half = (a.at[0] - b.at[0]).abs().max((a.at[1] - b.at[1]).abs()) * 3 / 4 + 2;
+        let circle = Area::new(middle[0], middle[1], 1, 1).padded(half as usize);
+        !self.sites_of_cells(land, self.cells(&circle, 0)).any(|third| graph::parts(&third, a, b))
+    }
+
+    fn sites_of_cells(&self, land: &dyn Land, cells: impl Iterator<Item = SiteId>) -> impl Iterator<Item = Arc<Site>> {
+        cells.filter_map(move |id| self.site(land, id))
+    }
+
+    /// The site cells that hold a vertex of `area`, and `more` around them, row by row.
+    fn cells(&self, area: &Area, more: i64) -> impl Iterator<Item = SiteId> + use<> {
+        let side = self.site_side();
+        let span = |from: i64, to: i64| from.div_euclid(side) - more..(to - 1).div_euclid(side) + 1 + more;
+        let columns = span(area.x0, area.x1);
+        span(area.y0, area.y1).flat_map(move |j| columns.clone().map(move |i| SiteId { i, j }))
+    }
+
+    /// The site cells up to `more` from one, row by row.
+    fn cells_around(&self, id: SiteId, more: i64) -> impl Iterator<Item = SiteId> + use<> {
+        self.cells(&Area::new(id.i * self.site_side(), id.j * self.site_side(), 1, 1), more)
+    }
+}
+
+/// Ids row by row, as cells are listed.
+fn key(id: SiteId) -> (i64, i64) {
+    (id.j, id.i)
+}

@@ -1,0 +1,102 @@
+//! The heights of a road: near the land's, never steeper than allowed.
+//!
+//! A function is no steeper than g if it rises by no more than g times the distance between any two points. The highest
+//! such function under the land and the lowest above it are found in two sweeps each; their mean is one, too, and cuts
+//! about as much as it fills. So is any such function after it has been clamped between two others.
+
+/// What a road's heights must keep to, point by point.
+#[derive(Debug)]
+#[expect(clippy::struct_field_names, reason = "the unit is a part of the name")]
+pub(super) struct Demands {
+    /// Metres from a point to the next.
+    pub lengths_m: Vec<f64>,
+    /// Heights that the road should have.
+    pub wished_m: Vec<f64>,
+    /// Heights that it must not be under.
+    pub least_m: Vec<f64>,
+    /// Heights that it must not be over.
+    pub most_m: Vec<f64>,
+}
+
+/// Points to each side over which the wished heights are averaged, twice.
+const SMOOTHING: usize = 3;
+
+impl Demands {
+    /// The heights of a road that keeps to the demands and is nowhere steeper than `grade`, if there is one.
+    pub fn profile(&self, grade: f64) -> Option<Vec<f64>> {
+        let most_m = self.swept(self.most_m.clone(), grade, f64::min);
+        let least_m = self.swept(self.least_m.clone(), -grade, f64::max);
+        if most_m.iter().zip(&least_m).any(|(most_m, least_m)| least_m > most_m) {
+            return None;
+        }
+        let wished_m = averaged(&averaged(&self.wished_m));
+        let under_m = self.swept(wished_m.clone(), grade, f64::min);
+        let above_m = self.swept(wished_m, -grade, f64::max);
+        let mean_m = under_m.iter().zip(&above_m).map(|(under_m, above_m)| f64::midpoint(*under_m, *above_m));
+        Some(mean_m.zip(least_m.iter().zip(&most_m)).map(|(z, (least, most))| z.max(*least).min(*most)).collect())
+    }
+
+    /// At each point the extreme of all points' values, each moved by `grade` times the distance.
+    fn swept(&self, mut values: Vec<f64>, grade: f64, extreme: fn(f64, f64) -> f64) -> Vec<f64> {
+        for index in 1..values.len() {
+            values[index] = extreme(values[index], values[index - 1] + grade * self.lengths_m[index - 1]);
+        }
+        for index in (1..values.len()).rev() {
+            values[index - 1] = extreme(values[index - 1], values[index] + grade * self.lengths_m[index - 1]);
+        }
+        values
+    }
+}
+
+fn averaged(values: &[f64]) -> Vec<f64> {
+    let last = values.len() - 1;
+    let around = |index: usize| {
+        let window = &values[index.saturating_sub(SMOOTHING)..=(index + SMOOTHING).min(last)];
+        window.iter().sum::<f64>() / window.len() as f64
+    };
+    (0..values.len()).map(around).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn demands(wished_m: Vec<f64>) -> Demands {
+        let count = wished_m.len();
+        let mut demands = Demands {
+            lengths_m: vec![8.0; count - 1],
+            least_m: vec![f64::NEG_INFINITY; count],
+            most_m: vec![f64::INFINITY; count],
+            wished_m,
+        };
+        for end in [0, count - 1] {
+            (demands.least_m[end], demands.most_m[end]) = (demands.wished_m[end], demands.wished_m[end]);
+        }
+        demands
+    }
+
+    fn steepest(profile: &[f64]) -> f64 {
+        profile.windows(2).map(|pair| (pair[1] - pair[0]).abs() / 8.0).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_ridge_is_cut_and_its_feet_are_filled() {
+        let ridge: Vec<f64> = (0..101).map(|i| if (40..60).contains(&i) { 30.0 } else { 0.0 }).collect();
+        let demands = demands(ridge.clone());
+        let profile = demands.profile(0.1).expect("the ends are level");
+        assert!(steepest(&profile) <= 0.1 + 1e-12);
+        assert_eq!((profile[0], profile[100]), (0.0, 0.0));
+        assert!(profile[50] < 25.0 && profile[35] > 5.0, "{profile:?}");
+    }
+
+    #[test]
+    fn what_is_asked_of_a_point_is_kept_or_there_is_no_profile() {
+        let mut valley = demands(vec![0.0; 101]);
+        valley.least_m[50] = 12.0;
+        valley.most_m[20] = -3.0;
+        let profile = valley.profile(0.07).expect("28 m of climb are enough");
+        assert!(profile[50] >= 12.0 && profile[20] <= -3.0 && steepest(&profile) <= 0.07 + 1e-12);
+        valley.least_m[50] = 40.0;
+        assert!(valley.profile(0.07).is_none());
+    }
+}

@@ -1,0 +1,441 @@
+//! The way of least cost between two sites, over the nodes of the plan.
+//!
+//! A move goes along any vector of whole numbers up to 3 without a common divisor. Its cost is its length, more where it
+//! is steep (by the square, which is what makes switchbacks), where the land falls to its side, and where it crosses a
+//! river; a turn costs by the square of its curvature and may not be sharper than the class allows. The search sees an
+//! ellipse around the two sites and nothing else, so the way is a function of them and of the land.
+//!
+//! Based on: E. Galin, A. Peytavie, N. Marechal, E. Guerin, "Procedural Generation of Roads", 2010.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeSet, BinaryHeap};
+
+use crate::hash;
+use crate::places::ground::{Rivers, Scale, Window, distance2};
+use crate::places::land::{FIXED, Water};
+use crate::places::settings::Standard;
+
+/// A node: column and row in the window.
+pub(super) type Node = [i64; 2];
+
+/// The moves of a quarter turn, by angle; the others are these, turned.
+const QUARTER: [[i64; 2]; 8] = [[1, 0], [3, 1], [2, 1], [3, 2], [1, 1], [2, 3], [1, 2], [1, 3]];
+
+/// Moves from a node.
+const MOVES: usize = 4 * QUARTER.len();
+
+/// What a metre at the steepest grade costs more than a level one. From 1 on, a way takes the length that halves the
+/// grade rather than climb straight.
+const STEEP: f64 = 2.0;
+
+/// What a metre costs more on land that falls by 1 to the side: an earthwork.
+const SIDE: f64 = 3.0;
+
+/// Square metres: what the square of a turn's angle costs, times the length over which it is made.
+const CURVATURE_M2: f64 = 2000.0;
+
+/// How much more a metre costs where it is worst to walk for no reason that the heights show: what keeps ways from
+/// following the lattice over a plain.
+const WANDER: f64 = 0.5;
+
+/// Nodes from one value of that to the next.
+const WANDER_NODES: i64 = 6;
+
+/// Metres that a crossing costs, and that each metre of a river's width costs more: a ford, a bridge.
+const FORD_M: [f64; 2] = [60.0, 10.0];
+const BRIDGE_M: [f64; 2] = [200.0, 12.0];
+
+/// The square of the cotangent of the flattest angle at which a river may be crossed: 30 degrees.
+const FLATTEST: f64 = 3.0;
+
+/// Share of the maximum grade that a way may have between nodes; the rest is for the corners that are cut later.
+const GRADE_SHARE: f64 = 0.9;
+
+/// How many times steeper a part of a move may be, a dent or a bump that is filled or cut.
+const BUMP: f64 = 2.0;
+
+/// Metres of cost beyond that of the best way to a node with which another direction there is still worth a look.
+const SLACK_M: f64 = 150.0;
+
+/// The ellipse: its longer axis is so many times the distance of the sites, and some nodes for short ones.
+const AXIS: f64 = 1.4;
+const AXIS_NODES: f64 = 6.0;
+
+/// Metres from a river's edge to a node.
+pub(super) const SHORE_M: f64 = 6.0;
+
+/// Parts of a metre in which costs are counted.
+const UNIT: f64 = 16.0;
+
+const FORBIDDEN: u32 = u32::MAX;
+
+/// The ellipse in which ways between two nodes lie.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Domain {
+    a: [f64; 2],
+    b: [f64; 2],
+    axis: f64,
+}
+
+impl Domain {
+    /// The ellipse around two places, in nodes.
+    pub fn new(a: Node, b: Node) -> Domain {
+        let [a, b] = [a, b].map(|at| at.map(|at| at as f64));
+        Domain { a, b, axis: AXIS * distance(a, b) + AXIS_NODES }
+    }
+
+    /// Nodes from the middle to the furthest point of the ellipse around two places so many nodes apart.
+    pub fn radius(apart: f64) -> f64 {
+        f64::midpoint(AXIS * apart, AXIS_NODES)
+    }
+
+    fn holds(&self, at: Node) -> bool {
+        let at = at.map(|at| at as f64);
+        distance(at, self.a) + distance(at, self.b) <= self.axis
+    }
+
+    /// Whether a place within `reach` nodes of the ellipse may lie in a rectangle of nodes.
+    pub fn may_touch(&self, low: [f64; 2], high: [f64; 2], reach: f64) -> bool {
+        let to = |at: [f64; 2]| distance([at[0].clamp(low[0], high[0]), at[1].clamp(low[1], high[1])], at);
+        to(self.a) + to(self.b) <= self.axis + 2.0 * reach
+    }
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
+    (dx * dx + dy * dy).sqrt()
+}
+
+/// A way as nodes. `bridges[k]` tells whether the leg from node k to the next goes over a lake or the sea.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Way {
+    pub nodes: Vec<Node>,
+    pub bridges: Vec<bool>,
+}
+
+/// What a search knows.
+pub(super) struct Search<'a> {
+    pub window: &'a Window,
+    pub rivers: &'a Rivers,
+    pub scale: &'a Scale,
+    pub standard: Standard,
+    pub seed: u64,
+    /// Moves that have turned out not to be possible, by their ends.
+    pub closed: &'a BTreeSet<(Node, Node)>,
+}
+
+/// Moves from one node: what each costs, and bridges over more than a move.
+struct Costs {
+    moves: [u32; MOVES],
+    /// Move, how many times, cost.
+    spans: Vec<(u8, u8, u32)>,
+}
+
+/// How sharp a turn may be, and what it costs: by the move before and the move after.
+type Turns = Vec<[u32; MOVES]>;
+
+impl Search<'_> {
+    /// The way from one node to another, if there is one. Of ways that cost the same it is always the same one.
+    pub fn way(&self, from: Node, to: Node) -> Option<Way> {
+        let domain = Domain::new(from, to);
+        let turns = self.turns();
+        let nodes = self.window.cols * self.window.rows;
+        let index = |node: Node| node[1] as usize * self.window.cols + node[0] as usize;
+        let mut costs: Vec<Option<Box<Costs>>> = (0..nodes).map(|_| None).collect();
+        // A state is a node and the move that has led there.
+        let mut best = vec![FORBIDDEN; nodes * MOVES];
+        let mut before = vec![u32::MAX; nodes * MOVES];
+        let mut least = vec![FORBIDDEN; nodes];
+        let mut heap = BinaryHeap::new();
+        let start = index(from);
+        least[start] = 0;
+        heap.push(Reverse((self.to_go(from, to), 0, u32::MAX)));
+        let slack = (SLACK_M * UNIT) as u32;
+        while let Some(Reverse((_, cost, state))) = heap.pop() {
+            let (at, came) = match state {
+                u32::MAX => (start, None),
+                _ => (state as usize / MOVES, Some(state as usize % MOVES)),
+            };
+            if came.is_some() && best[state as usize] < cost || cost > least[at].saturating_add(slack) {
+                continue;
+            }
+            let node = [(at % self.window.cols) as i64, (at / self.window.cols) as i64];
+            if node == to {
+                return Some(self.trace(&before, state, from));
+            }
+            let leave = costs[at].get_or_insert_with(|| Box::new(self.costs(&domain, node)));
+            let singles = leave.moves.iter().enumerate().map(|(number, cost)| (number, 1, *cost));
+            let spans = leave.spans.iter().map(|&(number, times, cost)| (number as usize, times as i64, cost));
+            for (number, times, step) in singles.chain(spans) {
+                let turn = came.map_or(0, |came| turns[came][number]);
+                if step == FORBIDDEN || turn == FORBIDDEN {
+                    continue;
+                }
+                let next = added(node, number, times);
+                let (there, cost) = (index(next), cost + step + turn);
+                let state = there * MOVES + number;
+                if cost < best[state] && cost <= least[there].saturating_add(slack) {
+                    best[state] = cost;
+                    least[there] = least[there].min(cost);
+                    before[state] = came.map_or(u32::MAX, |came| (at * MOVES + came) as u32);
+                    heap.push(Reverse((cost + self.to_go(next, to), cost, state as u32)));
+                }
+            }
+        }
+        None
+    }
+
+    /// The way that has led to a state.
+    fn trace(&self, before: &[u32], last: u32, from: Node) -> Way {
+        let (mut way, mut state) = (Way { nodes: Vec::new(), bridges: Vec::new() }, last);
+        while state != u32::MAX {
+            let at = state as usize / MOVES;
+            way.nodes.push([(at % self.window.cols) as i64, (at / self.window.cols) as i64]);
+            state = before[state as usize];
+        }
+        way.nodes.push(from);
+        way.nodes.reverse();
+        way.bridges = way.nodes.windows(2).map(|leg| self.is_over_open_water(leg[0], leg[1])).collect();
+        way
+    }
+
+    /// What is left to pay at least: the cost of the best even climb over open land.
+    fn to_go(&self, node: Node, to: Node) -> u32 {
+        let length_m = distance(node.map(|at| at as f64), to.map(|at| at as f64)) * self.scale.step_m();
+        let rise_m = (self.window.height_m(to[0], to[1]) - self.window.height_m(node[0], node[1])).abs();
+        // The length at which a longer way would cost more than it saves.
+        let even_m = rise_m * STEEP.sqrt() / self.standard.max_grade;
+        let cost_m = match even_m > length_m {
+            true => 2.0 * even_m,
+            false if length_m > 0.0 => length_m + even_m * even_m / length_m,
+            false => 0.0,
+        };
+        (cost_m * UNIT) as u32
+    }
+
+    /// What turns cost.
+    fn turns(&self) -> Turns {
+        let vector = |number: usize| move_by(number).map(|part| part as f64 * self.scale.step_m());
+        let cost = |came: usize, goes: usize| {
+            let (a, b) = (vector(came), vector(goes));
+            let (length_a, length_b) = (distance(a, [0.0; 2]), distance(b, [0.0; 2]));
+            let cos = (a[0] * b[0] + a[1] * b[1]) / (length_a * length_b);
+            // Half of the shorter leg is there to bend in; nothing turns back on itself.
+            let legs_m = length_a.min(length_b);
+            if came == goes {
+                return 0;
+            }
+            if cos < -0.3 || bend_m(cos, self.standard.radius_m) > legs_m / 2.0 {
+                return FORBIDDEN;
+            }
+            (CURVATURE_M2 * 2.0 * (1.0 - cos) / legs_m * UNIT) as u32
+        };
+        (0..MOVES).map(|came| std::array::from_fn(|goes| cost(came, goes))).collect()
+    }
+
+    /// The costs of all moves from a node.
+    fn costs(&self, domain: &Domain, node: Node) -> Costs {
+        let mut near = Vec::new();
+        let moves: [u32; MOVES] = std::array::from_fn(|number| {
+            let next = added(node, number, 1);
+            if self.is_open(domain, next, &mut near) { self.cost(node, next, &mut near) } else { FORBIDDEN }
+        });
+        let mut spans = Vec::new();
+        for number in (0..MOVES).filter(|number| move_by(*number).iter().all(|part| part.abs() <= 2)) {
+            // More than one move at a time pays where the first would end in water.
+            let next = added(node, number, 1);
+            if moves[number] != FORBIDDEN || !self.window.holds(next[0], next[1]) || !self.is_wet(next, &mut near) {
+                continue;
+            }
+            let one_m = distance(move_by(number).map(|part| part as f64), [0.0; 2]) * self.scale.step_m();
+            let most = ((self.standard.bridge_m / one_m) as i64 + 2).min(u8::MAX as i64);
+            let landing = (2..=most).find(|times| self.is_open(domain, added(node, number, *times), &mut near));
+            if let Some(times) = landing {
+                let cost = self.cost(node, added(node, number, times), &mut near);
+                spans.push((number as u8, times as u8, cost));
+            }
+        }
+        Costs { moves, spans }
+    }
+
+    /// Whether a move may end on a node.
+    fn is_open(&self, domain: &Domain, node: Node, near: &mut Vec<u32>) -> bool {
+        self.window.holds(node[0], node[1]) && domain.holds(node) && !self.is_wet(node, near)
+    }
+
+    /// Whether a road cannot stand on a node.
+    fn is_wet(&self, node: Node, near: &mut Vec<u32>) -> bool {
+        let ratio = self.window.ratio as i64;
+        if self.window.water(node[0] * ratio, node[1] * ratio) != Water::Dry {
+            return true;
+        }
+        let at = self.fixed(node);
+        self.rivers.near(at, at, near);
+        near.iter().any(|piece| {
+            let piece = &self.rivers.pieces[*piece as usize];
+            piece.distance2(at) < self.square_fixed(piece.width_m / 2.0 + SHORE_M)
+        })
+    }
+
+    /// What the straight move from one node to another costs.
+    fn cost(&self, from: Node, to: Node, near: &mut Vec<u32>) -> u32 {
+        // The same there and back, to the bit: so roads that leave a site for two others share a way while they can.
+        let (from, to) = if from < to { (from, to) } else { (to, from) };
+        if self.closed.contains(&(from, to)) || self.closed.contains(&(to, from)) {
+            return FORBIDDEN;
+        }
+        let step_m = self.scale.step_m();
+        let length_m = distance(from.map(|at| at as f64), to.map(|at| at as f64)) * step_m;
+        let rise_m = self.window.height_m(to[0], to[1]) - self.window.height_m(from[0], from[1]);
+        let most = self.standard.max_grade * GRADE_SHARE;
+        if rise_m.abs() > most * length_m {
+            return FORBIDDEN;
+        }
+        let Some((crossing_m, crosses)) = self.crossing_m(from, to, near) else { return FORBIDDEN };
+        let mut cost_m = length_m + crossing_m;
+        let open = self.is_over_open_water(from, to);
+        let squared = |grade: f64| STEEP * grade * grade / (self.standard.max_grade * self.standard.max_grade);
+        if open {
+            if length_m > self.standard.bridge_m + 2.0 * step_m {
+                return FORBIDDEN;
+            }
+            cost_m += BRIDGE_M[0] + BRIDGE_M[1] * length_m + length_m * squared(rise_m / length_m);
+        } else {
+            let parts = (to[0] - from[0]).abs().max((to[1] - from[1]).abs());
+            let part_m = length_m / parts as f64;
+            let mut last_m = self.window.height_m(from[0], from[1]);
+            for part in 1..=parts {
+                let height_m = self.height_between(from, to, part, parts);
+                let grade = (height_m - last_m) / part_m;
+                // A bridge spans what lies between the banks.
+                if grade.abs() > BUMP * most && !crosses {
+                    return FORBIDDEN;
+                }
+                cost_m += part_m * squared(grade);
+                last_m = height_m;
+            }
+            let [dx, dy] = [0, 1].map(|axis| (to[axis] - from[axis]) as f64 * step_m / length_m);
+            for end in [from, to] {
+                let [east, south] = self.window.gradient(end[0], end[1], step_m);
+                let side = east * dy - south * dx;
+                cost_m += length_m * SIDE / 2.0 * side * side;
+            }
+        }
+        cost_m += length_m * WANDER * (self.wander(from) + self.wander(to)) / 2.0;
+        (cost_m * UNIT) as u32
+    }
+
+    /// The height at `part / parts` of the way from one node to another, where one of the two coordinates is whole.
+    fn height_between(&self, from: Node, to: Node, part: i64, parts: i64) -> f64 {
+        let along = |axis: usize| {
+            let far = (to[axis] - from[axis]) * part;
+            (from[axis] + far.div_euclid(parts), far.rem_euclid(parts) as f64 / parts as f64)
+        };
+        let ((col, east), (row, south)) = (along(0), along(1));
+        let (next_col, next_row) = (col + i64::from(east > 0.0), row + i64::from(south > 0.0));
+        let (here, there) = (self.window.height_m(col, row), self.window.height_m(next_col, next_row));
+        here + (there - here) * east.max(south)
+    }
+
+    /// Whether a lake or the sea lies between two nodes.
+    fn is_over_open_water(&self, from: Node, to: Node) -> bool {
+        let ratio = self.window.ratio as i64;
+        let parts = (to[0] - from[0]).abs().max((to[1] - from[1]).abs()) * ratio;
+        (1..parts).any(|part| {
+            let along = |axis: usize| {
+                let far = (to[axis] - from[axis]) * ratio * part;
+                let low = from[axis] * ratio + far.div_euclid(parts);
+                (low, low + i64::from(far.rem_euclid(parts) > 0))
+            };
+            let ((col, next_col), (row, next_row)) = (along(0), along(1));
+            self.window.water(col, row).is_open() || self.window.water(next_col, next_row).is_open()
+        })
+    }
+
+    /// Metres that the rivers under a move cost, and whether there are any; `None` if it goes along one.
+    fn crossing_m(&self, from: Node, to: Node, near: &mut Vec<u32>) -> Option<(f64, bool)> {
+        let (a, b) = (self.fixed(from), self.fixed(to));
+        self.rivers.near(a, b, near);
+        let (mut cost_m, mut crosses, mut grazes) = (0.0, false, false);
+        for piece in near.iter().map(|piece| &self.rivers.pieces[*piece as usize]) {
+            let within = self.square_fixed(piece.width_m / 2.0 + SHORE_M);
+            if piece.is_crossed(a, b) {
+                let along = [a, b, piece.from, piece.to].map(|at| at.map(|at| at as f64));
+                let (u, v) = (
+                    [along[1][0] - along[0][0], along[1][1] - along[0][1]],
+                    [along[3][0] - along[2][0], along[3][1] - along[2][1]],
+                );
+                let cot = (u[0] * v[0] + u[1] * v[1]) / (u[0] * v[1] - u[1] * v[0]);
+                if cot * cot > FLATTEST {
+                    return None;
+                }
+                let [base_m, more] = if piece.width_m <= self.standard.ford_m { FORD_M } else { BRIDGE_M };
+                if piece.width_m > self.standard.bridge_m {
+                    return None;
+                }
+                cost_m += (base_m + more * piece.width_m) * (1.0 + cot * cot);
+                crosses = true;
+            } else if [piece.from, piece.to].iter().any(|end| distance2(*end, a, b) < within) {
+                grazes = true;
+            }
+        }
+        (crosses || !grazes).then_some((cost_m, crosses))
+    }
+
+    /// How bad a node is to walk on, 0 to 1: smooth noise on the lattice of nodes.
+    fn wander(&self, node: Node) -> f64 {
+        let at = [node[0] + self.window.at[0], node[1] + self.window.at[1]];
+        let cell = at.map(|at| at.div_euclid(WANDER_NODES));
+        let [east, south] = at.map(|at| at.rem_euclid(WANDER_NODES) as f64 / WANDER_NODES as f64);
+        let value = |dx: i64, dy: i64| {
+            let hash = hash::mix(
+                hash::mix(hash::stream(self.seed, stream::WANDER) ^ (cell[0] + dx) as u64)
+                    ^ ((cell[1] + dy) as u64).rotate_left(32),
+            );
+            (hash >> 40) as f64 / (1u64 << 24) as f64
+        };
+        let north = value(0, 0) + (value(1, 0) - value(0, 0)) * east;
+        let below = value(0, 1) + (value(1, 1) - value(0, 1)) * east;
+        north + (below - north) * south
+    }
+
+    /// A node in 1/256 vertex from the window's first.
+    fn fixed(&self, node: Node) -> [i64; 2] {
+        node.map(|at| at * self.scale.step * FIXED)
+    }
+
+    /// The square of so many metres in (1/256 vertex)^2.
+    fn square_fixed(&self, metres: f64) -> f64 {
+        let fixed = metres / self.scale.spacing_m * FIXED as f64;
+        fixed * fixed
+    }
+}
+
+/// Streams of chance of ways.
+mod stream {
+    pub const WANDER: u64 = 24 << 32;
+}
+
+/// Metres to each side of a corner that a bend without a curve sharper than `radius_m` takes. `cos` is the cosine of the
+/// angle by which the line turns; the bend is a parabola, which is sharpest in its middle.
+pub(super) fn bend_m(cos: f64, radius_m: f64) -> f64 {
+    let half_sin = ((1.0 - cos) / 2.0).max(0.0).sqrt();
+    let half_cos2 = f64::midpoint(1.0, cos);
+    radius_m * half_sin / half_cos2.max(1e-9)
+}
+
+/// The vector of a move.
+fn move_by(number: usize) -> [i64; 2] {
+    let [x, y] = QUARTER[number % QUARTER.len()];
+    match number / QUARTER.len() {
+        0 => [x, y],
+        1 => [-y, x],
+        2 => [-x, -y],
+        _ => [y, -x],
+    }
+}
+
+fn added(node: Node, number: usize, times: i64) -> Node {
+    let [dx, dy] = move_by(number);
+    [node[0] + dx * times, node[1] + dy * times]
+}

@@ -1,0 +1,193 @@
+//! Settlements: at most one a site cell, at the best of some hashed positions.
+
+use serde::Serialize;
+
+use crate::hash;
+use crate::places::ground::{Ground, Rivers, Window};
+use crate::places::land::{FIXED, Land, Water};
+use crate::places::names;
+use crate::places::settings::PlacesSettings;
+
+/// A site cell, which holds one settlement at most, and that settlement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+pub struct SiteId {
+    /// Site cells east of that at the origin; may be negative.
+    pub i: i64,
+    /// Site cells south of that at the origin; may be negative.
+    pub j: i64,
+}
+
+impl SiteId {
+    /// The hash of the cell in a stream of chance.
+    pub(super) fn hash(self, seed: u64, stream: u64) -> u64 {
+        hash::mix(hash::mix(hash::stream(seed, stream) ^ self.i as u64) ^ (self.j as u64).rotate_left(32))
+    }
+}
+
+/// How large a settlement is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SiteClass {
+    /// Some farms.
+    Hamlet,
+    /// A church and an inn.
+    Village,
+    /// A market and walls.
+    Town,
+}
+
+/// A settlement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Site {
+    /// Its cell.
+    pub id: SiteId,
+    /// The vertex that it stands on, where its roads meet.
+    pub at: [i64; 2],
+    /// Height of the land there in metres.
+    pub height_m: f32,
+    /// How large it is.
+    pub class: SiteClass,
+    /// People who live there.
+    pub population: u32,
+    /// Its name.
+    pub name: String,
+}
+
+/// Positions that are compared.
+const POSITIONS: u64 = 12;
+
+/// A settlement keeps off the edge of its cell by one part in so many of its side, and so off its neighbours.
+const EDGE: i64 = 8;
+
+/// Steepness that nobody builds on; the flatter, the better.
+const STEEP: f64 = 0.2;
+
+/// Metres that matter about waters; in small site cells they are shorter.
+#[derive(Clone, Copy)]
+#[expect(clippy::struct_field_names, reason = "the unit is a part of the name")]
+struct WaterRange {
+    /// From the edge of a water to the middle of a settlement, at least.
+    dry_m: f64,
+    /// From a water within which it is as good as at the door.
+    near_m: f64,
+    /// From a water beyond which it is none.
+    far_m: f64,
+}
+
+impl WaterRange {
+    fn new(site_m: f64) -> WaterRange {
+        let part = (site_m / 4000.0).min(1.0);
+        WaterRange { dry_m: 60.0 * part, near_m: 300.0 * part, far_m: 1000.0 * part }
+    }
+}
+
+/// Streams of chance of sites.
+mod stream {
+    pub const POSITION: u64 = 21 << 32;
+    pub const SETTLED: u64 = 22 << 32;
+    pub const CLASS: u64 = 23 << 32;
+}
+
+/// The settlement of a cell, if it has one.
+pub(super) fn site(settings: &PlacesSettings, seed: u64, ground: &Ground, land: &dyn Land, id: SiteId) -> Option<Site> {
+    let scale = &ground.scale;
+    let range = WaterRange::new(settings.site_m);
+    let around = (range.far_m / scale.step_m()) as i64 + 2;
+    let first = [id.i * scale.side, id.j * scale.side];
+    let nodes = (scale.side + 2 * around + 1) as usize;
+    let window = ground.window(land, first.map(|at| at - around), nodes, nodes);
+    let rivers = Rivers::new(&window, scale, range.far_m);
+    // The best of all; of equals the first.
+    let (edge, inner) = (scale.side / EDGE, (scale.side - 2 * (scale.side / EDGE)) as u64);
+    let mut best: Option<(f64, [i64; 2])> = None;
+    for number in 0..POSITIONS {
+        let hash = id.hash(seed, stream::POSITION | number);
+        let at = [hash & 0xFFFF_FFFF, hash >> 32].map(|bits| edge + (bits % inner) as i64);
+        let worth = suitability(settings, ground, &window, &rivers, at.map(|at| at + around));
+        if let Some(worth) = worth
+            && best.is_none_or(|(most, _)| worth > most)
+        {
+            best = Some((worth, at));
+        }
+    }
+    let (worth, at) = best?;
+    if share(id.hash(seed, stream::SETTLED)) >= settings.density * (0.3 + worth).min(1.0) {
+        return None;
+    }
+    // Good land and luck make a town.
+    let rank = 0.5 * worth + 0.5 * share(id.hash(seed, stream::CLASS));
+    let (class, people) = match rank {
+        ..0.55 => (SiteClass::Hamlet, 20.0 + 200.0 * rank),
+        0.55..0.78 => (SiteClass::Village, 200.0 + 6000.0 * (rank - 0.55)),
+        _ => (SiteClass::Town, 2000.0 + 80_000.0 * (rank - 0.78)),
+    };
+    Some(Site {
+        id,
+        at: [(first[0] + at[0]) * scale.step, (first[1] + at[1]) * scale.step],
+        height_m: window.height_m(at[0] + around, at[1] + around) as f32,
+        class,
+        population: people as u32,
+        name: names::settlement(seed, id),
+    })
+}
+
+/// A hash as a number from 0 to 1, 1 excluded.
+fn share(hash: u64) -> f64 {
+    (hash >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// How good a node is to live on, 0 to 1, or `None` where nobody could.
+fn suitability(
+    settings: &PlacesSettings,
+    ground: &Ground,
+    window: &Window,
+    rivers: &Rivers,
+    at: [i64; 2],
+) -> Option<f64> {
+    let scale = &ground.scale;
+    let height_m = window.height_m(at[0], at[1]);
+    if height_m > settings.max_height_m {
+        return None;
+    }
+    // The steepest of the place and its four neighbours, so that a settlement of some hundred metres finds room.
+    let steepness = |col: i64, row: i64| {
+        let [east, south] = window.gradient(col, row, scale.step_m());
+        (east * east + south * south).sqrt()
+    };
+    let around = [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)];
+    let steepest = around.iter().map(|(dx, dy)| steepness(at[0] + dx, at[1] + dy)).fold(0.0, f64::max);
+    let range = WaterRange::new(settings.site_m);
+    let water_m = water_m(ground, window, rivers, at, range.far_m);
+    if steepest > STEEP || water_m < range.dry_m.max(scale.half as f64 * scale.spacing_m) {
+        return None;
+    }
+    let flat = 1.0 - steepest / STEEP;
+    let near = ((range.far_m - water_m) / (range.far_m - range.near_m)).clamp(0.0, 1.0);
+    // High land is worth less from half of the highest on.
+    let low = (2.0 - 2.0 * height_m / settings.max_height_m.max(1.0)).clamp(0.0, 1.0);
+    Some(0.45 * flat + 0.4 * near + 0.15 * low)
+}
+
+/// Metres to the edge of the nearest water, `far_m` at most.
+fn water_m(ground: &Ground, window: &Window, rivers: &Rivers, at: [i64; 2], far_m: f64) -> f64 {
+    let scale = &ground.scale;
+    let ratio = window.ratio as i64;
+    let sample_m = scale.half as f64 * scale.spacing_m;
+    let far = (far_m / sample_m) as i64;
+    let mut nearest2 = (far * far) as f64;
+    for (dx, dy) in (-far..=far).flat_map(|dy| (-far..=far).map(move |dx| (dx, dy))) {
+        let distance2 = (dx * dx + dy * dy) as f64;
+        if distance2 < nearest2 && window.water(at[0] * ratio + dx, at[1] * ratio + dy) != Water::Dry {
+            nearest2 = distance2;
+        }
+    }
+    let place = at.map(|at| at * scale.step * FIXED);
+    let fixed_m = scale.spacing_m / FIXED as f64;
+    let mut near = Vec::new();
+    rivers.near(place, place, &mut near);
+    let to_river = |piece: &u32| {
+        let piece = &rivers.pieces[*piece as usize];
+        piece.distance2(place).sqrt() * fixed_m - piece.width_m / 2.0
+    };
+    near.iter().map(to_river).fold(nearest2.sqrt() * sample_m, f64::min)
+}

@@ -1,0 +1,387 @@
+//! What settlements and roads promise, on a land made for it: hills, lakes in their hollows, rivers in their valleys.
+
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+
+use super::*;
+use crate::grid::Grid;
+use crate::places::bed::Beds;
+use crate::places::land::{FIXED, RiverPiece, Water};
+use crate::places::road::RoadKind;
+
+/// A land without an end, the same at any distance.
+struct TestLand {
+    spacing_m: f64,
+    /// Metres from the lowest to the highest hill.
+    relief_m: f64,
+}
+
+/// Metres from a river to the next, from a place that its line is told for to the next, and across its valley.
+const RIVERS_M: f64 = 8000.0;
+const PIECE_M: f64 = 64.0;
+const VALLEY_M: f64 = 900.0;
+
+/// Heights of the sea, of lakes and of rivers.
+const SEA_M: f64 = 0.0;
+const LAKE_M: f64 = 120.0;
+const RIVER_M: f64 = 130.0;
+
+impl TestLand {
+    fn vertices(&self, metres: f64) -> i64 {
+        (metres / self.spacing_m) as i64
+    }
+
+    /// Smooth noise from 0 to 1.
+    fn noise(&self, at: [i64; 2], wave_m: f64, number: u64) -> f64 {
+        let wave = self.vertices(wave_m);
+        let cell = at.map(|at| at.div_euclid(wave));
+        let [east, south] = at.map(|at| {
+            let share = at.rem_euclid(wave) as f64 / wave as f64;
+            share * share * (3.0 - 2.0 * share)
+        });
+        let value = |dx: i64, dy: i64| {
+            let id = SiteId { i: cell[0] + dx, j: cell[1] + dy };
+            (id.hash(5, number) >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let north = value(0, 0) + (value(1, 0) - value(0, 0)) * east;
+        let below = value(0, 1) + (value(1, 1) - value(0, 1)) * east;
+        north + (below - north) * south
+    }
+
+    /// Smooth noise from 0 to 1 along a line.
+    fn bends(&self, x: i64, wave_m: f64, band: i64) -> f64 {
+        let wave = self.vertices(wave_m);
+        let (cell, share) = (x.div_euclid(wave), x.rem_euclid(wave) as f64 / wave as f64);
+        let value = |i: i64| (SiteId { i, j: band }.hash(5, wave as u64) >> 11) as f64 / (1u64 << 53) as f64;
+        let [a, b] = [value(cell), value(cell + 1)];
+        a + (b - a) * (share * share * (3.0 - 2.0 * share))
+    }
+
+    /// The row of a river at a column.
+    fn river_y(&self, band: i64, x: i64) -> i64 {
+        let off_m = self.bends(x, 5000.0, band) * 3000.0 + self.bends(x, 700.0, band) * 500.0;
+        band * self.vertices(RIVERS_M) + self.vertices(off_m)
+    }
+
+    /// Each third river is a brook.
+    fn river_width_m(band: i64) -> f64 {
+        [6.0, 35.0, 2.5][band.rem_euclid(3) as usize]
+    }
+
+    /// Metres to the nearest river's middle, seen along a column, and that river.
+    fn river(&self, [x, y]: [i64; 2]) -> (f64, i64) {
+        let band = y.div_euclid(self.vertices(RIVERS_M));
+        let far = |band: i64| ((y - self.river_y(band, x)).abs() as f64 * self.spacing_m, band);
+        (band - 1..=band + 1).map(far).min_by(|a, b| a.0.total_cmp(&b.0)).expect("there are three")
+    }
+
+    fn height_m(&self, at: [i64; 2]) -> f64 {
+        self.height_by(at, self.river(at))
+    }
+
+    fn height_by(&self, at: [i64; 2], (river_m, band): (f64, i64)) -> f64 {
+        let near = (1.0 - river_m / VALLEY_M).max(0.0);
+        let near = near * near * (3.0 - 2.0 * near);
+        let hills = 0.6 * self.noise(at, 7000.0, 1) + 0.27 * self.noise(at, 2300.0, 2);
+        let hills = hills + 0.09 * self.noise(at, 900.0, 3) + 0.04 * self.noise(at, 300.0, 4);
+        let hills_m = (hills - 0.25) * self.relief_m;
+        let floor_m = match river_m < Self::river_width_m(band) / 2.0 {
+            true => RIVER_M - 1.0,
+            false => RIVER_M + 1.0 + river_m * 0.01,
+        };
+        hills_m + (floor_m - hills_m) * near
+    }
+
+    fn water(&self, at: [i64; 2]) -> Water {
+        let (river_m, band) = self.river(at);
+        match self.height_by(at, (river_m, band)) {
+            _ if river_m < Self::river_width_m(band) / 2.0 => Water::River,
+            height_m if height_m < SEA_M => Water::Sea,
+            height_m if height_m < LAKE_M => Water::Lake,
+            _ => Water::Dry,
+        }
+    }
+}
+
+impl Land for TestLand {
+    fn heights_m(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<f32> {
+        sampled(x0, y0, step, cols, rows, |at| self.height_m(at) as f32)
+    }
+
+    fn waters(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<Water> {
+        sampled(x0, y0, step, cols, rows, |at| self.water(at))
+    }
+
+    fn rivers(&self, area: &Area) -> Vec<RiverPiece> {
+        let piece = self.vertices(PIECE_M).max(1);
+        let band = |y: i64| y.div_euclid(self.vertices(RIVERS_M));
+        let mut pieces = Vec::new();
+        for band in band(area.y0) - 1..=band(area.y1) {
+            for x in (area.x0.div_euclid(piece)..=area.x1.div_euclid(piece)).map(|number| number * piece) {
+                let ends = [x, x + piece].map(|x| [x, self.river_y(band, x)]);
+                let (low, high) = (ends[0][1].min(ends[1][1]), ends[0][1].max(ends[1][1]));
+                if low < area.y1 && high >= area.y0 {
+                    let [from, to] = ends.map(|at| at.map(|at| at * FIXED));
+                    let width_m = Self::river_width_m(band) as f32;
+                    pieces.push(RiverPiece { from, to, width_m, level_m: RIVER_M as f32 });
+                }
+            }
+        }
+        pieces
+    }
+}
+
+fn sampled<T>(x0: i64, y0: i64, step: i64, cols: usize, rows: usize, at: impl Fn([i64; 2]) -> T) -> Vec<T> {
+    let vertex = |index: usize| [x0 + (index % cols) as i64 * step, y0 + (index / cols) as i64 * step];
+    (0..cols * rows).map(|index| at(vertex(index))).collect()
+}
+
+const SPACING_M: f64 = 2.0;
+
+fn land() -> TestLand {
+    TestLand { spacing_m: SPACING_M, relief_m: 1300.0 }
+}
+
+fn places() -> Places {
+    Places::new(&PlacesSettings::default(), SPACING_M, 7).expect("the defaults are sound")
+}
+
+/// 20 x 20 km.
+fn wide() -> Area {
+    Area::new(-5000, 3000, 10_000, 10_000)
+}
+
+/// 8 x 8 km, where a brook and a lake are.
+fn near() -> Area {
+    Area::new(1000, 5000, 4000, 4000)
+}
+
+/// All roads of a wide area, made once for the tests that look at roads.
+fn roads() -> &'static [Arc<Road>] {
+    static ROADS: OnceLock<Vec<Arc<Road>>> = OnceLock::new();
+    ROADS.get_or_init(|| places().roads(&land(), &wide()))
+}
+
+#[test]
+fn windows_agree_whatever_was_asked_before() {
+    let land = land();
+    let (one, other, third) = (places(), places(), places());
+    let [west, east] = [near(), Area { x0: 2500, x1: 6500, ..near() }];
+    // One is asked from the west, one from the east after something far off, one by four threads.
+    let from_west = [one.roads(&land, &west), one.roads(&land, &east)];
+    other.roads(&land, &Area::new(9000, 9000, 300, 300));
+    let east_first = other.roads(&land, &east);
+    let from_east = [other.roads(&land, &west), east_first];
+    assert_eq!(from_west, from_east);
+    let parts: Vec<Area> = (0..4).map(|n| Area { x0: 2500 + n * 1000, x1: 3500 + n * 1000, ..east }).collect();
+    let in_parts = std::thread::scope(|scope| {
+        let asked: Vec<_> = parts.iter().map(|part| scope.spawn(|| third.roads(&land, part))).collect();
+        asked.into_iter().flat_map(|thread| thread.join().expect("no thread panics")).collect::<Vec<_>>()
+    });
+    let by_id: BTreeMap<_, _> = in_parts.into_iter().map(|road| (road.id, road)).collect();
+    assert_eq!(by_id.into_values().collect::<Vec<_>>(), from_west[1]);
+    assert!(from_west[1].len() > 5, "{} roads", from_west[1].len());
+    assert_eq!(one.sites(&land, &west), third.sites(&land, &west));
+    let union = Area { x0: 1000, x1: 6500, ..near() };
+    let seen: BTreeMap<_, _> =
+        [west, east].iter().flat_map(|area| one.sites(&land, area)).map(|site| (site.id, site)).collect();
+    assert_eq!(seen.into_values().collect::<Vec<_>>(), third.sites(&land, &union));
+}
+
+#[test]
+fn what_lies_in_a_part_is_what_the_whole_has_there() {
+    let (land, part) = (land(), Area::new(2000, 8000, 2000, 2000));
+    let inside: Vec<_> = roads().iter().filter(|road| road.overlaps(&part)).cloned().collect();
+    assert_eq!(places().roads(&land, &part), inside);
+    assert!(!inside.is_empty());
+}
+
+#[test]
+fn settlements_stand_on_dry_and_even_land() {
+    let (land, places) = (land(), places());
+    let sites = places.sites(&land, &Area::new(-20_000, -20_000, 40_000, 40_000));
+    assert!((150..=400).contains(&sites.len()), "{} of 400 cells are settled", sites.len());
+    assert!(sites.is_sorted_by_key(|site| site.id));
+    for site in &sites {
+        assert_eq!(places.cell(site.at), site.id);
+        assert_eq!(land.water(site.at), Water::Dry);
+        assert_eq!(land.height_m(site.at) as f32, site.height_m);
+        let edge = |(far_m, band): (f64, i64)| far_m - TestLand::river_width_m(band) / 2.0;
+        assert!(edge(land.river(site.at)) > 30.0, "{site:?}");
+        assert!(site.height_m <= 2500.0 && site.population >= 20);
+    }
+    let count = |class| sites.iter().filter(|site| site.class == class).count();
+    let classes = [site::SiteClass::Hamlet, site::SiteClass::Village, site::SiteClass::Town].map(count);
+    assert!(classes.iter().all(|count| *count > 10), "{classes:?}");
+}
+
+#[test]
+fn roads_are_never_too_steep_and_meet_at_their_sites() {
+    let (land, settings, places) = (land(), PlacesSettings::default(), places());
+    assert!(roads().len() > 30);
+    assert!(roads().is_sorted_by(|a, b| a.id < b.id));
+    for road in roads() {
+        assert!(road.id.0 < road.id.1);
+        let most = settings.max_grade[road.class as usize];
+        assert!(road.max_grade <= most);
+        let mut length_m = 0.0;
+        for pair in road.points.windows(2) {
+            let piece_m = line::length_m(pair[0].at, pair[1].at, SPACING_M);
+            assert!(((pair[1].level_m - pair[0].level_m).abs() as f64) <= most * piece_m, "{:?} {pair:?}", road.id);
+            length_m += piece_m;
+        }
+        assert!((length_m - road.length_m).abs() < 1e-6);
+        for (id, point) in [(road.id.0, road.points[0]), (road.id.1, road.points[road.points.len() - 1])] {
+            let site = places.site(&land, id).expect("a road begins at a site");
+            assert_eq!((point.at, point.level_m), (site.at.map(|at| at * FIXED), site.height_m));
+        }
+    }
+}
+
+#[test]
+fn curves_are_as_wide_as_their_class_asks() {
+    let settings = PlacesSettings::default();
+    for road in roads() {
+        let least_m = settings.radius_m[road.class as usize];
+        for [a, b, c] in road.points.array_windows().map(|three: &[road::RoadPoint; 3]| three.map(|point| point.at)) {
+            // The radius of the circle through three points.
+            let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(a, b)| line::length_m(a, b, SPACING_M));
+            let cross = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            let twice_m2 = cross.abs() as f64 * (SPACING_M / FIXED as f64) * (SPACING_M / FIXED as f64);
+            let radius_m = ab * bc * ca / (2.0 * twice_m2);
+            // A curve made of pieces of 8 m is not its circle to the last metre.
+            assert!(radius_m >= least_m * 0.9, "{:?} {radius_m} {a:?}", road.id);
+        }
+    }
+}
+
+#[test]
+fn roads_keep_out_of_lakes_and_are_carried_over_rivers() {
+    let land = land();
+    let (mut fords, mut bridges) = (0, 0);
+    for road in roads() {
+        let pieces = land.rivers(&road.bounds);
+        let crossings = road.crossings();
+        for point in &road.points {
+            let vertex = point.at.map(|at| (at + FIXED / 2).div_euclid(FIXED));
+            if land.water(vertex).is_open() {
+                assert_eq!(point.kind, RoadKind::Bridge, "{:?} {vertex:?}", road.id);
+            }
+        }
+        let crosses = |a: [i64; 2], b: [i64; 2]| {
+            let relative = |at: [i64; 2]| [at[0] - a[0], at[1] - a[1]];
+            pieces.iter().any(|piece| {
+                let (from, to) = (relative(piece.from), relative(piece.to));
+                ground::Piece { from, to, width_m: 0.0, level_m: 0.0 }.is_crossed([0, 0], relative(b))
+            })
+        };
+        for pair in road.points.windows(2) {
+            if crosses(pair[0].at, pair[1].at) {
+                assert!(pair[0].kind != RoadKind::Ground && pair[1].kind == pair[0].kind, "{:?} {pair:?}", road.id);
+            }
+        }
+        for crossing in &crossings {
+            let (first, last) = crossing.points;
+            let points = &road.points[first..=last];
+            let wet = points.iter().any(|point| land.water(point.at.map(|at| at.div_euclid(FIXED))).is_open());
+            assert!(wet || points.windows(2).any(|pair| crosses(pair[0].at, pair[1].at)), "{:?} {crossing:?}", road.id);
+            if crossing.kind == RoadKind::Ford {
+                fords += 1;
+                assert!(points.iter().all(|point| point.level_m < RIVER_M as f32));
+            } else {
+                bridges += 1;
+                assert!(wet || points.iter().all(|point| point.level_m > RIVER_M as f32));
+            }
+        }
+    }
+    assert!(fords > 3 && bridges > 5, "{fords} fords, {bridges} bridges");
+}
+
+#[test]
+fn far_from_the_origin_there_are_places_too() {
+    let (land, places) = (land(), places());
+    let area = Area::new(10_000_000_000, -10_000_000_000, 3000, 3000);
+    let (sites, roads) = (places.sites(&land, &area), places.roads(&land, &area));
+    assert!(!sites.is_empty() && !roads.is_empty());
+    assert!(sites.iter().all(|site| places.cell(site.at) == site.id));
+    let near = area.padded(places.reach() as usize);
+    assert!(roads.iter().all(|road| near.contains(&road.bounds)), "no road is longer than the reach");
+}
+
+#[test]
+fn any_spacing_has_roads_within_their_grades() {
+    let settings = PlacesSettings::default();
+    for spacing_m in [0.3, 25.0, 100.0] {
+        let land = TestLand { spacing_m, ..land() };
+        let places = Places::new(&settings, spacing_m, 7).expect("the defaults are sound");
+        let vertices = |metres: f64| (metres / spacing_m) as i64;
+        let side = vertices(8000.0) as usize;
+        let roads = places.roads(&land, &Area::new(vertices(2000.0), vertices(10_000.0), side, side));
+        assert!(roads.len() > 5, "{} roads with {spacing_m} m", roads.len());
+        for road in roads {
+            assert!(road.max_grade <= settings.max_grade[road.class as usize]);
+            let ground = road.points.iter().filter(|point| point.kind == RoadKind::Ground);
+            let vertex = |at: [i64; 2]| at.map(|at| at.div_euclid(FIXED));
+            assert!(ground.map(|point| land.water(vertex(point.at))).all(|water| !water.is_open()));
+        }
+    }
+}
+
+#[test]
+fn steep_land_has_roads_that_wind() {
+    let straight_m = |road: &Road| line::length_m(road.points[0].at, road.points[road.points.len() - 1].at, SPACING_M);
+    let steep = TestLand { spacing_m: SPACING_M, relief_m: 2400.0 };
+    let roads = places().roads(&steep, &near());
+    assert!(!roads.is_empty());
+    assert!(roads.iter().any(|road| road.length_m > 1.3 * straight_m(road)), "a switchback at least");
+}
+
+#[test]
+fn beds_agree_where_areas_overlap_and_end_at_their_reach() {
+    let land = land();
+    // Around the middle of a road with a bridge, so that all kinds of pieces are there.
+    let road = roads().iter().find(|road| road.crossings().iter().any(|crossing| crossing.kind == RoadKind::Bridge));
+    let middle = road.expect("some road has a bridge").crossings()[0].at.map(|at| at.div_euclid(FIXED));
+    let whole = Area::new(middle[0] - 200, middle[1] - 200, 400, 400);
+    let part = Area::new(middle[0] - 57, middle[1] - 200, 111, 321);
+    let beds = |area: Area, reversed: bool| {
+        let mut chosen: Vec<&Road> = roads().iter().map(AsRef::as_ref).collect();
+        if reversed {
+            chosen.reverse();
+        }
+        let bare = land.heights_m(area.x0, area.y0, 1, area.width(), area.height());
+        let mut heights = Grid::filled(area, 0.0);
+        heights.values_mut().copy_from_slice(&bare);
+        let beds = Beds::new(area, chosen, SPACING_M).expect("a road is there");
+        beds.shape(&mut heights);
+        (bare, heights, beds)
+    };
+    let ((bare, wide, wide_beds), (_, small, small_beds)) = (beds(whole, false), beds(part, true));
+    let (mut changed, mut paved) = (0, 0);
+    for (x, y) in (part.y0..part.y1).flat_map(|y| (part.x0..part.x1).map(move |x| (x, y))) {
+        assert_eq!(wide.at(x, y).to_bits(), small.at(x, y).to_bits());
+        assert_eq!(wide_beds.share().at(x, y).to_bits(), small_beds.share().at(x, y).to_bits());
+    }
+    let fixed = |x: i64, y: i64| [x * FIXED, y * FIXED];
+    for (index, (x, y)) in (whole.y0..whole.y1).flat_map(|y| (whole.x0..whole.x1).map(move |x| (x, y))).enumerate() {
+        // Metres beyond the reach of the nearest road, and whether that place is on a bridge.
+        let beyond = |road: &Road| {
+            let far = |pair: &[road::RoadPoint]| {
+                let spanned = pair.iter().all(|point| point.kind == RoadKind::Bridge);
+                let from = |at: [i64; 2]| [at[0] - x * FIXED, at[1] - y * FIXED];
+                let parts = ground::distance2([0, 0], from(pair[0].at), from(pair[1].at)).sqrt();
+                (parts * SPACING_M / FIXED as f64 - road.reach_m(), spanned)
+            };
+            road.points.windows(2).map(far).min_by(|a, b| a.0.total_cmp(&b.0)).expect("a road has pieces")
+        };
+        let is_changed = wide.at(x, y).to_bits() != bare[index].to_bits();
+        changed += usize::from(is_changed);
+        paved += usize::from(wide_beds.share().at(x, y) > 0.5);
+        if is_changed {
+            let near = roads().iter().filter(|road| road.overlaps(&Area::new(x, y, 1, 1)));
+            let reached = near.map(|road| beyond(road)).any(|(beyond_m, spanned)| beyond_m < 1e-3 && !spanned);
+            assert!(reached, "{:?}", fixed(x, y));
+        }
+    }
+    assert!(changed > 500 && paved > 100, "{changed} vertices changed, {paved} paved");
+}
