@@ -85,7 +85,7 @@ const HOME_CELLS: i64 = 10;
 /// Groups of letters that mean something else to an English reader.
 const UNWELCOME: &[&str] = &[
     "anal", "anus", "ass", "bitch", "boob", "cock", "crap", "cum", "cunt", "damn", "dick", "fag", "fuck", "hell",
-    "kill", "kkk", "kok", "nazi", "neg", "nig", "paki", "pee", "penis", "piss", "poo", "porn", "pric", "rape", "sex",
+    "kill", "kkk", "kok", "nazi", "neg", "nig", "paki", "pee", "penis", "pis", "poo", "porn", "pric", "rape", "sex",
     "shit", "slut", "tard", "tit", "turd", "vag", "wank", "whor",
 ];
 

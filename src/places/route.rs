@@ -291,7 +291,7 @@ impl Search<'_> {
         if rise_m.abs() > most * length_m {
             return FORBIDDEN;
         }
-        let Some((crossing_m, crosses)) = self.crossing_m(from, to, near) else { return FORBIDDEN };
+        let Some(crossing_m) = self.crossing_m(from, to, near) else { return FORBIDDEN };
         let mut cost_m = length_m + crossing_m;
         let open = self.is_over_open_water(from, to);
         let squared = |grade: f64| STEEP * grade * grade / (self.standard.max_grade * self.standard.max_grade);
@@ -307,8 +307,7 @@ impl Search<'_> {
             for part in 1..=parts {
                 let height_m = self.height_between(from, to, part, parts);
                 let grade = (height_m - last_m) / part_m;
-                // A bridge spans what lies between the banks.
-                if grade.abs() > BUMP * most && !crosses {
+                if grade.abs() > BUMP * most {
                     return FORBIDDEN;
                 }
                 cost_m += part_m * squared(grade);
@@ -352,8 +351,8 @@ impl Search<'_> {
         })
     }
 
-    /// Metres that the rivers under a move cost, and whether there are any; `None` if it goes along one.
-    fn crossing_m(&self, from: Node, to: Node, near: &mut Vec<u32>) -> Option<(f64, bool)> {
+    /// Metres that the rivers under a move cost; `None` if it goes along one or cannot cross.
+    fn crossing_m(&self, from: Node, to: Node, near: &mut Vec<u32>) -> Option<f64> {
         let (a, b) = (self.fixed(from), self.fixed(to));
         self.rivers.near(a, b, near);
         let (mut cost_m, mut crosses, mut grazes) = (0.0, false, false);
@@ -379,7 +378,7 @@ impl Search<'_> {
                 grazes = true;
             }
         }
-        (crosses || !grazes).then_some((cost_m, crosses))
+        (crosses || !grazes).then_some(cost_m)
     }
 
     /// How bad a node is to walk on, 0 to 1: smooth noise on the lattice of nodes.

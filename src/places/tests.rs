@@ -239,6 +239,18 @@ fn roads_are_never_too_steep_and_meet_at_their_sites() {
 }
 
 #[test]
+fn roads_follow_the_land() {
+    let land = land();
+    let ground = roads().iter().flat_map(|road| &road.points).filter(|point| point.kind == RoadKind::Ground);
+    let vertex = |at: [i64; 2]| at.map(|at| (at + FIXED / 2).div_euclid(FIXED));
+    let mut off_m: Vec<f64> =
+        ground.map(|point| (point.level_m as f64 - land.height_m(vertex(point.at))).abs()).collect();
+    off_m.sort_by(f64::total_cmp);
+    let (nearly_all_m, most_m) = (off_m[off_m.len() * 99 / 100], off_m[off_m.len() - 1]);
+    assert!(nearly_all_m < 3.0 && most_m < 12.0, "99 of 100 points lie within {nearly_all_m} m, all within {most_m} m");
+}
+
+#[test]
 fn curves_are_as_wide_as_their_class_asks() {
     let settings = PlacesSettings::default();
     for road in roads() {
