@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 use std::hash::{BuildHasher, Hash, RandomState};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
-/// Remembers the values of a pure function, at most twice `capacity` of them, the least recently asked forgotten first.
+/// Remembers the values of a pure function: the last `capacity` that were asked for in any case, twice that at most.
 ///
-/// Threads that ask for the same key at the same time may both compute it; the values are equal.
+/// A value is computed once even if several threads ask at a time; computing it must not ask for the same key again.
 #[derive(Debug)]
 pub(crate) struct Memory<K, V> {
     shards: Vec<Mutex<Shard<K, V>>>,
@@ -14,11 +14,14 @@ pub(crate) struct Memory<K, V> {
     hasher: RandomState,
 }
 
+/// A value under way or done.
+type Slot<V> = Arc<OnceLock<Arc<V>>>;
+
 /// Two generations: what is asked for is young; when the young are too many, they grow old and the old are forgotten.
 #[derive(Debug)]
 struct Shard<K, V> {
-    young: HashMap<K, Arc<V>>,
-    old: HashMap<K, Arc<V>>,
+    young: HashMap<K, Slot<V>>,
+    old: HashMap<K, Slot<V>>,
 }
 
 impl<K: Copy + Eq + Hash, V> Memory<K, V> {
@@ -36,30 +39,23 @@ impl<K: Copy + Eq + Hash, V> Memory<K, V> {
     /// The value of `key`, which is made if it is not remembered.
     pub fn get(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
         let shard = &self.shards[self.hasher.hash_one(key) as usize % self.shards.len()];
-        {
-            let mut shard = shard.lock().expect("no thread panics while it holds the memory");
-            if let Some(value) = shard.young.get(&key) {
-                return Arc::clone(value);
-            }
-            if let Some(value) = shard.old.remove(&key) {
-                shard.keep(key, Arc::clone(&value), self.shard_capacity);
-                return value;
-            }
-        }
+        let slot = shard.lock().expect("no thread panics while it looks up").slot(key, self.shard_capacity);
         // Not under the lock: making one value may ask for others.
-        let value = Arc::new(make());
-        let mut shard = shard.lock().expect("no thread panics while it holds the memory");
-        shard.keep(key, Arc::clone(&value), self.shard_capacity);
-        value
+        Arc::clone(slot.get_or_init(|| Arc::new(make())))
     }
 }
 
 impl<K: Copy + Eq + Hash, V> Shard<K, V> {
-    fn keep(&mut self, key: K, value: Arc<V>, capacity: usize) {
+    fn slot(&mut self, key: K, capacity: usize) -> Slot<V> {
+        if let Some(slot) = self.young.get(&key) {
+            return Arc::clone(slot);
+        }
         if self.young.len() >= capacity {
             self.old = std::mem::take(&mut self.young);
         }
-        self.young.insert(key, value);
+        let slot = self.old.remove(&key).unwrap_or_default();
+        self.young.insert(key, Arc::clone(&slot));
+        slot
     }
 }
 

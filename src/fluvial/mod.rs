@@ -183,14 +183,11 @@ impl Fluvial {
 
     /// The pieces of channels that matter to an area.
     fn pieces(&self, area: Area) -> Pieces {
-        let pad = self.warp.most_m().map(|metres| {
-            ((metres + self.reach_m()) / self.fields.metres_a_grain()).ceil() as i64
-        });
+        let pad =
+            self.warp.most_m().map(|metres| ((metres + self.reach_m()) / self.fields.metres_a_grain()).ceil() as i64);
         let (low, high) = (Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1, area.y1));
-        let rectangle = [
-            Point { x: low.x - pad[0], y: low.y - pad[1] },
-            Point { x: high.x + pad[0], y: high.y + pad[1] },
-        ];
+        let rectangle =
+            [Point { x: low.x - pad[0], y: low.y - pad[1] }, Point { x: high.x + pad[0], y: high.y + pad[1] }];
         self.network.pieces(self.fields.levels(), rectangle, low)
     }
 
@@ -224,7 +221,8 @@ impl Fluvial {
                 let (mut low, mut high) = ([i64::MAX; 2], [i64::MIN; 2]);
                 let mut highest_m = f32::NEG_INFINITY;
                 for (index, x, y) in indices() {
-                    let at = [x as f64 + (east[index] * per_vertex) as f64, y as f64 + (south[index] * per_vertex) as f64];
+                    let at =
+                        [x as f64 + (east[index] * per_vertex) as f64, y as f64 + (south[index] * per_vertex) as f64];
                     for axis in [0, 1] {
                         let cell = (at[axis].floor() as i64).div_euclid(COAST_STEP);
                         low[axis] = low[axis].min(cell);
@@ -328,7 +326,8 @@ impl Fluvial {
                 } else if discharge >= settings.spring_m3s && distance_m <= half_m.max(least_half) {
                     let deepest = self.river_depth_m(discharge);
                     // A flat floor, and banks where the river is wide enough to have them.
-                    let bank = if half_m > least_half { ((half_m - distance_m) / (0.3 * half_m)).min(1.0) } else { 1.0 };
+                    let bank =
+                        if half_m > least_half { ((half_m - distance_m) / (0.3 * half_m)).min(1.0) } else { 1.0 };
                     let depth = deepest * bank.max(0.1);
                     (heights[column], kinds[column], depths[column]) = (surface - depth, WaterKind::River, depth);
                     flows[column] = discharge as f32;

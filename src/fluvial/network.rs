@@ -282,10 +282,8 @@ impl Network {
         let pieces = self.pieces_of(0).max(4 * LAKE_SHAPE.len());
         let dry = if there.sea { self.fields.dry_share(here.at, there.at) } else { 1.0 };
         let lake_share = (LAKE_SHAPE.len() - 1) as f64 / pieces as f64;
-        let falls = [
-            if drained.lake > 0.0 { lake_share } else { 0.0 },
-            if below.lake > 0.0 { 1.0 - lake_share } else { dry },
-        ];
+        let falls =
+            [if drained.lake > 0.0 { lake_share } else { 0.0 }, if below.lake > 0.0 { 1.0 - lake_share } else { dry }];
         let fall_m = drained.level_m - below.level_m;
         let length_m = length(straight) * self.fields.metres_a_grain();
         // What comes from above; a spring has a quarter of its cell.

@@ -122,7 +122,8 @@ impl Trunks {
     /// The basin of a node, and where its water goes.
     pub fn drained(&self, id: NodeId) -> Drained {
         let basin = self.basin(self.root(SPILL_ROUNDS, id));
-        let place = basin.nodes.binary_search_by_key(&id, |(id, _)| *id).expect("a basin holds what drains to its sink");
+        let place =
+            basin.nodes.binary_search_by_key(&id, |(id, _)| *id).expect("a basin holds what drains to its sink");
         basin.nodes[place].1
     }
 

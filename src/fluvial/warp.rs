@@ -33,13 +33,8 @@ impl Warp {
     pub fn new(fields: &Fields, spacing_m: f64, seed: u64) -> Warp {
         let finest_m = fields.side(fields.levels() - 1) as f64 * fields.metres_a_grain();
         // From the valleys of the middle levels down to little more than those of the finest.
-        let spec = FractalSpec {
-            kind: FractalKind::Fbm,
-            octaves: 5,
-            wavelength_m: 16.0 * finest_m,
-            lacunarity: 2.0,
-            h: 1.6,
-        };
+        let spec =
+            FractalSpec { kind: FractalKind::Fbm, octaves: 5, wavelength_m: 16.0 * finest_m, lacunarity: 2.0, h: 1.6 };
         let fractal = |stream| Fractal::new(&spec, spacing_m, hash::stream(seed, stream));
         Warp {
             axes: [fractal(stream::EAST), fractal(stream::SOUTH)],

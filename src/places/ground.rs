@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::area::Area;
+use crate::memory::Memory;
 use crate::places::land::{FIXED, Land, RiverPiece, Water};
-use crate::places::memory::Memory;
 
 /// How far apart things are looked at. All lengths are whole vertices, and sites lie on nodes of the plan.
 #[derive(Clone, Copy, Debug)]

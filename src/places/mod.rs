@@ -22,7 +22,6 @@ mod build;
 mod graph;
 mod ground;
 mod line;
-mod memory;
 mod profile;
 mod route;
 
@@ -40,10 +39,10 @@ use std::sync::Arc;
 
 use crate::area::Area;
 use crate::error::Error;
+use crate::memory::Memory;
 use crate::places::build::Builder;
 use crate::places::ground::{Ground, Scale};
 use crate::places::land::Land;
-use crate::places::memory::Memory;
 use crate::places::road::Road;
 use crate::places::route::Domain;
 use crate::places::settings::PlacesSettings;

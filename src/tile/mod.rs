@@ -85,13 +85,7 @@ impl Tile {
     ///
     /// # Panics
     /// When `land` does not reach [`HEIGHT_PAD`] vertices past the tile.
-    pub(crate) fn imprinted(
-        world: &World,
-        id: TileId,
-        land: Land,
-        imprint: Option<Imprint>,
-        clock: &Clock,
-    ) -> Tile {
+    pub(crate) fn imprinted(world: &World, id: TileId, land: Land, imprint: Option<Imprint>, clock: &Clock) -> Tile {
         let Land { mut heights, water } = land;
         let area = id.area(world.tile_cells());
         let spacing_m = world.spacing_m();
