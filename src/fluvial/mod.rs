@@ -18,6 +18,7 @@
 //! which is flooded and remembered.
 
 pub mod fields;
+mod gullies;
 pub mod network;
 pub mod point;
 pub mod settings;
@@ -34,10 +35,11 @@ use crate::hash;
 use crate::preset::Preset;
 use crate::simd::dispatch;
 use fields::Fields;
+use gullies::Gullies;
 use network::{Network, Pieces, mix};
 use point::Point;
 use settings::{FluvialSettings, Strata};
-use valley::{FillValleys, PATCH, Valleys};
+use valley::{FillValleys, LEAST_HALF_WIDTH, PATCH, Valleys};
 use warp::Warp;
 
 /// A world's relief, made by water.
@@ -47,6 +49,7 @@ pub struct Fluvial {
     fields: Arc<Fields>,
     network: Network,
     warp: Warp,
+    gullies: Option<Gullies>,
     lift: Lift,
 }
 
@@ -93,9 +96,6 @@ mod stream {
 /// Cells of the finest level within which a channel can matter to a vertex.
 const REACH_CELLS: i64 = 8;
 
-/// Half widths in vertices of the least channel: an unbroken line of vertices that touch at corners at least.
-const LEAST_HALF_WIDTH: f32 = 0.71;
-
 /// Vertices from one place to the next at which the slope of the hills is known.
 const SLOPE_STEP: i64 = 32;
 
@@ -113,6 +113,7 @@ impl Fluvial {
             spacing_m: preset.spacing_m,
             network: Network::new(Arc::clone(&fields), hash::stream(seed, stream::NETWORK)),
             warp: Warp::new(&fields, preset.spacing_m, seed),
+            gullies: Gullies::new(&fields, preset.spacing_m, seed),
             lift: Lift::new(settings, seed),
             fields,
         }
@@ -159,7 +160,8 @@ impl Fluvial {
 
     /// The land at all vertices of an area, with the time of each stage booked on `clock`.
     pub fn land(&self, area: Area, clock: &Clock) -> Land {
-        let aligned = aligned(area);
+        // Gullies look one vertex further.
+        let aligned = aligned(area.padded(1));
         // Where the valleys are read.
         let [east, south] = clock.time("warp", || self.warp.fill(aligned));
         // The channels around.
@@ -177,6 +179,9 @@ impl Fluvial {
                 out: &mut valleys,
             });
         });
+        if let Some(gullies) = &self.gullies {
+            clock.time("gullies", || gullies.carve(aligned, [&east, &south], &slope, &mut valleys));
+        }
         let coast = clock.time("coast", || self.coast(aligned, &east, &south, &valleys.height_m));
         clock.time("water", || self.finish(area, aligned, &pieces, &valleys, coast.as_deref()))
     }
@@ -273,7 +278,7 @@ impl Fluvial {
         let mut kinds = Grid::filled(area, WaterKind::Dry);
         let mut depths = Grid::filled(area, 0.0);
         let mut flows = Grid::filled(area, 0.0);
-        let least_half = LEAST_HALF_WIDTH * spacing_m;
+        let least_half = LEAST_HALF_WIDTH as f32 * spacing_m;
         let widest: Vec<f32> = pieces
             .all
             .iter()
@@ -310,7 +315,12 @@ impl Fluvial {
                 // In the channel.
                 let piece = &pieces.all[number];
                 let share = valleys.share[index] as f64;
-                let area_here = mix(piece.area, share);
+                let channel = &pieces.channels[piece.channel as usize];
+                // At its mouth a channel is as deep as what it runs into.
+                let last = piece.knot as usize + 2 == channel.knots.len();
+                let left = (1.0 - share) * point::length(piece.along);
+                let at_mouth = last && left <= 2.0 * point::GRAINS as f64;
+                let area_here = if at_mouth { channel.mouth_area } else { mix(piece.area, share) };
                 let discharge = self.fields.discharge_m3s(area_here);
                 let half_m = self.fields.river_width_m(area_here) as f32 / 2.0;
                 let lake_m = (mix(piece.lake, share) * self.fields.metres_a_grain()) as f32;

@@ -15,7 +15,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use super::fields::Fields;
-use super::point::{Point, chance, length};
+use super::point::{GRAINS, Point, chance, length};
 use super::trunk::{Drained, NodeId, Trunks};
 use crate::memory::Memory;
 
@@ -55,6 +55,10 @@ pub struct Channel {
     pub knots: Vec<Knot>,
     /// What it runs into.
     pub mouth: Mouth,
+    /// Slope of the hillsides around.
+    pub hill_slope: f64,
+    /// Area that drains through what it runs into, there, in cells of the trunk lattice; its own for the sea and lakes.
+    pub mouth_area: f64,
     /// For a trunk, the next node and whether this is that river's own upper course.
     pub next: Option<(NodeId, bool)>,
     bounds: [Point; 2],
@@ -89,6 +93,10 @@ const REACH_CELLS: (f64, f64) = (2.5, 3.0);
 
 /// Pieces of a trunk on either side of a node that are a lake, and how wide it is, from the node on.
 const LAKE_SHAPE: [f64; 5] = [1.0, 0.94, 0.78, 0.5, 0.0];
+
+/// How steep a river runs down the side of a larger one's valley at most, as a share of that side's slope: so it cuts into
+/// it, and is not lost on it.
+const INCISION: f64 = 0.7;
 
 /// Streams of chance: a level's begin at its multiple of this.
 const CHANNELS_A_LEVEL: u64 = 1 << 8;
@@ -204,40 +212,48 @@ impl Network {
         for level in 0..levels {
             self.channels(level, rectangle, |channel| {
                 let before = all.len();
-                for (knot, pair) in channel.knots.windows(2).enumerate() {
-                    let (from, to) = (pair[0].at.from(origin), pair[1].at.from(origin));
-                    let reach = pair[0].lake.max(pair[1].lake);
-                    let outside = |axis: usize| {
-                        let (least, most) = (from[axis].min(to[axis]), from[axis].max(to[axis]));
-                        most + reach < low[axis] || least - reach > high[axis]
-                    };
-                    let along = [to[0] - from[0], to[1] - from[1]];
-                    let square = along[0] * along[0] + along[1] * along[1];
-                    if outside(0) || outside(1) || square == 0.0 {
-                        continue;
-                    }
-                    let values = |value: &dyn Fn(&Knot) -> f64| {
-                        let upper = value(&pair[0]);
-                        [upper, value(&pair[1]) - upper]
-                    };
-                    all.push(Piece {
-                        channel: channels.len() as u32,
-                        knot: knot as u32,
-                        from,
-                        along,
-                        per_square: 1.0 / square,
-                        level_m: values(&|knot| knot.level_m),
-                        area: values(&|knot| knot.area),
-                        trough: values(&|knot| self.fields.trough(knot.area)),
-                        lake: values(&|knot| knot.lake),
-                    });
-                }
+                let touches = |piece: &Piece| {
+                    let reach = piece.widest_lake();
+                    [0, 1].into_iter().all(|axis| {
+                        let (from, to) = (piece.from[axis], piece.from[axis] + piece.along[axis]);
+                        from.max(to) + reach >= low[axis] && from.min(to) - reach <= high[axis]
+                    })
+                };
+                all.extend(self.pieces_between(channel, channels.len() as u32, origin).filter(touches));
                 if all.len() > before {
                     channels.push(Arc::clone(channel));
                 }
             });
         }
         Pieces { origin, channels, all }
+    }
+
+    /// The pieces of a channel that has that number, but for those without a length.
+    fn pieces_between(&self, channel: &Channel, number: u32, origin: Point) -> impl Iterator<Item = Piece> {
+        channel.knots.windows(2).enumerate().filter_map(move |(knot, pair)| {
+            let (from, to) = (pair[0].at.from(origin), pair[1].at.from(origin));
+            let along = [to[0] - from[0], to[1] - from[1]];
+            let square = along[0] * along[0] + along[1] * along[1];
+            let values = |value: &dyn Fn(&Knot) -> f64| {
+                let upper = value(&pair[0]);
+                [upper, value(&pair[1]) - upper]
+            };
+            // A floor as round as it can be if the sides, a vertex from the middle, are still steeper than the river.
+            let fall_m = (pair[0].level_m - pair[1].level_m).max(1e-9);
+            let length_m = square.sqrt() * self.fields.metres_a_grain();
+            let roundest = channel.hill_slope * GRAINS as f64 * length_m / (1.5 * fall_m);
+            (square > 0.0).then(|| Piece {
+                channel: number,
+                knot: knot as u32,
+                from,
+                along,
+                per_square: 1.0 / square,
+                level_m: values(&|knot| knot.level_m),
+                area: values(&|knot| knot.area),
+                trough: values(&|knot| self.fields.trough(knot.area).min(roundest)),
+                lake: values(&|knot| knot.lake),
+            })
+        })
     }
 
     fn chunk(&self, id: ChannelId) -> Arc<Chunk> {
@@ -258,7 +274,28 @@ impl Network {
     }
 
     /// The trunk from a node to the next one downstream; `None` for a sink.
+    ///
+    /// Where it comes to a larger one from the side, it keeps below the sides of that one's valley.
     fn trunk(&self, id: NodeId) -> Option<Channel> {
+        let mut trunk = self.free_trunk(id)?;
+        let Some((to, false)) = trunk.next else { return Some(trunk) };
+        let main = self.trunks.drained(to).main;
+        let others: Vec<Channel> = main.into_iter().chain([to]).filter_map(|id| self.free_trunk(id)).collect();
+        let origin = trunk.knots[0].at;
+        let pieces: Vec<Piece> = others.iter().flat_map(|other| self.pieces_between(other, 0, origin)).collect();
+        for index in (0..trunk.knots.len() - 1).rev() {
+            let (below, here) = (trunk.knots[index + 1], trunk.knots[index]);
+            let slope = INCISION * trunk.hill_slope * self.fields.metres_a_grain();
+            let relative = here.at.from(origin);
+            let sides = pieces.iter().map(|piece| piece.side_m(relative, slope));
+            let least_m = below.level_m + (here.level_m - below.level_m).clamp(0.0, 0.01);
+            trunk.knots[index].level_m = sides.fold(here.level_m, f64::min).max(least_m);
+        }
+        Some(trunk)
+    }
+
+    /// The trunk from a node to the next as if no other were there.
+    fn free_trunk(&self, id: NodeId) -> Option<Channel> {
         let drained = self.trunks.drained(id);
         let to = drained.to?;
         let below = self.trunks.drained(to);
@@ -312,7 +349,8 @@ impl Network {
             Some(_) => Mouth::Channel((0, to.0, to.1)),
             None => Mouth::Sink(to),
         };
-        Some(Channel { next: Some((to, is_main)), ..Channel::new((0, id.0, id.1), knots, mouth) })
+        let hill_slope = self.fields.hill_slope(self.fields.uplift(here.at));
+        Some(Channel { next: Some((to, is_main)), ..Channel::new((0, id.0, id.1), knots, mouth, hill_slope) })
     }
 
     /// Bends the middle of a channel to and fro where it is flat enough for that.
@@ -389,13 +427,14 @@ impl Network {
             .map(|piece| (piece.nearest(from), piece))
             .min_by(|a, b| a.0.1.partial_cmp(&b.0.1).expect("distances are numbers"));
         let distance = nearest.map_or(f64::INFINITY, |((_, square), _)| square.sqrt());
-        let (foot, level_m, mouth) = match fields.coast_near(head, distance.min(JOIN_CELLS * cell as f64)) {
-            Some(coast) => (coast, fields.sea_level_m(), Mouth::Sea),
+        let (foot, level_m, mouth, mouth_area) = match fields.coast_near(head, distance.min(JOIN_CELLS * cell as f64)) {
+            Some(coast) => (coast, fields.sea_level_m(), Mouth::Sea, 0.0),
             None => {
                 let ((t, _), piece) = nearest.filter(|_| distance <= JOIN_CELLS * cell as f64)?;
                 let (piece, t) = downstream(&above.all, piece, t, SLANT * distance);
                 let foot = origin.moved([0, 1].map(|axis| piece.from[axis] + piece.along[axis] * t));
-                (foot, mix(piece.level_m, t), Mouth::Channel(above.channels[piece.channel as usize].id))
+                let parent = above.channels[piece.channel as usize].id;
+                (foot, mix(piece.level_m, t), Mouth::Channel(parent), mix(piece.area, t))
             }
         };
         let way = head.from(foot);
@@ -405,7 +444,8 @@ impl Network {
         }
         // The bed, from the mouth up.
         let uplift = fields.uplift(head);
-        let side_slope = fields.hill_slope(uplift) * fields.metres_a_grain();
+        let hill_slope = fields.hill_slope(uplift);
+        let side_slope = INCISION * hill_slope * fields.metres_a_grain();
         let middle = [0, 1].map(|axis| foot.from(origin)[axis] + way[axis] / 2.0);
         let near_square = {
             let near = 1.5 * reach + 1.5 * cell as f64;
@@ -436,7 +476,8 @@ impl Network {
             knots.push(Knot { at, level_m, area: area(share), lake: 0.0 });
         }
         knots.reverse();
-        Some(Channel::new((level, id.0, id.1), knots, mouth))
+        let channel = Channel::new((level, id.0, id.1), knots, mouth, hill_slope);
+        Some(Channel { mouth_area: channel.mouth_area.max(mouth_area), ..channel })
     }
 }
 
@@ -458,12 +499,13 @@ fn downstream<'a>(pieces: &'a [Piece], mut piece: &'a Piece, mut t: f64, mut gra
 }
 
 impl Channel {
-    fn new(id: ChannelId, knots: Vec<Knot>, mouth: Mouth) -> Channel {
+    fn new(id: ChannelId, knots: Vec<Knot>, mouth: Mouth, hill_slope: f64) -> Channel {
         let mut bounds = [knots[0].at; 2];
         for Knot { at, .. } in &knots {
             bounds[0] = Point { x: bounds[0].x.min(at.x), y: bounds[0].y.min(at.y) };
             bounds[1] = Point { x: bounds[1].x.max(at.x), y: bounds[1].y.max(at.y) };
         }
-        Channel { id, knots, mouth, next: None, bounds }
+        let mouth_area = knots[knots.len() - 1].area;
+        Channel { id, knots, mouth, hill_slope, mouth_area, next: None, bounds }
     }
 }

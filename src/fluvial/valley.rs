@@ -19,13 +19,29 @@ pub const PATCH: (usize, usize) = (16, 4);
 /// Patches of a block, for which pieces are picked before they are for each patch.
 const BLOCK: (usize, usize) = (2, 8);
 
+/// What wide water rises sideways, as a share of the hillside's slope: enough for a vertex to belong to the nearest
+/// place of a river and not to one further down.
+const CROSS_FALL: f32 = 0.02;
+
+/// What all floors rise sideways, likewise: next to nothing, so that no two vertices are equally high.
+const FLOOR_FALL: f32 = 0.001;
+
+/// Half width in vertices of the least bed: its floor is level across, so that in whichever direction it runs an
+/// unbroken line of vertices lies in it, each lower than the one before. More than half a diagonal, for the warp
+/// stretches lengths.
+pub const LEAST_HALF_WIDTH: f64 = 1.0;
+
 /// What the valleys are around each vertex of an area whose sides are multiples of a patch's.
 #[derive(Debug, Default)]
 pub struct Valleys {
     /// Height in metres, before strata, ceiling and gullies.
     pub height_m: Vec<f32>,
+    /// Height in metres of the channel that the vertex drains to, where it is nearest.
+    pub level_m: Vec<f32>,
     /// Metres that the next-best side of another channel lies higher: 0 on a crest.
     pub crest_m: Vec<f32>,
+    /// How steep the land is for the rounding of crests, as a share of the hillside's slope.
+    pub steepness: Vec<f32>,
     /// Metres from the middle of the channel.
     pub distance_m: Vec<f32>,
     /// Unit vector from the channel to the vertex, in the warped plane.
@@ -42,7 +58,9 @@ impl Valleys {
         let floats = || vec![0.0; len];
         Valleys {
             height_m: floats(),
+            level_m: floats(),
             crest_m: floats(),
+            steepness: floats(),
             distance_m: floats(),
             away: [floats(), floats()],
             piece: vec![0; len],
@@ -100,8 +118,7 @@ impl Columns {
         let pair = |[upper, change]: [f64; 2]| [upper as f32, change as f32];
         let level = pair(piece.level_m);
         let trough = pair(piece.trough.map(|grains| grains * metres));
-        // A bed is as wide as the lattice needs for an unbroken line of vertices in it.
-        let least_m = 0.8 * GRAINS as f64 * metres;
+        let least_m = LEAST_HALF_WIDTH * GRAINS as f64 * metres;
         let half_width = |end: f64| {
             let river_m = fields.river_width_m(mix(piece.area, end)) / 2.0;
             river_m.max(mix(piece.lake, end) * metres).max(least_m)
@@ -277,6 +294,10 @@ impl FillValleys<'_> {
         Spread { middle: [least[0] + half[0], least[1] + half[1]], radius, slope }
     }
 
+    fn level_floor_m(&self) -> f32 {
+        (LEAST_HALF_WIDTH * GRAINS as f64 * self.fields.metres_a_grain()) as f32
+    }
+
     /// Bounds of each piece's side over a group of vertices: the lowest that it can be, less the highest that the lowest
     /// of all can be; and the square of its distance from the middle.
     #[inline(always)]
@@ -287,10 +308,11 @@ impl FillValleys<'_> {
         let middle = [simd.splat(spread.middle[0]), simd.splat(spread.middle[1])];
         let (gentle, steep) = (simd.splat(spread.slope[0]), simd.splat(spread.slope[1]));
         // A little more than the true one, for what rounding does.
-        let radius = simd.splat(spread.radius * 1.001 + 0.01);
+        let radius = simd.splat(spread.radius * (1.001 + 1.1 * CROSS_FALL) + 0.01);
+        let level_floor = self.level_floor_m();
         let mut lowest = simd.splat(f32::INFINITY);
         for start in (0..len).step_by(S::LANES) {
-            let piece = LanePiece::load(simd, pieces, start);
+            let piece = LanePiece::load(simd, pieces, start, level_floor);
             let side = piece.side(simd, middle);
             let slack = (steep + simd.load(&pieces.steepness[start..]) * (simd.splat(1.0) + steep)) * radius;
             lowest = simd.min(lowest, side.level + steep * side.rise + slack);
@@ -312,6 +334,7 @@ impl FillValleys<'_> {
         let spacing_m = simd.splat((self.fields.metres_a_grain() * GRAINS as f64) as f32);
         let crest_m = simd.splat(self.fields.settings().crest_m as f32);
         let (zero, three) = (simd.splat(0.0), simd.splat(3.0));
+        let level_floor = self.level_floor_m();
         for row in 0..PATCH.1 {
             let y = vertices.y0 + row as i64;
             for column in (0..PATCH.0).step_by(S::LANES) {
@@ -325,10 +348,10 @@ impl FillValleys<'_> {
                 let slope = simd.load(&self.slope[index..]);
                 let far = simd.splat(f32::MAX);
                 let (mut best, mut second, mut room) = (far, far, far);
-                let (mut off, mut share) = ([zero, zero], zero);
+                let (mut level, mut off, mut share) = (zero, [zero, zero], zero);
                 let (mut channel, mut number) = (simd.splat_u32(u32::MAX), simd.splat_u32(u32::MAX));
                 for piece in 0..pieces.number.len() {
-                    let candidate = LanePiece::splat(simd, pieces, piece);
+                    let candidate = LanePiece::splat(simd, pieces, piece, level_floor);
                     let side = candidate.side(simd, at);
                     let height = side.level + slope * side.rise;
                     let own = simd.splat_u32(pieces.channel[piece]);
@@ -339,6 +362,7 @@ impl FillValleys<'_> {
                     second = simd.select(same, second, simd.min(rest, second));
                     room = simd.min(room, three * height - side.level);
                     best = simd.select(lower, height, best);
+                    level = simd.select(lower, side.level, level);
                     off = [simd.select(lower, side.off[0], off[0]), simd.select(lower, side.off[1], off[1])];
                     share = simd.select(lower, side.share, share);
                     channel = simd.select_u32(lower, own, channel);
@@ -349,11 +373,15 @@ impl FillValleys<'_> {
                 let gap = second - best;
                 let round = simd.max(simd.min(crest_m, room - (best + best)), zero);
                 let over = simd.max(round - gap, zero);
-                let quarter = over * over / (simd.max(round, simd.splat(1e-3)) * simd.splat(4.0));
+                // A fourth would round a crest off; as the room shrinks downhill, more than a fifth would leave a furrow.
+                let lowered = over * over / (simd.max(round, simd.splat(1e-3)) * simd.splat(5.0));
+                let steepness = simd.min(gap / simd.max(round, simd.splat(1e-3)), simd.splat(1.0));
                 let distance = simd.sqrt(off[0] * off[0] + off[1] * off[1]);
                 let per_metre = simd.splat(1.0) / simd.max(distance, simd.splat(1e-3));
-                simd.store(best - quarter, &mut self.out.height_m[index..]);
+                simd.store(best - lowered, &mut self.out.height_m[index..]);
+                simd.store(level, &mut self.out.level_m[index..]);
                 simd.store(gap, &mut self.out.crest_m[index..]);
+                simd.store(steepness, &mut self.out.steepness[index..]);
                 simd.store(distance, &mut self.out.distance_m[index..]);
                 simd.store(off[0] * per_metre, &mut self.out.away[0][index..]);
                 simd.store(off[1] * per_metre, &mut self.out.away[1][index..]);
@@ -383,6 +411,8 @@ struct LanePiece<S: Simd> {
     level: [S::F32; 2],
     trough: [S::F32; 2],
     water: [S::F32; 2],
+    /// Half width of the part of the water that is level across.
+    level_floor: S::F32,
 }
 
 /// The side of a piece's valley at a point.
@@ -397,7 +427,7 @@ struct LaneSide<S: Simd> {
 
 impl<S: Simd> LanePiece<S> {
     #[inline(always)]
-    fn load(simd: S, pieces: &Columns, start: usize) -> LanePiece<S> {
+    fn load(simd: S, pieces: &Columns, start: usize, level_floor: f32) -> LanePiece<S> {
         let Columns { from, along, per_square, level, trough, water, .. } = pieces;
         LanePiece {
             from: [simd.load(&from[0][start..]), simd.load(&from[1][start..])],
@@ -406,11 +436,12 @@ impl<S: Simd> LanePiece<S> {
             level: [simd.load(&level[0][start..]), simd.load(&level[1][start..])],
             trough: [simd.load(&trough[0][start..]), simd.load(&trough[1][start..])],
             water: [simd.load(&water[0][start..]), simd.load(&water[1][start..])],
+            level_floor: simd.splat(level_floor),
         }
     }
 
     #[inline(always)]
-    fn splat(simd: S, pieces: &Columns, index: usize) -> LanePiece<S> {
+    fn splat(simd: S, pieces: &Columns, index: usize, level_floor: f32) -> LanePiece<S> {
         let Columns { from, along, per_square, level, trough, water, .. } = pieces;
         LanePiece {
             from: [simd.splat(from[0][index]), simd.splat(from[1][index])],
@@ -419,6 +450,7 @@ impl<S: Simd> LanePiece<S> {
             level: [simd.splat(level[0][index]), simd.splat(level[1][index])],
             trough: [simd.splat(trough[0][index]), simd.splat(trough[1][index])],
             water: [simd.splat(water[0][index]), simd.splat(water[1][index])],
+            level_floor: simd.splat(level_floor),
         }
     }
 
@@ -433,7 +465,12 @@ impl<S: Simd> LanePiece<S> {
         let trough = self.trough[0] + self.trough[1] * share;
         let water = self.water[0] + self.water[1] * share;
         let beyond = simd.max(square - water * water, zero);
+        // About the distance; exact along the axes.
+        let (x, y) = (simd.abs(off[0]), simd.abs(off[1]));
+        let distance = simd.max(x, y) + simd.min(x, y) * simd.splat(0.4);
         let rise = simd.sqrt(beyond + trough * trough) - trough;
+        let sideways = simd.max(simd.min(distance, water) - self.level_floor, zero) * simd.splat(CROSS_FALL);
+        let rise = rise + simd.max(sideways, distance * simd.splat(FLOOR_FALL));
         LaneSide { level: self.level[0] + self.level[1] * share, rise, off, square, share }
     }
 }

@@ -1,0 +1,248 @@
+//! Gullies: what runs down the hillsides between the channels that the network knows.
+//!
+//! Stripes that run down the fall line are carved into the land, octave by octave, each octave down the slopes that the
+//! ones before have made; then a little roughness. Both fade out towards the channels and the crests, and are so shallow
+//! that the land still falls along the fall line: no pit comes of them.
+//!
+//! Based on: R. Johansen (runevision), Fast and Gorgeous Erosion Filter, 2026.
+
+use crate::area::Area;
+use crate::fluvial::fields::Fields;
+use crate::fluvial::valley::Valleys;
+use crate::hash;
+use crate::noise::{Fractal, FractalKind, FractalSpec, Stripes};
+use crate::simd::{Kernel, Simd, dispatch};
+
+/// The gullies of a world.
+#[derive(Debug)]
+pub struct Gullies {
+    octaves: Vec<Octave>,
+    roughness: Fractal,
+    rough_m: f32,
+    spacing_m: f32,
+}
+
+#[derive(Debug)]
+struct Octave {
+    stripes: Stripes,
+    /// Metres from crest to floor where the hillside's slope is 1.
+    depth_m: f32,
+    /// What `flank` is multiplied by to give the slope across the stripes where the hillside's slope is 1.
+    slope: f32,
+}
+
+/// Streams of chance: the octaves follow on from the first.
+mod stream {
+    pub const STRIPES: u64 = 11 << 32;
+    pub const ROUGHNESS: u64 = 12 << 32;
+}
+
+/// Wavelength of the first octave in cells of the finest level, and how many times shorter each further one is.
+const FIRST_WAVE: f64 = 0.9;
+const WAVE_RATIO: f64 = 2.1;
+
+/// Depth of gullies as a share of their wavelength, where the settings ask for whole gullies on a slope of 1.
+const DEPTH: f64 = 0.2;
+
+/// Height of the roughness as a share of its first wavelength, likewise.
+const ROUGHNESS: f64 = 0.03;
+
+/// Waves shorter than this many vertices cannot be seen.
+const SHORTEST: f64 = 3.0;
+
+impl Gullies {
+    /// The gullies of a world with these fields; `None` if it has none.
+    pub fn new(fields: &Fields, spacing_m: f64, seed: u64) -> Option<Gullies> {
+        let strength = fields.settings().gullies;
+        let finest_m = fields.side(fields.levels() - 1) as f64 * fields.metres_a_grain();
+        if strength == 0.0 {
+            return None;
+        }
+        let mut octaves = Vec::new();
+        let mut wave_m = FIRST_WAVE * finest_m;
+        while wave_m >= SHORTEST * spacing_m && octaves.len() < 3 {
+            let depth_m = strength * DEPTH * wave_m;
+            octaves.push(Octave {
+                stripes: Stripes::new(wave_m, spacing_m, hash::stream(seed, stream::STRIPES + octaves.len() as u64)),
+                depth_m: depth_m as f32,
+                slope: (depth_m * std::f64::consts::PI / wave_m) as f32,
+            });
+            wave_m /= WAVE_RATIO;
+        }
+        // As many octaves as the lattice can show.
+        let rough_wave_m = (FIRST_WAVE * finest_m).max(spacing_m);
+        let count = (1..=5).rev().find(|n| rough_wave_m / f64::from(1 << (n - 1)) >= spacing_m).unwrap_or(1);
+        let spec =
+            FractalSpec { kind: FractalKind::Fbm, octaves: count, wavelength_m: rough_wave_m, lacunarity: 2.0, h: 1.0 };
+        Some(Gullies {
+            octaves,
+            roughness: Fractal::new(&spec, spacing_m, hash::stream(seed, stream::ROUGHNESS)),
+            rough_m: (strength * ROUGHNESS * rough_wave_m) as f32,
+            spacing_m: spacing_m as f32,
+        })
+    }
+
+    /// Carves the heights of an area; vertices at its edge are left as they come, one vertex wide.
+    pub fn carve(&self, area: Area, warp: [&[f32]; 2], slope: &[f32], valleys: &mut Valleys) {
+        let len = area.len();
+        let mut fall = [vec![0.0; len], vec![0.0; len]];
+        dispatch(FallLine { area, spacing_m: self.spacing_m, warp, valleys, fall: &mut fall });
+        let (mut across, mut crest, mut flank) = ([vec![0.0; len], vec![0.0; len]], vec![0.0; len], vec![0.0; len]);
+        let Valleys { height_m, level_m, crest_m, steepness, .. } = valleys;
+        let hillside = Hillside { height_m, level_m, crest_m, steepness, slope };
+        let mut carved = vec![0.0; len];
+        for octave in &self.octaves {
+            dispatch(Across { fall: &fall, across: &mut across });
+            octave.stripes.fill(area, &across[0], &across[1], &mut crest, &mut flank);
+            dispatch(CarveOctave {
+                octave,
+                hillside,
+                across: &across,
+                crest: &crest,
+                flank: &flank,
+                fall: &mut fall,
+                carved: &mut carved,
+            });
+        }
+        self.roughness.fill(area, &mut crest);
+        dispatch(Roughen { rough_m: self.rough_m, hillside, noise: &crest, carved: &mut carved });
+        height_m.copy_from_slice(&carved);
+    }
+}
+
+/// The direction in which the land rises at each vertex of the world, from that in the warped plane.
+struct FallLine<'a> {
+    area: Area,
+    spacing_m: f32,
+    warp: [&'a [f32]; 2],
+    valleys: &'a Valleys,
+    fall: &'a mut [Vec<f32>; 2],
+}
+
+impl Kernel for FallLine<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let (width, len) = (self.area.width(), self.area.len());
+        let [east, south] = self.warp;
+        let one = simd.splat(1.0);
+        let per_metre = simd.splat(0.5 / self.spacing_m);
+        // Rows are whole patches, so lanes end with the row; neighbours beyond the first and last vertex are not there,
+        // and vertices next to them are not used.
+        let mut at = 0;
+        while at < len {
+            let (left, right) = (at.max(1) - 1, (at + 1).min(len - S::LANES));
+            let (up, down) = (at.max(width) - width, (at + width).min(len - S::LANES));
+            let east_x = (simd.load(&east[right..]) - simd.load(&east[left..])) * per_metre;
+            let east_y = (simd.load(&east[down..]) - simd.load(&east[up..])) * per_metre;
+            let south_x = (simd.load(&south[right..]) - simd.load(&south[left..])) * per_metre;
+            let south_y = (simd.load(&south[down..]) - simd.load(&south[up..])) * per_metre;
+            let away = [simd.load(&self.valleys.away[0][at..]), simd.load(&self.valleys.away[1][at..])];
+            let x = away[0] * (one + east_x) + away[1] * south_x;
+            let y = away[0] * east_y + away[1] * (one + south_y);
+            simd.store(x, &mut self.fall[0][at..]);
+            simd.store(y, &mut self.fall[1][at..]);
+            at += S::LANES;
+        }
+    }
+}
+
+/// The unit vector across the fall line.
+struct Across<'a> {
+    fall: &'a [Vec<f32>; 2],
+    across: &'a mut [Vec<f32>; 2],
+}
+
+impl Kernel for Across<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        for at in (0..self.fall[0].len()).step_by(S::LANES) {
+            let (x, y) = (simd.load(&self.fall[0][at..]), simd.load(&self.fall[1][at..]));
+            let length = simd.sqrt(x * x + y * y);
+            let scale = simd.splat(1.0) / simd.max(length, simd.splat(1e-6));
+            simd.store(-y * scale, &mut self.across[0][at..]);
+            simd.store(x * scale, &mut self.across[1][at..]);
+        }
+    }
+}
+
+/// What is known of the hillside of each vertex, before anything is carved.
+#[derive(Clone, Copy)]
+struct Hillside<'a> {
+    height_m: &'a [f32],
+    level_m: &'a [f32],
+    crest_m: &'a [f32],
+    steepness: &'a [f32],
+    slope: &'a [f32],
+}
+
+/// How much of a detail so many metres high a place takes: nothing in the channel and on the crest.
+#[inline(always)]
+fn share<S: Simd>(simd: S, place: &Hillside<'_>, at: usize, detail_m: S::F32) -> S::F32 {
+    let rise_m = simd.load(&place.height_m[at..]) - simd.load(&place.level_m[at..]);
+    let rise_m = simd.max(rise_m, simd.splat(0.0));
+    let crest_m = simd.load(&place.crest_m[at..]);
+    let least = simd.splat(1e-3);
+    let channel = rise_m / (rise_m + detail_m * simd.splat(3.0) + least);
+    let crest = crest_m / (crest_m + detail_m * simd.splat(2.0) + least);
+    channel * crest * simd.load(&place.steepness[at..])
+}
+
+/// Carves one octave of stripes, and turns the fall line towards its gullies.
+struct CarveOctave<'a> {
+    octave: &'a Octave,
+    hillside: Hillside<'a>,
+    across: &'a [Vec<f32>; 2],
+    crest: &'a [f32],
+    flank: &'a [f32],
+    fall: &'a mut [Vec<f32>; 2],
+    carved: &'a mut [f32],
+}
+
+impl Kernel for CarveOctave<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let half = simd.splat(0.5);
+        for at in (0..self.carved.len()).step_by(S::LANES) {
+            let depth = simd.splat(self.octave.depth_m) * simd.load(&self.hillside.slope[at..]);
+            let share = share(simd, &self.hillside, at, depth);
+            let carved = simd.load(&self.carved[at..]) + depth * share * (half - half * simd.load(&self.crest[at..]));
+            simd.store(carved, &mut self.carved[at..]);
+            // Relative to the hillside's slope: the slope of the stripes.
+            let turn = share * simd.splat(self.octave.slope) * simd.load(&self.flank[at..]);
+            for axis in [0, 1] {
+                let fall = simd.load(&self.fall[axis][at..]) - turn * simd.load(&self.across[axis][at..]);
+                simd.store(fall, &mut self.fall[axis][at..]);
+            }
+        }
+    }
+}
+
+/// Turns what is carved into the height that is left, and adds the roughness.
+struct Roughen<'a> {
+    rough_m: f32,
+    hillside: Hillside<'a>,
+    noise: &'a [f32],
+    carved: &'a mut [f32],
+}
+
+impl Kernel for Roughen<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        for at in (0..self.carved.len()).step_by(S::LANES) {
+            let rough = simd.splat(self.rough_m) * simd.load(&self.hillside.slope[at..]);
+            let share = share(simd, &self.hillside, at, rough);
+            let (height, level) = (simd.load(&self.hillside.height_m[at..]), simd.load(&self.hillside.level_m[at..]));
+            let height = height - simd.load(&self.carved[at..]) + rough * share * simd.load(&self.noise[at..]);
+            // Never below the channel.
+            simd.store(simd.max(height, level), &mut self.carved[at..]);
+        }
+    }
+}
