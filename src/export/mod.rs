@@ -57,6 +57,9 @@ const HEIGHT: &[(&str, Quantity)] = &[("height/height", Quantity::Height16)];
 const METRES: &[(&str, Quantity)] = &[("height/height", Quantity::HeightMetres)];
 const NORMAL: &[(&str, Quantity)] = &[("normal/normal", Quantity::Normal)];
 const MAP: &[(&str, Quantity)] = &[("map/map", Quantity::Map)];
+const WATER: &[(&str, Quantity)] = &[("water/water", Quantity::Water)];
+const DEPTH: &[(&str, Quantity)] = &[("water/depth", Quantity::WaterDepth)];
+const FLOW: &[(&str, Quantity)] = &[("water/flow", Quantity::Flow)];
 
 const fn rasters(
     name: &'static str,
@@ -81,6 +84,12 @@ const KINDS: &[Kind] = &[
     rasters("normal-tiles", "the same, a PNG a tile", Format::Png, true, NORMAL),
     rasters("map", "top-down picture of the region, RGB PNG", Format::Png, false, MAP),
     rasters("map-tiles", "the same, a PNG a tile", Format::Png, true, MAP),
+    rasters("water", "where water is, 8-bit grey PNG: 64 river, 128 lake, 255 sea", Format::Png, false, WATER),
+    rasters("water-tiles", "the same, a PNG a tile", Format::Png, true, WATER),
+    rasters("depth", "depth of the water in metres as 32-bit float OpenEXR", Format::Exr, false, DEPTH),
+    rasters("depth-tiles", "the same, an EXR a tile", Format::Exr, true, DEPTH),
+    rasters("flow", "discharge of the rivers in m3/s as 32-bit float OpenEXR", Format::Exr, false, FLOW),
+    rasters("flow-tiles", "the same, an EXR a tile", Format::Exr, true, FLOW),
     Kind { name: "hashes", about: "BLAKE3 of each tile's heights, normals and weights", content: Content::Hashes },
     Kind { name: "vector", about: "rivers, roads and tiles as layers of one GeoPackage", content: Content::GeoPackage },
     Kind { name: "geojson", about: "rivers and roads as GeoJSON, coordinates in metres", content: Content::GeoJson },

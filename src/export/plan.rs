@@ -55,7 +55,8 @@ impl<'a> Plan<'a> {
     /// The plan of baking `region` of `world` into `exports`.
     ///
     /// # Errors
-    /// When a format cannot hold the region; the hint names the exports that can.
+    /// When a format cannot hold the region, or the world has not what an export shows; the hint names the exports
+    /// that will do.
     pub fn new(
         world: &'a World,
         preset_name: &'a str,
@@ -78,6 +79,21 @@ impl<'a> Plan<'a> {
                     region.height()
                 ),
                 hint: format!("exports that hold it: {}", others.join(", ")),
+            });
+        }
+        let needs_water = |export: &Export| export.images().any(|image| image.quantity.needs_water());
+        if let Some(export) = exports.iter().find(|export| needs_water(export))
+            && world.relief().fluvial().is_none()
+        {
+            let others: Vec<_> = Export::all().filter(|export| !needs_water(export)).map(Export::name).collect();
+            return Err(Error::Export {
+                message: format!(
+                    "export {export} shows the water of fluvial relief, and {preset_name} has relief of noise"
+                ),
+                hint: format!(
+                    "bake a preset with [fluvial], or leave it out; exports for this one: {}",
+                    others.join(", ")
+                ),
             });
         }
         Ok(Plan { world, preset_name, region, exports })

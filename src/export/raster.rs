@@ -12,6 +12,7 @@ use crate::export::Image;
 use crate::export::file::write_whole;
 use crate::export::manifest::FileRecord;
 use crate::export::writer::{Format, RasterWriter, Sample};
+use crate::fluvial::{Water, WaterKind};
 use crate::map::MapPainter;
 use crate::tile::Tile;
 use crate::world::World;
@@ -31,6 +32,12 @@ pub(crate) enum Quantity {
     Normal,
     /// The picture of the map.
     Map,
+    /// The kind of water, as a grey.
+    Water,
+    /// Metres from the bed to the water's surface.
+    WaterDepth,
+    /// Discharge of the channel in cubic metres a second.
+    Flow,
 }
 
 impl Quantity {
@@ -38,10 +45,16 @@ impl Quantity {
     pub fn sample(self) -> Sample {
         match self {
             Quantity::Height16 => Sample::Grey16,
-            Quantity::HeightMetres => Sample::Float32,
+            Quantity::HeightMetres | Quantity::WaterDepth | Quantity::Flow => Sample::Float32,
             Quantity::GroundWeights | Quantity::CoverWeights => Sample::Rgba8,
             Quantity::Normal | Quantity::Map => Sample::Rgb8,
+            Quantity::Water => Sample::Grey8,
         }
+    }
+
+    /// Whether only worlds have it whose relief knows of water.
+    pub fn needs_water(self) -> bool {
+        matches!(self, Quantity::Water | Quantity::WaterDepth | Quantity::Flow)
     }
 
     /// What each channel holds, for the manifest.
@@ -53,6 +66,9 @@ impl Quantity {
             Quantity::CoverWeights => &["snow", "unused", "unused", "unused"],
             Quantity::Normal => &["east", "north", "up"],
             Quantity::Map => &["red", "green", "blue"],
+            Quantity::Water => &["water, 0 = none, 64 = river, 128 = lake, 255 = sea"],
+            Quantity::WaterDepth => &["depth of the water in metres"],
+            Quantity::Flow => &["discharge in cubic metres a second"],
         }
     }
 }
@@ -111,6 +127,18 @@ impl Painter {
                 }
             }
             Quantity::Map => self.map.as_ref().expect("a map has its painter").paint_row(tile, y, row),
+            Quantity::Water => {
+                for (grey, kind) in row.iter_mut().zip(water(tile).kind.row(y, x0, x1)) {
+                    *grey = match kind {
+                        WaterKind::Dry => 0,
+                        WaterKind::River => 64,
+                        WaterKind::Lake => 128,
+                        WaterKind::Sea => 255,
+                    };
+                }
+            }
+            Quantity::WaterDepth => row.copy_from_slice(bytemuck::cast_slice(water(tile).depth_m.row(y, x0, x1))),
+            Quantity::Flow => row.copy_from_slice(bytemuck::cast_slice(water(tile).flow_m3s.row(y, x0, x1))),
         }
     }
 
@@ -119,6 +147,10 @@ impl Painter {
         let (min_m, max_m) = self.range_m;
         ((height_m - min_m) / (max_m - min_m) * 65535.0 + 0.5) as u16
     }
+}
+
+fn water(tile: &Tile) -> &Water {
+    tile.water().expect("the plan has checked that the world has water")
 }
 
 fn copy_words(words: &[u32], row: &mut [u8]) {
@@ -244,7 +276,8 @@ impl RasterFile {
     fn begin(&self, image: &Image, out: &Path) -> Result<RasterWriter, Error> {
         let srgb = image.quantity == Quantity::Map;
         let size = (self.width, self.height);
-        RasterWriter::create(out.join(&self.path), image.format, image.quantity.sample(), size, srgb)
+        let layer = image.stem.rsplit_once('/').map_or(image.stem, |(_, name)| name);
+        RasterWriter::create(out.join(&self.path), layer, image.format, image.quantity.sample(), size, srgb)
     }
 
     /// Ends the file, and writes its sidecar where the format says nothing about itself.

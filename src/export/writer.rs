@@ -54,6 +54,7 @@ impl Format {
 /// The samples of one pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sample {
+    Grey8,
     Grey16,
     Rgb8,
     Rgba8,
@@ -63,6 +64,7 @@ pub(crate) enum Sample {
 impl Sample {
     pub fn bytes(self) -> usize {
         match self {
+            Sample::Grey8 => 1,
             Sample::Grey16 => 2,
             Sample::Rgb8 => 3,
             Sample::Rgba8 | Sample::Float32 => 4,
@@ -78,10 +80,11 @@ pub(crate) enum RasterWriter {
 }
 
 impl RasterWriter {
-    /// Begins a raster of `width` x `height` pixels, which the format can hold. `srgb` marks colours for the eye; all
-    /// other rasters are data.
+    /// Begins a raster of `width` x `height` pixels, which the format can hold. `layer` names it in formats that have
+    /// names for layers; `srgb` marks colours for the eye; all other rasters are data.
     pub fn create(
         path: PathBuf,
+        layer: &'static str,
         format: Format,
         sample: Sample,
         (width, height): (u64, u64),
@@ -93,6 +96,7 @@ impl RasterWriter {
             Format::R16 => Ok(RasterWriter::R16(Box::new(file))),
             Format::Exr => Ok(RasterWriter::Exr(ExrWriter::start(
                 file,
+                layer,
                 width.try_into().expect(fits),
                 height.try_into().expect(fits),
             ))),
@@ -136,6 +140,7 @@ fn png_stream(
 ) -> Result<png::StreamWriter<'static, SharedFile>, png::EncodingError> {
     let mut encoder = png::Encoder::new(file, width, height);
     let (colour, depth) = match sample {
+        Sample::Grey8 => (png::ColorType::Grayscale, png::BitDepth::Eight),
         Sample::Grey16 => (png::ColorType::Grayscale, png::BitDepth::Sixteen),
         Sample::Rgb8 => (png::ColorType::Rgb, png::BitDepth::Eight),
         Sample::Rgba8 => (png::ColorType::Rgba, png::BitDepth::Eight),
@@ -200,12 +205,12 @@ pub(crate) struct ExrWriter {
 }
 
 impl ExrWriter {
-    fn start(file: PartFile, width: usize, height: usize) -> ExrWriter {
+    fn start(file: PartFile, layer: &'static str, width: usize, height: usize) -> ExrWriter {
         let path = file.path().to_owned();
         let shared = SharedFile(Arc::new(Mutex::new(Some(file))));
         let (rows, incoming) = sync_channel(2);
         let target = shared.clone();
-        let thread = std::thread::spawn(move || write_exr(target, width, height, incoming));
+        let thread = std::thread::spawn(move || write_exr(target, layer, width, height, incoming));
         ExrWriter { path, rows: Some(rows), thread: Some(thread), file: shared }
     }
 
@@ -248,9 +253,15 @@ impl Seek for SharedFile {
 }
 
 /// Writes an EXR file from rows of native floats as they come in.
-fn write_exr(file: SharedFile, width: usize, height: usize, rows: Receiver<Vec<u8>>) -> exr::error::UnitResult {
+fn write_exr(
+    file: SharedFile,
+    layer: &str,
+    width: usize,
+    height: usize,
+    rows: Receiver<Vec<u8>>,
+) -> exr::error::UnitResult {
     let channels = SmallVec::from_vec(vec![ChannelDescription::named("Y", SampleType::F32)]);
-    let header = Header::new("height".into(), (width, height), channels).with_encoding(
+    let header = Header::new(layer.into(), (width, height), channels).with_encoding(
         Compression::Uncompressed,
         BlockDescription::ScanLines,
         LineOrder::Increasing,

@@ -1,0 +1,88 @@
+//! The rasters of water: what the tiles have, and refused where the relief knows of none.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
+use terrane::area::{Region, TileId};
+use terrane::bake::Watch;
+use terrane::export::{Export, Output, Plan};
+use terrane::preset::Preset;
+use terrane::tile::Tile;
+use terrane::world::World;
+
+const FLUVIAL: &str = r"
+    tile_cells = 64
+    spacing_m = 20.0
+    sea_level_m = 0.0
+    [fluvial]
+    trunk_m = 5120.0
+    levels = 4
+    base_m = 20.0
+    lakes = 0.5
+    [fluvial.uplift]
+    mask = { wavelength_m = 20000.0, octaves = 3, from = -0.4, to = 0.4 }
+";
+
+/// The bits of a scan-line EXR's only channel, row by row.
+fn exr_bits(path: &Path) -> Vec<u32> {
+    let image = read_first_flat_layer_from_file(path).unwrap();
+    let FlatSamples::F32(samples) = &image.layer_data.channel_data.list[0].sample_data else { panic!("32-bit floats") };
+    samples.iter().map(|sample| sample.to_bits()).collect()
+}
+
+fn grey(path: &Path) -> Vec<u8> {
+    let mut reader = png::Decoder::new(BufReader::new(File::open(path).unwrap())).read_info().unwrap();
+    let mut samples = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut samples).unwrap();
+    assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Grayscale, png::BitDepth::Eight));
+    samples
+}
+
+#[test]
+fn the_rasters_hold_the_water_of_the_tiles() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = World::new(Preset::parse("test", FLUVIAL).unwrap(), Some(5)).unwrap();
+    let region = Region::new(TileId { x: -4, y: -4 }, 8, 8, world.tile_cells()).unwrap();
+    let exports = "water,depth,flow,water-tiles,depth-tiles,flow-tiles";
+    let plan = Plan::new(&world, "test", region, Export::parse_list(exports).unwrap()).unwrap();
+    let cost = plan.cost(2);
+    plan.run(&Output::prepare(folder.path(), false, &cost).unwrap(), &Watch::default()).unwrap();
+    let file = |name: &str| folder.path().join("water").join(name);
+    let (kinds, depths, flows) = (grey(&file("water.png")), exr_bits(&file("depth.exr")), exr_bits(&file("flow.exr")));
+    let width = region.width() as usize;
+    let mut seen = [0; 4];
+    for (col, row) in [(0, 0), (3, 5), (7, 7)] {
+        let tile = Tile::new(&world, TileId { x: col - 4, y: row - 4 });
+        let (water, area) = (tile.water().unwrap(), tile.area());
+        let parts = [
+            grey(&file(&format!("water_x{col}_y{row}.png"))).into_iter().map(u32::from).collect(),
+            exr_bits(&file(&format!("depth_x{col}_y{row}.exr"))),
+            exr_bits(&file(&format!("flow_x{col}_y{row}.exr"))),
+        ];
+        for (index, (x, y)) in (area.y0..area.y1).flat_map(|y| (area.x0..area.x1).map(move |x| (x, y))).enumerate() {
+            let at = (y - area.y0 + row * 64) as usize * width + (x - area.x0 + col * 64) as usize;
+            let grey = [0, 64, 128, 255][water.kind.at(x, y) as usize];
+            let expected = [grey, water.depth_m.at(x, y).to_bits(), water.flow_m3s.at(x, y).to_bits()];
+            assert_eq!([u32::from(kinds[at]), depths[at], flows[at]], expected, "region at {x}, {y}");
+            assert_eq!(parts.each_ref().map(|part: &Vec<u32>| part[index]), expected, "tile at {x}, {y}");
+        }
+    }
+    for kind in kinds {
+        seen[[0, 64, 128, 255].iter().position(|grey| *grey == kind).unwrap()] += 1;
+    }
+    assert!(seen.iter().all(|count| *count > 0), "dry, river, lake and sea: {seen:?}");
+}
+
+#[test]
+fn a_world_of_noise_has_no_such_rasters() {
+    let world = World::new(Preset::load("thesis").unwrap().1, None).unwrap();
+    let region = Region::new(TileId { x: 0, y: 0 }, 1, 1, world.tile_cells()).unwrap();
+    for name in ["water", "depth-tiles", "flow"] {
+        let error = Plan::new(&world, "thesis", region, Export::parse_list(name).unwrap()).err().unwrap();
+        let said = format!("{error}; {}", error.hint().unwrap());
+        assert!([name, "fluvial", "thesis", "height"].iter().all(|word| said.contains(word)), "{said}");
+        assert_eq!(error.exit_code(), 2);
+    }
+}
