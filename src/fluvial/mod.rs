@@ -24,6 +24,7 @@ pub mod point;
 pub mod settings;
 pub mod trunk;
 mod valley;
+mod wander;
 mod warp;
 
 use std::sync::Arc;

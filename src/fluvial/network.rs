@@ -11,12 +11,13 @@
 //! Based on: M. Gaillard, B. Benes, E. Guérin, E. Galin, D. Rohmer, M.-P. Cani, Dendry: a procedural model for dendritic
 //! patterns, 2019 (nested lattices that join the nearest channel).
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::fields::Fields;
 use super::point::{GRAINS, Point, chance, length};
 use super::trunk::{Drained, NodeId, Trunks};
+use super::wander::{self, Line};
 use crate::memory::Memory;
 
 /// The id of a channel: its level, and the cell of that level's lattice that holds its head.
@@ -107,6 +108,7 @@ pub struct Network {
     fields: Arc<Fields>,
     trunks: Trunks,
     seed: u64,
+    courses: Memory<ChannelId, Vec<Course>>,
     chunks: Memory<ChannelId, Chunk>,
 }
 
@@ -180,7 +182,13 @@ impl Piece {
 impl Network {
     /// The network of a world with these fields.
     pub fn new(fields: Arc<Fields>, seed: u64) -> Network {
-        Network { trunks: Trunks::new(Arc::clone(&fields), seed), fields, seed, chunks: Memory::new(1 << 11) }
+        Network {
+            trunks: Trunks::new(Arc::clone(&fields), seed),
+            fields,
+            seed,
+            courses: Memory::new(1 << 11),
+            chunks: Memory::new(1 << 11),
+        }
     }
 
     /// The trunk lattice.
@@ -258,11 +266,9 @@ impl Network {
 
     fn chunk(&self, id: ChannelId) -> Arc<Chunk> {
         self.chunks.get(id, || {
-            let (level, x, y) = id;
-            let cells = (0..CHUNK * CHUNK).map(|n| (x * CHUNK + n % CHUNK, y * CHUNK + n / CHUNK));
-            let channels = match level {
-                0 => cells.filter_map(|id| self.trunk(id)).map(Arc::new).collect(),
-                _ => self.tributaries(level, (x, y), cells),
+            let channels = match id.0 {
+                0 => cells(id).filter_map(|node| self.trunk(node)).map(Arc::new).collect(),
+                _ => self.tributaries(id),
             };
             Chunk { channels }
         })
@@ -294,8 +300,30 @@ impl Network {
         Some(trunk)
     }
 
-    /// The trunk from a node to the next as if no other were there.
+    /// The trunk from a node to the next one, but for what the sides of other valleys do to it.
     fn free_trunk(&self, id: NodeId) -> Option<Channel> {
+        let mut trunk = self.smooth_trunk(id)?;
+        let origin = trunk.knots[0].at;
+        let relative = |trunk: &Channel| trunk.knots.iter().map(|knot| knot.at.from(origin)).collect::<Vec<_>>();
+        let course = relative(&trunk);
+        // Those that start from the nodes around, as smooth as this one.
+        let nodes = (-2..=2).flat_map(|y| (-2..=2).map(move |x| (id.0 + x, id.1 + y)));
+        let others = nodes.filter(|node| *node != id).filter_map(|node| self.smooth_trunk(node));
+        let around: Vec<Line> = others.flat_map(|other| lines(&relative(&other))).collect();
+        let whole = trunk.knots[0].at.distance(trunk.knots[course.len() - 1].at);
+        let mut offsets = wander::offsets(self.seed, id, course.len() - 1);
+        for (offset, knot) in offsets.iter_mut().zip(&trunk.knots) {
+            *offset *= if knot.lake > 0.0 { 0.0 } else { whole };
+        }
+        self.meander(&trunk, &mut offsets);
+        for (knot, place) in trunk.knots.iter_mut().zip(wander::wandered(&course, &offsets, &around)) {
+            knot.at = origin.moved(place);
+        }
+        Some(Channel { bounds: bounds(&trunk.knots), ..trunk })
+    }
+
+    /// The course of the trunk from a node to the next: a smooth curve.
+    fn smooth_trunk(&self, id: NodeId) -> Option<Channel> {
         let drained = self.trunks.drained(id);
         let to = drained.to?;
         let below = self.trunks.drained(to);
@@ -316,7 +344,7 @@ impl Network {
             Some(end) => [0, 1].map(|axis| 0.5 * (end[axis] + straight[axis])),
             None => straight,
         };
-        let pieces = self.pieces_of(0).max(4 * LAKE_SHAPE.len());
+        let pieces = self.pieces_of(0).max(16);
         let dry = if there.sea { self.fields.dry_share(here.at, there.at) } else { 1.0 };
         let lake_share = (LAKE_SHAPE.len() - 1) as f64 / pieces as f64;
         let falls =
@@ -342,8 +370,7 @@ impl Network {
                 lake: lake(step, drained.lake).max(lake(pieces - step, below.lake)),
             }
         };
-        let mut knots: Vec<Knot> = (0..=pieces).map(knot).collect();
-        self.meander(&mut knots, fall_m / (length_m * dry), (0, id.0, id.1));
+        let knots: Vec<Knot> = (0..=pieces).map(knot).collect();
         let mouth = match below.to {
             _ if there.sea => Mouth::Sea,
             Some(_) => Mouth::Channel((0, to.0, to.1)),
@@ -353,51 +380,65 @@ impl Network {
         Some(Channel { next: Some((to, is_main)), ..Channel::new((0, id.0, id.1), knots, mouth, hill_slope) })
     }
 
-    /// Bends the middle of a channel to and fro where it is flat enough for that.
+    /// Adds meanders to the offsets of a trunk, in grains, where it is flat enough for that.
     ///
     /// Based on: L. B. Leopold, M. G. Wolman, River meanders, 1960 (a wave is about eleven widths long).
-    fn meander(&self, knots: &mut [Knot], slope: f64, id: ChannelId) {
+    fn meander(&self, trunk: &Channel, offsets: &mut [f64]) {
         const STEEPEST: f64 = 0.008;
-        let pieces = knots.len() - 1;
-        let strength = 1.0 - slope / STEEPEST;
-        if strength <= 0.0 {
-            return;
-        }
-        let lines: Vec<Point> = knots.iter().map(|knot| knot.at).collect();
-        let piece = lines[0].distance(lines[pieces]) / pieces as f64;
+        let (knots, pieces) = (&trunk.knots, trunk.knots.len() - 1);
+        let whole = knots[0].at.distance(knots[pieces].at);
+        let slope = (knots[0].level_m - knots[pieces].level_m) / (whole * self.fields.metres_a_grain());
+        let strength = (1.0 - slope / STEEPEST).max(0.0);
+        let piece = whole / pieces as f64;
         let width = self.fields.river_width_m(knots[pieces].area) / self.fields.metres_a_grain();
         let wave = (11.0 * width).max(5.0 * piece);
-        let seed = self.seed.wrapping_add(id.0 as u64 * CHANNELS_A_LEVEL);
-        let turn = chance(seed, (id.1, id.2), 8);
-        let mut phase = turn;
+        let id = (trunk.id.1, trunk.id.2);
+        let mut phase = chance(self.seed, id, 8);
         for step in 1..pieces {
             // Waves differ in length from one to the next.
-            phase += piece / wave * (0.7 + 0.6 * chance(seed.wrapping_add(step as u64), (id.1, id.2), 9));
-            let t = step as f64 / pieces as f64;
+            phase += piece / wave * (0.7 + 0.6 * chance(self.seed.wrapping_add(step as u64), id, 9));
             // Straight where it begins and ends, and in lakes.
-            let ends = (8.0 * t.min(1.0 - t)).min(1.0);
+            let ends = (8.0 * step.min(pieces - step) as f64 / pieces as f64).min(1.0);
             let shore = if knots[step].lake > 0.0 { 0.0 } else { 1.0 };
-            let side = 0.2 * wave * strength * ends * shore * libm::sin(TAU * phase);
-            let way = lines[step + 1].from(lines[step - 1]);
-            let scale = side / length(way);
-            knots[step].at = lines[step].moved([-way[1] * scale, way[0] * scale]);
+            offsets[step] += 0.2 * wave * strength * ends * shore * libm::sin(TAU * phase);
         }
     }
 
-    /// The tributaries of a level whose heads are in some cells of a chunk.
-    fn tributaries(&self, level: u32, chunk: (i64, i64), cells: impl Iterator<Item = NodeId>) -> Vec<Arc<Channel>> {
-        let cell = self.fields.side(level);
-        let origin = Point { x: chunk.0 * CHUNK * cell, y: chunk.1 * CHUNK * cell };
-        // Beyond where a tributary may end it may be under the valley side of what is still further.
-        let pad = ((JOIN_CELLS + 2.0) * cell as f64) as i64;
-        let (low, high) = (-pad, CHUNK * cell + pad);
-        let corner = |offset: i64| Point { x: origin.x + offset, y: origin.y + offset };
-        let above = self.pieces(level, [corner(low), corner(high)], origin);
-        cells.filter_map(|id| self.tributary(level, id, &above)).map(Arc::new).collect()
+    /// The tributaries of a level whose heads are in the cells of a chunk.
+    fn tributaries(&self, id: ChannelId) -> Vec<Arc<Channel>> {
+        let (level, x, y) = id;
+        let above = self.above(id);
+        let origin = above.origin;
+        // The straight courses of this one's and its neighbours' tributaries.
+        let chunks = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (level, x + dx, y + dy)));
+        let courses: Vec<(NodeId, Line)> = chunks
+            .flat_map(|chunk| {
+                self.courses(chunk).iter().map(|course| (course.cell, course.line(origin))).collect::<Vec<_>>()
+            })
+            .collect();
+        self.courses(id).iter().map(|course| Arc::new(self.tributary(level, course, &above, &courses))).collect()
     }
 
-    /// The tributary whose head is in a cell, if there is one, given the pieces of the levels above around it.
-    fn tributary(&self, level: u32, id: NodeId, above: &Pieces) -> Option<Channel> {
+    /// The pieces of the levels above a chunk's around it, relative to its corner.
+    fn above(&self, (level, x, y): ChannelId) -> Pieces {
+        let cell = self.fields.side(level);
+        let origin = Point { x: x * CHUNK * cell, y: y * CHUNK * cell };
+        // Beyond where a tributary may end it may be under the valley side of what is still further.
+        let pad = ((JOIN_CELLS + 2.0) * cell as f64) as i64;
+        let corner = |offset: i64| Point { x: origin.x + offset, y: origin.y + offset };
+        self.pieces(level, [corner(-pad), corner(CHUNK * cell + pad)], origin)
+    }
+
+    /// Where the tributaries of a chunk's cells begin and end.
+    fn courses(&self, id: ChannelId) -> Arc<Vec<Course>> {
+        self.courses.get(id, || {
+            let above = self.above(id);
+            cells(id).filter_map(|cell| self.course(id.0, cell, &above)).collect()
+        })
+    }
+
+    /// Where the tributary of a cell begins and ends, if there is one, given the pieces of the levels above around it.
+    fn course(&self, level: u32, id: NodeId, above: &Pieces) -> Option<Course> {
         let (fields, cell) = (&self.fields, self.fields.side(level));
         let seed = self.seed.wrapping_add(level as u64 * CHANNELS_A_LEVEL);
         if chance(seed, id, 2) < LEFT_OUT {
@@ -420,7 +461,7 @@ impl Network {
         if above.all.iter().any(in_lake) {
             return None;
         }
-        // Where it ends: at the nearest channel, or at the coast if that is nearer.
+        // At the nearest channel, or at the coast if that is nearer.
         let nearest = above
             .all
             .iter()
@@ -437,48 +478,96 @@ impl Network {
                 (foot, mix(piece.level_m, t), Mouth::Channel(parent), mix(piece.area, t))
             }
         };
+        let long_enough = head.distance(foot) >= LEAST_CELLS * cell as f64;
+        long_enough.then_some(Course { cell: id, head, foot, level_m, mouth, mouth_area })
+    }
+
+    /// A tributary along its course, given the pieces of the levels above and the courses of its own around it.
+    fn tributary(&self, level: u32, course: &Course, above: &Pieces, courses: &[(NodeId, Line)]) -> Channel {
+        let (fields, cell) = (&self.fields, self.fields.side(level));
+        let seed = self.seed.wrapping_add(level as u64 * CHANNELS_A_LEVEL);
+        let origin = above.origin;
+        let &Course { cell: id, head, foot, level_m, mouth, mouth_area } = course;
         let way = head.from(foot);
         let reach = length(way);
-        if reach < LEAST_CELLS * cell as f64 {
-            return None;
-        }
-        // The bed, from the mouth up.
-        let uplift = fields.uplift(head);
-        let hill_slope = fields.hill_slope(uplift);
-        let side_slope = INCISION * hill_slope * fields.metres_a_grain();
-        let middle = [0, 1].map(|axis| foot.from(origin)[axis] + way[axis] / 2.0);
+        let from = foot.from(origin);
+        let middle = [0, 1].map(|axis| from[axis] + way[axis] / 2.0);
         let near_square = {
             let near = 1.5 * reach + 1.5 * cell as f64;
             near * near
         };
         let near: Vec<&Piece> = above.all.iter().filter(|piece| piece.nearest(middle).1 < near_square).collect();
+        // Where it goes, from its foot up.
         let pieces = self.pieces_of(level);
+        let straight: Vec<[f64; 2]> = (0..=pieces)
+            .map(|step| [0, 1].map(|axis| from[axis] + way[axis] * (step as f64 / pieces as f64)))
+            .collect();
+        let offsets: Vec<f64> = wander::offsets(seed, id, pieces).iter().map(|share| share * reach).collect();
+        let others = courses.iter().filter(|(other, _)| *other != id).map(|(_, line)| *line);
+        let around: Vec<Line> = others
+            .filter(|line| line.touches(middle, reach))
+            .chain(
+                near.iter()
+                    .map(|piece| Line { from: piece.from, along: piece.along })
+                    .filter(|line| line.touches(middle, reach)),
+            )
+            .collect();
+        let places = wander::wandered(&straight, &offsets, &around);
+        // The bed, from the mouth up.
+        let uplift = fields.uplift(head);
+        let hill_slope = fields.hill_slope(uplift);
+        let side_slope = INCISION * hill_slope * fields.metres_a_grain();
         let area_end = 0.25f64.powi(level as i32);
         let area = |share: f64| area_end * (1.0 - 0.75 * share);
-        let step_m = reach / pieces as f64 * fields.metres_a_grain();
-        // To and fro by shares of its length, so little that it keeps to its own side.
-        let wander = [0.1, 0.06, 0.03].map(|most| most * (2.0 * chance(seed, id, (most * 100.0) as u64) - 1.0));
         let mut knots = vec![Knot { at: foot, level_m, area: area_end, lake: 0.0 }];
         for step in 1..=pieces {
             let share = step as f64 / pieces as f64;
-            let side = wander.iter().zip([1.0, 2.0, 3.0]).map(|(swing, wave)| swing * libm::sin(PI * wave * share));
-            let side: f64 = side.sum();
-            let at = foot.moved([way[0] * share - way[1] * side, way[1] * share + way[0] * side]);
+            let [before, here] = [places[step - 1], places[step]];
+            let step_m = length([here[0] - before[0], here[1] - before[1]]) * fields.metres_a_grain();
             let rise_m = step_m * fields.river_slope(uplift, area(share - 0.5 / pieces as f64));
-            let relative = at.from(origin);
             let below_m = knots[step - 1].level_m;
             let free_m = below_m + rise_m;
             let lower = near.iter().filter(|piece| piece.lowest_m() < free_m);
-            let ground_m = lower.map(|piece| piece.side_m(relative, side_slope)).fold(free_m, f64::min);
+            let ground_m = lower.map(|piece| piece.side_m(here, side_slope)).fold(free_m, f64::min);
             // Across a lake or the floor of a larger valley it rises no more than that does, but always a little.
             let least_m = below_m + rise_m.min(step_m * 0.0004);
-            let level_m = ground_m.max(least_m);
-            knots.push(Knot { at, level_m, area: area(share), lake: 0.0 });
+            knots.push(Knot { at: origin.moved(here), level_m: ground_m.max(least_m), area: area(share), lake: 0.0 });
         }
         knots.reverse();
         let channel = Channel::new((level, id.0, id.1), knots, mouth, hill_slope);
-        Some(Channel { mouth_area: channel.mouth_area.max(mouth_area), ..channel })
+        Channel { mouth_area: channel.mouth_area.max(mouth_area), ..channel }
     }
+}
+
+/// Where a tributary begins and where it ends.
+#[derive(Debug)]
+struct Course {
+    cell: NodeId,
+    head: Point,
+    foot: Point,
+    /// Height of the water at its foot in metres.
+    level_m: f64,
+    mouth: Mouth,
+    mouth_area: f64,
+}
+
+impl Course {
+    fn line(&self, origin: Point) -> Line {
+        Line { from: self.foot.from(origin), along: self.head.from(self.foot) }
+    }
+}
+
+/// The cells of a chunk.
+fn cells((_, x, y): ChannelId) -> impl Iterator<Item = NodeId> {
+    (0..CHUNK * CHUNK).map(move |n| (x * CHUNK + n % CHUNK, y * CHUNK + n / CHUNK))
+}
+
+/// The lines from place to place.
+fn lines(places: &[[f64; 2]]) -> Vec<Line> {
+    places
+        .windows(2)
+        .map(|pair| Line { from: pair[0], along: [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]] })
+        .collect()
 }
 
 /// The place some grains downstream of a place, at most the end of the channel or of the known pieces.
@@ -500,12 +589,17 @@ fn downstream<'a>(pieces: &'a [Piece], mut piece: &'a Piece, mut t: f64, mut gra
 
 impl Channel {
     fn new(id: ChannelId, knots: Vec<Knot>, mouth: Mouth, hill_slope: f64) -> Channel {
-        let mut bounds = [knots[0].at; 2];
-        for Knot { at, .. } in &knots {
-            bounds[0] = Point { x: bounds[0].x.min(at.x), y: bounds[0].y.min(at.y) };
-            bounds[1] = Point { x: bounds[1].x.max(at.x), y: bounds[1].y.max(at.y) };
-        }
-        let mouth_area = knots[knots.len() - 1].area;
+        let (bounds, mouth_area) = (bounds(&knots), knots[knots.len() - 1].area);
         Channel { id, knots, mouth, hill_slope, mouth_area, next: None, bounds }
     }
+}
+
+/// The corners of the least rectangle around some knots.
+fn bounds(knots: &[Knot]) -> [Point; 2] {
+    let mut bounds = [knots[0].at; 2];
+    for Knot { at, .. } in knots {
+        bounds[0] = Point { x: bounds[0].x.min(at.x), y: bounds[0].y.min(at.y) };
+        bounds[1] = Point { x: bounds[1].x.max(at.x), y: bounds[1].y.max(at.y) };
+    }
+    bounds
 }

@@ -1,0 +1,106 @@
+//! How channels wander off the straight, at all scales, without coming across each other.
+//!
+//! A channel keeps to a tube around its straight course that is narrower than half of the way to the next course: so no
+//! two tubes meet, whichever channel is asked for first.
+//!
+//! Based on: A. Fournier, D. Fussell, L. Carpenter, Computer rendering of stochastic models, 1982 (midpoint
+//! displacement).
+
+use super::point::{chance, length};
+
+/// How far the middle of a stretch lies to the side at most, as a share of its length.
+///
+/// What each halving adds to the length of a channel is what makes long rivers longer than their basins are wide: Hack's
+/// law.
+const SWING: f64 = 0.34;
+
+/// How much of the way to the next course a channel may take.
+const TUBE: f64 = 0.42;
+
+/// Shares of a channel's length by which it lies to the side at the ends of its pieces, whose number is a power of two;
+/// 0 at both ends.
+pub fn offsets(seed: u64, id: (i64, i64), pieces: usize) -> Vec<f64> {
+    let mut offsets = vec![0.0; pieces + 1];
+    let mut stretch = pieces;
+    while stretch > 1 {
+        let swing = SWING * stretch as f64 / pieces as f64;
+        for from in (0..pieces).step_by(stretch) {
+            let middle = from + stretch / 2;
+            let side = 2.0 * chance(seed, id, 16 + middle as u64) - 1.0;
+            offsets[middle] = (offsets[from] + offsets[from + stretch]) / 2.0 + swing * side;
+        }
+        stretch /= 2;
+    }
+    offsets
+}
+
+/// A straight line between two places.
+#[derive(Clone, Copy, Debug)]
+pub struct Line {
+    /// Where it begins.
+    pub from: [f64; 2],
+    /// The way to where it ends.
+    pub along: [f64; 2],
+}
+
+impl Line {
+    /// Whether it may come within some distance of a place.
+    pub fn touches(&self, place: [f64; 2], distance: f64) -> bool {
+        [0, 1].into_iter().all(|axis| {
+            let (from, to) = (self.from[axis], self.from[axis] + self.along[axis]);
+            from.max(to) + distance >= place[axis] && from.min(to) - distance <= place[axis]
+        })
+    }
+
+    /// The distance from a place.
+    fn distance(&self, to: [f64; 2]) -> f64 {
+        let off = [to[0] - self.from[0], to[1] - self.from[1]];
+        let square = self.along[0] * self.along[0] + self.along[1] * self.along[1];
+        let t = if square > 0.0 { (off[0] * self.along[0] + off[1] * self.along[1]) / square } else { 0.0 };
+        let t = t.clamp(0.0, 1.0);
+        length([off[0] - self.along[0] * t, off[1] - self.along[1] * t])
+    }
+}
+
+/// The places at the ends of the pieces of a course once they are moved to the side by `offsets`, in the unit of the
+/// course, or by as much of it as the lines of the courses around leave room for.
+pub fn wandered(course: &[[f64; 2]], offsets: &[f64], around: &[Line]) -> Vec<[f64; 2]> {
+    let room = |place: [f64; 2]| around.iter().map(|line| line.distance(place)).fold(f64::INFINITY, f64::min);
+    let middle = |a: [f64; 2], b: [f64; 2]| [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0];
+    let last = course.len() - 1;
+    let at_knots: Vec<f64> = course.iter().map(|place| room(*place)).collect();
+    // Between two knots, where the room may be less than at both.
+    let between: Vec<f64> = course.windows(2).map(|pair| room(middle(pair[0], pair[1]))).collect();
+    (0..=last)
+        .map(|knot| {
+            if knot == 0 || knot == last {
+                return course[knot];
+            }
+            let room = at_knots[knot].min(between[knot - 1]).min(between[knot]);
+            let side = offsets[knot].clamp(-TUBE * room, TUBE * room);
+            let (before, after) = (course[knot - 1], course[knot + 1]);
+            let way = [after[0] - before[0], after[1] - before[1]];
+            let scale = side / length(way).max(1.0);
+            [course[knot][0] - way[1] * scale, course[knot][1] + way[0] * scale]
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_that_wander_do_not_meet() {
+        let straight = |y: f64| (0..=16).map(|step| [step as f64 * 100.0, y]).collect::<Vec<_>>();
+        let line = |y: f64| Line { from: [0.0, y], along: [1600.0, 0.0] };
+        for id in 0..200 {
+            let offsets = |n: i64| offsets(1, (id, n), 16).iter().map(|share| share * 1600.0).collect::<Vec<_>>();
+            let upper = wandered(&straight(0.0), &offsets(0), &[line(90.0)]);
+            let lower = wandered(&straight(90.0), &offsets(1), &[line(0.0)]);
+            for (upper, lower) in upper.iter().zip(&lower) {
+                assert!(upper[1] < lower[1], "{upper:?} is south of {lower:?}");
+            }
+        }
+    }
+}
