@@ -77,11 +77,14 @@ const CHUNK: i64 = 8;
 /// Cells that a tributary is long at most, before it runs aslant.
 const JOIN_CELLS: f64 = 2.5;
 
-/// Cells that lie between a head and the nearest channel at least.
-const LEAST_CELLS: f64 = 0.45;
+/// Cells that lie between a head and the nearest channel at least: at the finest level, and more at each level above it.
+const LEAST_CELLS: (f64, f64) = (0.45, 0.12);
 
-/// How far downstream of the nearest point a tributary ends, as a share of the distance.
-const SLANT: f64 = 0.55;
+/// How far downstream of the nearest point a tributary ends, as a share of the distance: at the finest level, and more at
+/// each level above it, up to a most.
+///
+/// Longer and more slanting tributaries at the coarser levels make large basins longer than wide: Hack's law.
+const SLANT: (f64, f64, f64) = (0.35, 0.2, 1.3);
 
 /// Share of the cells that are left without a channel, so that confluences are not spaced too evenly.
 const LEFT_OUT: f64 = 0.15;
@@ -89,8 +92,8 @@ const LEFT_OUT: f64 = 0.15;
 /// Cells that a channel sticks out of the cell of its head at most: (trunks, tributaries).
 ///
 /// A trunk runs to a neighbouring node, and its curve bulges by less than its length. A tributary ends within
-/// `JOIN_CELLS * sqrt(1 + SLANT^2)`.
-const REACH_CELLS: (f64, f64) = (2.5, 3.0);
+/// `JOIN_CELLS * sqrt(1 + SLANT^2)`, and wanders by less than a cell.
+const REACH_CELLS: (f64, f64) = (2.5, 5.0);
 
 /// Pieces of a trunk on either side of a node that are a lake, and how wide it is, from the node on.
 const LAKE_SHAPE: [f64; 5] = [1.0, 0.94, 0.78, 0.5, 0.0];
@@ -108,6 +111,8 @@ pub struct Network {
     fields: Arc<Fields>,
     trunks: Trunks,
     seed: u64,
+    smooth: Memory<NodeId, Option<Arc<Channel>>>,
+    free: Memory<NodeId, Option<Arc<Channel>>>,
     courses: Memory<ChannelId, Vec<Course>>,
     chunks: Memory<ChannelId, Chunk>,
 }
@@ -186,6 +191,8 @@ impl Network {
             trunks: Trunks::new(Arc::clone(&fields), seed),
             fields,
             seed,
+            smooth: Memory::new(1 << 10),
+            free: Memory::new(1 << 10),
             courses: Memory::new(1 << 11),
             chunks: Memory::new(1 << 11),
         }
@@ -283,10 +290,10 @@ impl Network {
     ///
     /// Where it comes to a larger one from the side, it keeps below the sides of that one's valley.
     fn trunk(&self, id: NodeId) -> Option<Channel> {
-        let mut trunk = self.free_trunk(id)?;
+        let mut trunk = self.free_trunk(id)?.as_ref().clone();
         let Some((to, false)) = trunk.next else { return Some(trunk) };
         let main = self.trunks.drained(to).main;
-        let others: Vec<Channel> = main.into_iter().chain([to]).filter_map(|id| self.free_trunk(id)).collect();
+        let others: Vec<Arc<Channel>> = main.into_iter().chain([to]).filter_map(|id| self.free_trunk(id)).collect();
         let origin = trunk.knots[0].at;
         let pieces: Vec<Piece> = others.iter().flat_map(|other| self.pieces_between(other, 0, origin)).collect();
         for index in (0..trunk.knots.len() - 1).rev() {
@@ -301,15 +308,19 @@ impl Network {
     }
 
     /// The trunk from a node to the next one, but for what the sides of other valleys do to it.
-    fn free_trunk(&self, id: NodeId) -> Option<Channel> {
-        let mut trunk = self.smooth_trunk(id)?;
+    fn free_trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
+        self.free.get(id, || self.make_free_trunk(id).map(Arc::new)).as_ref().clone()
+    }
+
+    fn make_free_trunk(&self, id: NodeId) -> Option<Channel> {
+        let mut trunk = self.smooth_trunk(id)?.as_ref().clone();
         let origin = trunk.knots[0].at;
         let relative = |trunk: &Channel| trunk.knots.iter().map(|knot| knot.at.from(origin)).collect::<Vec<_>>();
         let course = relative(&trunk);
         // Those that start from the nodes around, as smooth as this one.
         let nodes = (-2..=2).flat_map(|y| (-2..=2).map(move |x| (id.0 + x, id.1 + y)));
         let others = nodes.filter(|node| *node != id).filter_map(|node| self.smooth_trunk(node));
-        let around: Vec<Line> = others.flat_map(|other| lines(&relative(&other))).collect();
+        let around: Vec<Line> = others.flat_map(|other| lines(&relative(&other), 4)).collect();
         let whole = trunk.knots[0].at.distance(trunk.knots[course.len() - 1].at);
         let mut offsets = wander::offsets(self.seed, id, course.len() - 1);
         for (offset, knot) in offsets.iter_mut().zip(&trunk.knots) {
@@ -323,7 +334,11 @@ impl Network {
     }
 
     /// The course of the trunk from a node to the next: a smooth curve.
-    fn smooth_trunk(&self, id: NodeId) -> Option<Channel> {
+    fn smooth_trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
+        self.smooth.get(id, || self.make_smooth_trunk(id).map(Arc::new)).as_ref().clone()
+    }
+
+    fn make_smooth_trunk(&self, id: NodeId) -> Option<Channel> {
         let drained = self.trunks.drained(id);
         let to = drained.to?;
         let below = self.trunks.drained(to);
@@ -424,7 +439,7 @@ impl Network {
         let cell = self.fields.side(level);
         let origin = Point { x: x * CHUNK * cell, y: y * CHUNK * cell };
         // Beyond where a tributary may end it may be under the valley side of what is still further.
-        let pad = ((JOIN_CELLS + 2.0) * cell as f64) as i64;
+        let pad = ((JOIN_CELLS + 3.0) * cell as f64) as i64;
         let corner = |offset: i64| Point { x: origin.x + offset, y: origin.y + offset };
         self.pieces(level, [corner(-pad), corner(CHUNK * cell + pad)], origin)
     }
@@ -461,6 +476,8 @@ impl Network {
         if above.all.iter().any(in_lake) {
             return None;
         }
+        // Levels that are finer.
+        let coarser = (fields.levels() - 1 - level) as f64;
         // At the nearest channel, or at the coast if that is nearer.
         let nearest = above
             .all
@@ -472,14 +489,15 @@ impl Network {
             Some(coast) => (coast, fields.sea_level_m(), Mouth::Sea, 0.0),
             None => {
                 let ((t, _), piece) = nearest.filter(|_| distance <= JOIN_CELLS * cell as f64)?;
-                let (piece, t) = downstream(&above.all, piece, t, SLANT * distance);
+                let slant = (SLANT.0 + SLANT.1 * coarser).min(SLANT.2);
+                let (piece, t) = downstream(&above.all, piece, t, slant * distance);
                 let foot = origin.moved([0, 1].map(|axis| piece.from[axis] + piece.along[axis] * t));
                 let parent = above.channels[piece.channel as usize].id;
                 (foot, mix(piece.level_m, t), Mouth::Channel(parent), mix(piece.area, t))
             }
         };
-        let long_enough = head.distance(foot) >= LEAST_CELLS * cell as f64;
-        long_enough.then_some(Course { cell: id, head, foot, level_m, mouth, mouth_area })
+        let far_enough = distance >= (LEAST_CELLS.0 + LEAST_CELLS.1 * coarser) * cell as f64 || mouth == Mouth::Sea;
+        far_enough.then_some(Course { cell: id, head, foot, level_m, mouth, mouth_area })
     }
 
     /// A tributary along its course, given the pieces of the levels above and the courses of its own around it.
@@ -562,8 +580,9 @@ fn cells((_, x, y): ChannelId) -> impl Iterator<Item = NodeId> {
     (0..CHUNK * CHUNK).map(move |n| (x * CHUNK + n % CHUNK, y * CHUNK + n / CHUNK))
 }
 
-/// The lines from place to place.
-fn lines(places: &[[f64; 2]]) -> Vec<Line> {
+/// The lines from each `step`th place to the next.
+fn lines(places: &[[f64; 2]], step: usize) -> Vec<Line> {
+    let places: Vec<[f64; 2]> = places.iter().step_by(step).copied().collect();
     places
         .windows(2)
         .map(|pair| Line { from: pair[0], along: [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]] })

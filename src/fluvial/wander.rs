@@ -12,10 +12,10 @@ use super::point::{chance, length};
 ///
 /// What each halving adds to the length of a channel is what makes long rivers longer than their basins are wide: Hack's
 /// law.
-const SWING: f64 = 0.34;
+const SWING: f64 = 0.5;
 
 /// How much of the way to the next course a channel may take.
-const TUBE: f64 = 0.42;
+const TUBE: f64 = 0.45;
 
 /// Shares of a channel's length by which it lies to the side at the ends of its pieces, whose number is a power of two;
 /// 0 at both ends.
