@@ -63,6 +63,7 @@ fn preset() -> impl Strategy<Value = Preset> {
             tile_cells: 16,
             sea_level_m: None,
             noise,
+            fluvial: None,
             warp,
             land,
             rivers: None,

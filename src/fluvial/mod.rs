@@ -103,8 +103,11 @@ const SLOPE_STEP: i64 = 32;
 /// Vertices from one place to the next at which the coast is known.
 const COAST_STEP: i64 = 16;
 
-/// No river is deeper, and no lake, in metres.
-const DEEPEST_M: f32 = 200.0;
+/// No river is deeper, in metres.
+const DEEPEST_RIVER_M: f32 = 40.0;
+
+/// Depth of a lake as a share of its half width.
+const LAKE_DEPTH: f32 = 0.1;
 
 impl Fluvial {
     /// The relief of a checked preset with those settings.
@@ -142,15 +145,18 @@ impl Fluvial {
 
     /// Bounds that no height can leave: (lowest, highest) in metres.
     ///
-    /// Beds lie at most [`DEEPEST_M`] below the lowest water, the sea less deep than its settings' depth, and the ceiling
-    /// is never reached.
+    /// Beds lie at most a river's or a lake's greatest depth below the lowest water, the sea is less deep than its settings
+    /// say, and the ceiling is never reached.
     pub fn range_m(&self) -> (f32, f32) {
         let settings = self.fields.settings();
         let sea_m = self.fields.sea_level_m();
         let floor_m = if sea_m.is_finite() { sea_m - settings.coast.depth_m } else { f64::INFINITY };
         let lowest_m = floor_m.min(self.lift.at(self.fields.sink_level_m(false)));
         let ceiling_m = settings.ceiling_m;
-        ((lowest_m - DEEPEST_M as f64 - 1.0) as f32, (ceiling_m + 1.0) as f32)
+        let lake_m = self.fields.lake_half_width() * self.fields.metres_a_grain() * LAKE_DEPTH as f64;
+        // A metre more is for rounding.
+        let deepest_m = lake_m.max(DEEPEST_RIVER_M as f64) + 1.0;
+        ((lowest_m - deepest_m) as f32, (ceiling_m + 1.0) as f32)
     }
 
     /// Metres from a vertex within which channels matter, the warp included.
@@ -331,7 +337,7 @@ impl Fluvial {
                 let surface = self.lift.at(surface_m) as f32;
                 if distance_m < lake_m && lake_m > half_m {
                     let out = distance_m / lake_m;
-                    let depth = (0.1 * lake_m * (1.0 - out * out)).min(DEEPEST_M);
+                    let depth = LAKE_DEPTH * lake_m * (1.0 - out * out);
                     (heights[column], kinds[column], depths[column]) = (surface - depth, WaterKind::Lake, depth);
                     flows[column] = discharge as f32;
                 } else if discharge >= settings.spring_m3s && distance_m <= half_m.max(least_half) {
@@ -353,7 +359,7 @@ impl Fluvial {
     /// Depth of a river in metres, by its discharge: the 3/8 th power, which is all square roots.
     fn river_depth_m(&self, discharge_m3s: f64) -> f32 {
         let fourth = discharge_m3s.sqrt().sqrt();
-        ((0.35 * fourth * fourth.sqrt()) as f32).min(DEEPEST_M)
+        ((0.35 * fourth * fourth.sqrt()) as f32).min(DEEPEST_RIVER_M)
     }
 }
 

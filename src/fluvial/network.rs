@@ -113,6 +113,7 @@ pub struct Network {
     seed: u64,
     smooth: Memory<NodeId, Option<Arc<Channel>>>,
     free: Memory<NodeId, Option<Arc<Channel>>>,
+    drafts: Memory<ChannelId, Vec<Draft>>,
     courses: Memory<ChannelId, Vec<Course>>,
     chunks: Memory<ChannelId, Chunk>,
 }
@@ -193,6 +194,7 @@ impl Network {
             seed,
             smooth: Memory::new(1 << 10),
             free: Memory::new(1 << 10),
+            drafts: Memory::new(1 << 11),
             courses: Memory::new(1 << 11),
             chunks: Memory::new(1 << 11),
         }
@@ -428,7 +430,10 @@ impl Network {
         let chunks = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (level, x + dx, y + dy)));
         let courses: Vec<(NodeId, Line)> = chunks
             .flat_map(|chunk| {
-                self.courses(chunk).iter().map(|course| (course.cell, course.line(origin))).collect::<Vec<_>>()
+                self.courses(chunk)
+                    .iter()
+                    .map(|course| (course.cell, course.end.line(course.head, origin)))
+                    .collect::<Vec<_>>()
             })
             .collect();
         self.courses(id).iter().map(|course| Arc::new(self.tributary(level, course, &above, &courses))).collect()
@@ -445,15 +450,58 @@ impl Network {
     }
 
     /// Where the tributaries of a chunk's cells begin and end.
+    ///
+    /// Straight lines to the nearest channel do not cross, and aslant they may: so a tributary runs aslant only where that
+    /// line crosses neither what is there nor any line that another one may take.
     fn courses(&self, id: ChannelId) -> Arc<Vec<Course>> {
         self.courses.get(id, || {
+            let (level, x, y) = id;
             let above = self.above(id);
-            cells(id).filter_map(|cell| self.course(id.0, cell, &above)).collect()
+            let origin = above.origin;
+            let chunks = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (level, x + dx, y + dy)));
+            let around: Vec<Arc<Vec<Draft>>> = chunks.map(|chunk| self.drafts(chunk)).collect();
+            let others = |draft: &Draft| {
+                let (cell, line) = (draft.cell, draft.direct.line(draft.head, origin));
+                let reach = length(line.along) * 3.0;
+                around.iter().flat_map(|drafts| drafts.iter()).filter(move |other| {
+                    other.cell != cell && other.direct.line(other.head, origin).touches(line.from, reach)
+                })
+            };
+            let take = |draft: &Draft| {
+                let direct = draft.direct.line(draft.head, origin);
+                if draft.direct.mouth == Mouth::Sea {
+                    // The coast is no channel, so lines to it may cross others: those that do give way.
+                    let gives_way = |other: &Draft| {
+                        let stays = other.direct.mouth != Mouth::Sea || other.cell < draft.cell;
+                        stays && other.direct.line(other.head, origin).crosses(&direct)
+                    };
+                    return (!others(draft).any(gives_way)).then_some(draft.direct);
+                }
+                let Some(aslant) = draft.aslant else { return Some(draft.direct) };
+                let line = aslant.line(draft.head, origin);
+                let blocked = |other: &Draft| {
+                    let ends = [Some(other.direct), other.aslant];
+                    ends.into_iter().flatten().any(|end| end.line(other.head, origin).crosses(&line))
+                };
+                let crosses = |piece: &Piece| Line { from: piece.from, along: piece.along }.crosses(&line);
+                let free = !others(draft).any(blocked) && !above.all.iter().any(crosses);
+                Some(if free { aslant } else { draft.direct })
+            };
+            let course = |draft: &Draft| Some(Course { cell: draft.cell, head: draft.head, end: take(draft)? });
+            self.drafts(id).iter().filter_map(course).collect()
         })
     }
 
-    /// Where the tributary of a cell begins and ends, if there is one, given the pieces of the levels above around it.
-    fn course(&self, level: u32, id: NodeId, above: &Pieces) -> Option<Course> {
+    /// Where the tributaries of a chunk's cells begin and may end.
+    fn drafts(&self, id: ChannelId) -> Arc<Vec<Draft>> {
+        self.drafts.get(id, || {
+            let above = self.above(id);
+            cells(id).filter_map(|cell| self.draft(id.0, cell, &above)).collect()
+        })
+    }
+
+    /// Where the tributary of a cell begins and may end, if there is one, given the pieces of the levels above around it.
+    fn draft(&self, level: u32, id: NodeId, above: &Pieces) -> Option<Draft> {
         let (fields, cell) = (&self.fields, self.fields.side(level));
         let seed = self.seed.wrapping_add(level as u64 * CHANNELS_A_LEVEL);
         if chance(seed, id, 2) < LEFT_OUT {
@@ -476,8 +524,6 @@ impl Network {
         if above.all.iter().any(in_lake) {
             return None;
         }
-        // Levels that are finer.
-        let coarser = (fields.levels() - 1 - level) as f64;
         // At the nearest channel, or at the coast if that is nearer.
         let nearest = above
             .all
@@ -485,19 +531,24 @@ impl Network {
             .map(|piece| (piece.nearest(from), piece))
             .min_by(|a, b| a.0.1.partial_cmp(&b.0.1).expect("distances are numbers"));
         let distance = nearest.map_or(f64::INFINITY, |((_, square), _)| square.sqrt());
-        let (foot, level_m, mouth, mouth_area) = match fields.coast_near(head, distance.min(JOIN_CELLS * cell as f64)) {
-            Some(coast) => (coast, fields.sea_level_m(), Mouth::Sea, 0.0),
-            None => {
-                let ((t, _), piece) = nearest.filter(|_| distance <= JOIN_CELLS * cell as f64)?;
-                let slant = (SLANT.0 + SLANT.1 * coarser).min(SLANT.2);
-                let (piece, t) = downstream(&above.all, piece, t, slant * distance);
-                let foot = origin.moved([0, 1].map(|axis| piece.from[axis] + piece.along[axis] * t));
-                let parent = above.channels[piece.channel as usize].id;
-                (foot, mix(piece.level_m, t), Mouth::Channel(parent), mix(piece.area, t))
-            }
+        let most = JOIN_CELLS * cell as f64;
+        if let Some(foot) = fields.coast_near(head, distance.min(most)) {
+            let direct = End { foot, level_m: fields.sea_level_m(), mouth: Mouth::Sea, mouth_area: 0.0 };
+            return Some(Draft { cell: id, head, direct, aslant: None });
+        }
+        // Levels that are finer.
+        let finer = (fields.levels() - 1 - level) as f64;
+        let least = (LEAST_CELLS.0 + LEAST_CELLS.1 * finer) * cell as f64;
+        let ((t, _), piece) = nearest.filter(|_| least <= distance && distance <= most)?;
+        let end = |piece: &Piece, t: f64| End {
+            foot: origin.moved([0, 1].map(|axis| piece.from[axis] + piece.along[axis] * t)),
+            level_m: mix(piece.level_m, t),
+            mouth: Mouth::Channel(above.channels[piece.channel as usize].id),
+            mouth_area: mix(piece.area, t),
         };
-        let far_enough = distance >= (LEAST_CELLS.0 + LEAST_CELLS.1 * coarser) * cell as f64 || mouth == Mouth::Sea;
-        far_enough.then_some(Course { cell: id, head, foot, level_m, mouth, mouth_area })
+        let slant = (SLANT.0 + SLANT.1 * finer).min(SLANT.2);
+        let aslant = downstream(&above.all, piece, t, slant * distance);
+        Some(Draft { cell: id, head, direct: end(piece, t), aslant: Some(end(aslant.0, aslant.1)) })
     }
 
     /// A tributary along its course, given the pieces of the levels above and the courses of its own around it.
@@ -505,7 +556,7 @@ impl Network {
         let (fields, cell) = (&self.fields, self.fields.side(level));
         let seed = self.seed.wrapping_add(level as u64 * CHANNELS_A_LEVEL);
         let origin = above.origin;
-        let &Course { cell: id, head, foot, level_m, mouth, mouth_area } = course;
+        let &Course { cell: id, head, end: End { foot, level_m, mouth, mouth_area } } = course;
         let way = head.from(foot);
         let reach = length(way);
         let from = foot.from(origin);
@@ -530,7 +581,10 @@ impl Network {
                     .filter(|line| line.touches(middle, reach)),
             )
             .collect();
-        let places = wander::wandered(&straight, &offsets, &around);
+        let wandered = wander::wandered(&straight, &offsets, &around);
+        // Where the room was misjudged between two knots, the straight course is still there.
+        let crosses = |line: &Line| around.iter().any(|other| other.crosses(line));
+        let places = if lines(&wandered, 1).iter().any(crosses) { straight } else { wandered };
         // The bed, from the mouth up.
         let uplift = fields.uplift(head);
         let hill_slope = fields.hill_slope(uplift);
@@ -557,21 +611,36 @@ impl Network {
     }
 }
 
+/// Where a tributary begins, and where it ends if it runs straight to the nearest channel or if it runs aslant.
+#[derive(Debug)]
+struct Draft {
+    cell: NodeId,
+    head: Point,
+    direct: End,
+    aslant: Option<End>,
+}
+
 /// Where a tributary begins and where it ends.
 #[derive(Debug)]
 struct Course {
     cell: NodeId,
     head: Point,
+    end: End,
+}
+
+/// Where a tributary ends.
+#[derive(Clone, Copy, Debug)]
+struct End {
     foot: Point,
-    /// Height of the water at its foot in metres.
+    /// Height of the water there in metres.
     level_m: f64,
     mouth: Mouth,
     mouth_area: f64,
 }
 
-impl Course {
-    fn line(&self, origin: Point) -> Line {
-        Line { from: self.foot.from(origin), along: self.head.from(self.foot) }
+impl End {
+    fn line(&self, head: Point, origin: Point) -> Line {
+        Line { from: self.foot.from(origin), along: head.from(self.foot) }
     }
 }
 

@@ -15,7 +15,7 @@ use super::point::{chance, length};
 const SWING: f64 = 0.5;
 
 /// How much of the way to the next course a channel may take.
-const TUBE: f64 = 0.45;
+const TUBE: f64 = 0.4;
 
 /// Shares of a channel's length by which it lies to the side at the ends of its pieces, whose number is a power of two;
 /// 0 at both ends.
@@ -52,6 +52,18 @@ impl Line {
         })
     }
 
+    /// Whether it crosses another line, both by more than a grain: to touch is not to cross.
+    pub fn crosses(&self, other: &Line) -> bool {
+        let apart = |line: &Line, by: &Line| {
+            let side = |off: [f64; 2]| line.along[0] * off[1] - line.along[1] * off[0];
+            let start = [by.from[0] - line.from[0], by.from[1] - line.from[1]];
+            let (a, b) = (side(start), side([start[0] + by.along[0], start[1] + by.along[1]]));
+            let least = 1.5 * length(line.along);
+            (a > least && b < -least) || (a < -least && b > least)
+        };
+        apart(self, other) && apart(other, self)
+    }
+
     /// The distance from a place.
     fn distance(&self, to: [f64; 2]) -> f64 {
         let off = [to[0] - self.from[0], to[1] - self.from[1]];
@@ -66,11 +78,16 @@ impl Line {
 /// course, or by as much of it as the lines of the courses around leave room for.
 pub fn wandered(course: &[[f64; 2]], offsets: &[f64], around: &[Line]) -> Vec<[f64; 2]> {
     let room = |place: [f64; 2]| around.iter().map(|line| line.distance(place)).fold(f64::INFINITY, f64::min);
-    let middle = |a: [f64; 2], b: [f64; 2]| [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0];
+    let within = |a: [f64; 2], b: [f64; 2], t: f64| [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t];
     let last = course.len() - 1;
     let at_knots: Vec<f64> = course.iter().map(|place| room(*place)).collect();
     // Between two knots, where the room may be less than at both.
-    let between: Vec<f64> = course.windows(2).map(|pair| room(middle(pair[0], pair[1]))).collect();
+    let between: Vec<f64> = course
+        .windows(2)
+        .map(|pair| {
+            [0.25, 0.5, 0.75].map(|t| room(within(pair[0], pair[1], t))).into_iter().fold(f64::INFINITY, f64::min)
+        })
+        .collect();
     (0..=last)
         .map(|knot| {
             if knot == 0 || knot == last {

@@ -1,0 +1,195 @@
+//! Fluvial relief: the same land whatever is asked for, drained, and within its range.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use terrane::area::Area;
+use terrane::clock::Clock;
+use terrane::fluvial::network::{Channel, Mouth};
+use terrane::fluvial::point::Point;
+use terrane::fluvial::{Fluvial, Land, WaterKind};
+use terrane::preset::{BUILT_IN, Preset};
+use terrane::world::World;
+
+fn worlds(seed: u64) -> impl Iterator<Item = (&'static str, World)> {
+    BUILT_IN.iter().filter_map(move |(name, text)| {
+        let preset = Preset::parse(name, text).unwrap();
+        preset.fluvial.is_some().then(|| (*name, World::new(preset, Some(seed)).unwrap()))
+    })
+}
+
+fn fluvial(world: &World) -> &Fluvial {
+    world.relief().fluvial().expect("a world of fluvial relief")
+}
+
+fn land(world: &World, area: Area) -> Land {
+    fluvial(world).land(area, &Clock::default())
+}
+
+#[test]
+fn an_area_is_what_it_is_in_any_other_area_near_and_far() {
+    let far = 256 * 100_000_000;
+    for (name, world) in worlds(3) {
+        for (x, y) in [(-300, 77), (far, -far)] {
+            let whole = land(&world, Area::new(x, y, 190, 130));
+            // A world of its own, so that nothing is remembered; parts that share no border with patches or blocks.
+            let other = World::new(world.preset().clone(), Some(3)).unwrap();
+            for part in [Area::new(x + 61, y + 3, 1, 1), Area::new(x + 17, y + 29, 101, 67), Area::new(x, y, 33, 130)] {
+                let alone = land(&other, part);
+                let (water, whole_water) = (alone.water.unwrap(), whole.water.as_ref().unwrap());
+                for y in part.y0..part.y1 {
+                    let of = |grid: &terrane::grid::Grid<f32>| -> Vec<u32> {
+                        grid.row(y, part.x0, part.x1).iter().map(|value| value.to_bits()).collect()
+                    };
+                    assert_eq!(of(&alone.heights), of(&whole.heights), "{name}: heights of row {y} of {part:?}");
+                    assert_eq!(of(&water.depth_m), of(&whole_water.depth_m), "{name}: depths of row {y}");
+                    assert_eq!(of(&water.flow_m3s), of(&whole_water.flow_m3s), "{name}: flow of row {y}");
+                    let kinds = |grid: &terrane::grid::Grid<WaterKind>| grid.row(y, part.x0, part.x1).to_vec();
+                    assert_eq!(kinds(&water.kind), kinds(&whole_water.kind), "{name}: water of row {y}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn nearly_every_vertex_of_dry_land_has_a_lower_neighbour() {
+    for seed in 1..=3 {
+        for (name, world) in worlds(seed) {
+            let side = 640;
+            let area = Area::new(1000 * seed as i64, -500, side, side);
+            let Land { heights, water } = land(&world, area);
+            let kinds = water.unwrap().kind;
+            let (mut dry, mut pits) = (0, 0);
+            for y in area.y0 + 1..area.y1 - 1 {
+                for x in area.x0 + 1..area.x1 - 1 {
+                    if kinds.at(x, y) >= WaterKind::Lake {
+                        continue;
+                    }
+                    dry += 1;
+                    let here = heights.at(x, y);
+                    let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy)));
+                    pits += u32::from(!around.into_iter().any(|(dx, dy)| heights.at(x + dx, y + dy) < here));
+                }
+            }
+            let share = f64::from(pits) / f64::from(dry.max(1));
+            // The limit holds over large areas; in one as small as this there is room for chance.
+            assert!(share < 2e-4, "{name}, seed {seed}: {pits} of {dry} vertices have no lower neighbour");
+        }
+    }
+}
+
+#[test]
+fn heights_stay_within_a_range_that_they_use() {
+    for (name, world) in worlds(2) {
+        let (min_m, max_m) = world.height_range_m();
+        let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+        for place in 0..100 {
+            let area = Area::new(place % 10 * 2003, place / 10 * 2003, 16, 16);
+            for &height in land(&world, area).heights.values() {
+                assert!(min_m <= height && height <= max_m, "{name}: {height} m is outside {min_m}..{max_m} m");
+                (low, high) = (low.min(height), high.max(height));
+            }
+        }
+        assert!(high - low > 0.2 * (max_m - min_m), "{name} uses {low}..{high} m of {min_m}..{max_m} m");
+    }
+}
+
+/// All channels whose bounds touch a square at the origin of some vertices a side.
+fn channels(world: &World, side: i64) -> BTreeMap<(u32, i64, i64), Arc<Channel>> {
+    let mut all = BTreeMap::new();
+    let network = fluvial(world).network();
+    for level in 0..fluvial(world).fields().levels() {
+        network.channels(level, [Point::at_vertex(0, 0), Point::at_vertex(side, side)], |channel| {
+            all.insert(channel.id, Arc::clone(channel));
+        });
+    }
+    all
+}
+
+#[test]
+fn channels_fall_grow_and_end_in_what_they_name() {
+    for seed in 1..=3 {
+        for (name, world) in worlds(seed) {
+            let all = channels(&world, 1500);
+            assert!(all.len() > 100, "{name} has {} channels", all.len());
+            for channel in all.values() {
+                let id = channel.id;
+                for pair in channel.knots.windows(2) {
+                    let flat = pair[0].lake > 0.0 || pair[1].lake > 0.0;
+                    assert!(flat || pair[0].level_m > pair[1].level_m, "{name}, seed {seed}: {id:?} does not fall");
+                    assert!(pair[0].area <= pair[1].area, "{name}, seed {seed}: {id:?} shrinks");
+                }
+                let end = channel.knots[channel.knots.len() - 1];
+                assert!(channel.mouth_area >= end.area, "{name}, seed {seed}: {id:?} joins what is smaller");
+                let Mouth::Channel(other) = channel.mouth else { continue };
+                let Some(other) = all.get(&other) else { continue };
+                let on_line = |pair: &[terrane::fluvial::network::Knot]| {
+                    let (way, off) = (pair[1].at.from(pair[0].at), end.at.from(pair[0].at));
+                    let square = way[0] * way[0] + way[1] * way[1];
+                    let t = ((off[0] * way[0] + off[1] * way[1]) / square).clamp(0.0, 1.0);
+                    let gap = [off[0] - way[0] * t, off[1] - way[1] * t];
+                    gap[0] * gap[0] + gap[1] * gap[1] < 4.0
+                };
+                assert!(other.knots.windows(2).any(on_line), "{name}, seed {seed}: {id:?} ends beside {:?}", other.id);
+            }
+        }
+    }
+}
+
+#[test]
+fn channels_do_not_cross() {
+    for seed in 1..=3 {
+        for (name, world) in worlds(seed) {
+            let all = channels(&world, 1500);
+            let pieces: Vec<_> = all
+                .values()
+                .flat_map(|channel| channel.knots.windows(2).map(move |pair| (channel.id, pair[0].at, pair[1].at)))
+                .collect();
+            let mut crossings = Vec::new();
+            for (index, (id, a, b)) in pieces.iter().enumerate() {
+                for (other, c, d) in &pieces[index + 1..] {
+                    let apart =
+                        |u: fn(&Point) -> i64| u(a).max(u(b)) < u(c).min(u(d)) || u(c).max(u(d)) < u(a).min(u(b));
+                    if id == other || apart(|p| p.x) || apart(|p| p.y) {
+                        continue;
+                    }
+                    let side = |p: &Point, q: &Point, r: &Point| {
+                        let ([ux, uy], [vx, vy]) = (q.from(*p), r.from(*p));
+                        ux * vy - uy * vx
+                    };
+                    // A foot lies on its piece but for a grain, so a crossing is one by more than that.
+                    let grain = |p: &Point, q: &Point| 2.0 * p.distance(*q);
+                    let apart = |p: f64, q: f64, least: f64| (p > least && q < -least) || (p < -least && q > least);
+                    if apart(side(a, b, c), side(a, b, d), grain(a, b))
+                        && apart(side(c, d, a), side(c, d, b), grain(c, d))
+                    {
+                        crossings.push((*id, *other));
+                    }
+                }
+            }
+            assert!(crossings.is_empty(), "{name}, seed {seed}: of {} channels cross {crossings:?}", all.len());
+        }
+    }
+}
+
+#[test]
+fn the_warp_bends_the_plane_and_does_not_fold_it() {
+    for (name, world) in worlds(5) {
+        let fluvial = fluvial(&world);
+        // Neighbouring points of the network keep their order in the world, east and south.
+        let step = 2;
+        let row =
+            |y: i64| -> Vec<Point> { (0..200).map(|x| fluvial.in_world(Point::at_vertex(x * step, y))).collect() };
+        let (mut above, mut turned) = (row(-step), 0);
+        for y in 0..200 {
+            let here = row(y * step);
+            for x in 1..200 {
+                let ([ux, uy], [vx, vy]) = (here[x].from(here[x - 1]), here[x].from(above[x]));
+                turned += u32::from(ux * vy - uy * vx <= 0.0);
+            }
+            above = here;
+        }
+        assert_eq!(turned, 0, "{name}: the plane is folded");
+    }
+}
