@@ -64,7 +64,7 @@ pub fn rows_in_flight(region: &Region, threads: usize) -> u64 {
 ///
 /// # Errors
 /// The first error of a sink, or [`Error::Interrupted`].
-pub fn bake(world: &World, region: &Region, sinks: &[Box<dyn Sink>], watch: &Watch) -> Result<(), Error> {
+pub fn bake(world: &World, region: &Region, sinks: &[Box<dyn Sink + '_>], watch: &Watch) -> Result<(), Error> {
     world.paths().prepare_for(region.cols());
     let batch_rows = rows_in_flight(region, rayon::current_num_threads());
     let mut made: Option<Batch> = None;
@@ -95,7 +95,7 @@ impl Batch {
         region: &Region,
         first_row: u64,
         rows: u64,
-        sinks: &[Box<dyn Sink>],
+        sinks: &[Box<dyn Sink + '_>],
         watch: &Watch,
     ) -> Result<Batch, Error> {
         let cols = region.cols();
@@ -116,7 +116,7 @@ impl Batch {
         Ok(Batch { first_row, pieces })
     }
 
-    fn append(self, region: &Region, sinks: &[Box<dyn Sink>], watch: &Watch) -> Result<(), Error> {
+    fn append(self, region: &Region, sinks: &[Box<dyn Sink + '_>], watch: &Watch) -> Result<(), Error> {
         sinks.par_iter().enumerate().try_for_each(|(index, sink)| {
             for (row, tiles) in (self.first_row..).zip(self.pieces.chunks(region.cols() as usize)) {
                 let pieces: Vec<&[u8]> = tiles.iter().map(|tile| &tile[index][..]).collect();

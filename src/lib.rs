@@ -32,6 +32,8 @@
 //!      |
 //!   places/     a Land -> settlements, names, roads between them     reach: 3 site cells; not yet read by tile/
 //!      |
+//!   vectors/    lakes, coasts and peaks as lines and points, rivers are with fluvial/
+//!      |
 //!   tile/       heights, paths -> carved, normals -> blend weights   pad HEIGHT_PAD = 1
 //!      |
 //!   bake.rs     Region -> all its tiles, in parallel, in order
@@ -91,6 +93,7 @@ pub mod preset;
 pub mod relief;
 pub mod agents;
 pub mod places;
+pub mod vectors;
 pub mod world;
 pub mod tile;
 pub mod registry;

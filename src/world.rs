@@ -1,10 +1,17 @@
 //! A preset as understood: checked, seeded, with every range proved and every pad added up.
 
+use std::sync::Arc;
+
 use crate::agents::paths::{PathList, Paths};
 use crate::area::Area;
 use crate::error::Error;
+use crate::fluvial::rivers::River;
 use crate::preset::Preset;
 use crate::relief::Relief;
+use crate::vectors::Vectors;
+use crate::vectors::coast::Coast;
+use crate::vectors::lakes::Lake;
+use crate::vectors::peaks::Peak;
 
 /// How many vertices around a tile its heights must be known: normals look one vertex past the tile's edge.
 ///
@@ -18,6 +25,7 @@ pub struct World {
     seed: u64,
     relief: Relief,
     paths: Paths,
+    vectors: Vectors,
 }
 
 impl World {
@@ -31,7 +39,7 @@ impl World {
         let seed = seed.unwrap_or(preset.seed);
         let relief = Relief::new(&preset, seed);
         let paths = Paths::new(&preset, seed);
-        Ok(World { preset, seed, relief, paths })
+        Ok(World { preset, seed, relief, paths, vectors: Vectors::default() })
     }
 
     /// The recipe, with every default filled in.
@@ -62,6 +70,26 @@ impl World {
     /// All rivers and roads whose effect may touch a vertex of `area`, whole, sorted by kind and owner.
     pub fn ways(&self, area: &Area) -> PathList {
         self.paths.touching(&self.relief, area)
+    }
+
+    /// All rivers of a fluvial world of which a part lies in `area`, whole, sorted by id.
+    pub fn rivers(&self, area: &Area) -> Vec<Arc<River>> {
+        self.vectors.rivers(&self.relief, area)
+    }
+
+    /// All lakes of a fluvial world of which a part lies in `area`, whole, sorted by id.
+    pub fn lakes(&self, area: &Area) -> Vec<Arc<Lake>> {
+        self.vectors.lakes(&self.relief, area)
+    }
+
+    /// All pieces of coast of a fluvial world of which a part lies in `area`, whole, sorted by id.
+    pub fn coasts(&self, area: &Area) -> Vec<Arc<Coast>> {
+        self.vectors.coasts(&self.relief, area)
+    }
+
+    /// All peaks of a fluvial world on vertices of `area`, sorted by id.
+    pub fn peaks(&self, area: &Area) -> Vec<Peak> {
+        self.vectors.peaks(&self.relief, area)
     }
 
     /// The rivers and roads of this world, and what is remembered of them.

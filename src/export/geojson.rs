@@ -1,132 +1,153 @@
-//! GeoJSON: rivers and roads as text, each a collection of lines.
+//! GeoJSON: the layers as text, each a collection of features.
 //!
 //! RFC 7946 means degrees of the Earth; these coordinates are metres east and north of the world's origin, as in the
-//! GeoPackage. The files have no `crs` member, since no reference system of the Earth applies.
+//! GeoPackage, and for rivers with levels metres up. The files have no `crs` member, since no reference system of the
+//! Earth applies.
 
-use std::io::{self, Write};
+use std::fmt::Write as _;
+use std::io::Write;
 use std::path::Path;
 use std::sync::Mutex;
 
-use serde::Serialize;
+use rusqlite::types::Value;
 
-use crate::agents::way::WayKind;
-use crate::area::{Place, Region};
+use crate::area::Place;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
+use crate::export::layers::{Feature, Kind, Layer, Shape, layers};
 use crate::export::manifest::FileRecord;
-use crate::export::vector::{Feature, PathStore};
+use crate::export::vector::FeatureStore;
 use crate::tile::Tile;
 use crate::world::World;
 
-/// The files in the folder of the bake, as [`KINDS`] has them.
-pub(crate) const PATHS: &[&str] = &["vector/rivers.geojson", "vector/roads.geojson"];
-const KINDS: [WayKind; 2] = [WayKind::River, WayKind::Road];
+/// All files that worlds of any kind have in the folder of the bake.
+pub(crate) const PATHS: &[&str] = &[
+    "vector/rivers.geojson",
+    "vector/roads.geojson",
+    "vector/lakes.geojson",
+    "vector/coast.geojson",
+    "vector/peaks.geojson",
+];
 
-/// The two files under way.
-pub(crate) struct GeoJson {
-    paths: PathStore,
+/// The file of a layer in the folder of the bake.
+fn path(layer: &Layer) -> String {
+    format!("vector/{}.geojson", layer.name)
+}
+
+/// The files under way, one a layer.
+pub(crate) struct GeoJson<'a> {
+    features: FeatureStore<'a>,
     files: Mutex<Vec<PartFile>>,
 }
 
-#[derive(Serialize)]
-struct Line<'a> {
-    r#type: &'static str,
-    properties: Properties,
-    geometry: Geometry<'a>,
-}
-
-#[derive(Serialize)]
-struct Properties {
-    owner_x: i64,
-    owner_y: i64,
-    ending: &'static str,
-    joins_x: Option<i64>,
-    joins_y: Option<i64>,
-    length_m: f64,
-    width_start_m: f32,
-    width_end_m: f32,
-    floor_start_m: f32,
-    floor_end_m: f32,
-}
-
-#[derive(Serialize)]
-struct Geometry<'a> {
-    r#type: &'static str,
-    coordinates: &'a [[f64; 2]],
-}
-
-impl GeoJson {
+impl<'a> GeoJson<'a> {
     /// Begins the files in the folder of the bake.
-    pub fn create(world: &World, region: &Region, out: &Path) -> Result<GeoJson, Error> {
-        let files = PATHS.iter().map(|path| PartFile::create(out.join(path))).collect::<Result<Vec<_>, _>>()?;
-        Ok(GeoJson { paths: PathStore::create(world, region, &out.join(PATHS[0]))?, files: Mutex::new(files) })
+    pub fn create(world: &'a World, out: &Path) -> Result<GeoJson<'a>, Error> {
+        let file = |layer| PartFile::create(out.join(path(layer)));
+        let files = layers(world).iter().map(file).collect::<Result<Vec<_>, _>>()?;
+        Ok(GeoJson { features: FeatureStore::create(world, &out.join(PATHS[0]))?, files: Mutex::new(files) })
     }
 
-    /// Where its paths wait.
+    /// Where its features wait.
     #[cfg(test)]
-    pub fn paths(&self) -> &PathStore {
-        &self.paths
+    pub fn features(&self) -> &FeatureStore<'a> {
+        &self.features
     }
 }
 
-impl Sink for GeoJson {
+impl Sink for GeoJson<'_> {
     fn name(&self) -> &'static str {
         "vector/*.geojson"
     }
 
     fn take(&self, tile: &Tile, _place: Place) -> Result<Vec<u8>, Error> {
-        self.paths.take(tile);
+        self.features.take(tile);
         Ok(Vec::new())
     }
 
     fn append(&self, _row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
-        self.paths.flush()
+        self.features.flush()
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
         let files = std::mem::take(&mut *self.files.lock().expect("no thread panics while it writes"));
         let mut records = Vec::new();
-        for ((mut file, path), kind) in files.into_iter().zip(PATHS).zip(KINDS) {
-            write_collection(&mut file, &self.paths, kind)?;
-            records.push(FileRecord::new((*path).to_owned(), "geojson", file.finish()?));
+        for (number, (mut file, layer)) in files.into_iter().zip(self.features.layers()).enumerate() {
+            write_collection(&mut file, &self.features, number)?;
+            records.push(FileRecord::new(path(layer), "geojson", file.finish()?));
         }
         Ok(records)
     }
 }
 
-/// Writes all features of a kind, a line each.
-fn write_collection(file: &mut PartFile, paths: &PathStore, kind: WayKind) -> Result<(), Error> {
+/// Writes all features of a layer, a line each.
+fn write_collection(file: &mut PartFile, features: &FeatureStore, number: usize) -> Result<(), Error> {
     let path = file.path().to_owned();
-    let mut write = |text: &[u8]| file.write_all(text).map_err(Error::io(&path));
-    write(b"{\"type\":\"FeatureCollection\",\"features\":[")?;
-    let mut separator: &[u8] = b"\n";
-    paths.for_each(kind, |feature| {
+    let mut write = |text: &str| file.write_all(text.as_bytes()).map_err(Error::io(&path));
+    write("{\"type\":\"FeatureCollection\",\"features\":[")?;
+    let mut separator = "\n";
+    features.for_each(number, |feature| {
         write(separator)?;
-        separator = b",\n";
-        let text = serde_json::to_vec(&Line::new(&feature)).map_err(io::Error::from).map_err(Error::io(&path))?;
-        write(&text)
+        separator = ",\n";
+        write(&as_text(&features.layers()[number], &feature))
     })?;
-    write(b"\n]}\n")
+    write("\n]}\n")
 }
 
-impl Line<'_> {
-    fn new(feature: &Feature) -> Line<'_> {
-        Line {
-            r#type: "Feature",
-            properties: Properties {
-                owner_x: feature.owner.x,
-                owner_y: feature.owner.y,
-                ending: feature.ending,
-                joins_x: feature.joins.map(|tile| tile.x),
-                joins_y: feature.joins.map(|tile| tile.y),
-                length_m: feature.length_m,
-                width_start_m: feature.width_m[0],
-                width_end_m: feature.width_m[1],
-                floor_start_m: feature.floor_m[0],
-                floor_end_m: feature.floor_m[1],
-            },
-            geometry: Geometry { r#type: "LineString", coordinates: &feature.line },
+/// A feature as text.
+fn as_text(layer: &Layer, feature: &Feature) -> String {
+    let mut text = String::from("{\"type\":\"Feature\",\"properties\":{");
+    let keys: Vec<&str> = layer.columns.iter().map(|column| column.key).collect();
+    for (index, (column, value)) in layer.columns.iter().zip(&feature.values).enumerate() {
+        // Neighbours with the same key are an array.
+        let follows = index > 0 && keys[index - 1] == column.key;
+        let goes_on = keys.get(index + 1) == Some(&column.key);
+        let separator = if index > 0 { "," } else { "" };
+        match follows {
+            true => text.push_str(separator),
+            false => _ = write!(text, "{separator}{:?}:{}", column.key, if goes_on { "[" } else { "" }),
+        }
+        text.push_str(&number_or_text(value, column.kind));
+        if follows && !goes_on {
+            text.push(']');
         }
     }
+    let (kind, depth) = match layer.shape {
+        Shape::Point => ("Point", 0),
+        Shape::Line | Shape::LineZ => ("LineString", 1),
+        Shape::Polygon => ("Polygon", 2),
+    };
+    _ = write!(text, "}},\"geometry\":{{\"type\":\"{kind}\",\"coordinates\":");
+    text.push_str(&"[".repeat(usize::from(depth == 2)));
+    for (index, line) in feature.lines.iter().enumerate() {
+        text.push_str(if index > 0 { "," } else { "" });
+        text.push_str(&"[".repeat(usize::from(depth > 0)));
+        for (index, point) in line.iter().enumerate() {
+            text.push_str(if index > 0 { ",[" } else { "[" });
+            for (axis, number) in point[..layer.shape.dimensions()].iter().enumerate() {
+                text.push_str(if axis > 0 { "," } else { "" });
+                text.push_str(&json(number));
+            }
+            text.push(']');
+        }
+        text.push_str(&"]".repeat(usize::from(depth > 0)));
+    }
+    text.push_str(&"]".repeat(usize::from(depth == 2)));
+    text.push_str("}}");
+    text
+}
+
+fn number_or_text(value: &Value, kind: Kind) -> String {
+    match value {
+        Value::Integer(number) => json(number),
+        Value::Real(number) if kind == Kind::Real32 => json(&(*number as f32)),
+        Value::Real(number) => json(number),
+        Value::Text(text) => json(text),
+        Value::Null | Value::Blob(_) => "null".to_owned(),
+    }
+}
+
+fn json(value: &impl serde::Serialize) -> String {
+    serde_json::to_string(value).expect("numbers and texts are JSON")
 }

@@ -1,4 +1,4 @@
-//! A GeoPackage: rivers, roads and the footprints of the tiles, as layers of one SQLite database.
+//! A GeoPackage: all layers and the footprints of the tiles, in one SQLite database.
 //!
 //! Based on: OGC 12-128r17, GeoPackage Encoding Standard 1.3. The reference system is the standard's own "undefined
 //! Cartesian" (-1): metres east and north of the world's origin.
@@ -6,15 +6,16 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 
-use rusqlite::{Connection, params};
+use rusqlite::types::Value;
+use rusqlite::{Connection, params, params_from_iter};
 
-use crate::agents::way::WayKind;
 use crate::area::{Place, Region, TileId};
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
+use crate::export::layers::{Kind, Layer, Shape};
 use crate::export::manifest::FileRecord;
-use crate::export::vector::PathStore;
+use crate::export::vector::FeatureStore;
 use crate::registry::unjournaled;
 use crate::tile::Tile;
 use crate::world::World;
@@ -81,28 +82,28 @@ const SCHEMA: &str = "
     );
 ";
 
-/// A layer of paths, `{}` being its name.
-const PATH_LAYER: &str = "
-    CREATE TABLE {} (
-        fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL,
-        geom LINESTRING,
-        owner_x INTEGER NOT NULL,
-        owner_y INTEGER NOT NULL,
-        ending TEXT NOT NULL,
-        joins_x INTEGER,
-        joins_y INTEGER,
-        length_m DOUBLE NOT NULL,
-        width_start_m DOUBLE NOT NULL,
-        width_end_m DOUBLE NOT NULL,
-        floor_start_m DOUBLE NOT NULL,
-        floor_end_m DOUBLE NOT NULL
-    );
-";
+/// The table of a layer.
+fn table(layer: &Layer) -> String {
+    let columns = layer.columns.iter().map(|column| {
+        let kind = match column.kind {
+            Kind::Integer => "INTEGER",
+            Kind::Real | Kind::Real32 => "DOUBLE",
+            Kind::Text => "TEXT",
+        };
+        format!(",\n        {} {kind}{}", column.name, if column.required { " NOT NULL" } else { "" })
+    });
+    let columns: String = columns.collect();
+    let (name, shape) = (layer.name, shape_name(layer.shape));
+    format!("CREATE TABLE {name} (fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom {shape}{columns});")
+}
 
-const PATH_LAYERS: [(&str, WayKind, &str); 2] = [
-    ("rivers", WayKind::River, "rivers, from source to end; metres"),
-    ("roads", WayKind::Road, "roads, from the middle of the tile that owns each; metres"),
-];
+fn shape_name(shape: Shape) -> &'static str {
+    match shape {
+        Shape::Point => "POINT",
+        Shape::Line | Shape::LineZ => "LINESTRING",
+        Shape::Polygon => "POLYGON",
+    }
+}
 
 /// The rectangle around all of a layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,8 +115,11 @@ struct Bounds {
 impl Bounds {
     const NOTHING: Bounds = Bounds { min: [f64::INFINITY; 2], max: [f64::NEG_INFINITY; 2] };
 
-    fn of(line: &[[f64; 2]]) -> Bounds {
-        line.iter().fold(Bounds::NOTHING, |bounds, &point| bounds.and(Bounds { min: point, max: point }))
+    fn of(lines: &[Vec<[f64; 3]>]) -> Bounds {
+        lines
+            .iter()
+            .flatten()
+            .fold(Bounds::NOTHING, |bounds, &[x, y, _]| bounds.and(Bounds { min: [x, y], max: [x, y] }))
     }
 
     fn and(self, other: Bounds) -> Bounds {
@@ -124,47 +128,52 @@ impl Bounds {
     }
 }
 
-/// The WKB type of a geometry that is one line.
-#[derive(Clone, Copy)]
-enum Wkb {
-    LineString = 2,
-    Polygon = 3,
-}
-
-/// A geometry as the standard has it in a column: its header with the envelope, then well-known binary. A polygon is
-/// its outer ring.
-fn geometry(kind: Wkb, line: &[[f64; 2]]) -> Vec<u8> {
-    let Bounds { min, max } = Bounds::of(line);
-    let mut bytes = Vec::with_capacity(8 + 32 + 13 + 16 * line.len());
+/// A geometry as the standard has it in a column: its header with the envelope, then well-known binary.
+fn geometry(shape: Shape, lines: &[Vec<[f64; 3]>]) -> Vec<u8> {
+    let Bounds { min, max } = Bounds::of(lines);
+    let points: usize = lines.iter().map(Vec::len).sum();
+    let mut bytes = Vec::with_capacity(8 + 32 + 9 + 4 * lines.len() + 8 * shape.dimensions() * points);
     // Version 1 of the form is 0; little-endian, with an envelope of x and y.
     bytes.extend(*b"GP\x00\x03");
     bytes.extend(UNDEFINED_CARTESIAN.to_le_bytes());
     bytes.extend([min[0], max[0], min[1], max[1]].map(f64::to_le_bytes).as_flattened());
     bytes.push(1);
-    bytes.extend((kind as u32).to_le_bytes());
-    if matches!(kind, Wkb::Polygon) {
-        bytes.extend(1u32.to_le_bytes());
+    let kind: u32 = match shape {
+        Shape::Point => 1,
+        Shape::Line => 2,
+        Shape::LineZ => 1002,
+        Shape::Polygon => 3,
+    };
+    bytes.extend(kind.to_le_bytes());
+    if shape == Shape::Polygon {
+        bytes.extend((lines.len() as u32).to_le_bytes());
     }
-    bytes.extend((line.len() as u32).to_le_bytes());
-    bytes.extend(line.iter().flatten().flat_map(|number| number.to_le_bytes()));
+    for line in lines {
+        if shape != Shape::Point {
+            bytes.extend((line.len() as u32).to_le_bytes());
+        }
+        let numbers = line.iter().flat_map(|point| &point[..shape.dimensions()]);
+        bytes.extend(numbers.flat_map(|number| number.to_le_bytes()));
+    }
     bytes
 }
 
 /// The database under way.
-pub(crate) struct GeoPackage {
+pub(crate) struct GeoPackage<'a> {
     region: Region,
     spacing_m: f64,
-    paths: PathStore,
+    features: FeatureStore<'a>,
     path: PathBuf,
     /// The connection first, so that it is closed when an abandoned file is removed.
     file: Mutex<Option<(Connection, PartFile)>>,
 }
 
-impl GeoPackage {
+impl<'a> GeoPackage<'a> {
     /// Begins the database in the folder of the bake.
-    pub fn create(world: &World, region: Region, out: &Path) -> Result<GeoPackage, Error> {
+    pub fn create(world: &'a World, region: Region, out: &Path) -> Result<GeoPackage<'a>, Error> {
         let path = out.join(PATHS[0]);
         let mut file = PartFile::create(path.clone())?;
+        let features = FeatureStore::create(world, &path)?;
         let create = |at: &Path| {
             let connection = Connection::open(at)?;
             unjournaled(&connection)?;
@@ -172,16 +181,15 @@ impl GeoPackage {
             connection.pragma_update(None, "user_version", USER_VERSION)?;
             connection.execute_batch("BEGIN")?;
             connection.execute_batch(SCHEMA)?;
-            for (name, ..) in PATH_LAYERS {
-                connection.execute_batch(&PATH_LAYER.replace("{}", name))?;
+            for layer in features.layers() {
+                connection.execute_batch(&table(layer))?;
             }
             connection.execute_batch("COMMIT")?;
             Ok(connection)
         };
         let connection = create(file.lend()).map_err(Error::sqlite(&path))?;
-        let paths = PathStore::create(world, &region, &path)?;
         let file = Mutex::new(Some((connection, file)));
-        Ok(GeoPackage { region, spacing_m: world.spacing_m(), paths, path, file })
+        Ok(GeoPackage { region, spacing_m: world.spacing_m(), features, path, file })
     }
 
     fn lock(&self) -> MutexGuard<'_, Option<(Connection, PartFile)>> {
@@ -189,12 +197,12 @@ impl GeoPackage {
     }
 
     /// The corners of a rectangle of tiles, anticlockwise from the south-western one and back to it.
-    fn footprint(&self, at: TileId, cols: u64, rows: u64) -> [[f64; 2]; 5] {
+    fn footprint(&self, at: TileId, cols: u64, rows: u64) -> Vec<[f64; 3]> {
         let cells = self.region.tile_cells() as i64;
         let metres = |tile: i64| (tile * cells) as f64 * self.spacing_m;
         let (west, east) = (metres(at.x), metres(at.x + cols as i64));
         let (south, north) = (0.0 - metres(at.y + rows as i64), 0.0 - metres(at.y));
-        [[west, south], [east, south], [east, north], [west, north], [west, south]]
+        [[west, south], [east, south], [east, north], [west, north], [west, south]].map(|[x, y]| [x, y, 0.0]).to_vec()
     }
 
     fn write_tiles(&self, connection: &mut Connection, row: u64) -> rusqlite::Result<()> {
@@ -203,39 +211,29 @@ impl GeoPackage {
             transaction.prepare_cached("INSERT INTO tiles (geom, x, y, col, row) VALUES (?, ?, ?, ?, ?)")?;
         for col in 0..self.region.cols() {
             let tile = self.region.tile(Place { row, col });
-            let shape = geometry(Wkb::Polygon, &self.footprint(tile, 1, 1));
+            let shape = geometry(Shape::Polygon, &[self.footprint(tile, 1, 1)]);
             insert.execute(params![shape, tile.x, tile.y, col as i64, row as i64])?;
         }
         drop(insert);
         transaction.commit()
     }
 
-    /// Writes a layer of paths and returns its bounds, if it has any path.
-    fn write_paths(&self, connection: &mut Connection, layer: &str, kind: WayKind) -> Result<Option<Bounds>, Error> {
+    /// Writes a layer and returns its bounds, if it has any feature.
+    fn write_layer(&self, connection: &mut Connection, number: usize) -> Result<Option<Bounds>, Error> {
         let failed = || Error::sqlite(&self.path);
+        let layer = &self.features.layers()[number];
         let mut bounds: Option<Bounds> = None;
         let transaction = connection.transaction().map_err(failed())?;
-        let columns = "geom, owner_x, owner_y, ending, joins_x, joins_y, length_m, \
-                       width_start_m, width_end_m, floor_start_m, floor_end_m";
-        let insert = format!("INSERT INTO {layer} ({columns}) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+        let columns: String = layer.columns.iter().map(|column| format!(", {}", column.name)).collect();
+        let marks = ", ?".repeat(layer.columns.len());
+        let insert = format!("INSERT INTO {} (geom{columns}) VALUES (?{marks})", layer.name);
         let mut insert = transaction.prepare(&insert).map_err(failed())?;
-        self.paths.for_each(kind, |feature| {
-            let own = Bounds::of(&feature.line);
+        self.features.for_each(number, |feature| {
+            let own = Bounds::of(&feature.lines);
             bounds = Some(bounds.map_or(own, |bounds| bounds.and(own)));
-            let row = params![
-                geometry(Wkb::LineString, &feature.line),
-                feature.owner.x,
-                feature.owner.y,
-                feature.ending,
-                feature.joins.map(|tile| tile.x),
-                feature.joins.map(|tile| tile.y),
-                feature.length_m,
-                feature.width_m[0],
-                feature.width_m[1],
-                feature.floor_m[0],
-                feature.floor_m[1],
-            ];
-            insert.execute(row).map(|_| ()).map_err(failed())
+            let shape = Value::Blob(geometry(layer.shape, &feature.lines));
+            let row = [shape].into_iter().chain(feature.values);
+            insert.execute(params_from_iter(row)).map(|_| ()).map_err(failed())
         })?;
         drop(insert);
         transaction.commit().map_err(failed())?;
@@ -246,7 +244,7 @@ impl GeoPackage {
 /// Lists a layer where readers look for layers.
 fn register(
     connection: &Connection,
-    (layer, shape, about): (&str, &str, &str),
+    (layer, shape, about): (&str, Shape, &str),
     bounds: Option<Bounds>,
 ) -> rusqlite::Result<()> {
     let side = |pick: fn(&Bounds) -> f64| bounds.as_ref().map(pick);
@@ -264,24 +262,24 @@ fn register(
         ],
     )?;
     connection.execute(
-        "INSERT INTO gpkg_geometry_columns VALUES (?, 'geom', ?, ?, 0, 0)",
-        params![layer, shape, UNDEFINED_CARTESIAN],
+        "INSERT INTO gpkg_geometry_columns VALUES (?, 'geom', ?, ?, ?, 0)",
+        params![layer, shape_name(shape), UNDEFINED_CARTESIAN, shape == Shape::LineZ],
     )?;
     Ok(())
 }
 
-impl Sink for GeoPackage {
+impl Sink for GeoPackage<'_> {
     fn name(&self) -> &'static str {
         PATHS[0]
     }
 
     fn take(&self, tile: &Tile, _place: Place) -> Result<Vec<u8>, Error> {
-        self.paths.take(tile);
+        self.features.take(tile);
         Ok(Vec::new())
     }
 
     fn append(&self, row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
-        self.paths.flush()?;
+        self.features.flush()?;
         let mut file = self.lock();
         let (connection, _) = file.as_mut().expect("rows come before the end");
         self.write_tiles(connection, row).map_err(Error::sqlite(&self.path))
@@ -290,14 +288,14 @@ impl Sink for GeoPackage {
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
         let (mut connection, file) = self.lock().take().expect("a sink ends once");
         let failed = || Error::sqlite(&self.path);
-        for (layer, kind, about) in PATH_LAYERS {
-            let bounds = self.write_paths(&mut connection, layer, kind)?;
-            register(&connection, (layer, "LINESTRING", about), bounds).map_err(failed())?;
+        for (number, layer) in self.features.layers().iter().enumerate() {
+            let bounds = self.write_layer(&mut connection, number)?;
+            register(&connection, (layer.name, layer.shape, layer.about), bounds).map_err(failed())?;
         }
-        let all = Bounds::of(&self.footprint(self.region.at(), self.region.cols(), self.region.rows()));
+        let all = Bounds::of(&[self.footprint(self.region.at(), self.region.cols(), self.region.rows())]);
         let about =
             "the tiles of the region; x and y are their numbers in the world, col and row count from its corner";
-        register(&connection, ("tiles", "POLYGON", about), Some(all)).map_err(failed())?;
+        register(&connection, ("tiles", Shape::Polygon, about), Some(all)).map_err(failed())?;
         connection.close().map_err(|(_, error)| failed()(error))?;
         Ok(vec![FileRecord::new(PATHS[0].to_owned(), "vector", file.finish()?)])
     }
@@ -310,7 +308,10 @@ mod tests {
     use super::*;
     use crate::agents::paths::{Path as AgentPath, PathEnding};
     use crate::agents::way::Way;
+    use crate::agents::way::WayKind;
+    use crate::area::Area;
     use crate::export::geojson::GeoJson;
+    use crate::export::layers::{of_path, path_key};
     use crate::preset::{Preset, RiverAgents, RoadAgents};
 
     /// A river across three tiles that joins another, a pool of one node, a road, and a river far away.
@@ -335,12 +336,14 @@ mod tests {
         let world = World::new(Preset::parse("test", text).unwrap(), None).unwrap();
         let region = Region::new(TileId { x: 0, y: 0 }, 2, 3, 16).unwrap();
         std::fs::create_dir_all(out.join("vector")).unwrap();
-        let (package, json) =
-            (GeoPackage::create(&world, region, out).unwrap(), GeoJson::create(&world, &region, out).unwrap());
+        let (package, json) = (GeoPackage::create(&world, region, out).unwrap(), GeoJson::create(&world, out).unwrap());
         for row in 0..3 {
             // Each row of tiles brings all paths again.
-            for store in [&package.paths, json.paths()] {
-                store.add(&order(paths()));
+            for store in [&package.features, json.features()] {
+                for path in order(paths()).iter().filter(|path| path.way.touches(&Area::new(0, 0, 33, 49))) {
+                    let layer = usize::from(path.way.kind() == WayKind::Road);
+                    store.add(layer, path_key(path.owner), || of_path(path, 2.0));
+                }
             }
             package.append(row, &[]).unwrap();
             json.append(row, &[]).unwrap();
@@ -390,14 +393,14 @@ mod tests {
         let (one, other) = (folder.path().join("one"), folder.path().join("other"));
         baked(&one, |paths| paths);
         baked(&other, |paths| paths.into_iter().rev().collect());
-        for file in PATHS.iter().chain(crate::export::geojson::PATHS) {
+        for file in PATHS.iter().chain(&["vector/rivers.geojson", "vector/roads.geojson"]) {
             assert!(std::fs::read(one.join(file)).unwrap() == std::fs::read(other.join(file)).unwrap(), "{file}");
         }
     }
 
     #[test]
     fn a_geometry_is_header_envelope_and_well_known_binary() {
-        let bytes = geometry(Wkb::LineString, &[[1.0, -2.0], [-3.0, 5.0]]);
+        let bytes = geometry(Shape::Line, &[vec![[1.0, -2.0, 0.0], [-3.0, 5.0, 0.0]]]);
         assert_eq!(bytes.len(), 8 + 32 + 9 + 32);
         assert_eq!(bytes[..8], [b'G', b'P', 0, 3, 0xFF, 0xFF, 0xFF, 0xFF]);
         let number = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());

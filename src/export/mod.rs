@@ -5,6 +5,7 @@ mod writer;
 mod raster;
 mod hashes;
 mod registry;
+mod layers;
 mod vector;
 mod geopackage;
 mod geojson;
@@ -44,9 +45,9 @@ enum Content {
     Rasters { format: Format, tiles: bool, images: &'static [(&'static str, Quantity)] },
     /// A list of hashes.
     Hashes,
-    /// Rivers, roads and tiles as layers of a database.
+    /// Layers of features, and the tiles, in a database.
     GeoPackage,
-    /// Rivers and roads as text.
+    /// Layers of features as text.
     GeoJson,
 }
 
@@ -91,8 +92,12 @@ const KINDS: &[Kind] = &[
     rasters("flow", "discharge of the rivers in m3/s as 32-bit float OpenEXR", Format::Exr, false, FLOW),
     rasters("flow-tiles", "the same, an EXR a tile", Format::Exr, true, FLOW),
     Kind { name: "hashes", about: "BLAKE3 of each tile's heights, normals and weights", content: Content::Hashes },
-    Kind { name: "vector", about: "rivers, roads and tiles as layers of one GeoPackage", content: Content::GeoPackage },
-    Kind { name: "geojson", about: "rivers and roads as GeoJSON, coordinates in metres", content: Content::GeoJson },
+    Kind {
+        name: "vector",
+        about: "rivers, lakes, coast, peaks, roads and tiles as one GeoPackage",
+        content: Content::GeoPackage,
+    },
+    Kind { name: "geojson", about: "the same layers as GeoJSON, coordinates in metres", content: Content::GeoJson },
 ];
 
 impl Export {
@@ -138,7 +143,15 @@ impl Export {
         images.iter().map(move |&(stem, quantity)| Image { export: self.name(), stem, quantity, format, tiles })
     }
 
-    /// The files of this export that are not rasters.
+    /// How many files of this export are not rasters.
+    fn other_files(self, world: &World) -> usize {
+        match self.0.content {
+            Content::GeoJson => layers::layers(world).len(),
+            _ => self.others().len(),
+        }
+    }
+
+    /// The files of this export that are not rasters, of worlds of any kind.
     fn others(self) -> &'static [&'static str] {
         match self.0.content {
             Content::Rasters { .. } => &[],
@@ -154,14 +167,14 @@ impl Export {
     }
 
     /// The sinks that write this export into the folder of a bake.
-    fn sinks(self, world: &World, region: Region, out: &Path) -> Result<Vec<Box<dyn Sink>>, Error> {
+    fn sinks<'a>(self, world: &'a World, region: Region, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
         match self.0.content {
             Content::Rasters { .. } => {}
             Content::Hashes => return Ok(vec![Box::new(hashes::TileHashes::create(region, out)?)]),
             Content::GeoPackage => return Ok(vec![Box::new(geopackage::GeoPackage::create(world, region, out)?)]),
-            Content::GeoJson => return Ok(vec![Box::new(geojson::GeoJson::create(world, &region, out)?)]),
+            Content::GeoJson => return Ok(vec![Box::new(geojson::GeoJson::create(world, out)?)]),
         }
-        let sink = |image: Image| -> Result<Box<dyn Sink>, Error> {
+        let sink = |image: Image| -> Result<Box<dyn Sink + 'a>, Error> {
             match image.tiles {
                 true => Ok(Box::new(TileRasters::create(world, image, out))),
                 false => Ok(Box::new(RegionRaster::create(world, region, image, out)?)),

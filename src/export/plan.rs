@@ -113,12 +113,12 @@ impl<'a> Plan<'a> {
         files += 1;
         disk_bytes = disk_bytes.saturating_add(BakeRegistry::bytes_at_most(&self.exports, region));
         for export in &self.exports {
-            files += export.others().len() as u64;
+            files += export.other_files(self.world) as u64;
             disk_bytes = disk_bytes.saturating_add(match export.0.content {
                 Content::Rasters { .. } => 0,
                 // Two tile numbers of at most 20 characters, a hash of 64 and three separators.
                 Content::Hashes => region.tiles().saturating_mul(107),
-                Content::GeoPackage | Content::GeoJson => vector::bytes_at_most(self.world.preset(), region),
+                Content::GeoPackage | Content::GeoJson => vector::bytes_at_most(self.world, region),
             });
             for image in export.images() {
                 let bytes = image.quantity.sample().bytes() as u64;
@@ -175,7 +175,7 @@ impl<'a> Plan<'a> {
             let path = out.join(folder);
             fs::create_dir_all(&path).map_err(Error::io(&path))?;
         }
-        let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(BakeRegistry::create(&self.exports, out)?)];
+        let mut sinks: Vec<Box<dyn Sink + '_>> = vec![Box::new(BakeRegistry::create(&self.exports, out)?)];
         for export in &self.exports {
             sinks.extend(export.sinks(self.world, self.region, out)?);
         }

@@ -1,96 +1,41 @@
-//! Rivers and roads as lines: what the vector exports write, collected tile by tile.
-//!
-//! Coordinates are metres in the plane of the world: east is x, north is y, so y is the negative of the lattice's
-//! south and a map shows north up. No coordinate reference system of the Earth applies. A path is one feature, whole,
-//! even where it leaves the region, and once, however many tiles it crosses.
+//! The features of a region, collected tile by tile and sorted when they are read: what the vector exports write.
 
 use std::collections::BTreeMap;
 use std::path::Path as FilePath;
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 
-use rusqlite::{Connection, params};
+use rusqlite::types::Value;
+use rusqlite::{Connection, params_from_iter};
 
-use crate::agents::paths::{Path, PathEnding};
-use crate::agents::way::WayKind;
-use crate::area::{Area, Region, TileId};
+use crate::area::Region;
 use crate::error::Error;
 use crate::export::file::PartFile;
+use crate::export::layers::{Feature, Layer, layers};
 use crate::preset::Preset;
 use crate::registry::unjournaled;
 use crate::tile::Tile;
 use crate::world::World;
 
-/// A river or a road as the exports write it.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Feature {
-    pub kind: WayKind,
-    /// The tile whose hash has started it: with the kind, its name in the world.
-    pub owner: TileId,
-    /// `sea`, `river`, `pond` or `nothing`.
-    pub ending: &'static str,
-    /// The owner of the river that it ends in.
-    pub joins: Option<TileId>,
-    pub length_m: f64,
-    /// Width at its start and at its end.
-    pub width_m: [f32; 2],
-    /// Height of the bed's floor, or of the road, at its start and at its end.
-    pub floor_m: [f32; 2],
-    /// Metres east and north; at least two points.
-    pub line: Vec<[f64; 2]>,
-}
-
-const ENDINGS: [&str; 4] = ["sea", "river", "pond", "nothing"];
-
-impl Feature {
-    /// The feature of a path in a world of that spacing.
-    pub fn new(path: &Path, spacing_m: f64) -> Feature {
-        let (points, origin) = (path.way.points(), path.way.origin());
-        let mut line: Vec<[f64; 2]> = points
-            .iter()
-            .map(|point| {
-                let south_m = (origin.1 as f64 + point.south as f64) * spacing_m;
-                // Not the negative, which has a zero of its own.
-                [(origin.0 as f64 + point.east as f64) * spacing_m, 0.0 - south_m]
-            })
-            .collect();
-        let step_m = |pair: &[[f64; 2]]| {
-            let [east, north] = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
-            (east * east + north * north).sqrt()
-        };
-        // Not `sum`, whose nothing is the negative zero.
-        let length_m = line.windows(2).map(step_m).fold(0.0, |sum, step| sum + step);
-        // A line has two points in every format, and a way may be one place.
-        if line.len() == 1 {
-            line.push(line[0]);
-        }
-        let (first, last) = (points[0], points[points.len() - 1]);
-        let (ending, joins) = match path.ending {
-            PathEnding::Sea => (ENDINGS[0], None),
-            PathEnding::River(other) => (ENDINGS[1], Some(other)),
-            PathEnding::Pond => (ENDINGS[2], None),
-            PathEnding::Nothing => (ENDINGS[3], None),
-        };
-        Feature {
-            kind: path.way.kind(),
-            owner: path.owner,
-            ending,
-            joins,
-            length_m,
-            width_m: [2.0 * first.half_width_m, 2.0 * last.half_width_m],
-            floor_m: [first.floor_m, last.floor_m],
-            line,
-        }
-    }
-}
-
-/// The most bytes that a vector export of a region takes, the store of its paths among them.
+/// The most bytes that a vector export of a region takes, the store of its features among them.
 ///
-/// How long paths are shows only when they are made; this is room for ways four times as long as their reach.
-pub(crate) fn bytes_at_most(preset: &Preset, region: &Region) -> u64 {
-    // A footprint with its row; and a point of a path as text with all digits, and in the store.
+/// How long rivers and roads are shows only when they are made; this is room for ways four times as long as their
+/// reach, and for trunk rivers that come from eight nodes around the region.
+pub(crate) fn bytes_at_most(world: &World, region: &Region) -> u64 {
+    // A footprint with its row.
     const TILE_BYTES: u64 = 256;
+    let features = match world.relief().fluvial() {
+        Some(_) => fluvial_bytes_at_most(world, region),
+        None => path_bytes_at_most(world.preset(), region),
+    };
+    // What an empty database takes.
+    [features, region.tiles().saturating_mul(TILE_BYTES), 1 << 18].into_iter().fold(0, u64::saturating_add)
+}
+
+const FEATURE_BYTES: u64 = 1024;
+
+fn path_bytes_at_most(preset: &Preset, region: &Region) -> u64 {
+    // A point of a path as text with all digits, and in the store.
     const POINT_BYTES: u64 = 44 + 16;
-    const FEATURE_BYTES: u64 = 1024;
     let paths = |density: f64, max_tiles: u32| {
         let side = |count: u64| count.saturating_add(2 * max_tiles as u64);
         let owners = side(region.cols()).saturating_mul(side(region.rows())) as f64 * density;
@@ -100,56 +45,82 @@ pub(crate) fn bytes_at_most(preset: &Preset, region: &Region) -> u64 {
     };
     let rivers = preset.rivers.as_ref().map_or(0, |rivers| paths(rivers.density, rivers.max_tiles));
     let roads = preset.roads.as_ref().map_or(0, |roads| paths(roads.density, roads.max_tiles));
-    let tiles = region.tiles().saturating_mul(TILE_BYTES);
-    // What an empty database takes.
-    [rivers, roads, tiles, 1 << 18].into_iter().fold(0, u64::saturating_add)
+    rivers.saturating_add(roads)
 }
 
-/// The paths of a region, each once, sorted when they are read.
+fn fluvial_bytes_at_most(world: &World, region: &Region) -> u64 {
+    // A point with a height as text with all digits, and in the store.
+    const POINT_BYTES: f64 = 66.0 + 24.0;
+    let Some(fluvial) = world.relief().fluvial() else { return 0 };
+    let fields = fluvial.fields();
+    let vertices = |pad: f64| (region.width() as f64 + 2.0 * pad) * (region.height() as f64 + 2.0 * pad);
+    let side = |level: u32| fields.side(level) as f64 * fields.metres_a_grain() / world.spacing_m();
+    let rivers = (0..fields.levels()).filter(|level| fluvial.has_rivers(*level)).map(|level| {
+        let side = side(level);
+        let cells = vertices(if level == 0 { 8.0 } else { 3.0 } * side) / (side * side);
+        // A channel is less than three cells long, and has a point every three vertices, or at each of its knots.
+        cells * (FEATURE_BYTES as f64 + (side + 128.0) * POINT_BYTES)
+    });
+    // A lake's shore is no longer than some of its half widths.
+    let lake = fields.lake_half_width() * fields.metres_a_grain() / world.spacing_m();
+    let lakes = vertices(side(0)) / (side(0) * side(0)) * (FEATURE_BYTES as f64 + 32.0 * lake * POINT_BYTES);
+    let coast = if fields.sea_level_m().is_finite() { vertices(512.0) / 16.0 * POINT_BYTES } else { 0.0 };
+    let peaks = vertices(64.0) / 4096.0 * FEATURE_BYTES as f64;
+    (rivers.sum::<f64>() + lakes + coast + peaks) as u64
+}
+
+/// The features of a region, each once, by layer and key.
 ///
-/// Paths wait in memory for their row of tiles and then in a nameless database in the folder of the bake, so memory
-/// does not grow with the region.
-pub(crate) struct PathStore {
-    area: Area,
-    spacing_m: f64,
-    waiting: Mutex<BTreeMap<(WayKind, TileId), Arc<Path>>>,
+/// They wait in memory for their row of tiles and then in a nameless database in the folder of the bake, so memory does
+/// not grow with the region.
+pub(crate) struct FeatureStore<'a> {
+    world: &'a World,
+    waiting: Mutex<BTreeMap<(usize, Vec<u8>), Feature>>,
     store: Mutex<(Connection, PartFile)>,
 }
 
-impl PathStore {
-    /// The store of the paths that touch a region, in the folder in which its file will be.
-    pub fn create(world: &World, region: &Region, file: &FilePath) -> Result<PathStore, Error> {
-        let mut part = PartFile::create(file.with_extension("paths"))?;
+impl<'a> FeatureStore<'a> {
+    /// The store of a world's features, in the folder in which its file will be.
+    pub fn create(world: &'a World, file: &FilePath) -> Result<FeatureStore<'a>, Error> {
+        let mut part = PartFile::create(file.with_extension("features"))?;
         let path = part.lend();
         let open = || {
             let connection = Connection::open(path)?;
             unjournaled(&connection)?;
-            connection.execute_batch(
-                "CREATE TABLE paths (kind, x, y, ending, joins_x, joins_y, length_m, width_0, width_1, floor_0, floor_1, \
-                 line, PRIMARY KEY (kind, x, y))",
-            )?;
+            for (number, layer) in layers(world).iter().enumerate() {
+                // Columns without types keep values as they are.
+                let columns: String = (0..layer.columns.len()).map(|column| format!("value_{column}, ")).collect();
+                connection.execute_batch(&format!(
+                    "CREATE TABLE layer_{number} (key BLOB PRIMARY KEY, {columns}lines BLOB) WITHOUT ROWID"
+                ))?;
+            }
             Ok(connection)
         };
         let connection = open().map_err(Error::sqlite(path))?;
-        let first = region.at().area(region.tile_cells());
-        Ok(PathStore {
-            area: Area::new(first.x0, first.y0, region.width() as usize, region.height() as usize),
-            spacing_m: world.spacing_m(),
-            waiting: Mutex::default(),
-            store: Mutex::new((connection, part)),
-        })
+        Ok(FeatureStore { world, waiting: Mutex::default(), store: Mutex::new((connection, part)) })
     }
 
-    /// Takes the paths of a tile.
+    /// The layers.
+    pub fn layers(&self) -> &'static [Layer] {
+        layers(self.world)
+    }
+
+    /// Takes the features of a tile.
     pub fn take(&self, tile: &Tile) {
-        self.add(tile.paths());
+        for (number, layer) in self.layers().iter().enumerate() {
+            layer.visit(self.world, tile, &mut |key, feature| self.add(number, key, feature));
+        }
     }
 
-    /// Takes paths, of which some may be there already and some may not touch the region.
-    pub fn add(&self, paths: &[Arc<Path>]) {
-        let mut waiting = self.waiting.lock().expect("no thread panics while it adds");
-        for path in paths.iter().filter(|path| path.way.touches(&self.area)) {
-            waiting.entry((path.way.kind(), path.owner)).or_insert_with(|| Arc::clone(path));
+    /// Takes a feature of a layer, which may be there already.
+    pub fn add(&self, layer: usize, key: Vec<u8>, feature: impl Fn() -> Feature) {
+        let waits =
+            |key: &(usize, Vec<u8>)| self.waiting.lock().expect("no thread panics while it adds").contains_key(key);
+        let key = (layer, key);
+        if !waits(&key) {
+            // Not under the lock: a long river takes its time.
+            let feature = feature();
+            self.waiting.lock().expect("no thread panics while it adds").insert(key, feature);
         }
     }
 
@@ -157,60 +128,76 @@ impl PathStore {
     pub fn flush(&self) -> Result<(), Error> {
         let waiting = std::mem::take(&mut *self.waiting.lock().expect("no thread panics while it adds"));
         let (connection, part) = &mut *self.store.lock().expect("no thread panics while it writes");
-        let mut put = || {
+        let put = || {
             let transaction = connection.transaction()?;
-            let mut insert = transaction
-                .prepare_cached("INSERT OR IGNORE INTO paths VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)")?;
-            for path in waiting.values() {
-                let Feature { kind, owner, ending, joins, length_m, width_m, floor_m, line } =
-                    Feature::new(path, self.spacing_m);
-                insert.execute(params![
-                    kind == WayKind::Road,
-                    owner.x,
-                    owner.y,
-                    ENDINGS.iter().position(|name| *name == ending).map(|index| index as u8),
-                    joins.map(|tile| tile.x),
-                    joins.map(|tile| tile.y),
-                    length_m,
-                    width_m[0],
-                    width_m[1],
-                    floor_m[0],
-                    floor_m[1],
-                    bytemuck::cast_slice::<_, u8>(&line),
-                ])?;
+            for ((number, key), feature) in waiting {
+                let dimensions = self.layers()[number].shape.dimensions();
+                let marks = ", ?".repeat(feature.values.len() + 1);
+                let insert = format!("INSERT OR IGNORE INTO layer_{number} VALUES (?{marks})");
+                let row = [Value::Blob(key)].into_iter().chain(feature.values);
+                let row = row.chain([Value::Blob(packed(&feature.lines, dimensions))]);
+                transaction.prepare_cached(&insert)?.execute(params_from_iter(row))?;
             }
-            drop(insert);
             transaction.commit()
         };
         put().map_err(Error::sqlite(part.path()))
     }
 
-    /// Visits all features of a kind, sorted by owner, without holding them.
-    pub fn for_each(&self, kind: WayKind, mut visit: impl FnMut(Feature) -> Result<(), Error>) -> Result<(), Error> {
+    /// Visits all features of a layer, sorted by key, without holding them.
+    pub fn for_each(&self, number: usize, mut visit: impl FnMut(Feature) -> Result<(), Error>) -> Result<(), Error> {
         self.flush()?;
         let (connection, part) = &*self.store.lock().expect("no thread panics while it writes");
         let failed = || Error::sqlite(part.path());
-        let select = "SELECT * FROM paths WHERE kind = ? ORDER BY x, y";
-        let mut select = connection.prepare(select).map_err(failed())?;
+        let layer = &self.layers()[number];
+        let select = format!("SELECT * FROM layer_{number} ORDER BY key");
+        let mut select = connection.prepare(&select).map_err(failed())?;
+        let count = layer.columns.len();
         let parse = |row: &rusqlite::Row| {
-            let joins: Option<(i64, i64)> = row.get::<_, Option<i64>>(4)?.zip(row.get(5)?);
-            let bytes: Vec<u8> = row.get(11)?;
-            let mut line = vec![[0.0; 2]; bytes.len() / size_of::<[f64; 2]>()];
-            bytemuck::cast_slice_mut(&mut line).copy_from_slice(&bytes);
-            Ok(Feature {
-                kind,
-                owner: TileId { x: row.get(1)?, y: row.get(2)? },
-                ending: ENDINGS[row.get::<_, u8>(3)? as usize],
-                joins: joins.map(|(x, y)| TileId { x, y }),
-                length_m: row.get(6)?,
-                width_m: [row.get(7)?, row.get(8)?],
-                floor_m: [row.get(9)?, row.get(10)?],
-                line,
-            })
+            let values = (1..=count).map(|column| row.get(column)).collect::<Result<Vec<Value>, _>>()?;
+            let lines = unpacked(row.get_ref(count + 1)?.as_blob()?, layer.shape.dimensions());
+            Ok(Feature { values, lines })
         };
-        for feature in select.query_map([kind == WayKind::Road], parse).map_err(failed())? {
+        for feature in select.query_map((), parse).map_err(failed())? {
             visit(feature.map_err(failed())?)?;
         }
         Ok(())
+    }
+}
+
+/// Lines as bytes: of each the number of its points, and then these.
+fn packed(lines: &[Vec<[f64; 3]>], dimensions: usize) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for line in lines {
+        bytes.extend((line.len() as u64).to_le_bytes());
+        bytes.extend(line.iter().flat_map(|point| point[..dimensions].iter().flat_map(|number| number.to_le_bytes())));
+    }
+    bytes
+}
+
+fn unpacked(bytes: &[u8], dimensions: usize) -> Vec<Vec<[f64; 3]>> {
+    let mut words = bytes.as_chunks::<8>().0.iter();
+    let mut lines = Vec::new();
+    while let Some(count) = words.next() {
+        let mut number = || words.next().map_or(0.0, |word| f64::from_le_bytes(*word));
+        let mut point = || {
+            let mut point = [0.0; 3];
+            point[..dimensions].fill_with(&mut number);
+            point
+        };
+        lines.push((0..u64::from_le_bytes(*count)).map(|_| point()).collect());
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_come_out_as_they_went_in() {
+        let lines = vec![vec![[1.0, -2.5, 0.0], [f64::MIN_POSITIVE, 1e300, 0.0]], vec![[3.0, 4.0, 0.0]]];
+        assert_eq!(unpacked(&packed(&lines, 2), 2), lines);
+        let lines = vec![vec![[1.0, -2.5, 7.25]]];
+        assert_eq!(unpacked(&packed(&lines, 3), 3), lines);
     }
 }

@@ -21,7 +21,9 @@ pub mod fields;
 mod gullies;
 pub mod network;
 pub mod point;
+pub mod rivers;
 pub mod settings;
+mod strahler;
 pub mod trunk;
 mod valley;
 mod wander;
@@ -39,6 +41,7 @@ use fields::Fields;
 use gullies::Gullies;
 use network::{Network, Pieces, mix};
 use point::Point;
+use rivers::Rivers;
 use settings::{FluvialSettings, Strata};
 use valley::{FillValleys, LEAST_HALF_WIDTH, PATCH, Valleys};
 use warp::Warp;
@@ -52,6 +55,7 @@ pub struct Fluvial {
     warp: Warp,
     gullies: Option<Gullies>,
     lift: Lift,
+    rivers: Rivers,
 }
 
 /// The land of an area, and the water on it.
@@ -119,6 +123,7 @@ impl Fluvial {
             warp: Warp::new(&fields, preset.spacing_m, seed),
             gullies: Gullies::new(&fields, preset.spacing_m, seed),
             lift: Lift::new(settings, seed),
+            rivers: Rivers::default(),
             fields,
         }
     }

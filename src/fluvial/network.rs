@@ -222,6 +222,12 @@ impl Network {
         }
     }
 
+    /// The channel of an id, if there is one.
+    pub fn channel(&self, (level, x, y): ChannelId) -> Option<Arc<Channel>> {
+        let chunk = self.chunk((level, x.div_euclid(CHUNK), y.div_euclid(CHUNK)));
+        chunk.channels.iter().find(|channel| channel.id == (level, x, y)).cloned()
+    }
+
     /// The pieces of the first `levels` levels that touch a rectangle, relative to `origin`.
     pub fn pieces(&self, levels: u32, rectangle: [Point; 2], origin: Point) -> Pieces {
         let [low, high] = rectangle.map(|corner| corner.from(origin));
@@ -589,7 +595,7 @@ impl Network {
         let uplift = fields.uplift(head);
         let hill_slope = fields.hill_slope(uplift);
         let side_slope = INCISION * hill_slope * fields.metres_a_grain();
-        let area_end = 0.25f64.powi(level as i32);
+        let area_end = most_area(level);
         let area = |share: f64| area_end * (1.0 - 0.75 * share);
         let mut knots = vec![Knot { at: foot, level_m, area: area_end, lake: 0.0 }];
         for step in 1..=pieces {
@@ -658,6 +664,11 @@ fn lines(places: &[[f64; 2]], step: usize) -> Vec<Line> {
         .collect()
 }
 
+/// The area at the mouth of a tributary of a level, in cells of the trunk lattice.
+pub fn most_area(level: u32) -> f64 {
+    0.25f64.powi(level as i32)
+}
+
 /// The place some grains downstream of a place, at most the end of the channel or of the known pieces.
 fn downstream<'a>(pieces: &'a [Piece], mut piece: &'a Piece, mut t: f64, mut grains: f64) -> (&'a Piece, f64) {
     loop {
@@ -679,6 +690,11 @@ impl Channel {
     fn new(id: ChannelId, knots: Vec<Knot>, mouth: Mouth, hill_slope: f64) -> Channel {
         let (bounds, mouth_area) = (bounds(&knots), knots[knots.len() - 1].area);
         Channel { id, knots, mouth, hill_slope, mouth_area, next: None, bounds }
+    }
+
+    /// The corners of the rectangle around its knots.
+    pub fn bounds(&self) -> [Point; 2] {
+        self.bounds
     }
 }
 

@@ -294,7 +294,7 @@ impl Trunks {
 }
 
 /// The eight nodes around one.
-fn neighbours(id: NodeId) -> impl Iterator<Item = NodeId> {
+pub(super) fn neighbours(id: NodeId) -> impl Iterator<Item = NodeId> {
     const AROUND: [(i64, i64); 8] = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
     AROUND.into_iter().map(move |(dx, dy)| (id.0 + dx, id.1 + dy))
 }

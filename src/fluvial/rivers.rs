@@ -1,0 +1,508 @@
+//! Rivers as lines: from their source to what they end in, whole, the same whoever asks.
+//!
+//! The channels of a river's course are followed from node to node and cut where there is no water to be drawn as a
+//! river: above the springs, in lakes and in the sea. Each part that is left is a river of its own, so that its water
+//! falls from point to point; all parts of a course know its name.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::Arc;
+
+use super::network::{Channel, ChannelId, Mouth, most_area};
+use super::point::{GRAINS, Point};
+use super::strahler::{Join, Strahler, locate};
+use super::trunk::NodeId;
+use super::{COAST_STEP, Fluvial};
+use crate::area::Area;
+use crate::memory::Memory;
+
+/// The id of a river: the channel in which it begins, and its number among those that begin there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RiverId {
+    /// The channel.
+    pub channel: ChannelId,
+    /// 0 but where a channel is cut by lakes or by the sea.
+    pub part: u32,
+}
+
+impl fmt::Display for RiverId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (level, x, y) = self.channel;
+        write!(f, "r{level}:{x}:{y}")?;
+        if self.part > 0 { write!(f, ":{}", self.part) } else { Ok(()) }
+    }
+}
+
+/// A point of a river.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RiverPoint {
+    /// Where it is in the world.
+    pub at: Point,
+    /// Height of the water's surface in metres.
+    pub level_m: f64,
+}
+
+/// What a river ends in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RiverEnding {
+    /// In that river.
+    River(RiverId),
+    /// In the lake at that node of the trunk lattice.
+    Lake(NodeId),
+    /// In the sea.
+    Sea,
+    /// In a basin without outlet and without a lake.
+    Sink,
+}
+
+/// A river: a line of water that falls from its first point to its last. Pairs are at its start and at its end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct River {
+    /// Its name in the world.
+    pub id: RiverId,
+    /// The topmost channel of its course, which the parts between lakes have in common.
+    pub course: ChannelId,
+    /// Strahler's order at its end, of the channels that hold water.
+    pub order: u32,
+    /// At least two points, each lower than the one before, a few vertices apart.
+    pub line: Vec<RiverPoint>,
+    /// Widths in metres.
+    pub width_m: [f64; 2],
+    /// Discharges in cubic metres a second.
+    pub discharge_m3s: [f64; 2],
+    /// What it ends in.
+    pub ending: RiverEnding,
+}
+
+impl River {
+    /// Whether a part of it lies in the rectangle that the outer vertices of an area span.
+    pub fn touches(&self, area: &Area) -> bool {
+        let (low, high) = (Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1 - 1, area.y1 - 1));
+        self.line.windows(2).any(|pair| crosses(pair[0].at.from(low), pair[1].at.from(low), high.from(low)))
+    }
+}
+
+/// Whether a straight line touches the rectangle from the origin to a corner.
+pub(crate) fn crosses(from: [f64; 2], to: [f64; 2], corner: [f64; 2]) -> bool {
+    let (mut enters, mut leaves) = (0.0f64, 1.0f64);
+    for axis in [0, 1] {
+        let way = to[axis] - from[axis];
+        if way == 0.0 {
+            if from[axis] < 0.0 || from[axis] > corner[axis] {
+                return false;
+            }
+            continue;
+        }
+        let (a, b) = (-from[axis] / way, (corner[axis] - from[axis]) / way);
+        enters = enters.max(a.min(b));
+        leaves = leaves.min(a.max(b));
+    }
+    enters <= leaves
+}
+
+/// Grains from one point of a river to the next at most: the world bends what is straight between two knots.
+const STEP: f64 = 3.0 * GRAINS as f64;
+
+/// What is remembered of rivers.
+#[derive(Debug)]
+pub(super) struct Rivers {
+    strahler: Strahler,
+    courses: Memory<ChannelId, Course>,
+    rivers: Memory<ChannelId, Vec<Arc<River>>>,
+}
+
+impl Default for Rivers {
+    fn default() -> Rivers {
+        Rivers { strahler: Strahler::default(), courses: Memory::new(1 << 11), rivers: Memory::new(1 << 11) }
+    }
+}
+
+/// The channels from a spring or a lake down to a confluence, a lake or the sea, and what of it is drawn.
+#[derive(Debug)]
+struct Course {
+    channels: Vec<Arc<Channel>>,
+    parts: Vec<Part>,
+}
+
+/// A part of a course that is a river.
+#[derive(Debug)]
+struct Part {
+    id: RiverId,
+    samples: Vec<Sample>,
+    /// What it was cut by; `None` where the course itself ends.
+    end: Option<Ground>,
+}
+
+/// A place of a course: in the network, not in the world.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    /// The number of the channel, and the place in it as [`locate`] has it.
+    place: (usize, f64),
+    at: Point,
+    level_m: f64,
+    area: f64,
+}
+
+impl Sample {
+    /// The place at a share of the way to another one.
+    fn towards(&self, other: &Sample, share: f64) -> Sample {
+        let mix = |from: f64, to: f64| from + (to - from) * share;
+        Sample {
+            place: (self.place.0, mix(self.place.1, other.place.1)),
+            at: self.at.moved(other.at.from(self.at).map(|way| way * share)),
+            level_m: mix(self.level_m, other.level_m),
+            area: mix(self.area, other.area),
+        }
+    }
+}
+
+/// What a place of a course lies in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ground {
+    Dry,
+    Bed,
+    Lake(NodeId),
+    Sea,
+}
+
+/// A straight piece of a trunk where it is a lake.
+#[derive(Clone, Copy, Debug)]
+struct LakePiece {
+    node: NodeId,
+    from: Point,
+    along: [f64; 2],
+    /// Half widths in grains of the lake and of the river, each at the upper and at the lower end.
+    lake: [f64; 2],
+    river: [f64; 2],
+}
+
+impl LakePiece {
+    fn holds(&self, at: Point) -> bool {
+        let off = at.from(self.from);
+        let square = self.along[0] * self.along[0] + self.along[1] * self.along[1];
+        let share = ((off[0] * self.along[0] + off[1] * self.along[1]) / square).clamp(0.0, 1.0);
+        let away = [off[0] - self.along[0] * share, off[1] - self.along[1] * share];
+        let [shore, bank] = [self.lake, self.river].map(|[from, to]| from + (to - from) * share);
+        shore > bank && shore > LEAST_LAKE && away[0] * away[0] + away[1] * away[1] < shore * shore
+    }
+}
+
+/// Half width in grains below which a lake is none: it would hardly show among the vertices.
+const LEAST_LAKE: f64 = GRAINS as f64;
+
+impl Fluvial {
+    /// All rivers of which a part lies in the rectangle that the outer vertices of an area span, whole, sorted by id.
+    pub fn rivers(&self, area: &Area) -> Vec<Arc<River>> {
+        let rectangle = self.network_around(area, 0);
+        let mut found = BTreeMap::new();
+        for level in (0..self.fields.levels()).take_while(|level| self.has_rivers(*level)) {
+            self.network.channels(level, rectangle, |channel| {
+                if self.is_wet(channel.knots[channel.knots.len() - 1].area) {
+                    let rivers = self.rivers_of(self.top(channel.id));
+                    found.extend(
+                        rivers.iter().filter(|river| river.touches(area)).map(|river| (river.id, Arc::clone(river))),
+                    );
+                }
+            });
+        }
+        found.into_values().collect()
+    }
+
+    /// The nodes whose lakes may touch an area, sorted.
+    pub fn lake_nodes(&self, area: &Area) -> Vec<NodeId> {
+        let mut nodes = Vec::new();
+        self.network.channels(0, self.network_around(area, self.fields.lake_half_width() as i64), |channel| {
+            let id = (channel.id.1, channel.id.2);
+            nodes.extend([Some(id), channel.next.map(|(next, _)| next)].into_iter().flatten());
+        });
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes.retain(|node| self.has_lake(*node));
+        nodes
+    }
+
+    /// Whether a node of the trunk lattice has a lake that shows: wider than its river.
+    pub fn has_lake(&self, node: NodeId) -> bool {
+        let drained = self.network.trunks().drained(node);
+        let river = self.half_width((drained.area as f64 - 1.0).max(0.25));
+        drained.lake > LEAST_LAKE && drained.lake > river
+    }
+
+    /// The river that a lake runs out by, if it does.
+    pub fn outlet(&self, node: NodeId) -> Option<RiverId> {
+        let id = (0, node.0, node.1);
+        self.network.trunks().drained(node).to?;
+        self.course(id).parts.first().map(|part| part.id)
+    }
+
+    /// The points of the network that a channel must touch to touch an area in the world, with some grains to spare.
+    fn network_around(&self, area: &Area, spare: i64) -> [Point; 2] {
+        let pad = self.warp.most_m().map(|metres| (metres / self.fields.metres_a_grain()).ceil() as i64 + spare);
+        let (low, high) = (Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1, area.y1));
+        [Point { x: low.x - pad[0], y: low.y - pad[1] }, Point { x: high.x + pad[0], y: high.y + pad[1] }]
+    }
+
+    /// An area that holds all of the world whose points lie in a rectangle of the network.
+    pub(crate) fn area_in_world(&self, [low, high]: [Point; 2]) -> Area {
+        let [east, south] = self.warp.most_m().map(|metres| (metres / self.spacing_m).ceil() as i64 + 2);
+        Area {
+            x0: low.x.div_euclid(GRAINS) - east,
+            y0: low.y.div_euclid(GRAINS) - south,
+            x1: high.x.div_euclid(GRAINS) + east + 1,
+            y1: high.y.div_euclid(GRAINS) + south + 1,
+        }
+    }
+
+    /// Whether an area may have both land and sea.
+    pub(crate) fn may_have_coast(&self, area: Area) -> bool {
+        if !self.fields.sea_level_m().is_finite() {
+            return false;
+        }
+        let [low, high] = self.network_around(&area, 0);
+        let step = COAST_STEP * GRAINS;
+        let mut land = [false; 2];
+        for j in low.y.div_euclid(step)..=high.y.div_euclid(step) + 1 {
+            for i in low.x.div_euclid(step)..=high.x.div_euclid(step) + 1 {
+                let coast_m = self.fields.coast_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
+                land[usize::from(coast_m >= self.fields.sea_level_m())] = true;
+            }
+        }
+        land == [true; 2]
+    }
+
+    /// Whether channels of a level have rivers.
+    pub(crate) fn has_rivers(&self, level: u32) -> bool {
+        level == 0 || self.is_wet(most_area(level))
+    }
+
+    /// Whether a channel holds water where it drains that area.
+    pub(super) fn is_wet(&self, area: f64) -> bool {
+        self.fields.discharge_m3s(area) >= self.fields.settings().spring_m3s
+    }
+
+    /// Half the width in grains of a river that drains that area.
+    fn half_width(&self, area: f64) -> f64 {
+        self.fields.river_width_m(area) / 2.0 / self.fields.metres_a_grain()
+    }
+
+    /// The channel in which the course of a channel begins: at a spring or in a lake.
+    fn top(&self, id: ChannelId) -> ChannelId {
+        self.follow_up(id, |node| self.has_lake(node))
+    }
+
+    fn follow_up(&self, (level, x, y): ChannelId, stops: impl Fn(NodeId) -> bool) -> ChannelId {
+        let mut node = (x, y);
+        while level == 0 && !stops(node) {
+            let Some(main) = self.network.trunks().drained(node).main else { break };
+            node = main;
+        }
+        (level, node.0, node.1)
+    }
+
+    /// The course that begins in a channel.
+    fn course(&self, top: ChannelId) -> Arc<Course> {
+        self.rivers.courses.get(top, || {
+            let mut channels: Vec<Arc<Channel>> = Vec::new();
+            let mut next = Some(top);
+            while let Some(channel) = next.and_then(|id| self.network.channel(id)) {
+                let goes_on = channel.next.filter(|(node, is_main)| *is_main && !self.has_lake(*node));
+                next = goes_on.map(|(node, _)| (0, node.0, node.1));
+                channels.push(channel);
+            }
+            let parts = self.parts(&channels);
+            Course { channels, parts }
+        })
+    }
+
+    /// What of a course's channels is drawn.
+    fn parts(&self, channels: &[Arc<Channel>]) -> Vec<Part> {
+        let mut parts: Vec<Part> = Vec::new();
+        let mut open: Vec<Sample> = Vec::new();
+        let mut last: Option<(Sample, Ground)> = None;
+        for (number, channel) in channels.iter().enumerate() {
+            let lakes = self.lakes_around(channel);
+            let ground = |sample: &Sample| self.ground(sample, &lakes);
+            let joins = self.rivers.strahler.joins(self, channel);
+            for sample in samples(number, channel, &joins) {
+                let here = ground(&sample);
+                if let Some((before, was)) = last
+                    && (was == Ground::Bed) != (here == Ground::Bed)
+                {
+                    let edge = if before.place.0 == number { between(before, sample, ground) } else { sample };
+                    open.push(edge);
+                    if here != Ground::Bed {
+                        // What it is cut by is known just behind the edge.
+                        close(&mut parts, channels, std::mem::take(&mut open), Some(here));
+                    }
+                }
+                if here == Ground::Bed {
+                    open.push(sample);
+                }
+                last = Some((sample, here));
+            }
+        }
+        close(&mut parts, channels, open, None);
+        parts
+    }
+
+    fn ground(&self, sample: &Sample, lakes: &[LakePiece]) -> Ground {
+        if !self.is_wet(sample.area) {
+            return Ground::Dry;
+        }
+        if self.in_sea(sample.at) {
+            return Ground::Sea;
+        }
+        lakes.iter().find(|piece| piece.holds(sample.at)).map_or(Ground::Bed, |piece| Ground::Lake(piece.node))
+    }
+
+    /// Whether a point of the network lies in the sea, by the lattice that the rasters have the coast from.
+    fn in_sea(&self, at: Point) -> bool {
+        let sea_m = self.fields.sea_level_m();
+        if !sea_m.is_finite() {
+            return false;
+        }
+        let step = COAST_STEP * GRAINS;
+        let (i, j) = (at.x.div_euclid(step), at.y.div_euclid(step));
+        let [u, v] = [at.x, at.y].map(|grains| grains.rem_euclid(step) as f64 / step as f64);
+        let coast_m = |i: i64, j: i64| self.fields.coast_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
+        let row = |j: i64| coast_m(i, j) + (coast_m(i + 1, j) - coast_m(i, j)) * u;
+        let north = row(j);
+        north + (row(j + 1) - north) * v < sea_m
+    }
+
+    /// The pieces of trunks that are lakes, around a channel.
+    fn lakes_around(&self, channel: &Channel) -> Vec<LakePiece> {
+        let reach = self.fields.lake_half_width();
+        let [low, high] = channel.bounds();
+        let mut found = Vec::new();
+        self.network.channels(0, [low.moved([-reach; 2]), high.moved([reach; 2])], |trunk| {
+            let pieces = trunk.knots.len() - 1;
+            for (knot, pair) in trunk.knots.windows(2).enumerate() {
+                if pair[0].lake <= 0.0 && pair[1].lake <= 0.0 {
+                    continue;
+                }
+                let below = trunk.next.map_or((trunk.id.1, trunk.id.2), |(node, _)| node);
+                let node = if 2 * knot < pieces { (trunk.id.1, trunk.id.2) } else { below };
+                let along = pair[1].at.from(pair[0].at);
+                if along == [0.0; 2] || !self.has_lake(node) {
+                    continue;
+                }
+                found.push(LakePiece {
+                    node,
+                    from: pair[0].at,
+                    along,
+                    lake: [pair[0].lake, pair[1].lake],
+                    river: [pair[0].area, pair[1].area].map(|area| self.half_width(area)),
+                });
+            }
+        });
+        found
+    }
+
+    /// All rivers of the course that begins in a channel.
+    fn rivers_of(&self, top: ChannelId) -> Arc<Vec<Arc<River>>> {
+        self.rivers.rivers.get(top, || {
+            let course = self.course(top);
+            let whole = self.follow_up(top, |_| false);
+            let rivers = course.parts.iter().filter_map(|part| self.river(&course, part, whole));
+            rivers.map(Arc::new).collect()
+        })
+    }
+
+    fn river(&self, course: &Course, part: &Part, whole: ChannelId) -> Option<River> {
+        let line = self.line(&part.samples)?;
+        let [start, end] = [part.samples[0], part.samples[part.samples.len() - 1]];
+        let channel = &course.channels[end.place.0];
+        let ending = match part.end {
+            Some(Ground::Lake(node)) => RiverEnding::Lake(node),
+            Some(Ground::Sea) => RiverEnding::Sea,
+            Some(Ground::Dry | Ground::Bed) => RiverEnding::Sink,
+            None => match channel.mouth {
+                Mouth::Sea => RiverEnding::Sea,
+                Mouth::Sink(_) => RiverEnding::Sink,
+                Mouth::Channel(other) => self.joined(other, end.at).map_or(RiverEnding::Sink, RiverEnding::River),
+            },
+        };
+        Some(River {
+            id: part.id,
+            course: whole,
+            order: self.rivers.strahler.orders(self, channel).at(end.place.1),
+            line,
+            width_m: [start, end].map(|sample| self.fields.river_width_m(sample.area)),
+            discharge_m3s: [start, end].map(|sample| self.fields.discharge_m3s(sample.area)),
+            ending,
+        })
+    }
+
+    /// The points of a river in the world; `None` if it does not fall.
+    fn line(&self, samples: &[Sample]) -> Option<Vec<RiverPoint>> {
+        let mut line: Vec<RiverPoint> = Vec::with_capacity(samples.len());
+        let falls = |from: &RiverPoint, to: &RiverPoint| from.level_m > to.level_m && from.at != to.at;
+        for (index, sample) in samples.iter().enumerate() {
+            let point = RiverPoint { at: self.in_world(sample.at), level_m: self.lifted_m(sample.level_m) };
+            // The end stays where it is, whatever must go for it.
+            while index + 1 == samples.len() && line.len() > 1 && !falls(&line[line.len() - 1], &point) {
+                line.pop();
+            }
+            if line.last().is_none_or(|last| falls(last, &point)) {
+                line.push(point);
+            }
+        }
+        (line.len() > 1).then_some(line)
+    }
+
+    /// The river that a channel is at a point, or the next one that it is below.
+    fn joined(&self, id: ChannelId, at: Point) -> Option<RiverId> {
+        let course = self.course(self.top(id));
+        let number = course.channels.iter().position(|channel| channel.id == id)?;
+        // A point is rounded to a grain.
+        let place = (number, locate(&course.channels[number], at) - 1e-3);
+        let reaches = |part: &&Part| part.samples[part.samples.len() - 1].place >= place;
+        course.parts.iter().find(reaches).or(course.parts.last()).map(|part| part.id)
+    }
+}
+
+/// Places along a channel, a few vertices apart, all of its knots among them and where tributaries join it.
+fn samples(number: usize, channel: &Channel, joins: &[Join]) -> Vec<Sample> {
+    let at_knot = |knot: usize| {
+        let values = &channel.knots[knot];
+        Sample { place: (number, knot as f64), at: values.at, level_m: values.level_m, area: values.area }
+    };
+    let mut samples = Vec::new();
+    for knot in 0..channel.knots.len() - 1 {
+        let (from, to) = (at_knot(knot), at_knot(knot + 1));
+        let steps = (from.at.distance(to.at) / STEP).ceil().max(1.0) as usize;
+        samples.extend((0..steps).map(|step| from.towards(&to, step as f64 / steps as f64)));
+        // To the grain where the tributary ends, so that the two lines share a point.
+        let inside = |join: &&Join| (knot as f64..(knot + 1) as f64).contains(&join.place);
+        samples.extend(
+            joins
+                .iter()
+                .filter(inside)
+                .map(|join| Sample { at: join.at, ..from.towards(&to, join.place - knot as f64) }),
+        );
+    }
+    samples.push(at_knot(channel.knots.len() - 1));
+    samples.sort_by(|a, b| a.place.1.total_cmp(&b.place.1));
+    samples
+}
+
+/// The last place of the bed between two of which one is in it.
+fn between(from: Sample, to: Sample, ground: impl Fn(&Sample) -> Ground) -> Sample {
+    let (mut bed, mut other) = if ground(&from) == Ground::Bed { (0.0, 1.0) } else { (1.0, 0.0) };
+    for _ in 0..16 {
+        let middle = (bed + other) / 2.0;
+        if ground(&from.towards(&to, middle)) == Ground::Bed { bed = middle } else { other = middle }
+    }
+    from.towards(&to, bed)
+}
+
+/// Ends a part, if there is one.
+fn close(parts: &mut Vec<Part>, channels: &[Arc<Channel>], samples: Vec<Sample>, end: Option<Ground>) {
+    if samples.len() < 2 {
+        return;
+    }
+    let channel = channels[samples[0].place.0].id;
+    let part = parts.iter().filter(|part| part.id.channel == channel).count() as u32;
+    parts.push(Part { id: RiverId { channel, part }, samples, end });
+}

@@ -1,0 +1,179 @@
+//! Strahler's orders of channels that hold water.
+//!
+//! Based on: A. N. Strahler, Quantitative analysis of watershed geomorphology, 1957. Where two streams of the same order
+//! meet, the stream below has one more; a stream that meets a larger one changes nothing.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::Fluvial;
+use super::network::{Channel, ChannelId, Mouth};
+use super::point::Point;
+use super::trunk::{NodeId, neighbours};
+use crate::memory::Memory;
+
+/// A tributary that holds water, where it joins a channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Join {
+    /// Where, as [`locate`] has it.
+    pub place: f64,
+    /// Where it ends.
+    pub at: Point,
+    id: ChannelId,
+    order: u32,
+}
+
+/// The orders along a channel.
+#[derive(Clone, Debug)]
+pub struct Orders {
+    /// The order at its head.
+    start: u32,
+    /// What joins it on its way, from the head down.
+    joins: Arc<Vec<Join>>,
+}
+
+impl Orders {
+    /// The order at a place of the channel, what joins it there included.
+    pub fn at(&self, place: f64) -> u32 {
+        let above = self.joins.iter().take_while(|join| join.place <= place);
+        above.fold(self.start, |order, join| met([order, join.order].into_iter()))
+    }
+
+    /// The order at its mouth.
+    pub fn end(&self) -> u32 {
+        self.at(f64::INFINITY)
+    }
+}
+
+/// The order below a place where streams of some orders meet; 1 where there is none, which is a spring.
+fn met(orders: impl Iterator<Item = u32>) -> u32 {
+    let (mut most, mut twice) = (1, false);
+    let mut any = false;
+    for order in orders {
+        twice = if any && order == most { true } else { twice && order < most };
+        most = order.max(most);
+        any = true;
+    }
+    most + u32::from(twice)
+}
+
+/// What is remembered of orders.
+#[derive(Debug)]
+pub struct Strahler {
+    joins: Memory<ChannelId, Vec<Join>>,
+    /// The orders at the heads of trunks.
+    starts: Memory<NodeId, u32>,
+}
+
+impl Default for Strahler {
+    fn default() -> Strahler {
+        Strahler { joins: Memory::new(1 << 14), starts: Memory::new(1 << 12) }
+    }
+}
+
+impl Strahler {
+    /// The orders of a channel.
+    pub fn orders(&self, fluvial: &Fluvial, channel: &Channel) -> Orders {
+        let start = match channel.id {
+            (0, x, y) => *self.starts.get((x, y), || self.start(fluvial, (x, y))),
+            _ => 1,
+        };
+        Orders { start, joins: self.joins(fluvial, channel) }
+    }
+
+    /// The order at a node before it goes on as a trunk, from those of all trunks above it.
+    fn start(&self, fluvial: &Fluvial, node: NodeId) -> u32 {
+        let network = fluvial.network();
+        let donors = |id: NodeId| {
+            neighbours(id).filter(move |other| {
+                let drained = network.trunks().drained(*other);
+                drained.to == Some(id) && fluvial.is_wet(drained.area as f64)
+            })
+        };
+        let mut above = vec![node];
+        let mut next = 0;
+        while next < above.len() {
+            above.extend(donors(above[next]));
+            next += 1;
+        }
+        // From the springs down: the reverse of how they were found. Not by calling itself, since trunks are long.
+        let mut ends: BTreeMap<NodeId, u32> = BTreeMap::new();
+        for id in above.into_iter().skip(1).rev() {
+            let start = met(donors(id).map(|donor| ends[&donor]));
+            let channel = network.channel((0, id.0, id.1)).expect("what drains to a node has a channel there");
+            ends.insert(id, Orders { start, joins: self.joins(fluvial, &channel) }.end());
+        }
+        met(donors(node).map(|donor| ends[&donor]))
+    }
+
+    /// Where the tributaries that hold water join a channel, from its head down.
+    pub fn joins(&self, fluvial: &Fluvial, channel: &Channel) -> Arc<Vec<Join>> {
+        self.joins.get(channel.id, || self.find_joins(fluvial, channel))
+    }
+
+    fn find_joins(&self, fluvial: &Fluvial, channel: &Channel) -> Vec<Join> {
+        let network = fluvial.network();
+        let [low, high] = channel.bounds();
+        let mut joins = Vec::new();
+        for level in channel.id.0 + 1..fluvial.fields().levels() {
+            if !fluvial.has_rivers(level) {
+                break;
+            }
+            network.channels(level, [low.moved([-1.0; 2]), high.moved([1.0; 2])], |tributary| {
+                if tributary.mouth == Mouth::Channel(channel.id) {
+                    let order = self.orders(fluvial, tributary).end();
+                    let at = tributary.knots[tributary.knots.len() - 1].at;
+                    joins.push(Join { place: locate(channel, at), at, id: tributary.id, order });
+                }
+            });
+        }
+        joins.sort_by(|a, b| a.place.total_cmp(&b.place).then(a.id.cmp(&b.id)));
+        joins
+    }
+}
+
+/// The place of a channel that is nearest to a point: the number of a knot, and the share of the way to the next one.
+pub fn locate(channel: &Channel, at: Point) -> f64 {
+    let mut nearest = (f64::INFINITY, 0.0);
+    for (knot, pair) in channel.knots.windows(2).enumerate() {
+        let (along, off) = (pair[1].at.from(pair[0].at), at.from(pair[0].at));
+        let square = along[0] * along[0] + along[1] * along[1];
+        let dot = off[0] * along[0] + off[1] * along[1];
+        let share = if square > 0.0 { (dot / square).clamp(0.0, 1.0) } else { 0.0 };
+        let away = [off[0] - along[0] * share, off[1] - along[1] * share];
+        let distance = away[0] * away[0] + away[1] * away[1];
+        if distance < nearest.0 {
+            nearest = (distance, knot as f64 + share);
+        }
+    }
+    nearest.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_of_the_same_order_make_one_more() {
+        let order = |orders: &[u32]| met(orders.iter().copied());
+        assert_eq!(order(&[]), 1);
+        assert_eq!(order(&[1]), 1);
+        assert_eq!(order(&[1, 1]), 2);
+        assert_eq!(order(&[1, 1, 1]), 2);
+        assert_eq!(order(&[2, 1, 1]), 2);
+        assert_eq!(order(&[1, 1, 2]), 2);
+        assert_eq!(order(&[3, 1, 3, 2]), 4);
+        assert_eq!(order(&[1, 3]), 3);
+    }
+
+    #[test]
+    fn the_order_grows_on_the_way_down() {
+        // A spring that meets two brooks, then a river of order 2, then one of order 1, then one of order 4.
+        let joins = [(0.5, 1), (1.25, 1), (2.0, 2), (2.5, 1), (3.0, 4)];
+        let join = |(place, order)| Join { place, at: Point::default(), id: (1, 0, 0), order };
+        let orders = Orders { start: 1, joins: Arc::new(joins.map(join).to_vec()) };
+        let along: Vec<u32> = [0.0, 0.5, 1.5, 2.0, 2.75, 3.0].map(|place| orders.at(place)).to_vec();
+        assert_eq!(along, [1, 2, 2, 3, 3, 4]);
+        assert_eq!(orders.end(), 4);
+    }
+}
