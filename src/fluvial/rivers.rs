@@ -232,7 +232,8 @@ impl Fluvial {
     pub fn outlet(&self, node: NodeId) -> Option<RiverId> {
         let id = (0, node.0, node.1);
         self.network.trunks().drained(node).to?;
-        self.course(id).parts.first().map(|part| part.id)
+        // Not one that begins further down, after a lake or a bay that this one touches.
+        self.rivers_of(id).first().map(|river| river.id).filter(|river| river.channel == id)
     }
 
     /// The points of the network that a channel must touch to touch an area in the world, with some grains to spare.

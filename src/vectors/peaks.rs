@@ -47,7 +47,7 @@ pub(super) fn side(fluvial: &Fluvial) -> i64 {
 }
 
 impl Summits {
-    /// Looks at strips of a cell, and then around the highest vertex found.
+    /// Looks at strips of a cell, and then from the highest vertex found up to where none around is higher.
     pub(super) fn new(fluvial: &Fluvial, cell: (i64, i64)) -> Summits {
         let side = side(fluvial);
         let (x0, y0) = (cell.0 * side, cell.1 * side);
@@ -72,11 +72,23 @@ impl Summits {
         for y in (y0..y0 + side).step_by((STRIPS * STRIP) as usize) {
             top = look(Area { x0, y0: y, x1: x0 + side, y1: y + STRIP });
         }
+        // Up from there.
         let cell = Area { x0, y0, x1: x0 + side, y1: y0 + side };
-        let around = Area::new(top[0], top[1], 1, 1).padded((STRIPS * STRIP) as usize);
-        look(around.common(&cell).expect("a vertex of the cell is in it"));
+        loop {
+            let around = around(top).common(&cell).expect("a vertex of the cell is in it");
+            let next = look(around);
+            if next == top {
+                break;
+            }
+            top = next;
+        }
         Summits { highest, blocks }
     }
+}
+
+/// What is looked at around a vertex.
+fn around([x, y]: [i64; 2]) -> Area {
+    Area::new(x, y, 1, 1).padded((STRIPS * STRIP) as usize)
 }
 
 impl Peak {
@@ -113,6 +125,11 @@ impl Peak {
             }
         }
         let is_land = fluvial.fields().sea_level_m() < height_m as f64;
-        (is_land && height_m - lowest_m >= LEAST_RISE_M).then_some(Peak { id: cell, at, height_m })
+        if !is_land || height_m - lowest_m < LEAST_RISE_M {
+            return None;
+        }
+        // The cells around are known by their strips alone.
+        let heights = fluvial.land(around(at), &Clock::default()).heights;
+        heights.values().iter().all(|other_m| *other_m <= height_m).then_some(Peak { id: cell, at, height_m })
     }
 }

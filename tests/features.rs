@@ -1,0 +1,309 @@
+//! Rivers, lakes, coasts and peaks of fluvial worlds: whole, once, the same in every window, and in their right place.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+use rusqlite::Connection;
+use rusqlite::types::Value as Cell;
+use serde_json::Value;
+use terrane::area::{Area, Region, TileId};
+use terrane::bake::Watch;
+use terrane::clock::Clock;
+use terrane::export::{Export, Output, Plan};
+use terrane::fluvial::WaterKind;
+use terrane::fluvial::point::{GRAINS, Point};
+use terrane::fluvial::rivers::{River, RiverEnding, RiverPoint};
+use terrane::preset::Preset;
+use terrane::world::World;
+
+const LAYERS: [&str; 4] = ["rivers", "lakes", "coast", "peaks"];
+
+/// Lakes and a coast within a few tiles of the origin.
+const FLUVIAL: &str = r"
+    tile_cells = 64
+    spacing_m = 20.0
+    sea_level_m = 0.0
+    [fluvial]
+    trunk_m = 5120.0
+    levels = 4
+    base_m = 20.0
+    lakes = 0.5
+    [fluvial.uplift]
+    mask = { wavelength_m = 20000.0, octaves = 3, from = -0.4, to = 0.4 }
+";
+
+fn world() -> World {
+    World::new(Preset::parse("test", FLUVIAL).unwrap(), Some(5)).unwrap()
+}
+
+fn region(world: &World, x: i64, y: i64, cols: u64, rows: u64) -> Region {
+    Region::new(TileId { x, y }, cols, rows, world.tile_cells()).unwrap()
+}
+
+fn bake(world: &World, region: Region, threads: usize, out: &Path) {
+    let plan = Plan::new(world, "test", region, Export::parse_list("vector,geojson").unwrap()).unwrap();
+    let cost = plan.cost(threads);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let output = Output::prepare(out, false, &cost).unwrap();
+    let manifest = pool.install(|| plan.run(&output, &Watch::default())).unwrap();
+    // Five of vectors, the registry and the manifest.
+    assert_eq!((manifest.files.len() + 1, cost.files), (7, 7));
+    let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
+    assert!(bytes <= cost.disk_bytes, "{bytes} bytes, at most {} announced", cost.disk_bytes);
+}
+
+fn package(out: &Path) -> Connection {
+    Connection::open(out.join("vector/vector.gpkg")).unwrap()
+}
+
+/// All columns of a layer but its row numbers, by id.
+fn rows(out: &Path, layer: &str) -> BTreeMap<String, Vec<Cell>> {
+    let database = package(out);
+    let mut select = database.prepare(&format!("SELECT * FROM {layer} ORDER BY fid")).unwrap();
+    let columns = select.column_count();
+    let row = |row: &rusqlite::Row| (1..columns).map(|column| row.get(column)).collect::<Result<Vec<Cell>, _>>();
+    let rows: Vec<Vec<Cell>> = select.query_map((), row).unwrap().map(Result::unwrap).collect();
+    let id = |row: &Vec<Cell>| match &row[1] {
+        Cell::Text(id) => id.clone(),
+        other => panic!("{other:?} is no id"),
+    };
+    let ids: Vec<String> = rows.iter().map(id).collect();
+    assert!(ids.is_sorted_by(|a, b| a < b), "{layer} has an id twice, or is not sorted: {ids:?}");
+    ids.into_iter().zip(rows).collect()
+}
+
+fn features(out: &Path, layer: &str) -> Vec<Value> {
+    let text = fs::read(out.join(format!("vector/{layer}.geojson"))).unwrap();
+    let mut json: Value = serde_json::from_slice(&text).unwrap();
+    serde_json::from_value(json["features"].take()).unwrap()
+}
+
+#[test]
+fn a_feature_is_the_same_in_every_window() {
+    let folder = tempfile::tempdir().unwrap();
+    let (one, other) = (folder.path().join("one"), folder.path().join("other"));
+    let world = world();
+    bake(&world, region(&world, -8, -8, 16, 16), 1, &one);
+    // Another world of the same recipe: nothing is remembered of the first bake.
+    let again = self::world();
+    bake(&again, region(&again, -2, -3, 20, 9), 3, &other);
+    for layer in LAYERS {
+        let (first, second) = (rows(&one, layer), rows(&other, layer));
+        let mut shared = 0;
+        for (id, row) in &first {
+            if let Some(others) = second.get(id) {
+                assert_eq!(row, others, "{layer}: {id} differs between two bakes");
+                shared += 1;
+            }
+        }
+        assert!(shared > 0 && shared < first.len(), "{shared} of {} {layer} are in both", first.len());
+    }
+}
+
+#[test]
+fn the_bytes_depend_neither_on_threads_nor_on_tiles() {
+    let folder = tempfile::tempdir().unwrap();
+    let (one, other) = (folder.path().join("one"), folder.path().join("other"));
+    bake(&world(), region(&world(), -4, -4, 8, 8), 1, &one);
+    let coarse = Preset::parse("test", &FLUVIAL.replace("tile_cells = 64", "tile_cells = 128")).unwrap();
+    let coarse = World::new(coarse, Some(5)).unwrap();
+    bake(&coarse, region(&coarse, -2, -2, 4, 4), 4, &other);
+    for layer in LAYERS {
+        let path = format!("vector/{layer}.geojson");
+        assert!(fs::read(one.join(&path)).unwrap() == fs::read(other.join(&path)).unwrap(), "{path}");
+        assert_eq!(rows(&one, layer), rows(&other, layer), "{layer}");
+    }
+}
+
+#[test]
+fn both_formats_hold_the_features_that_touch_the_region() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = world();
+    let region = region(&world, -8, -8, 16, 16);
+    bake(&world, region, 2, folder.path());
+    let area = Area::new(-512, -512, region.width() as usize, region.height() as usize);
+    let expected: [BTreeSet<String>; 2] = [
+        world.rivers(&area).iter().map(|river| river.id.to_string()).collect(),
+        world.lakes(&area).iter().map(|lake| format!("l:{}:{}", lake.id.0, lake.id.1)).collect(),
+    ];
+    for (layer, expected) in LAYERS.iter().zip(&expected) {
+        let found: BTreeSet<String> = rows(folder.path(), layer).into_keys().collect();
+        assert_eq!(&found, expected, "{layer}");
+    }
+    let database = package(folder.path());
+    for layer in LAYERS {
+        let table = rows(folder.path(), layer);
+        let text = features(folder.path(), layer);
+        let ids: Vec<&str> = text.iter().map(|feature| feature["properties"]["id"].as_str().unwrap()).collect();
+        assert_eq!(ids, table.keys().collect::<Vec<_>>(), "{layer}");
+        // The extent of the layer is that of the text's coordinates.
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for feature in &text {
+            each_point(&feature["geometry"]["coordinates"], &mut |point| {
+                for axis in [0, 1] {
+                    low[axis] = low[axis].min(point[axis]);
+                    high[axis] = high[axis].max(point[axis]);
+                }
+            });
+        }
+        let bounds = "SELECT min_x, min_y, max_x, max_y FROM gpkg_contents WHERE table_name = ?";
+        let bounds: [f64; 4] = database
+            .query_row(bounds, [layer], |row| Ok([row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?]))
+            .unwrap();
+        // The reader of the text is not exact to the last bit.
+        let off = [0, 1].map(|axis| (bounds[axis] - low[axis]).abs().max((bounds[axis + 2] - high[axis]).abs()));
+        assert!(off.iter().all(|metres| *metres < 1e-9), "{layer}: {bounds:?} and {low:?} to {high:?}");
+    }
+    let shapes = "SELECT group_concat(table_name || ' ' || geometry_type_name || ' ' || z, ', ') FROM \
+                  (SELECT * FROM gpkg_geometry_columns ORDER BY rowid)";
+    let shapes: String = database.query_row(shapes, (), |row| row.get(0)).unwrap();
+    let expected = "rivers LINESTRING 1, lakes POLYGON 0, coast LINESTRING 0, peaks POINT 0, tiles POLYGON 0";
+    assert_eq!(shapes, expected);
+    // What a reader of the text looks for.
+    let river = &features(folder.path(), "rivers")[0];
+    assert_eq!(river["geometry"]["coordinates"][0].as_array().unwrap().len(), 3);
+    for pair in ["width_m", "discharge_m3s", "level_m"] {
+        assert_eq!(river["properties"][pair].as_array().map(Vec::len), Some(2), "{pair}");
+    }
+    assert!(river["properties"]["order"].as_u64() >= Some(1));
+    assert_eq!(features(folder.path(), "lakes")[0]["geometry"]["type"], "Polygon");
+    assert_eq!(features(folder.path(), "peaks")[0]["geometry"]["coordinates"].as_array().unwrap().len(), 2);
+}
+
+fn each_point(coordinates: &Value, take: &mut impl FnMut([f64; 2])) {
+    let parts = coordinates.as_array().unwrap();
+    match parts[0].as_f64() {
+        Some(east) => take([east, parts[1].as_f64().unwrap()]),
+        None => parts.iter().for_each(|part| each_point(part, take)),
+    }
+}
+
+/// Grains from a point to the nearest of a line.
+fn distance(line: &[RiverPoint], to: Point) -> f64 {
+    line.windows(2).fold(f64::INFINITY, |least, pair| {
+        let (along, off) = (pair[1].at.from(pair[0].at), to.from(pair[0].at));
+        let square = along[0] * along[0] + along[1] * along[1];
+        let share = ((off[0] * along[0] + off[1] * along[1]) / square).clamp(0.0, 1.0);
+        let away = [off[0] - along[0] * share, off[1] - along[1] * share];
+        least.min((away[0] * away[0] + away[1] * away[1]).sqrt())
+    })
+}
+
+#[test]
+fn rivers_fall_and_end_in_what_they_say() {
+    let world = world();
+    let area = Area::new(-512, -512, 1025, 1025);
+    let rivers = world.rivers(&area);
+    let by_id: BTreeMap<_, &River> = rivers.iter().map(|river| (river.id, &**river)).collect();
+    assert!(rivers.len() > 20 && by_id.len() == rivers.len());
+    let wide = world.lakes(&area.padded(1024));
+    let (mut seen, mut highest) = ([0; 3], 0);
+    for river in &rivers {
+        let id = river.id;
+        assert!(river.line.windows(2).all(|pair| pair[0].level_m > pair[1].level_m), "{id} does not fall");
+        assert!(river.width_m[0] <= river.width_m[1] && river.discharge_m3s[0] <= river.discharge_m3s[1], "{id}");
+        highest = highest.max(river.order);
+        let end = river.line[river.line.len() - 1];
+        match river.ending {
+            RiverEnding::River(other) => {
+                seen[0] += 1;
+                // What it joins may be out of the area.
+                let Some(other) = by_id.get(&other) else { continue };
+                assert!(distance(&other.line, end.at) < 1.0, "{id} ends beside {}", other.id);
+                assert!(other.order >= river.order && other.width_m[1] >= river.width_m[1], "{id} and {}", other.id);
+                let last = other.line[other.line.len() - 1];
+                assert!(end.level_m >= last.level_m, "{id} ends under {}", other.id);
+            }
+            RiverEnding::Lake(node) => {
+                seen[1] += 1;
+                let lake = wide.iter().find(|lake| lake.id == node).unwrap_or_else(|| panic!("no lake {node:?}"));
+                let at = |axis: usize| [end.at.x, end.at.y][axis] as f64 / GRAINS as f64;
+                let inside = |axis: usize| {
+                    let shore = lake.rings[0].iter().map(|point| point[axis]);
+                    let (low, high) = (shore.clone().fold(f64::INFINITY, f64::min), shore.fold(f64::MIN, f64::max));
+                    (low - 1.0..=high + 1.0).contains(&at(axis))
+                };
+                assert!(inside(0) && inside(1), "{id} ends beside its lake");
+                assert!(end.level_m > lake.level_m - 0.01, "{id} ends under its lake");
+            }
+            RiverEnding::Sea => {
+                seen[2] += 1;
+                let near = end.at.x.div_euclid(GRAINS);
+                let around = Area::new(near, end.at.y.div_euclid(GRAINS), 2, 2).padded(8);
+                let water = world.relief().land(around, &Clock::default()).water.unwrap();
+                assert!(water.kind.values().contains(&WaterKind::Sea), "{id} ends away from the sea");
+            }
+            RiverEnding::Sink => panic!("{id} ends in nothing"),
+        }
+    }
+    assert!(seen.iter().all(|count| *count > 0), "rivers, lakes and the sea: {seen:?}");
+    assert!(highest >= 3, "the highest order is {highest}");
+}
+
+#[test]
+fn lakes_are_rings_around_their_water() {
+    let world = world();
+    let lakes = world.lakes(&Area::new(-512, -512, 1025, 1025));
+    assert!(lakes.len() > 2);
+    for lake in &lakes {
+        for ring in &lake.rings {
+            assert!(ring.len() >= 4 && ring[0] == ring[ring.len() - 1], "a ring of {:?} is open", lake.id);
+        }
+        assert!(lake.area_m2 > 0.0);
+        // A vertex is lake or not on the two sides of the westernmost point of the shore.
+        let west = lake.rings[0].iter().min_by(|a, b| a[0].partial_cmp(&b[0]).unwrap()).unwrap();
+        let (x, y) = (west[0].floor() as i64, west[1] as i64);
+        let water = world.relief().land(Area::new(x, y, 2, 1), &Clock::default()).water.unwrap();
+        // To the west of it there may be a river.
+        assert_ne!(water.kind.at(x, y), WaterKind::Lake, "{:?}", lake.id);
+        assert_eq!(water.kind.at(x + 1, y), WaterKind::Lake, "{:?}", lake.id);
+        // What runs out of it begins at its level.
+        if let Some(outlet) = lake.outlet {
+            let around = lake.rings[0].iter().fold(Area::new(x, y, 1, 1), |area, point| {
+                let (x, y) = (point[0] as i64, point[1] as i64);
+                Area { x0: area.x0.min(x), y0: area.y0.min(y), x1: area.x1.max(x + 2), y1: area.y1.max(y + 2) }
+            });
+            let rivers = world.rivers(&around.padded(2));
+            let river = rivers
+                .iter()
+                .find(|river| river.id == outlet)
+                .unwrap_or_else(|| panic!("{outlet} begins away from lake {:?}", lake.id));
+            assert!((river.line[0].level_m - lake.level_m).abs() < 0.5, "{outlet} begins beside its lake");
+        }
+    }
+}
+
+#[test]
+fn pieces_of_coast_meet_at_the_edges_of_their_cells() {
+    let world = world();
+    let coasts = world.coasts(&Area::new(-1024, -1024, 2049, 2049));
+    let mut ends: BTreeMap<[u64; 2], usize> = BTreeMap::new();
+    let inner = |point: &[f64; 2]| point.iter().all(|at| at.abs() < 1023.0);
+    for coast in &coasts {
+        let (first, last) = (coast.line[0], coast.line[coast.line.len() - 1]);
+        if first != last {
+            for end in [first, last].iter().filter(|end| inner(end)) {
+                *ends.entry(end.map(f64::to_bits)).or_default() += 1;
+            }
+        }
+    }
+    assert!(ends.len() > 2, "{} ends", ends.len());
+    assert!(ends.values().all(|count| *count == 2), "a piece of coast ends in nothing");
+}
+
+#[test]
+fn peaks_are_the_highest_around() {
+    let world = world();
+    let peaks = world.peaks(&Area::new(-512, -512, 1025, 1025));
+    assert!(peaks.len() > 1);
+    for peak in &peaks {
+        let [x, y] = peak.at;
+        let heights = world.relief().heights(Area::new(x, y, 1, 1).padded(8));
+        assert_eq!(heights.at(x, y), peak.height_m);
+        assert!(heights.values().iter().all(|height_m| *height_m <= peak.height_m), "{:?}", peak.id);
+    }
+    for (index, a) in peaks.iter().enumerate() {
+        assert!(peaks[index + 1..].iter().all(|b| a.id != b.id && a.at != b.at));
+    }
+}
