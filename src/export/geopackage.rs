@@ -224,9 +224,9 @@ impl<'a> GeoPackage<'a> {
         let layer = &self.features.layers()[number];
         let mut bounds: Option<Bounds> = None;
         let transaction = connection.transaction().map_err(failed())?;
-        let columns: String = layer.columns.iter().map(|column| format!(", {}", column.name)).collect();
+        let columns: Vec<&str> = ["geom"].into_iter().chain(layer.columns.iter().map(|column| column.name)).collect();
         let marks = ", ?".repeat(layer.columns.len());
-        let insert = format!("INSERT INTO {} (geom{columns}) VALUES (?{marks})", layer.name);
+        let insert = format!("INSERT INTO {} ({}) VALUES (?{marks})", layer.name, columns.join(", "));
         let mut insert = transaction.prepare(&insert).map_err(failed())?;
         self.features.for_each(number, |feature| {
             let own = Bounds::of(&feature.lines);

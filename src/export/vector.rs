@@ -89,7 +89,8 @@ impl<'a> FeatureStore<'a> {
             unjournaled(&connection)?;
             for (number, layer) in layers(world).iter().enumerate() {
                 // Columns without types keep values as they are.
-                let columns: String = (0..layer.columns.len()).map(|column| format!("value_{column}, ")).collect();
+                let columns = (0..layer.columns.len()).map(|column| format!("value_{column}, "));
+                let columns = columns.collect::<Vec<_>>().concat();
                 connection.execute_batch(&format!(
                     "CREATE TABLE layer_{number} (key BLOB PRIMARY KEY, {columns}lines BLOB) WITHOUT ROWID"
                 ))?;

@@ -108,12 +108,12 @@ const STEP: f64 = 3.0 * GRAINS as f64;
 pub(super) struct Rivers {
     strahler: Strahler,
     courses: Memory<ChannelId, Course>,
-    rivers: Memory<ChannelId, Vec<Arc<River>>>,
+    of_courses: Memory<ChannelId, Vec<Arc<River>>>,
 }
 
 impl Default for Rivers {
     fn default() -> Rivers {
-        Rivers { strahler: Strahler::default(), courses: Memory::new(1 << 11), rivers: Memory::new(1 << 11) }
+        Rivers { strahler: Strahler::default(), courses: Memory::new(1 << 11), of_courses: Memory::new(1 << 11) }
     }
 }
 
@@ -402,7 +402,7 @@ impl Fluvial {
 
     /// All rivers of the course that begins in a channel.
     fn rivers_of(&self, top: ChannelId) -> Arc<Vec<Arc<River>>> {
-        self.rivers.rivers.get(top, || {
+        self.rivers.of_courses.get(top, || {
             let course = self.course(top);
             let whole = self.follow_up(top, |_| false);
             let rivers = course.parts.iter().filter_map(|part| self.river(&course, part, whole));
@@ -492,7 +492,7 @@ fn samples(number: usize, channel: &Channel, joins: &[Join]) -> Vec<Sample> {
 fn between(from: Sample, to: Sample, ground: impl Fn(&Sample) -> Ground) -> Sample {
     let (mut bed, mut other) = if ground(&from) == Ground::Bed { (0.0, 1.0) } else { (1.0, 0.0) };
     for _ in 0..16 {
-        let middle = (bed + other) / 2.0;
+        let middle = f64::midpoint(bed, other);
         if ground(&from.towards(&to, middle)) == Ground::Bed { bed = middle } else { other = middle }
     }
     from.towards(&to, bed)
