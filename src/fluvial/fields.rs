@@ -137,19 +137,26 @@ impl Fields {
         self.settings.lake_m.unwrap_or(self.settings.trunk_m / 16.0) / self.metres_a_grain
     }
 
-    /// Height that the coast alone gives a point: the edge of the land, or the sea's floor. Infinite without a sea.
-    pub fn coast_m(&self, at: Point) -> f64 {
-        let Some(sea) = &self.sea else { return f64::INFINITY };
-        let inland_m = (self.potential(at) - self.settings.coast.below) * sea.metres_a_unit;
-        let [land, shelf] = self.settings.coast.slope;
-        sea.level_m
-            + if inland_m > 0.0 {
-                inland_m * land * (1.0 + inland_m * land / 100.0)
-            } else {
-                // Asymptotically the greatest depth.
-                let depth_m = -inland_m * shelf;
-                -depth_m / (1.0 + depth_m / self.settings.coast.depth_m)
-            }
+    /// Metres from the coast, about: inland above 0, at sea below. Infinite without a sea.
+    pub fn inland_m(&self, at: Point) -> f64 {
+        match &self.sea {
+            Some(sea) => (self.potential(at) - self.settings.coast.below) * sea.metres_a_unit,
+            None => f64::INFINITY,
+        }
+    }
+
+    /// Height that the coast alone gives a place so far inland: the edge of the land, or the sea's floor.
+    pub fn coast_m(&self, inland_m: f32) -> f32 {
+        let [land, shelf] = self.settings.coast.slope.map(|slope| slope as f32);
+        let (sea_m, deepest_m) = (self.sea_level_m() as f32, self.settings.coast.depth_m as f32);
+        if inland_m > 0.0 {
+            let rise_m = inland_m * land;
+            sea_m + rise_m * (1.0 + rise_m / 100.0)
+        } else {
+            // Asymptotically the greatest depth.
+            let depth_m = -inland_m * shelf;
+            sea_m - depth_m / (1.0 + depth_m / deepest_m)
+        }
     }
 
     /// The share of the straight way from a point on land to one in the sea that is on land.

@@ -252,11 +252,11 @@ impl Fluvial {
                 for j in 0..lines as i64 {
                     for i in 0..columns as i64 {
                         let at = Point::at_vertex((low[0] + i) * COAST_STEP, (low[1] + j) * COAST_STEP);
-                        table.push(self.fields.coast_m(at) as f32);
+                        table.push(self.fields.inland_m(at) as f32);
                     }
                 }
-                let lowest_m = table.iter().fold(f32::INFINITY, |a, b| a.min(*b));
-                if lowest_m >= highest_m {
+                let nearest_m = table.iter().fold(f32::INFINITY, |a, b| a.min(*b));
+                if self.fields.coast_m(nearest_m) >= highest_m {
                     continue;
                 }
                 any = true;
@@ -274,7 +274,7 @@ impl Fluvial {
                     let north = table[first] + (table[first + 1] - table[first]) * u;
                     let below = &table[first + columns..];
                     let south = below[0] + (below[1] - below[0]) * u;
-                    coast_m[index] = north + (south - north) * v;
+                    coast_m[index] = self.fields.coast_m(north + (south - north) * v);
                 }
             }
         }

@@ -264,8 +264,8 @@ impl Fluvial {
         let mut land = [false; 2];
         for j in low.y.div_euclid(step)..=high.y.div_euclid(step) + 1 {
             for i in low.x.div_euclid(step)..=high.x.div_euclid(step) + 1 {
-                let coast_m = self.fields.coast_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
-                land[usize::from(coast_m >= self.fields.sea_level_m())] = true;
+                let inland_m = self.fields.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
+                land[usize::from(inland_m >= 0.0)] = true;
             }
         }
         land == [true; 2]
@@ -358,17 +358,16 @@ impl Fluvial {
 
     /// Whether a point of the network lies in the sea, by the lattice that the rasters have the coast from.
     fn in_sea(&self, at: Point) -> bool {
-        let sea_m = self.fields.sea_level_m();
-        if !sea_m.is_finite() {
+        if !self.fields.sea_level_m().is_finite() {
             return false;
         }
         let step = COAST_STEP * GRAINS;
         let (i, j) = (at.x.div_euclid(step), at.y.div_euclid(step));
         let [u, v] = [at.x, at.y].map(|grains| grains.rem_euclid(step) as f64 / step as f64);
-        let coast_m = |i: i64, j: i64| self.fields.coast_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
-        let row = |j: i64| coast_m(i, j) + (coast_m(i + 1, j) - coast_m(i, j)) * u;
+        let inland_m = |i: i64, j: i64| self.fields.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
+        let row = |j: i64| inland_m(i, j) + (inland_m(i + 1, j) - inland_m(i, j)) * u;
         let north = row(j);
-        north + (row(j + 1) - north) * v < sea_m
+        north + (row(j + 1) - north) * v < 0.0
     }
 
     /// The pieces of trunks that are lakes, around a channel.
