@@ -30,11 +30,11 @@
 //!      |          noise/ over simd.rs: fractals of simplex noise
 //!   agents/     bare heights -> rivers and roads, whole              reach: the tiles that a path may cross
 //!      |
-//!   places/     a Land -> settlements, names, roads between them     reach: 3 site cells; not yet read by tile/
+//!   places/     fluvial land -> settlements, roads between them      reach: 2 site cells
 //!      |
 //!   vectors/    lakes, coasts and peaks as lines and points, rivers are with fluvial/
 //!      |
-//!   tile/       heights, paths -> carved, normals -> blend weights   pad HEIGHT_PAD = 1
+//!   tile/       heights, paths, roads -> carved, graded -> normals -> blend weights   pad HEIGHT_PAD = 1
 //!      |
 //!   bake.rs     Region -> all its tiles, in parallel, in order
 //!      |
@@ -88,11 +88,11 @@ mod memory;
 pub mod clock;
 pub mod simd;
 pub mod noise;
+pub mod places;
 pub mod fluvial;
 pub mod preset;
 pub mod relief;
 pub mod agents;
-pub mod places;
 pub mod vectors;
 pub mod world;
 pub mod tile;

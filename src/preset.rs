@@ -16,6 +16,7 @@ use toml::de::{DeTable, DeValue};
 use crate::error::{Error, SourcePlace, nearest};
 use crate::fluvial::settings::FluvialSettings;
 use crate::noise::{Fractal, FractalKind, FractalSpec};
+use crate::places::settings::PlacesSettings;
 
 /// A world's recipe: the content of a preset file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -45,6 +46,8 @@ pub struct Preset {
     pub rivers: Option<RiverAgents>,
     /// Roads by the thesis' agents. Default: none.
     pub roads: Option<RoadAgents>,
+    /// Settlements and the roads between them; needs `fluvial`. Default: none.
+    pub places: Option<PlacesSettings>,
     /// Which ground lies where.
     #[serde(default)]
     pub ground: Ground,
@@ -472,6 +475,14 @@ impl Preset {
         } else if self.noise.is_empty() {
             let hint = "add a [[noise]] table, or [fluvial]";
             return Err(root.key("noise").fault("there must be at least one noise term", hint));
+        }
+        if let Some(places) = &self.places {
+            let path = root.key("places");
+            if self.fluvial.is_none() {
+                let hint = "add [fluvial], or leave it out; [roads] is for worlds of noise";
+                return Err(path.fault("nothing reads it in a world of noise", hint));
+            }
+            places.check(&path, self.spacing_m)?;
         }
         if self.noise.len() > MAX_TERMS {
             let message = format!("there must be at most {MAX_TERMS} noise terms, but there are {}", self.noise.len());

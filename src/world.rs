@@ -6,6 +6,9 @@ use crate::agents::paths::{PathList, Paths};
 use crate::area::Area;
 use crate::error::Error;
 use crate::fluvial::rivers::River;
+use crate::places::Places;
+use crate::places::road::Road;
+use crate::places::site::Site;
 use crate::preset::Preset;
 use crate::relief::Relief;
 use crate::vectors::Vectors;
@@ -25,6 +28,7 @@ pub struct World {
     seed: u64,
     relief: Relief,
     paths: Paths,
+    places: Option<Places>,
     vectors: Vectors,
 }
 
@@ -39,7 +43,9 @@ impl World {
         let seed = seed.unwrap_or(preset.seed);
         let relief = Relief::new(&preset, seed);
         let paths = Paths::new(&preset, seed);
-        Ok(World { preset, seed, relief, paths, vectors: Vectors::default() })
+        let settle = |settings| Places::new(settings, preset.spacing_m, seed);
+        let places = preset.places.as_ref().map(settle).transpose()?;
+        Ok(World { preset, seed, relief, paths, places, vectors: Vectors::default() })
     }
 
     /// The recipe, with every default filled in.
@@ -90,6 +96,24 @@ impl World {
     /// All peaks of a fluvial world on vertices of `area`, sorted by id.
     pub fn peaks(&self, area: &Area) -> Vec<Peak> {
         self.vectors.peaks(&self.relief, area)
+    }
+
+    /// All roads between settlements whose effect may touch a vertex of `area`, whole, sorted by id; none in a world
+    /// without places.
+    pub fn roads(&self, area: &Area) -> Vec<Arc<Road>> {
+        let settled = self.places.as_ref().zip(self.relief.fluvial());
+        settled.map_or_else(Vec::new, |(places, land)| places.roads(land, area))
+    }
+
+    /// All settlements that stand on a vertex of `area`, sorted by id; none in a world without places.
+    pub fn sites(&self, area: &Area) -> Vec<Arc<Site>> {
+        let settled = self.places.as_ref().zip(self.relief.fluvial());
+        settled.map_or_else(Vec::new, |(places, land)| places.sites(land, area))
+    }
+
+    /// Settlements and roads of this world, and what is remembered of them.
+    pub fn places(&self) -> Option<&Places> {
+        self.places.as_ref()
     }
 
     /// The rivers and roads of this world, and what is remembered of them.

@@ -62,6 +62,8 @@ fn preset() -> impl Strategy<Value = Preset> {
             spacing_m: 1.0,
             tile_cells: 16,
             sea_level_m: None,
+            fluvial: None,
+            places: None,
             noise,
             fluvial: None,
             warp,

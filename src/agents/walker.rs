@@ -269,7 +269,13 @@ impl<'w> Walker<'w> {
             } else {
                 None
             };
-            (id, Standing { tile: Tile::imprinted(world, id, Land { heights, water: None }, imprint, clock), ways })
+            (
+                id,
+                Standing {
+                    tile: Tile::imprinted(world, id, Land { heights, water: None }, imprint, None, clock),
+                    ways,
+                },
+            )
         });
         let made: Vec<_> = made.collect();
         self.standing.extend(made);

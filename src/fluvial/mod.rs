@@ -18,6 +18,7 @@
 //! which is flooded and remembered.
 
 pub mod fields;
+mod ground;
 mod gullies;
 pub mod network;
 pub mod point;
@@ -56,6 +57,7 @@ pub struct Fluvial {
     gullies: Option<Gullies>,
     lift: Lift,
     rivers: Rivers,
+    ground: ground::Memories,
 }
 
 /// The land of an area, and the water on it.
@@ -124,6 +126,7 @@ impl Fluvial {
             gullies: Gullies::new(&fields, preset.spacing_m, seed),
             lift: Lift::new(settings, seed),
             rivers: Rivers::default(),
+            ground: ground::Memories::default(),
             fields,
         }
     }
@@ -172,54 +175,63 @@ impl Fluvial {
 
     /// The land at all vertices of an area, with the time of each stage booked on `clock`.
     pub fn land(&self, area: Area, clock: &Clock) -> Land {
-        // Gullies look one vertex further.
-        let aligned = aligned(area.padded(1));
+        let pieces = clock.time("network", || self.pieces(aligned(area), 1));
+        self.land_of(&pieces, area, 1, clock)
+    }
+
+    /// The land at the nodes of an area, which are `step` vertices apart, given the pieces of channels around it and
+    /// perhaps more.
+    fn land_of(&self, pieces: &Pieces, area: Area, step: i64, clock: &Clock) -> Land {
+        // Between nodes far apart nobody sees gullies.
+        let gullies = self.gullies.as_ref().filter(|_| step == 1);
+        // They look one vertex further, at the warp alone.
+        let aligned = aligned(if gullies.is_some() { area.padded(1) } else { area });
         // Where the valleys are read.
-        let [east, south] = clock.time("warp", || self.warp.fill(aligned));
-        // The channels around.
-        let pieces = clock.time("network", || self.pieces(aligned));
-        let slope = self.slopes(aligned);
+        let [east, south] = clock.time("warp", || self.warp.fill(aligned, step));
+        let slope = self.slopes(aligned, step);
         let mut valleys = Valleys::with_len(aligned.len());
         clock.time("valleys", || {
             dispatch(FillValleys {
                 fields: &self.fields,
                 area: aligned,
+                step,
                 warp: [&east, &south],
                 slope: &slope,
-                pieces: &pieces,
+                pieces,
                 reach_m: self.reach_m() as f32,
                 out: &mut valleys,
             });
         });
-        if let Some(gullies) = &self.gullies {
+        if let Some(gullies) = gullies {
             clock.time("gullies", || gullies.carve(aligned, [&east, &south], &slope, &mut valleys));
         }
-        let coast = clock.time("coast", || self.coast(aligned, &east, &south, &valleys.height_m));
-        clock.time("water", || self.finish(area, aligned, &pieces, &valleys, coast.as_deref()))
+        let coast = clock.time("coast", || self.coast(aligned, step, &east, &south, &valleys.height_m));
+        clock.time("water", || self.finish(area, aligned, pieces, &valleys, coast.as_deref()))
     }
 
-    /// The pieces of channels that matter to an area.
-    fn pieces(&self, area: Area) -> Pieces {
+    /// The pieces of channels that matter to an area of nodes, `step` vertices apart.
+    fn pieces(&self, area: Area, step: i64) -> Pieces {
         let pad =
             self.warp.most_m().map(|metres| ((metres + self.reach_m()) / self.fields.metres_a_grain()).ceil() as i64);
-        let (low, high) = (Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1, area.y1));
+        let [low, high] = [(area.x0, area.y0), (area.x1, area.y1)].map(|(x, y)| Point::at_vertex(x * step, y * step));
         let rectangle =
             [Point { x: low.x - pad[0], y: low.y - pad[1] }, Point { x: high.x + pad[0], y: high.y + pad[1] }];
         self.network.pieces(self.fields.levels(), rectangle, low)
     }
 
-    /// The slope of the hillsides at the vertices of an area, from a coarse lattice.
-    fn slopes(&self, area: Area) -> Vec<f32> {
+    /// The slope of the hillsides at the nodes of an area, from a coarse lattice.
+    fn slopes(&self, area: Area, step: i64) -> Vec<f32> {
+        let coarse = SLOPE_STEP.max(step);
         let at = |x: i64, y: i64| {
-            self.fields.hill_slope(self.fields.uplift(Point::at_vertex(x * SLOPE_STEP, y * SLOPE_STEP))) as f32
+            self.fields.hill_slope(self.fields.uplift(Point::at_vertex(x * coarse, y * coarse))) as f32
         };
         let mut values = vec![0.0; area.len()];
-        bilinear(area, SLOPE_STEP, at, &mut values);
+        bilinear(area, coarse / step, at, &mut values);
         values
     }
 
     /// The height of the coast where it may be lower than the land, infinity elsewhere; `None` where it is nowhere.
-    fn coast(&self, area: Area, east: &[f32], south: &[f32], land_m: &[f32]) -> Option<Vec<f32>> {
+    fn coast(&self, area: Area, step: i64, east: &[f32], south: &[f32], land_m: &[f32]) -> Option<Vec<f32>> {
         if !self.fields.sea_level_m().is_finite() {
             return None;
         }
@@ -232,7 +244,9 @@ impl Fluvial {
                 let block = Area { x0, y0, x1: (x0 + across as i64).min(area.x1), y1: (y0 + down as i64).min(area.y1) };
                 let rows = || (block.y0..block.y1).map(|y| ((y - area.y0) as usize * area.width(), y));
                 let indices = || {
-                    rows().flat_map(|(row, y)| (block.x0..block.x1).map(move |x| (row + (x - area.x0) as usize, x, y)))
+                    rows().flat_map(|(row, y)| {
+                        (block.x0..block.x1).map(move |x| (row + (x - area.x0) as usize, x * step, y * step))
+                    })
                 };
                 // Where the block is once warped, in steps of the coarse lattice.
                 let (mut low, mut high) = ([i64::MAX; 2], [i64::MIN; 2]);

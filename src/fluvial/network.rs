@@ -159,7 +159,7 @@ pub fn mix([from, change]: [f64; 2], share: f64) -> f64 {
 
 impl Piece {
     /// The share of the piece at which it is nearest to a point, and the square of the distance in grains.
-    fn nearest(&self, to: [f64; 2]) -> (f64, f64) {
+    pub(super) fn nearest(&self, to: [f64; 2]) -> (f64, f64) {
         let off = [to[0] - self.from[0], to[1] - self.from[1]];
         let t = ((off[0] * self.along[0] + off[1] * self.along[1]) * self.per_square).clamp(0.0, 1.0);
         let off = [off[0] - self.along[0] * t, off[1] - self.along[1] * t];

@@ -87,6 +87,7 @@ pub struct Trunks {
 }
 
 impl Trunks {
+    /// The trunk lattice of a world with these fields.
     pub fn new(fields: Arc<Fields>, seed: u64) -> Trunks {
         Trunks {
             seed,

@@ -4,7 +4,7 @@
 //! width f of its floor, then straight. The lowest of all sides has no pits: away from a channel its own side falls to
 //! it, and along a channel the bed falls. Where two sides meet is a crest, sharp or rounded.
 //!
-//! Vertices are done in patches aligned with the world, each with the pieces that can be lowest in it: a bound on how
+//! Vertices, or every so many of them, are done in patches aligned with the world, each with the pieces that can be lowest in it: a bound on how
 //! steep sides are tells which cannot, so leaving them out changes nothing.
 
 use super::fields::Fields;
@@ -31,7 +31,7 @@ const FLOOR_FALL: f32 = 0.001;
 /// stretches lengths.
 pub const LEAST_HALF_WIDTH: f64 = 1.0;
 
-/// What the valleys are around each vertex of an area whose sides are multiples of a patch's.
+/// What the valleys are around each node of an area whose sides are multiples of a patch's.
 #[derive(Debug, Default)]
 pub struct Valleys {
     /// Height in metres, before strata, ceiling and gullies.
@@ -87,8 +87,10 @@ struct Columns {
 pub struct FillValleys<'a> {
     /// The fields.
     pub fields: &'a Fields,
-    /// An area aligned with patches.
+    /// An area of nodes, aligned with patches.
     pub area: Area,
+    /// Vertices from a node to the next, a power of two; with 1 the nodes are the vertices.
+    pub step: i64,
     /// Metres by which each vertex is displaced before the valleys are read.
     pub warp: [&'a [f32]; 2],
     /// Slope of the hillsides at each vertex.
@@ -217,6 +219,11 @@ struct Bounds {
 }
 
 impl FillValleys<'_> {
+    /// Metres between nodes.
+    fn spacing_m(&self) -> f32 {
+        (self.fields.metres_a_grain() * (GRAINS * self.step) as f64) as f32
+    }
+
     #[inline(always)]
     fn block<S: Simd>(
         &mut self,
@@ -227,7 +234,7 @@ impl FillValleys<'_> {
         patch: &mut Columns,
         bounds: &mut Bounds,
     ) {
-        let corner_point = Point::at_vertex(corner[0], corner[1]);
+        let corner_point = Point::at_vertex(corner[0] * self.step, corner[1] * self.step);
         let offset = corner_point.from(self.pieces.origin);
         let spread = self.spread(corner, part);
         // Pieces near enough, in metres from the block's corner.
@@ -271,7 +278,7 @@ impl FillValleys<'_> {
     /// Where the vertices of a part of a block are once warped, in metres from the block's corner.
     #[inline(always)]
     fn spread(&self, corner: [i64; 2], part: Area) -> Spread {
-        let spacing_m = (self.fields.metres_a_grain() * GRAINS as f64) as f32;
+        let spacing_m = self.spacing_m();
         let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
         let mut slope = [f32::INFINITY, f32::NEG_INFINITY];
         for y in part.y0..part.y1 {
@@ -331,7 +338,7 @@ impl FillValleys<'_> {
     /// The valleys of one patch, whose vertices lie in lanes.
     #[inline(always)]
     fn patch<S: Simd>(&mut self, simd: S, corner: [i64; 2], vertices: Area, pieces: &Columns) {
-        let spacing_m = simd.splat((self.fields.metres_a_grain() * GRAINS as f64) as f32);
+        let spacing_m = simd.splat(self.spacing_m());
         let crest_m = simd.splat(self.fields.settings().crest_m as f32);
         let (zero, three) = (simd.splat(0.0), simd.splat(3.0));
         let level_floor = self.level_floor_m();

@@ -14,7 +14,8 @@ use crate::noise::{Fractal, FractalKind, FractalSpec};
 /// Displacements east and south of all vertices.
 #[derive(Debug)]
 pub struct Warp {
-    axes: [Fractal; 2],
+    /// On the lattice of the vertices, of every second vertex, every fourth and so on, as far as their waves are longer.
+    axes: Vec<[Fractal; 2]>,
     distance_m: f32,
     spacing_m: f64,
     patches: Memory<(i64, i64), [Vec<f32>; 2]>,
@@ -26,6 +27,9 @@ mod stream {
     pub const SOUTH: u64 = 9 << 32;
 }
 
+/// Powers of two up to which the nodes of a lattice may lie apart and still be displaced at once.
+const COARSEST: u32 = 8;
+
 /// Cells a side of a patch of displacements that is remembered.
 const PATCH: i64 = 64;
 
@@ -35,20 +39,33 @@ impl Warp {
         // From the valleys of the middle levels down to little more than those of the finest.
         let spec =
             FractalSpec { kind: FractalKind::Fbm, octaves: 5, wavelength_m: 16.0 * finest_m, lacunarity: 2.0, h: 1.6 };
-        let fractal = |stream| Fractal::new(&spec, spacing_m, hash::stream(seed, stream));
+        let axes = |step: i64| {
+            let fractal = |stream| Fractal::new(&spec, spacing_m * step as f64, hash::stream(seed, stream));
+            [fractal(stream::EAST), fractal(stream::SOUTH)]
+        };
+        let steps = (0..COARSEST).map(|power| 1 << power).take_while(|step| *step as f64 * spacing_m <= finest_m);
         Warp {
-            axes: [fractal(stream::EAST), fractal(stream::SOUTH)],
+            axes: steps.map(axes).collect(),
             distance_m: (1.1 * fields.settings().bend * finest_m) as f32,
             spacing_m,
             patches: Memory::new(512),
         }
     }
 
-    /// Metres by which the vertices of an area are displaced, east and south.
-    pub fn fill(&self, area: Area) -> [Vec<f32>; 2] {
-        self.axes.each_ref().map(|fractal| {
+    /// Metres by which the nodes of an area are displaced, east and south: every `step`th vertex, a power of two.
+    pub fn fill(&self, area: Area, step: i64) -> [Vec<f32>; 2] {
+        let known = self.axes.get(step.trailing_zeros() as usize);
+        known.unwrap_or(&self.axes[0]).each_ref().map(|fractal| {
             let mut metres = vec![0.0; area.len()];
-            fractal.fill(area, &mut metres);
+            if known.is_some() {
+                fractal.fill(area, &mut metres);
+            } else {
+                // The finest waves are shorter than a step.
+                let nodes = (area.y0..area.y1).flat_map(|y| (area.x0..area.x1).map(move |x| (x, y)));
+                for (metres, (x, y)) in metres.chunks_exact_mut(1).zip(nodes) {
+                    fractal.fill(Area::new(x * step, y * step, 1, 1), metres);
+                }
+            }
             metres.iter_mut().for_each(|metres| *metres *= self.distance_m);
             metres
         })
@@ -56,7 +73,7 @@ impl Warp {
 
     /// Metres that no displacement exceeds, east and south.
     pub fn most_m(&self) -> [f64; 2] {
-        self.axes.each_ref().map(|fractal| {
+        self.axes[0].each_ref().map(|fractal| {
             let (low, high) = fractal.bounds();
             (low.abs().max(high.abs()) * self.distance_m) as f64
         })
@@ -82,7 +99,7 @@ impl Warp {
         let vertex = (point.x.div_euclid(GRAINS), point.y.div_euclid(GRAINS));
         let patch = (vertex.0.div_euclid(PATCH), vertex.1.div_euclid(PATCH));
         let side = PATCH as usize + 1;
-        let metres = self.patches.get(patch, || self.fill(Area::new(patch.0 * PATCH, patch.1 * PATCH, side, side)));
+        let metres = self.patches.get(patch, || self.fill(Area::new(patch.0 * PATCH, patch.1 * PATCH, side, side), 1));
         let first = (vertex.1.rem_euclid(PATCH) as usize) * side + vertex.0.rem_euclid(PATCH) as usize;
         let [u, v] = [point.x, point.y].map(|grains| grains.rem_euclid(GRAINS) as f64 / GRAINS as f64);
         metres.each_ref().map(|metres| {

@@ -1,5 +1,6 @@
 //! The map: a top-down picture of the land.
 
+mod mark;
 mod tint;
 
 use crate::fluvial::WaterKind;
@@ -87,6 +88,14 @@ impl MapPainter {
                     mix(pixel, river);
                 }
             }
+            if let Some(beds) = tile.beds() {
+                for (pixel, share) in pixels.iter_mut().zip(beds.decks().row(y, x0, x1)) {
+                    mix(pixel, (share * WAY_OPACITY, WAY));
+                }
+            }
+            for site in tile.sites() {
+                mark::paint_row(site, x0, y, pixels);
+            }
         }
     }
 }
@@ -143,6 +152,9 @@ const RIVER_OPACITY: f32 = 0.85;
 const LAKE_OPACITY: f32 = 0.95;
 const ROAD: [f32; 3] = [222.0, 203.0, 160.0];
 const ROAD_OPACITY: f32 = 0.85;
+/// Roads between settlements: a dark line on land of any colour.
+const WAY: [f32; 3] = [104.0, 58.0, 40.0];
+const WAY_OPACITY: f32 = 0.9;
 
 /// How much of the sea floor's shading is seen through the water.
 const UNDER_WATER: f32 = 0.3;

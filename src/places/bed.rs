@@ -22,6 +22,7 @@ const FADE: f32 = 0.6;
 pub struct Beds {
     bounds: Grid<Bounds>,
     share: Grid<f32>,
+    decks: Grid<f32>,
 }
 
 /// What roads demand of a vertex.
@@ -74,8 +75,11 @@ impl Beds {
         let mut beds: Option<Beds> = None;
         for road in roads {
             if let Some(part) = area.common(&road.bounds) {
-                let beds = beds
-                    .get_or_insert_with(|| Beds { bounds: Grid::filled(area, FREE), share: Grid::filled(area, 0.0) });
+                let beds = beds.get_or_insert_with(|| Beds {
+                    bounds: Grid::filled(area, FREE),
+                    share: Grid::filled(area, 0.0),
+                    decks: Grid::filled(area, 0.0),
+                });
                 beds.add(road, part, spacing_m as f32);
             }
         }
@@ -93,9 +97,27 @@ impl Beds {
         }
     }
 
+    /// Leaves alone all vertices that are wet, of as many as the area has, row by row: what would fill a river's bed
+    /// would dam it, and what would cut its bank would let it out.
+    ///
+    /// # Panics
+    /// When there are more or fewer vertices.
+    pub fn spare(&mut self, wet: impl ExactSizeIterator<Item = bool>) {
+        assert_eq!(wet.len(), self.bounds.values().len(), "every vertex is wet or not");
+        let vertices = self.bounds.values_mut().iter_mut().zip(self.share.values_mut());
+        for ((bounds, share), _) in vertices.zip(wet).filter(|(_, wet)| *wet) {
+            (*bounds, *share) = (FREE, 0.0);
+        }
+    }
+
     /// Share of road at each vertex, 0 to 1. A bridge has none: what lies under it is the land.
     pub fn share(&self) -> &Grid<f32> {
         &self.share
+    }
+
+    /// Share of road at each vertex as it is seen from above, 0 to 1, with bridges and fords, and at least a vertex wide.
+    pub fn decks(&self) -> &Grid<f32> {
+        &self.decks
     }
 
     fn add(&mut self, road: &Road, part: Area, spacing_m: f32) {
@@ -135,14 +157,17 @@ impl Beds {
         for y in part.y0..part.y1 {
             let rows = self.bounds.row_mut(y, part.x0, part.x1).iter_mut();
             let shares = self.share.row_mut(y, part.x0, part.x1).iter_mut();
-            for (here, (bounds, share)) in seen.row(y, part.x0, part.x1).iter().zip(rows.zip(shares)) {
+            let decks = self.decks.row_mut(y, part.x0, part.x1).iter_mut();
+            for ((here, deck), (bounds, share)) in seen.row(y, part.x0, part.x1).iter().zip(decks).zip(rows.zip(shares))
+            {
+                let covered = |half_m: f32, distance_m: f32| ((half_m - distance_m) / spacing_m + 0.5).clamp(0.0, 1.0);
+                *deck = deck.max(covered(half_m.max(spacing_m / 2.0), here.ground_m.min(here.bridge_m)));
                 // What is nearest to a bridge belongs to it; at its ends the ground has the last word.
                 if here.bridge_m < here.ground_m || here.ground_m == f32::INFINITY {
                     continue;
                 }
                 *bounds = bounds.and(here.bounds);
-                let covered = ((half_m - here.ground_m) / spacing_m + 0.5).clamp(0.0, 1.0);
-                *share = share.max(covered);
+                *share = share.max(covered(half_m, here.ground_m));
             }
         }
     }

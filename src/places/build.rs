@@ -7,7 +7,7 @@ use crate::places::land::{FIXED, Land};
 use crate::places::line::{Line, length_m};
 use crate::places::profile::Demands;
 use crate::places::road::{Road, RoadClass, RoadKind, RoadPoint, bounds};
-use crate::places::route::{Domain, Node, SHORE_M, Search, Way};
+use crate::places::route::{Domain, Node, Nodes, Search, Way, shore_m};
 use crate::places::settings::{PlacesSettings, Standard};
 use crate::places::site::Site;
 
@@ -54,23 +54,31 @@ impl Builder<'_> {
         let scale = &self.ground.scale;
         let [from, to] = [a.at, b.at].map(|at| at.map(|at| at.div_euclid(scale.step)));
         let window = self.window(from, to);
-        let rivers = Rivers::new(&window, scale, SHORE_M.max(REST_M) + 1.0);
+        let rivers = Rivers::new(&window, scale, shore_m(scale).max(REST_M) + 1.0);
+        let nodes = Nodes::new(&window, &rivers, scale, self.seed);
         let asked = RoadClass::between(a, b);
         let classes = [RoadClass::Highway, RoadClass::Road, RoadClass::Track];
         classes
             .into_iter()
             .filter(|class| *class <= asked)
-            .find_map(|class| self.of_class(class, &window, &rivers, a, b))
+            .find_map(|class| self.of_class(class, &window, &rivers, &nodes, (a, b)))
     }
 
-    fn of_class(&self, class: RoadClass, window: &Window, rivers: &Rivers, a: &Site, b: &Site) -> Option<Road> {
+    fn of_class(
+        &self,
+        class: RoadClass,
+        window: &Window,
+        rivers: &Rivers,
+        nodes: &Nodes,
+        (a, b): (&Site, &Site),
+    ) -> Option<Road> {
         let scale = &self.ground.scale;
         let standard = self.settings.standard(class);
         let [from, to] = [a.at, b.at].map(|at| at.map(|at| at.div_euclid(scale.step)));
         let inside = |node: Node| [node[0] - window.at[0], node[1] - window.at[1]];
         let mut closed = BTreeSet::new();
         for _ in 0..TRIES {
-            let search = Search { window, rivers, scale, standard, seed: self.seed, closed: &closed };
+            let search = Search { window, nodes, rivers, scale, standard, closed: &closed };
             let way = search.way(inside(from), inside(to))?;
             let mut culprits = BTreeSet::new();
             for softness in SOFTNESS {

@@ -7,8 +7,9 @@
 
 use crate::places::site::Site;
 
-/// The longest edge in site cells. If each cell had a site, no empty circle would be wider than 2.83 of them.
-pub(super) const CELLS: i64 = 3;
+/// The longest edge in site cells. If each cell had a site, no empty circle would be wider than 2.83 of them, and few are
+/// wider than 2; the land that a tile looks at for its roads grows with the square of this.
+pub(super) const CELLS: i64 = 2;
 
 /// The square of the distance of two sites in vertices.
 pub(super) fn distance2(a: &Site, b: &Site) -> i128 {

@@ -13,8 +13,6 @@ pub(super) struct Scale {
     pub spacing_m: f64,
     /// Vertices from a node of the plan to the next.
     pub step: i64,
-    /// Vertices from a sample of the waters to the next, while roads are planned.
-    pub half: i64,
     /// Vertices from a sample along a planned road to the next.
     pub fine: i64,
     /// Nodes a side of a site cell.
@@ -34,7 +32,7 @@ impl Scale {
             step *= 2;
         }
         let side = (site_m / (step as f64 * spacing_m) + 0.5) as i64;
-        Scale { spacing_m, step, half: (step / 2).max(1), fine: (step / 8).max(1), side }
+        Scale { spacing_m, step, fine: (step / 8).max(1), side }
     }
 
     /// Metres between nodes.
@@ -72,9 +70,7 @@ pub(super) struct Window {
     pub rows: usize,
     /// A height a node.
     pub heights_m: Vec<f32>,
-    /// Samples of water from one node to the next: 1 or 2.
-    pub ratio: usize,
-    /// `ratio * cols` samples a row.
+    /// What stands on each.
     pub waters: Vec<Water>,
     /// Each piece that touches the rectangle once, sorted.
     pub rivers: Vec<RiverPiece>,
@@ -87,14 +83,12 @@ impl Ground {
 
     /// The land on `cols` x `rows` nodes from node `at` on.
     pub fn window(&self, land: &dyn Land, at: [i64; 2], cols: usize, rows: usize) -> Window {
-        let ratio = self.scale.ratio();
         let mut window = Window {
             at,
             cols,
             rows,
             heights_m: vec![0.0; cols * rows],
-            ratio,
-            waters: vec![Water::Dry; cols * rows * ratio * ratio],
+            waters: vec![Water::Dry; cols * rows],
             rivers: Vec::new(),
         };
         let area = Area::new(at[0], at[1], cols, rows);
@@ -104,8 +98,8 @@ impl Ground {
                 let block = self.block(land, (bx, by));
                 let own = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
                 let part = area.common(&own).expect("the block lies under the window");
-                copy(&block.heights_m, own, &mut window.heights_m, area, part, 1);
-                copy(&block.waters, own, &mut window.waters, area, part, ratio);
+                copy(&block.heights_m, own, &mut window.heights_m, area, part);
+                copy(&block.waters, own, &mut window.waters, area, part);
                 window.rivers.extend(&block.rivers);
             }
         }
@@ -116,33 +110,24 @@ impl Ground {
 
     fn block(&self, land: &dyn Land, (bx, by): (i64, i64)) -> Arc<Block> {
         self.blocks.get((bx, by), || {
-            let Scale { step, half, .. } = self.scale;
+            let Scale { step, .. } = self.scale;
             let (x0, y0, side) = (bx * BLOCK * step, by * BLOCK * step, BLOCK as usize);
-            let samples = side * self.scale.ratio();
             let area = Area::new(x0, y0, side * step as usize + 1, side * step as usize + 1);
             Block {
                 heights_m: land.heights_m(x0, y0, step, side, side),
-                waters: land.waters(x0, y0, half, samples, samples),
+                waters: land.waters(x0, y0, step, side, side),
                 rivers: land.rivers(&area),
             }
         })
     }
 }
 
-impl Scale {
-    fn ratio(&self) -> usize {
-        (self.step / self.half) as usize
-    }
-}
-
-/// Copies the nodes of `part`, which have `ratio` values a side each.
-fn copy<T: Copy>(from: &[T], from_area: Area, to: &mut [T], to_area: Area, part: Area, ratio: usize) {
-    let at = |area: Area, y: i64, row: usize| {
-        ((y - area.y0) as usize * ratio + row) * area.width() * ratio + (part.x0 - area.x0) as usize * ratio
-    };
-    let len = part.width() * ratio;
-    for (y, row) in (part.y0..part.y1).flat_map(|y| (0..ratio).map(move |row| (y, row))) {
-        let (source, target) = (at(from_area, y, row), at(to_area, y, row));
+/// Copies the nodes of `part`.
+fn copy<T: Copy>(from: &[T], from_area: Area, to: &mut [T], to_area: Area, part: Area) {
+    let at = |area: Area, y: i64| (y - area.y0) as usize * area.width() + (part.x0 - area.x0) as usize;
+    let len = part.width();
+    for y in part.y0..part.y1 {
+        let (source, target) = (at(from_area, y), at(to_area, y));
         to[target..target + len].copy_from_slice(&from[source..source + len]);
     }
 }
@@ -158,11 +143,10 @@ impl Window {
         self.heights_m[row as usize * self.cols + col as usize] as f64
     }
 
-    /// The water at a sample, counted from the window's first node in samples; what is outside is dry.
+    /// The water at a node, counted from the window's first; what is outside is dry.
     pub fn water(&self, col: i64, row: i64) -> Water {
-        let (cols, rows) = ((self.cols * self.ratio) as i64, (self.rows * self.ratio) as i64);
-        match (0..cols).contains(&col) && (0..rows).contains(&row) {
-            true => self.waters[(row * cols + col) as usize],
+        match self.holds(col, row) {
+            true => self.waters[row as usize * self.cols + col as usize],
             false => Water::Dry,
         }
     }

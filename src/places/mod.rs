@@ -5,7 +5,7 @@
 //!             |
 //!          site.rs     the best of 12 hashed positions of each site cell      names.rs   what it is called
 //!             |
-//!          graph.rs    which sites are neighbours: the Gabriel graph, 3 site cells at most
+//!          graph.rs    which sites are neighbours: the Gabriel graph, 2 site cells at most
 //!             |
 //!          route.rs    the way of least cost between two neighbours, within an ellipse
 //!             |
@@ -16,7 +16,7 @@
 //!
 //! Nothing depends on the area that is asked for, on what was asked before, on threads or on what is remembered. A road
 //! is a function of its two sites and of the land in the ellipse around them; whether it is there at all, of the sites
-//! within three cells.
+//! within two cells.
 
 mod build;
 mod graph;
@@ -64,6 +64,7 @@ pub struct Places {
     seed: u64,
     ground: Ground,
     sites: Memory<SiteId, Option<Arc<Site>>>,
+    edges: Memory<(SiteId, SiteId), bool>,
     roads: Memory<(SiteId, SiteId), Option<Arc<Road>>>,
 }
 
@@ -79,6 +80,7 @@ impl Places {
             seed,
             ground: Ground::new(Scale::new(settings.site_m, spacing_m)),
             sites: Memory::new(SITES),
+            edges: Memory::new(SITES),
             roads: Memory::new(ROADS),
         })
     }
@@ -116,8 +118,8 @@ impl Places {
             return Vec::new();
         }
         // Of each edge at least one end lies within reach.
-        let more = self.reach() / self.site_side() + 1;
-        let first: Vec<Arc<Site>> = self.sites_of_cells(land, self.cells(area, more)).collect();
+        let near = area.padded(self.reach() as usize);
+        let first: Vec<Arc<Site>> = self.sites_of_cells(land, self.cells(&near, 0)).collect();
         let mut roads = Vec::new();
         for a in &first {
             for b in self.sites_of_cells(land, self.cells_around(a.id, graph::CELLS)) {
@@ -168,11 +170,13 @@ impl Places {
 
     /// Whether two sites within the cap are neighbours in the graph.
     fn are_neighbours(&self, land: &dyn Land, a: &Site, b: &Site) -> bool {
-        // The circle over the edge lies within half an edge of its middle.
-        let middle = [0, 1].map(|axis| (a.at[axis] + b.at[axis]).div_euclid(2));
-        let half = (a.at[0] - b.at[0]).abs().max((a.at[1] - b.at[1]).abs()) * 3 / 4 + 2;
-        let circle = Area::new(middle[0], middle[1], 1, 1).padded(half as usize);
-        !self.sites_of_cells(land, self.cells(&circle, 0)).any(|third| graph::parts(&third, a, b))
+        *self.edges.get((a.id.min(b.id), a.id.max(b.id)), || {
+            // The circle over the edge lies within half an edge of its middle.
+            let middle = [0, 1].map(|axis| (a.at[axis] + b.at[axis]).div_euclid(2));
+            let half = (a.at[0] - b.at[0]).abs().max((a.at[1] - b.at[1]).abs()) * 3 / 4 + 2;
+            let circle = Area::new(middle[0], middle[1], 1, 1).padded(half as usize);
+            !self.sites_of_cells(land, self.cells(&circle, 0)).any(|third| graph::parts(&third, a, b))
+        })
     }
 
     fn sites_of_cells(&self, land: &dyn Land, cells: impl Iterator<Item = SiteId>) -> impl Iterator<Item = Arc<Site>> {

@@ -38,6 +38,9 @@ const CURVATURE_M2: f64 = 2000.0;
 /// following the lattice over a plain.
 const WANDER: f64 = 0.5;
 
+/// Share of that which the rest of a way is taken to cost.
+const EXPECTED: f64 = 0.8;
+
 /// Nodes from one value of that to the next.
 const WANDER_NODES: i64 = 6;
 
@@ -61,8 +64,14 @@ const SLACK_M: f64 = 150.0;
 const AXIS: f64 = 1.4;
 const AXIS_NODES: f64 = 6.0;
 
+/// Metres from a river's edge to a node, and vertices, since the narrowest river is drawn a vertex wide.
+const SHORE_M: f64 = 6.0;
+const SHORE_VERTICES: f64 = 1.0;
+
 /// Metres from a river's edge to a node.
-pub(super) const SHORE_M: f64 = 6.0;
+pub(super) fn shore_m(scale: &Scale) -> f64 {
+    SHORE_M.max(SHORE_VERTICES * scale.spacing_m)
+}
 
 /// Parts of a metre in which costs are counted.
 const UNIT: f64 = 16.0;
@@ -113,13 +122,35 @@ pub(super) struct Way {
     pub bridges: Vec<bool>,
 }
 
+/// What all searches in a window ask of its nodes, row by row.
+pub(super) struct Nodes {
+    wet: Vec<bool>,
+    gradient: Vec<[f64; 2]>,
+    wander: Vec<f64>,
+    /// Whether there is a lake or the sea anywhere.
+    open_water: bool,
+}
+
+impl Nodes {
+    pub fn new(window: &Window, rivers: &Rivers, scale: &Scale, seed: u64) -> Nodes {
+        let nodes = || (0..window.rows as i64).flat_map(|row| (0..window.cols as i64).map(move |col| [col, row]));
+        let mut near = Vec::new();
+        Nodes {
+            wet: nodes().map(|node| is_wet(window, rivers, scale, node, &mut near)).collect(),
+            gradient: nodes().map(|[col, row]| window.gradient(col, row, scale.step_m())).collect(),
+            wander: nodes().map(|node| wander(seed, [node[0] + window.at[0], node[1] + window.at[1]])).collect(),
+            open_water: window.waters.iter().any(|water| water.is_open()),
+        }
+    }
+}
+
 /// What a search knows.
 pub(super) struct Search<'a> {
     pub window: &'a Window,
+    pub nodes: &'a Nodes,
     pub rivers: &'a Rivers,
     pub scale: &'a Scale,
     pub standard: Standard,
-    pub seed: u64,
     /// Moves that have turned out not to be possible, by their ends.
     pub closed: &'a BTreeSet<(Node, Node)>,
 }
@@ -140,7 +171,7 @@ impl Search<'_> {
         let domain = Domain::new(from, to);
         let turns = self.turns();
         let nodes = self.window.cols * self.window.rows;
-        let index = |node: Node| node[1] as usize * self.window.cols + node[0] as usize;
+        let index = |node: Node| self.index(node);
         let mut costs: Vec<Option<Box<Costs>>> = (0..nodes).map(|_| None).collect();
         // A state is a node and the move that has led there.
         let mut best = vec![FORBIDDEN; nodes * MOVES];
@@ -163,7 +194,10 @@ impl Search<'_> {
             if node == to {
                 return Some(self.trace(&before, state, from));
             }
-            let leave = costs[at].get_or_insert_with(|| Box::new(self.costs(&domain, node)));
+            if costs[at].is_none() {
+                costs[at] = Some(Box::new(self.costs(&domain, node, &costs)));
+            }
+            let leave = costs[at].as_ref().expect("it has just been made");
             let singles = leave.moves.iter().enumerate().map(|(number, cost)| (number, 1, *cost));
             let spans = leave.spans.iter().map(|&(number, times, cost)| (number as usize, times as i64, cost));
             for (number, times, step) in singles.chain(spans) {
@@ -199,7 +233,7 @@ impl Search<'_> {
         way
     }
 
-    /// What is left to pay at least: the cost of the best even climb over open land.
+    /// What is left to pay, about: the cost of the best even climb over open land.
     fn to_go(&self, node: Node, to: Node) -> u32 {
         let length_m = distance(node.map(|at| at as f64), to.map(|at| at as f64)) * self.scale.step_m();
         let rise_m = (self.window.height_m(to[0], to[1]) - self.window.height_m(node[0], node[1])).abs();
@@ -210,7 +244,8 @@ impl Search<'_> {
             false if length_m > 0.0 => length_m + even_m * even_m / length_m,
             false => 0.0,
         };
-        (cost_m * UNIT) as u32
+        // What a way is bad to walk on by and by is known about, so few ways are looked at that are longer in the end.
+        (cost_m * (1.0 + WANDER * EXPECTED) * UNIT) as u32
     }
 
     /// What turns cost.
@@ -234,22 +269,30 @@ impl Search<'_> {
     }
 
     /// The costs of all moves from a node.
-    fn costs(&self, domain: &Domain, node: Node) -> Costs {
+    /// Those of other nodes are known in part; the way back costs the same.
+    fn costs(&self, domain: &Domain, node: Node, known: &[Option<Box<Costs>>]) -> Costs {
         let mut near = Vec::new();
+        let is_open = self.is_open(domain, node);
         let moves: [u32; MOVES] = std::array::from_fn(|number| {
             let next = added(node, number, 1);
-            if self.is_open(domain, next, &mut near) { self.cost(node, next, &mut near) } else { FORBIDDEN }
+            if !self.is_open(domain, next) {
+                return FORBIDDEN;
+            }
+            match &known[self.index(next)] {
+                Some(there) if is_open => there.moves[(number + MOVES / 2) % MOVES],
+                _ => self.cost(node, next, &mut near),
+            }
         });
         let mut spans = Vec::new();
         for number in (0..MOVES).filter(|number| move_by(*number).iter().all(|part| part.abs() <= 2)) {
             // More than one move at a time pays where the first would end in water.
             let next = added(node, number, 1);
-            if moves[number] != FORBIDDEN || !self.window.holds(next[0], next[1]) || !self.is_wet(next, &mut near) {
+            if moves[number] != FORBIDDEN || !self.window.holds(next[0], next[1]) || !self.nodes.wet[self.index(next)] {
                 continue;
             }
             let one_m = distance(move_by(number).map(|part| part as f64), [0.0; 2]) * self.scale.step_m();
             let most = ((self.standard.bridge_m / one_m) as i64 + 2).min(u8::MAX as i64);
-            let landing = (2..=most).find(|times| self.is_open(domain, added(node, number, *times), &mut near));
+            let landing = (2..=most).find(|times| self.is_open(domain, added(node, number, *times)));
             if let Some(times) = landing {
                 let cost = self.cost(node, added(node, number, times), &mut near);
                 spans.push((number as u8, times as u8, cost));
@@ -258,23 +301,13 @@ impl Search<'_> {
         Costs { moves, spans }
     }
 
-    /// Whether a move may end on a node.
-    fn is_open(&self, domain: &Domain, node: Node, near: &mut Vec<u32>) -> bool {
-        self.window.holds(node[0], node[1]) && domain.holds(node) && !self.is_wet(node, near)
+    fn index(&self, node: Node) -> usize {
+        node[1] as usize * self.window.cols + node[0] as usize
     }
 
-    /// Whether a road cannot stand on a node.
-    fn is_wet(&self, node: Node, near: &mut Vec<u32>) -> bool {
-        let ratio = self.window.ratio as i64;
-        if self.window.water(node[0] * ratio, node[1] * ratio) != Water::Dry {
-            return true;
-        }
-        let at = self.fixed(node);
-        self.rivers.near(at, at, near);
-        near.iter().any(|piece| {
-            let piece = &self.rivers.pieces[*piece as usize];
-            piece.distance2(at) < self.square_fixed(piece.width_m / 2.0 + SHORE_M)
-        })
+    /// Whether a move may end on a node.
+    fn is_open(&self, domain: &Domain, node: Node) -> bool {
+        self.window.holds(node[0], node[1]) && domain.holds(node) && !self.nodes.wet[self.index(node)]
     }
 
     /// What the straight move from one node to another costs.
@@ -315,12 +348,12 @@ impl Search<'_> {
             }
             let [dx, dy] = [0, 1].map(|axis| (to[axis] - from[axis]) as f64 * step_m / length_m);
             for end in [from, to] {
-                let [east, south] = self.window.gradient(end[0], end[1], step_m);
+                let [east, south] = self.nodes.gradient[self.index(end)];
                 let side = east * dy - south * dx;
                 cost_m += length_m * SIDE / 2.0 * side * side;
             }
         }
-        cost_m += length_m * WANDER * (self.wander(from) + self.wander(to)) / 2.0;
+        cost_m += length_m * WANDER * (self.nodes.wander[self.index(from)] + self.nodes.wander[self.index(to)]) / 2.0;
         (cost_m * UNIT) as u32
     }
 
@@ -338,12 +371,14 @@ impl Search<'_> {
 
     /// Whether a lake or the sea lies between two nodes.
     fn is_over_open_water(&self, from: Node, to: Node) -> bool {
-        let ratio = self.window.ratio as i64;
-        let parts = (to[0] - from[0]).abs().max((to[1] - from[1]).abs()) * ratio;
+        if !self.nodes.open_water {
+            return false;
+        }
+        let parts = (to[0] - from[0]).abs().max((to[1] - from[1]).abs());
         (1..parts).any(|part| {
             let along = |axis: usize| {
-                let far = (to[axis] - from[axis]) * ratio * part;
-                let low = from[axis] * ratio + far.div_euclid(parts);
+                let far = (to[axis] - from[axis]) * part;
+                let low = from[axis] + far.div_euclid(parts);
                 (low, low + i64::from(far.rem_euclid(parts) > 0))
             };
             let ((col, next_col), (row, next_row)) = (along(0), along(1));
@@ -357,7 +392,7 @@ impl Search<'_> {
         self.rivers.near(a, b, near);
         let (mut cost_m, mut crosses, mut grazes) = (0.0, false, false);
         for piece in near.iter().map(|piece| &self.rivers.pieces[*piece as usize]) {
-            let within = self.square_fixed(piece.width_m / 2.0 + SHORE_M);
+            let within = self.square_fixed(piece.width_m / 2.0 + shore_m(self.scale));
             if piece.is_crossed(a, b) {
                 let along = [a, b, piece.from, piece.to].map(|at| at.map(|at| at as f64));
                 let (u, v) = (
@@ -381,33 +416,55 @@ impl Search<'_> {
         (crosses || !grazes).then_some(cost_m)
     }
 
-    /// How bad a node is to walk on, 0 to 1: smooth noise on the lattice of nodes.
-    fn wander(&self, node: Node) -> f64 {
-        let at = [node[0] + self.window.at[0], node[1] + self.window.at[1]];
-        let cell = at.map(|at| at.div_euclid(WANDER_NODES));
-        let [east, south] = at.map(|at| at.rem_euclid(WANDER_NODES) as f64 / WANDER_NODES as f64);
-        let value = |dx: i64, dy: i64| {
-            let hash = hash::mix(
-                hash::mix(hash::stream(self.seed, stream::WANDER) ^ (cell[0] + dx) as u64)
-                    ^ ((cell[1] + dy) as u64).rotate_left(32),
-            );
-            (hash >> 40) as f64 / (1u64 << 24) as f64
-        };
-        let north = value(0, 0) + (value(1, 0) - value(0, 0)) * east;
-        let below = value(0, 1) + (value(1, 1) - value(0, 1)) * east;
-        north + (below - north) * south
-    }
-
     /// A node in 1/256 vertex from the window's first.
     fn fixed(&self, node: Node) -> [i64; 2] {
-        node.map(|at| at * self.scale.step * FIXED)
+        fixed(self.scale, node)
     }
 
     /// The square of so many metres in (1/256 vertex)^2.
     fn square_fixed(&self, metres: f64) -> f64 {
-        let fixed = metres / self.scale.spacing_m * FIXED as f64;
-        fixed * fixed
+        square_fixed(self.scale, metres)
     }
+}
+
+/// A node in 1/256 vertex from the window's first.
+fn fixed(scale: &Scale, node: Node) -> [i64; 2] {
+    node.map(|at| at * scale.step * FIXED)
+}
+
+/// The square of so many metres in (1/256 vertex)^2.
+fn square_fixed(scale: &Scale, metres: f64) -> f64 {
+    let fixed = metres / scale.spacing_m * FIXED as f64;
+    fixed * fixed
+}
+
+/// Whether a road cannot stand on a node.
+fn is_wet(window: &Window, rivers: &Rivers, scale: &Scale, node: Node, near: &mut Vec<u32>) -> bool {
+    if window.water(node[0], node[1]) != Water::Dry {
+        return true;
+    }
+    let at = fixed(scale, node);
+    rivers.near(at, at, near);
+    near.iter().any(|piece| {
+        let piece = &rivers.pieces[*piece as usize];
+        piece.distance2(at) < square_fixed(scale, piece.width_m / 2.0 + shore_m(scale))
+    })
+}
+
+/// How bad a node of the world is to walk on, 0 to 1: smooth noise on the lattice of nodes.
+fn wander(seed: u64, at: Node) -> f64 {
+    let cell = at.map(|at| at.div_euclid(WANDER_NODES));
+    let [east, south] = at.map(|at| at.rem_euclid(WANDER_NODES) as f64 / WANDER_NODES as f64);
+    let value = |dx: i64, dy: i64| {
+        let hash = hash::mix(
+            hash::mix(hash::stream(seed, stream::WANDER) ^ (cell[0] + dx) as u64)
+                ^ ((cell[1] + dy) as u64).rotate_left(32),
+        );
+        (hash >> 40) as f64 / (1u64 << 24) as f64
+    };
+    let north = value(0, 0) + (value(1, 0) - value(0, 0)) * east;
+    let below = value(0, 1) + (value(1, 1) - value(0, 1)) * east;
+    north + (below - north) * south
 }
 
 /// Streams of chance of ways.

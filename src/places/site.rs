@@ -53,14 +53,15 @@ pub struct Site {
     pub name: String,
 }
 
-/// Positions that are compared.
-const POSITIONS: u64 = 12;
+/// Positions that are looked at, and of those that could be lived on, how many are compared.
+const POSITIONS: u64 = 400;
+const COMPARED: usize = 12;
 
 /// A settlement keeps off the edge of its cell by one part in so many of its side, and so off its neighbours.
 const EDGE: i64 = 8;
 
 /// Steepness that nobody builds on; the flatter, the better.
-const STEEP: f64 = 0.2;
+const STEEP: f64 = 0.25;
 
 /// Metres that matter about waters; in small site cells they are shorter.
 #[derive(Clone, Copy)]
@@ -90,28 +91,29 @@ mod stream {
 
 /// The settlement of a cell, if it has one.
 pub(super) fn site(settings: &PlacesSettings, seed: u64, ground: &Ground, land: &dyn Land, id: SiteId) -> Option<Site> {
+    // Many cells are empty however good they are; of those nothing needs to be known.
+    let luck = share(id.hash(seed, stream::SETTLED));
+    if luck >= settings.density {
+        return None;
+    }
     let scale = &ground.scale;
     let range = WaterRange::new(settings.site_m);
-    let around = (range.far_m / scale.step_m()) as i64 + 2;
+    let (edge, inner) = (scale.side / EDGE, (scale.side - 2 * (scale.side / EDGE)) as u64);
+    // So far from the cell waters matter to a position that keeps off its edge.
+    let around = ((range.far_m / scale.step_m()) as i64 + 2 - edge).max(2);
     let first = [id.i * scale.side, id.j * scale.side];
     let nodes = (scale.side + 2 * around + 1) as usize;
     let window = ground.window(land, first.map(|at| at - around), nodes, nodes);
     let rivers = Rivers::new(&window, scale, range.far_m);
     // The best of all; of equals the first.
-    let (edge, inner) = (scale.side / EDGE, (scale.side - 2 * (scale.side / EDGE)) as u64);
-    let mut best: Option<(f64, [i64; 2])> = None;
-    for number in 0..POSITIONS {
+    let positions = (0..POSITIONS).map(|number| {
         let hash = id.hash(seed, stream::POSITION | number);
-        let at = [hash & 0xFFFF_FFFF, hash >> 32].map(|bits| edge + (bits % inner) as i64);
-        let worth = suitability(settings, ground, &window, &rivers, at.map(|at| at + around));
-        if let Some(worth) = worth
-            && best.is_none_or(|(most, _)| worth > most)
-        {
-            best = Some((worth, at));
-        }
-    }
-    let (worth, at) = best?;
-    if share(id.hash(seed, stream::SETTLED)) >= settings.density * (0.3 + worth).min(1.0) {
+        [hash & 0xFFFF_FFFF, hash >> 32].map(|bits| edge + (bits % inner) as i64)
+    });
+    let worth = |at: [i64; 2]| Some((suitability(settings, ground, &window, &rivers, at.map(|at| at + around))?, at));
+    let (worth, at) =
+        positions.filter_map(worth).take(COMPARED).reduce(|best, next| if next.0 > best.0 { next } else { best })?;
+    if luck >= settings.density * (0.3 + worth).min(1.0) {
         return None;
     }
     // Good land and luck make a town.
@@ -149,19 +151,23 @@ fn suitability(
     if height_m > settings.max_height_m {
         return None;
     }
-    // The steepest of the place and its four neighbours, so that a settlement of some hundred metres finds room.
+    // That of the place and its four neighbours, so that a settlement of some hundred metres finds room.
     let steepness = |col: i64, row: i64| {
         let [east, south] = window.gradient(col, row, scale.step_m());
         (east * east + south * south).sqrt()
     };
     let around = [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)];
-    let steepest = around.iter().map(|(dx, dy)| steepness(at[0] + dx, at[1] + dy)).fold(0.0, f64::max);
-    let range = WaterRange::new(settings.site_m);
-    let water_m = water_m(ground, window, rivers, at, range.far_m);
-    if steepest > STEEP || water_m < range.dry_m.max(scale.half as f64 * scale.spacing_m) {
+    let sum: f64 = around.iter().map(|(dx, dy)| steepness(at[0] + dx, at[1] + dy)).sum();
+    let steepness = sum / around.len() as f64;
+    if steepness > STEEP {
         return None;
     }
-    let flat = 1.0 - steepest / STEEP;
+    let range = WaterRange::new(settings.site_m);
+    let water_m = water_m(ground, window, rivers, at, range.far_m);
+    if water_m < range.dry_m.max(scale.step_m()) {
+        return None;
+    }
+    let flat = 1.0 - steepness / STEEP;
     let near = ((range.far_m - water_m) / (range.far_m - range.near_m)).clamp(0.0, 1.0);
     // High land is worth less from half of the highest on.
     let low = (2.0 - 2.0 * height_m / settings.max_height_m.max(1.0)).clamp(0.0, 1.0);
@@ -171,13 +177,12 @@ fn suitability(
 /// Metres to the edge of the nearest water, `far_m` at most.
 fn water_m(ground: &Ground, window: &Window, rivers: &Rivers, at: [i64; 2], far_m: f64) -> f64 {
     let scale = &ground.scale;
-    let ratio = window.ratio as i64;
-    let sample_m = scale.half as f64 * scale.spacing_m;
+    let sample_m = scale.step_m();
     let far = (far_m / sample_m) as i64;
     let mut nearest2 = (far * far) as f64;
     for (dx, dy) in (-far..=far).flat_map(|dy| (-far..=far).map(move |dx| (dx, dy))) {
         let distance2 = (dx * dx + dy * dy) as f64;
-        if distance2 < nearest2 && window.water(at[0] * ratio + dx, at[1] * ratio + dy) != Water::Dry {
+        if distance2 < nearest2 && window.water(at[0] + dx, at[1] + dy) != Water::Dry {
             nearest2 = distance2;
         }
     }

@@ -65,6 +65,20 @@ impl Blend {
         }
     }
 
+    /// Lays the dirt of roads over what is there, as far as each vertex is road.
+    pub(super) fn pave(&mut self, road: &Grid<f32>) {
+        let Area { x0, y0, x1, y1 } = self.ground.area();
+        for y in y0..y1 {
+            let ground = self.ground.row_mut(y, x0, x1);
+            let cover = self.cover.row_mut(y, x0, x1);
+            for ((ground, cover), share) in ground.iter_mut().zip(cover).zip(road.row(y, x0, x1)) {
+                if *share > 0.0 {
+                    (*ground, *cover) = covered(*ground, *cover, Material::Dirt, *share);
+                }
+            }
+        }
+    }
+
     /// Lays gravel and mud on the beds of rivers and lakes, and next to them.
     pub(super) fn wet(&mut self, water: &Water) {
         let Area { x0, y0, x1, y1 } = self.ground.area();

@@ -6,15 +6,23 @@ mod normals;
 pub use blend::{Blend, GroundRule, Material};
 pub use normals::Normals;
 
+use std::sync::Arc;
+
 use bytemuck::{Pod, Zeroable};
 
 use crate::agents::paths::PathList;
 use crate::agents::way::{Imprint, Way};
 use crate::area::{Area, TileId};
 use crate::clock::Clock;
-use crate::fluvial::{Land, Water};
+use crate::fluvial::{Land, Water, WaterKind};
 use crate::grid::Grid;
+use crate::places::bed::Beds;
+use crate::places::road::Road;
+use crate::places::site::Site;
 use crate::world::{HEIGHT_PAD, World};
+
+/// How many vertices around a tile its settlements are known: a mark on the map is no larger.
+pub const SITE_PAD: usize = 8;
 
 /// A finished tile of N x N cells: (N+1) x (N+1) vertices, those of its edge shared with its neighbours.
 #[derive(Debug)]
@@ -27,7 +35,10 @@ pub struct Tile {
     blend: Blend,
     water: Option<Water>,
     imprint: Option<Imprint>,
+    beds: Option<Beds>,
     paths: PathList,
+    roads: Vec<Arc<Road>>,
+    sites: Vec<Arc<Site>>,
 }
 
 /// A vertex as the thesis has it: 32 bytes, local to the tile's centre.
@@ -54,11 +65,15 @@ impl Tile {
     /// As [`new`](Tile::new), with the time of each stage booked on `clock`.
     pub fn timed(world: &World, id: TileId, clock: &Clock) -> Tile {
         // The bare heights and the water on them, with the pad that later stages look at.
-        let land = world.relief().land(id.area(world.tile_cells()).padded(HEIGHT_PAD), clock);
+        let mut land = world.relief().land(id.area(world.tile_cells()).padded(HEIGHT_PAD), clock);
+        let area = land.heights.area();
+        // Settlements, and the roads between them, whose beds are cut into the land and fill it.
+        let (roads, sites) = clock.time("roads", || (world.roads(&area), world.sites(&area.padded(SITE_PAD))));
+        let beds = clock.time("grade", || graded(&mut land, &roads, world.spacing_m()));
         // The rivers and roads whose reach touches them.
-        let paths = clock.time("agents", || world.ways(&land.heights.area()));
+        let paths = clock.time("agents", || world.ways(&area));
         let imprint = clock.time("carve", || Imprint::new(&land.heights, paths.iter().map(|path| &path.way)));
-        Tile { paths, ..Tile::imprinted(world, id, land, imprint, clock) }
+        Tile { paths, roads, sites, ..Tile::imprinted(world, id, land, imprint, beds, clock) }
     }
 
     /// The heights of the tile at `id` before anything shapes them, with the pad that a tile needs.
@@ -78,14 +93,22 @@ impl Tile {
         clock: &Clock,
     ) -> Tile {
         let imprint = clock.time("carve", || Imprint::new(&heights, ways));
-        Tile::imprinted(world, id, Land { heights, water: None }, imprint, clock)
+        Tile::imprinted(world, id, Land { heights, water: None }, imprint, None, clock)
     }
 
-    /// The tile at `id` of given bare land and of what ways do to it, with the time of each stage booked on `clock`.
+    /// The tile at `id` of given land, graded already by its beds, and of what ways do to it, with the time of each stage
+    /// booked on `clock`.
     ///
     /// # Panics
     /// When `land` does not reach [`HEIGHT_PAD`] vertices past the tile.
-    pub(crate) fn imprinted(world: &World, id: TileId, land: Land, imprint: Option<Imprint>, clock: &Clock) -> Tile {
+    pub(crate) fn imprinted(
+        world: &World,
+        id: TileId,
+        land: Land,
+        imprint: Option<Imprint>,
+        beds: Option<Beds>,
+        clock: &Clock,
+    ) -> Tile {
         let Land { mut heights, water } = land;
         let area = id.area(world.tile_cells());
         let spacing_m = world.spacing_m();
@@ -104,9 +127,13 @@ impl Tile {
             if let Some(imprint) = &imprint {
                 blend.cover_with(imprint);
             }
+            if let Some(beds) = &beds {
+                blend.pave(beds.share());
+            }
             blend
         });
-        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, paths: PathList::new() }
+        let (paths, roads, sites) = (PathList::new(), Vec::new(), Vec::new());
+        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, beds, paths, roads, sites }
     }
 
     /// Where the tile is in the world.
@@ -151,6 +178,21 @@ impl Tile {
         &self.paths
     }
 
+    /// The roads between settlements that may touch the tile, whole, sorted by id; none in a world without places.
+    pub fn roads(&self) -> &[Arc<Road>] {
+        &self.roads
+    }
+
+    /// The settlements on the tile and within [`SITE_PAD`] vertices of it, sorted by id; none in a world without places.
+    pub fn sites(&self) -> &[Arc<Site>] {
+        &self.sites
+    }
+
+    /// What the roads between settlements have done to the tile; `None` where there are none.
+    pub fn beds(&self) -> Option<&Beds> {
+        self.beds.as_ref()
+    }
+
     /// The tile's centre in the world, in metres east and south of the origin.
     pub fn centre_m(&self) -> [f64; 2] {
         let middle = |from: i64, to: i64| (from + to - 1) as f64 / 2.0 * self.spacing_m;
@@ -174,4 +216,14 @@ impl Tile {
         let Area { x0, y0, x1, y1 } = self.area;
         (y0..y1).flat_map(move |y| (x0..x1).map(move |x| self.vertex(x, y)))
     }
+}
+
+/// What roads do to land, which it is done to: all but its waters, which go on as they are under bridges and in fords.
+fn graded(land: &mut Land, roads: &[Arc<Road>], spacing_m: f64) -> Option<Beds> {
+    let mut beds = Beds::new(land.heights.area(), roads.iter().map(AsRef::as_ref), spacing_m)?;
+    if let Some(water) = &land.water {
+        beds.spare(water.kind.values().iter().map(|kind| *kind != WaterKind::Dry));
+    }
+    beds.shape(&mut land.heights);
+    Some(beds)
 }

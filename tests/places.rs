@@ -1,0 +1,236 @@
+//! Settlements and roads of fluvial worlds: the same whatever is asked for, dry, and no steeper than they may be.
+
+use std::sync::{Arc, OnceLock};
+
+use terrane::area::{Area, TileId};
+use terrane::fluvial::WaterKind;
+use terrane::places::land::{FIXED, Land};
+use terrane::places::road::{Road, RoadKind};
+use terrane::preset::Preset;
+use terrane::tile::Tile;
+use terrane::world::World;
+
+/// A world whose valleys, lakes and hills are a few kilometres apart, and its settlements as well.
+const PLACES: &str = "
+    spacing_m = 10
+    tile_cells = 64
+    sea_level_m = 0
+    [fluvial]
+    trunk_m = 5120
+    levels = 5
+    base_m = 60
+    trunk_slope = 0.012
+    hill_slope = [0.1, 0.35]
+    valley = 0.06
+    lakes = 0.4
+    coast = { below = -0.3 }
+    uplift = { mask = { wavelength_m = 16000, octaves = 2, from = -0.4, to = 0.4 }, least = 0.2 }
+    [places]
+    site_m = 2000
+";
+
+fn world() -> World {
+    World::new(Preset::parse("places", PLACES).unwrap(), Some(3)).unwrap()
+}
+
+/// 10 x 10 km.
+fn wide() -> Area {
+    Area::new(-300, -500, 1000, 1000)
+}
+
+/// A world and its roads in a wide area, made once for the tests that look at them.
+fn settled() -> &'static (World, Vec<Arc<Road>>) {
+    static SETTLED: OnceLock<(World, Vec<Arc<Road>>)> = OnceLock::new();
+    SETTLED.get_or_init(|| {
+        let world = world();
+        let roads = world.roads(&wide());
+        assert!(roads.len() > 15, "{} roads", roads.len());
+        (world, roads)
+    })
+}
+
+/// Tiles that a road with a crossing runs through, and some far out where roads are.
+fn places_to_look() -> Vec<TileId> {
+    let (_, roads) = settled();
+    let tile = |at: [i64; 2]| {
+        let [x, y] = at.map(|at| at.div_euclid(64 * FIXED));
+        TileId { x, y }
+    };
+    let crossed = roads.iter().flat_map(|road| road.crossings()).map(|crossing| tile(crossing.at));
+    let mut tiles: Vec<TileId> = crossed.take(4).collect();
+    assert_eq!(tiles.len(), 4);
+    tiles.push(TileId { x: 100_000_000, y: -100_000_000 });
+    tiles
+}
+
+fn bits(tile: &Tile, x: i64, y: i64) -> (u32, u32, u32) {
+    (tile.heights().at(x, y).to_bits(), tile.blend().ground().at(x, y), tile.blend().cover().at(x, y))
+}
+
+#[test]
+fn neighbours_agree_on_their_shared_vertices() {
+    // Two worlds that remember other things of their neighbours.
+    let (other, third) = (world(), world());
+    let mut graded = 0;
+    for at in places_to_look() {
+        let tile = Tile::new(&other, at);
+        graded += usize::from(!tile.roads().is_empty());
+        let Area { x0, y0, x1, y1 } = tile.area();
+        let south = Tile::new(&third, TileId { y: at.y + 1, ..at });
+        (x0..x1).for_each(|x| assert_eq!(bits(&tile, x, y1 - 1), bits(&south, x, y1 - 1), "{at} at {x}"));
+        let east = Tile::new(&settled().0, TileId { x: at.x + 1, ..at });
+        (y0..y1).for_each(|y| assert_eq!(bits(&tile, x1 - 1, y), bits(&east, x1 - 1, y), "{at} at {y}"));
+    }
+    assert!(graded >= 4);
+}
+
+#[test]
+fn tiles_of_other_sizes_agree_where_they_overlap() {
+    // Tiles of 96 cells lie elsewhere than those of 64; what a vertex is does not know of tiles.
+    let mut preset = Preset::parse("places", PLACES).unwrap();
+    preset.tile_cells = 96;
+    let larger = World::new(preset, Some(3)).unwrap();
+    let mut changed = 0;
+    for at in places_to_look() {
+        let tile = Tile::new(&settled().0, at);
+        let Area { x0, y0, x1, y1 } = tile.area();
+        let other = Tile::new(&larger, TileId { x: x0.div_euclid(96), y: y0.div_euclid(96) });
+        let bare = Tile::bare_heights(&larger, other.id());
+        let common = tile.area().common(&other.area()).unwrap();
+        assert!(common.x0 == x0 && common.y0 == y0 && common.x1 <= x1 && common.y1 <= y1);
+        for (x, y) in (common.y0..common.y1).flat_map(|y| (common.x0..common.x1).map(move |x| (x, y))) {
+            assert_eq!(bits(&tile, x, y), bits(&other, x, y), "{at} at ({x}, {y})");
+            changed += usize::from(bare.at(x, y).to_bits() != tile.heights().at(x, y).to_bits());
+        }
+    }
+    assert!(changed > 100, "{changed} vertices are graded");
+}
+
+#[test]
+fn far_out_there_are_roads_too() {
+    let side = 64 * 100_000_000;
+    let area = Area::new(side, -side, 500, 500);
+    let (one, other) = (world(), world());
+    let roads = one.roads(&area);
+    assert!(!roads.is_empty());
+    let part = Area::new(side + 200, -side + 100, 200, 300);
+    let inside: Vec<_> = roads.into_iter().filter(|road| road.overlaps(&part)).collect();
+    assert_eq!(other.roads(&part), inside);
+}
+
+#[test]
+fn sites_are_the_same_whatever_is_asked() {
+    let (settled, other) = (&settled().0, world());
+    let all = settled.sites(&wide());
+    assert!(all.len() > 10, "{} settlements", all.len());
+    for part in [Area::new(-300, -500, 500, 400), Area::new(200, -100, 137, 600), Area::new(0, 0, 1, 1)] {
+        let inside = |at: [i64; 2]| part.contains(&Area::new(at[0], at[1], 1, 1));
+        let expected: Vec<_> = all.iter().filter(|site| inside(site.at)).cloned().collect();
+        assert_eq!(other.sites(&part), expected);
+    }
+    for site in &all {
+        let land = settled.relief().land(Area::new(site.at[0], site.at[1], 1, 1), &terrane::clock::Clock::default());
+        assert_eq!(land.water.unwrap().kind.values()[0], WaterKind::Dry, "{} is dry", site.name);
+        assert!((land.heights.values()[0] - site.height_m).abs() < 0.01, "{} stands on the land", site.name);
+    }
+}
+
+#[test]
+fn roads_join_settlements_and_keep_to_their_grade() {
+    let (world, roads) = settled();
+    let places = world.places().unwrap();
+    let land = world.relief().fluvial().unwrap();
+    let settings = world.preset().places.as_ref().unwrap();
+    for road in roads {
+        let most = settings.max_grade[road.class as usize];
+        assert!(road.max_grade <= most, "{:?} climbs by {}", road.id, road.max_grade);
+        for (id, end) in [(road.id.0, road.points.first()), (road.id.1, road.points.last())] {
+            let site = places.site(land, id).expect("a road ends at a settlement");
+            assert_eq!(end.unwrap().at, site.at.map(|at| at * FIXED));
+        }
+        for pair in road.points.windows(2) {
+            let [dx, dy] = [0, 1].map(|axis| (pair[1].at[axis] - pair[0].at[axis]) as f64 / FIXED as f64);
+            let metres = (dx * dx + dy * dy).sqrt() * world.spacing_m();
+            assert!(f64::from((pair[1].level_m - pair[0].level_m).abs()) <= most * metres + 1e-9);
+        }
+    }
+}
+
+#[test]
+fn roads_are_dry_but_for_bridges_and_fords() {
+    let (world, roads) = settled();
+    let land = world.relief().fluvial().unwrap();
+    let mut crossed = 0;
+    for road in roads {
+        let rivers = land.rivers(&road.bounds);
+        for pair in road.points.windows(2) {
+            let [from, to] = [pair[0].at, pair[1].at];
+            for at in [from, to] {
+                let water = land.waters(at[0].div_euclid(FIXED), at[1].div_euclid(FIXED), 1, 1, 1)[0];
+                let bridged = pair.iter().any(|point| point.kind == RoadKind::Bridge);
+                assert!(!water.is_open() || bridged, "{:?} runs into {water:?} at {at:?}", road.id);
+            }
+            let side = |a: [i64; 2], b: [i64; 2], at: [i64; 2]| {
+                ((b[0] - a[0]) as i128 * (at[1] - a[1]) as i128 - (b[1] - a[1]) as i128 * (at[0] - a[0]) as i128) >= 0
+            };
+            for river in &rivers {
+                if side(river.from, river.to, from) != side(river.from, river.to, to)
+                    && side(from, to, river.from) != side(from, to, river.to)
+                {
+                    assert!(pair.iter().all(|point| point.kind != RoadKind::Ground), "{:?} at {from:?}", road.id);
+                    crossed += 1;
+                }
+            }
+        }
+    }
+    assert!(crossed > 10, "{crossed} crossings");
+}
+
+#[test]
+fn roads_leave_waters_as_they_are() {
+    let (world, _) = settled();
+    let mut wet = 0;
+    for at in places_to_look() {
+        let tile = Tile::new(world, at);
+        let bare = Tile::bare_heights(world, at);
+        let water = tile.water().unwrap();
+        for (index, kind) in water.kind.values().iter().enumerate() {
+            if *kind != WaterKind::Dry {
+                wet += 1;
+                assert_eq!(tile.heights().values()[index].to_bits(), bare.values()[index].to_bits());
+            }
+        }
+    }
+    assert!(wet > 20, "{wet} wet vertices");
+}
+
+#[test]
+fn sparse_land_is_that_of_the_vertices() {
+    let world = &settled().0;
+    let land = world.relief().fluvial().unwrap();
+    let area = Area::new(-64, 128, 256, 192);
+    let full = world.relief().land(area, &terrane::clock::Clock::default());
+    let kinds = full.water.unwrap().kind;
+    for step in [1, 2, 4, 8] {
+        let (cols, rows) = (area.width() / step as usize, area.height() / step as usize);
+        let heights_m = land.heights_m(area.x0, area.y0, step, cols, rows);
+        let waters = land.waters(area.x0, area.y0, step, cols, rows);
+        let mut other = 0;
+        for (index, (height_m, water)) in heights_m.iter().zip(&waters).enumerate() {
+            let (x, y) = (area.x0 + (index % cols) as i64 * step, area.y0 + (index / cols) as i64 * step);
+            let same = (*water == terrane::places::land::Water::Dry) == (kinds.at(x, y) == WaterKind::Dry);
+            // Rounding may decide which side of a shore a vertex lies on.
+            other += usize::from(!same || (height_m - full.heights.at(x, y)).abs() > 0.01);
+        }
+        assert!(other * 1000 <= heights_m.len(), "{other} of {} nodes differ with {step}", heights_m.len());
+    }
+}
+
+#[test]
+fn places_need_fluvial_relief_and_sound_values() {
+    let error = |text: &str| Preset::parse("x.toml", text).unwrap_err().to_string();
+    let noise = "[[noise]]\nkind = \"fbm\"\nheight_m = 10\n[places]\n";
+    assert!(error(noise).contains("places: nothing reads it in a world of noise"), "{}", error(noise));
+    let dense = "[fluvial]\ntrunk_m = 2000\nlevels = 4\n[places]\ndensity = 3\n";
+    assert!(error(dense).contains("places.density: expected 0 to 1, found 3"), "{}", error(dense));
+}
