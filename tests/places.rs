@@ -162,7 +162,7 @@ fn roads_are_dry_but_for_bridges_and_fords() {
     let land = world.relief().fluvial().unwrap();
     let mut crossed = 0;
     for road in roads {
-        let rivers = land.rivers(&road.bounds);
+        let rivers = Land::rivers(land, &road.bounds);
         for pair in road.points.windows(2) {
             let [from, to] = [pair[0].at, pair[1].at];
             for at in [from, to] {
