@@ -522,11 +522,12 @@ fn schemas_describe_what_is_written() {
     let (bake, preset) = (schema("bake"), schema("preset"));
     assert_eq!(desk.done(&["schema"]).object(), bake, "the manifest's schema is the default");
     let manifest: Value = serde_json::from_slice(&fs::read(desk.path("o/bake.json")).unwrap()).unwrap();
+    // A preset may leave out every key: either relief will do.
+    assert!(bake["required"].as_array().is_some_and(|required| !required.is_empty()), "{bake}");
     for (schema, written) in [(&bake, &manifest), (&preset, &manifest["preset"])] {
         let described: BTreeSet<_> = schema["properties"].as_object().unwrap().keys().collect();
         let written: BTreeSet<_> = written.as_object().unwrap().keys().collect();
         assert_eq!(described, written);
-        assert!(schema["required"].as_array().is_some_and(|required| !required.is_empty()), "{schema}");
     }
     desk.refused(&["schema", "map"], &["map", "bake", "preset"]);
 }

@@ -220,7 +220,9 @@ fn sparse_land_is_that_of_the_vertices() {
             let (x, y) = (area.x0 + (index % cols) as i64 * step, area.y0 + (index / cols) as i64 * step);
             let same = (*water == terrane::places::land::Water::Dry) == (kinds.at(x, y) == WaterKind::Dry);
             // Rounding may decide which side of a shore a vertex lies on.
-            other += usize::from(!same || (height_m - full.heights.at(x, y)).abs() > 0.01);
+            // Between nodes there are no gullies, which in this preset are some 40 m deep on slopes.
+            let most_m = if step == 1 { 0.01 } else { 40.0 };
+            other += usize::from(!same || (height_m - full.heights.at(x, y)).abs() > most_m);
         }
         assert!(other * 1000 <= heights_m.len(), "{other} of {} nodes differ with {step}", heights_m.len());
     }

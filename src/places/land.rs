@@ -7,8 +7,9 @@ pub const FIXED: i64 = 256;
 
 /// What those who settle and build roads know about the land before they come.
 ///
-/// Whatever is asked must be a pure function of the place: the same vertex has the same height and water in every
-/// question, and a piece of a river is the same in every area that it touches.
+/// Whatever is asked must be a pure function of the place and the step: the same vertex has the same height and water in
+/// every question with that step, and a piece of a river is the same in every area that it touches. With longer steps
+/// the land may be known less finely.
 pub trait Land: Sync {
     /// Height in metres of the bare land at the vertices `(x0 + i * step, y0 + j * step)`, row by row, `cols` x `rows`.
     fn heights_m(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<f32>;

@@ -123,10 +123,12 @@ pub(super) fn site(settings: &PlacesSettings, seed: u64, ground: &Ground, land: 
         0.55..0.78 => (SiteClass::Village, 200.0 + 6000.0 * (rank - 0.55)),
         _ => (SiteClass::Town, 2000.0 + 80_000.0 * (rank - 0.78)),
     };
+    let vertex = [(first[0] + at[0]) * scale.step, (first[1] + at[1]) * scale.step];
     Some(Site {
         id,
-        at: [(first[0] + at[0]) * scale.step, (first[1] + at[1]) * scale.step],
-        height_m: window.height_m(at[0] + around, at[1] + around) as f32,
+        at: vertex,
+        // The plan's nodes may know the land less finely.
+        height_m: land.heights_m(vertex[0], vertex[1], 1, 1, 1)[0],
         class,
         population: people as u32,
         name: names::settlement(seed, id),
