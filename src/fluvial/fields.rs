@@ -164,7 +164,7 @@ impl Fields {
         let [east, south] = to.from(from);
         let (mut dry, mut wet) = (0.0, 1.0);
         for _ in 0..24 {
-            let middle = (dry + wet) / 2.0;
+            let middle = f64::midpoint(dry, wet);
             let at = from.moved([east * middle, south * middle]);
             if self.potential(at) < self.sea_potential() { wet = middle } else { dry = middle }
         }

@@ -360,7 +360,7 @@ impl Fluvial {
                     (heights[column], kinds[column], depths[column]) = (surface - depth, WaterKind::Lake, depth);
                     flows[column] = discharge as f32;
                 } else if discharge >= settings.spring_m3s && distance_m <= half_m.max(least_half) {
-                    let deepest = self.river_depth_m(discharge);
+                    let deepest = river_depth_m(discharge);
                     // A flat floor, and banks where the river is wide enough to have them.
                     let bank =
                         if half_m > least_half { ((half_m - distance_m) / (0.3 * half_m)).min(1.0) } else { 1.0 };
@@ -374,12 +374,12 @@ impl Fluvial {
         }
         Land { heights, water: Some(Water { kind: kinds, depth_m: depths, flow_m3s: flows }) }
     }
+}
 
-    /// Depth of a river in metres, by its discharge: the 3/8 th power, which is all square roots.
-    fn river_depth_m(&self, discharge_m3s: f64) -> f32 {
-        let fourth = discharge_m3s.sqrt().sqrt();
-        ((0.35 * fourth * fourth.sqrt()) as f32).min(DEEPEST_RIVER_M)
-    }
+/// Depth of a river in metres, by its discharge: the 3/8 th power, which is all square roots.
+fn river_depth_m(discharge_m3s: f64) -> f32 {
+    let fourth = discharge_m3s.sqrt().sqrt();
+    ((0.35 * fourth * fourth.sqrt()) as f32).min(DEEPEST_RIVER_M)
 }
 
 /// The smallest area that is whole patches and holds another.
@@ -451,5 +451,51 @@ impl Lift {
         };
         let over = layered_m - self.knee_m;
         if over <= 0.0 { layered_m } else { self.knee_m + over / (1.0 + over / self.room_m) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::network::Piece;
+    use super::*;
+
+    /// What lies further than the declared reach, warp included, is never looked at: there may be anything.
+    #[test]
+    fn nothing_beyond_the_reach_matters() {
+        for name in ["alps", "plains", "archipelago"] {
+            let (_, preset) = Preset::load(name).unwrap();
+            let fluvial = Fluvial::new(&preset, preset.fluvial.as_ref().unwrap(), 4);
+            let area = Area::new(-130, 70, 64, 48);
+            let expected = fluvial.land(area, &Clock::default());
+            let wide = fluvial.pieces(aligned(area.padded(600)), 1);
+            let near = fluvial.pieces(aligned(area), 1);
+            let key = |pieces: &Pieces, piece: &Piece| (pieces.channels[piece.channel as usize].id, piece.knot);
+            let known: std::collections::BTreeSet<_> = near.all.iter().map(|piece| key(&near, piece)).collect();
+            let mut poisoned = wide.all.clone();
+            let mut beyond = 0;
+            for piece in &mut poisoned {
+                if !known.contains(&key(&wide, piece)) {
+                    piece.level_m = [f64::NAN; 2];
+                    piece.area = [f64::NAN; 2];
+                    beyond += 1;
+                }
+            }
+            assert!(beyond > 1000, "{name}: {beyond} pieces lie beyond the reach");
+            let pieces = Pieces { origin: wide.origin, channels: wide.channels, all: poisoned };
+            let land = fluvial.land_of(&pieces, area, 1, &Clock::default());
+            assert_eq!(land.heights, expected.heights, "{name}");
+        }
+    }
+
+    #[test]
+    fn strata_and_ceiling_keep_the_order_of_heights() {
+        for name in ["alps", "canyon"] {
+            let (_, preset) = Preset::load(name).unwrap();
+            let settings = preset.fluvial.unwrap();
+            let lift = Lift::new(&settings, 1);
+            let heights: Vec<f64> = (-1000..20_000).map(|half| lift.at(half as f64 / 2.0)).collect();
+            assert!(heights.windows(2).all(|pair| pair[0] < pair[1]), "{name}");
+            assert!(heights[heights.len() - 1] < settings.ceiling_m, "{name}");
+        }
     }
 }

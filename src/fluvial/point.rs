@@ -28,6 +28,7 @@ impl Point {
     }
 
     /// The point some grains east and south of here, rounded to a grain.
+    #[must_use]
     pub fn moved(self, [east, south]: [f64; 2]) -> Point {
         Point { x: self.x + round(east), y: self.y + round(south) }
     }

@@ -65,6 +65,9 @@ pub struct Drained {
     pub lake: f64,
 }
 
+/// How high a node lies; of equal ones the id decides.
+type Height = (f64, NodeId);
+
 #[derive(Debug)]
 struct Spill {
     /// The pass: a node of the basin, and the one beyond the rim.
@@ -187,20 +190,20 @@ impl Trunks {
             let height = |id: NodeId| (self.node(id).potential, id);
             let mut inside = nodes.clone();
             inside.sort_unstable();
-            let mut lowest: Option<([(f64, NodeId); 2], NodeId, NodeId)> = None;
+            let mut lowest: Option<(Height, Height, NodeId, NodeId)> = None;
             for &id in &nodes {
                 for other in neighbours(id) {
                     if inside.binary_search(&other).is_ok() || self.is_crossed(rounds, id, other) {
                         continue;
                     }
                     let (a, b) = (height(id), height(other));
-                    let key = if a < b { [b, a] } else { [a, b] };
-                    if lowest.as_ref().is_none_or(|(least, _, _)| key < *least) {
-                        lowest = Some((key, id, other));
+                    let (high, low) = if a < b { (b, a) } else { (a, b) };
+                    if lowest.is_none_or(|least| (high, low) < (least.0, least.1)) {
+                        lowest = Some((high, low, id, other));
                     }
                 }
             }
-            let Some((_, pass, beyond)) = lowest else { return Spill { pass: None, path: Vec::new() } };
+            let Some((_, _, pass, beyond)) = lowest else { return Spill { pass: None, path: Vec::new() } };
             let mut path = vec![pass];
             while let Some(next) = self.receiver(rounds, path[path.len() - 1]) {
                 path.push(next);

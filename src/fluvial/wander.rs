@@ -27,7 +27,7 @@ pub fn offsets(seed: u64, id: (i64, i64), pieces: usize) -> Vec<f64> {
         for from in (0..pieces).step_by(stretch) {
             let middle = from + stretch / 2;
             let side = 2.0 * chance(seed, id, 16 + middle as u64) - 1.0;
-            offsets[middle] = (offsets[from] + offsets[from + stretch]) / 2.0 + swing * side;
+            offsets[middle] = f64::midpoint(offsets[from], offsets[from + stretch]) + swing * side;
         }
         stretch /= 2;
     }

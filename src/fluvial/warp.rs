@@ -66,7 +66,9 @@ impl Warp {
                     fractal.fill(Area::new(x * step, y * step, 1, 1), metres);
                 }
             }
-            metres.iter_mut().for_each(|metres| *metres *= self.distance_m);
+            for metres in &mut metres {
+                *metres *= self.distance_m;
+            }
             metres
         })
     }

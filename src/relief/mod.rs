@@ -15,7 +15,7 @@ use crate::preset::Preset;
 #[derive(Debug)]
 pub enum Relief {
     /// Fractal noise, as in the thesis.
-    Noise(NoiseRelief),
+    Noise(Box<NoiseRelief>),
     /// Land that water made.
     Fluvial(Box<Fluvial>),
 }
@@ -25,7 +25,7 @@ impl Relief {
     pub(crate) fn new(preset: &Preset, seed: u64) -> Relief {
         match &preset.fluvial {
             Some(settings) => Relief::Fluvial(Box::new(Fluvial::new(preset, settings, seed))),
-            None => Relief::Noise(NoiseRelief::new(preset, seed)),
+            None => Relief::Noise(Box::new(NoiseRelief::new(preset, seed))),
         }
     }
 

@@ -1,0 +1,56 @@
+//! Fluvial tiles on one thread: nanoseconds a vertex by stage, as the table of the README.
+//!
+//! `cargo bench --bench fluvial` makes 8 x 8 tiles of each fluvial preset from nothing, channels and roads among them.
+//! `TERRANE_SIMD=avx2` and the like choose the instruction set.
+
+use std::time::Duration;
+
+use terrane::area::TileId;
+use terrane::clock::Clock;
+use terrane::preset::{BUILT_IN, Preset};
+use terrane::simd::Level;
+use terrane::tile::Tile;
+use terrane::world::World;
+
+const TILES: i64 = 8;
+
+/// The stages of a tile: what the clock calls them, and what they are.
+const STAGES: [(&str, &str); 9] = [
+    ("network", "network"),
+    ("warp", "warp"),
+    ("valleys", "envelope"),
+    ("gullies", "detail"),
+    ("coast", "coast"),
+    ("water", "carving"),
+    ("grade", "grading"),
+    ("normals", "normals"),
+    ("blend", "blend"),
+];
+
+fn main() {
+    let level = Level::chosen().expect("the variable names a level of this CPU");
+    println!("One thread, {}, {TILES} x {TILES} tiles; ns a vertex:\n", level.name());
+    let names: Vec<&str> = STAGES.iter().map(|(_, name)| *name).collect();
+    println!("| preset | {} | land in all | planning of roads |", names.join(" | "));
+    println!("|---|{}", "---|".repeat(STAGES.len() + 2));
+    for (name, text) in BUILT_IN {
+        let preset = Preset::parse(name, text).expect("it is built in");
+        if preset.fluvial.is_none() {
+            continue;
+        }
+        let world = World::new(preset, None).expect("built-in presets are sound");
+        let (clock, cells) = (Clock::default(), world.tile_cells() as i64);
+        for tile in 0..TILES * TILES {
+            Tile::timed(&world, TileId { x: tile % TILES, y: tile / TILES }, &clock);
+        }
+        let vertices = (TILES * TILES * cells * cells) as f64;
+        let spent = clock.stages();
+        let nanoseconds = |stage: &str| {
+            let of = spent.iter().find(|(name, _)| name == stage).map_or(Duration::ZERO, |(_, time)| *time);
+            of.as_nanos() as f64 / vertices
+        };
+        let cells: Vec<String> = STAGES.iter().map(|(stage, _)| format!("{:.1}", nanoseconds(stage))).collect();
+        let land: f64 = STAGES.iter().map(|(stage, _)| nanoseconds(stage)).sum();
+        println!("| {name} | {} | {land:.0} | {:.0} |", cells.join(" | "), nanoseconds("roads"));
+    }
+}
