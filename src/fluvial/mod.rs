@@ -74,6 +74,8 @@ pub struct Land {
 pub struct Water {
     /// What there is at each vertex.
     pub kind: Grid<WaterKind>,
+    /// Whether a vertex lies in the bed of a channel, wet or dry: what fills it is a dam.
+    pub bed: Grid<bool>,
     /// Metres from the bed to the surface; 0 where it is dry.
     pub depth_m: Grid<f32>,
     /// Discharge in cubic metres a second of the channel at each vertex; 0 off the channels.
@@ -302,6 +304,7 @@ impl Fluvial {
         let sea_m = self.fields.sea_level_m() as f32;
         let mut heights = Grid::filled(area, 0.0);
         let mut kinds = Grid::filled(area, WaterKind::Dry);
+        let mut beds = Grid::filled(area, false);
         let mut depths = Grid::filled(area, 0.0);
         let mut flows = Grid::filled(area, 0.0);
         let least_half = LEAST_HALF_WIDTH as f32 * spacing_m;
@@ -318,6 +321,7 @@ impl Fluvial {
             let row = start..start + area.width();
             let heights = heights.row_mut(y, area.x0, area.x1);
             let kinds = kinds.row_mut(y, area.x0, area.x1);
+            let beds = beds.row_mut(y, area.x0, area.x1);
             let depths = depths.row_mut(y, area.x0, area.x1);
             let flows = flows.row_mut(y, area.x0, area.x1);
             for (column, index) in row.enumerate() {
@@ -352,6 +356,7 @@ impl Fluvial {
                 let lake_m = (mix(piece.lake, share) * self.fields.metres_a_grain()) as f32;
                 let surface_m = mix(piece.level_m, share);
                 let distance_m = valleys.distance_m[index];
+                beds[column] = distance_m <= half_m.max(least_half);
                 let ground_m = self.lift.at((land_m.min(coast_m)) as f64) as f32;
                 let surface = self.lift.at(surface_m) as f32;
                 if distance_m < lake_m && lake_m > half_m {
@@ -372,7 +377,7 @@ impl Fluvial {
                 }
             }
         }
-        Land { heights, water: Some(Water { kind: kinds, depth_m: depths, flow_m3s: flows }) }
+        Land { heights, water: Some(Water { kind: kinds, bed: beds, depth_m: depths, flow_m3s: flows }) }
     }
 }
 

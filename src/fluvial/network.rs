@@ -71,8 +71,11 @@ struct Chunk {
     channels: Vec<Arc<Channel>>,
 }
 
-/// Cells a side of a chunk.
-const CHUNK: i64 = 8;
+/// Cells a side of a chunk: of trunks, which are long and cost much, and of tributaries, whose neighbours must be within
+/// the next chunk.
+const fn chunk_cells(level: u32) -> i64 {
+    if level == 0 { 2 } else { 8 }
+}
 
 /// Cells that a tributary is long at most, before it runs aslant.
 const JOIN_CELLS: f64 = 2.5;
@@ -208,7 +211,7 @@ impl Network {
     /// Calls `take` with all channels of a level that may touch a rectangle, in the order of their chunks and ids.
     pub fn channels(&self, level: u32, [low, high]: [Point; 2], mut take: impl FnMut(&Arc<Channel>)) {
         let cell = self.fields.side(level);
-        let side = cell * CHUNK;
+        let side = cell * chunk_cells(level);
         let reach = ((if level == 0 { REACH_CELLS.0 } else { REACH_CELLS.1 }) * cell as f64) as i64;
         for y in (low.y - reach).div_euclid(side)..=(high.y + reach).div_euclid(side) {
             for x in (low.x - reach).div_euclid(side)..=(high.x + reach).div_euclid(side) {
@@ -224,7 +227,8 @@ impl Network {
 
     /// The channel of an id, if there is one.
     pub fn channel(&self, (level, x, y): ChannelId) -> Option<Arc<Channel>> {
-        let chunk = self.chunk((level, x.div_euclid(CHUNK), y.div_euclid(CHUNK)));
+        let cells = chunk_cells(level);
+        let chunk = self.chunk((level, x.div_euclid(cells), y.div_euclid(cells)));
         chunk.channels.iter().find(|channel| channel.id == (level, x, y)).cloned()
     }
 
@@ -328,7 +332,7 @@ impl Network {
         // Those that start from the nodes around, as smooth as this one.
         let nodes = (-2..=2).flat_map(|y| (-2..=2).map(move |x| (id.0 + x, id.1 + y)));
         let others = nodes.filter(|node| *node != id).filter_map(|node| self.smooth_trunk(node));
-        let around: Vec<Line> = others.flat_map(|other| lines(&relative(&other), 4)).collect();
+        let around: Vec<Line> = others.flat_map(|other| lines(&relative(&other), 8)).collect();
         let whole = trunk.knots[0].at.distance(trunk.knots[course.len() - 1].at);
         let mut offsets = wander::offsets(self.seed, id, course.len() - 1);
         for (offset, knot) in offsets.iter_mut().zip(&trunk.knots) {
@@ -448,11 +452,12 @@ impl Network {
     /// The pieces of the levels above a chunk's around it, relative to its corner.
     fn above(&self, (level, x, y): ChannelId) -> Pieces {
         let cell = self.fields.side(level);
-        let origin = Point { x: x * CHUNK * cell, y: y * CHUNK * cell };
+        let side = chunk_cells(level) * cell;
+        let origin = Point { x: x * side, y: y * side };
         // Beyond where a tributary may end it may be under the valley side of what is still further.
         let pad = ((JOIN_CELLS + 3.0) * cell as f64) as i64;
         let corner = |offset: i64| Point { x: origin.x + offset, y: origin.y + offset };
-        self.pieces(level, [corner(-pad), corner(CHUNK * cell + pad)], origin)
+        self.pieces(level, [corner(-pad), corner(side + pad)], origin)
     }
 
     /// Where the tributaries of a chunk's cells begin and end.
@@ -651,8 +656,9 @@ impl End {
 }
 
 /// The cells of a chunk.
-fn cells((_, x, y): ChannelId) -> impl Iterator<Item = NodeId> {
-    (0..CHUNK * CHUNK).map(move |n| (x * CHUNK + n % CHUNK, y * CHUNK + n / CHUNK))
+fn cells((level, x, y): ChannelId) -> impl Iterator<Item = NodeId> {
+    let side = chunk_cells(level);
+    (0..side * side).map(move |n| (x * side + n % side, y * side + n / side))
 }
 
 /// The lines from each `step`th place to the next.

@@ -97,16 +97,21 @@ impl Beds {
         }
     }
 
-    /// Leaves alone all vertices that are wet, of as many as the area has, row by row: what would fill a river's bed
-    /// would dam it, and what would cut its bank would let it out.
+    /// Leaves alone all vertices that are wet, or in the bed of a channel (two truths a vertex, row by row): what would
+    /// fill a bed would dam it, and what would cut a river's bank would let it out. A dry bed still shows the road.
     ///
     /// # Panics
     /// When there are more or fewer vertices.
-    pub fn spare(&mut self, wet: impl ExactSizeIterator<Item = bool>) {
+    pub fn spare(&mut self, wet: impl ExactSizeIterator<Item = (bool, bool)>) {
         assert_eq!(wet.len(), self.bounds.values().len(), "every vertex is wet or not");
         let vertices = self.bounds.values_mut().iter_mut().zip(self.share.values_mut());
-        for ((bounds, share), _) in vertices.zip(wet).filter(|(_, wet)| *wet) {
-            (*bounds, *share) = (FREE, 0.0);
+        for ((bounds, share), (wet, bed)) in vertices.zip(wet) {
+            if wet || bed {
+                *bounds = FREE;
+            }
+            if wet {
+                *share = 0.0;
+            }
         }
     }
 

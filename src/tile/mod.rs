@@ -218,11 +218,13 @@ impl Tile {
     }
 }
 
-/// What roads do to land, which it is done to: all but its waters, which go on as they are under bridges and in fords.
+/// What roads do to land, which it is done to: all but its waters and the beds of its channels, which go on as they are
+/// under bridges, in fords and in culverts.
 fn graded(land: &mut Land, roads: &[Arc<Road>], spacing_m: f64) -> Option<Beds> {
     let mut beds = Beds::new(land.heights.area(), roads.iter().map(AsRef::as_ref), spacing_m)?;
     if let Some(water) = &land.water {
-        beds.spare(water.kind.values().iter().map(|kind| *kind != WaterKind::Dry));
+        let kinds = water.kind.values().iter().map(|kind| *kind != WaterKind::Dry);
+        beds.spare(kinds.zip(water.bed.values().iter().copied()));
     }
     beds.shape(&mut land.heights);
     Some(beds)
