@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::fluvial::rivers::River;
 use crate::places::Places;
 use crate::places::road::Road;
-use crate::places::site::Site;
+use crate::places::site::{Site, SiteId};
 use crate::preset::Preset;
 use crate::relief::Relief;
 use crate::vectors::Vectors;
@@ -109,6 +109,12 @@ impl World {
     pub fn sites(&self, area: &Area) -> Vec<Arc<Site>> {
         let settled = self.places.as_ref().zip(self.relief.fluvial());
         settled.map_or_else(Vec::new, |(places, land)| places.sites(land, area))
+    }
+
+    /// The settlement of a site cell, if it has one; none in a world without places.
+    pub fn site(&self, id: SiteId) -> Option<Arc<Site>> {
+        let (places, land) = self.places.as_ref().zip(self.relief.fluvial())?;
+        places.site(land, id)
     }
 
     /// Settlements and roads of this world, and what is remembered of them.

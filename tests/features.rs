@@ -1,4 +1,4 @@
-//! Rivers, lakes, coasts and peaks of fluvial worlds: whole, once, the same in every window, and in their right place.
+//! Rivers, lakes, coasts, peaks, settlements and roads of fluvial worlds: whole, once, the same in every window, and in their right place.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -17,7 +17,7 @@ use terrane::fluvial::rivers::{River, RiverEnding, RiverPoint};
 use terrane::preset::Preset;
 use terrane::world::World;
 
-const LAYERS: [&str; 4] = ["rivers", "lakes", "coast", "peaks"];
+const LAYERS: [&str; 7] = ["rivers", "lakes", "coast", "peaks", "sites", "roads", "crossings"];
 
 /// Lakes and a coast within a few tiles of the origin.
 const FLUVIAL: &str = r"
@@ -31,6 +31,8 @@ const FLUVIAL: &str = r"
     lakes = 0.5
     [fluvial.uplift]
     mask = { wavelength_m = 20000.0, octaves = 3, from = -0.4, to = 0.4 }
+    [places]
+    site_m = 2500.0
 ";
 
 fn world() -> World {
@@ -47,8 +49,8 @@ fn bake(world: &World, region: Region, threads: usize, out: &Path) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let output = Output::prepare(out, false, &cost).unwrap();
     let manifest = pool.install(|| plan.run(&output, &Watch::default())).unwrap();
-    // Five of vectors, the registry and the manifest.
-    assert_eq!((manifest.files.len() + 1, cost.files), (7, 7));
+    // Eight of vectors, the registry and the manifest.
+    assert_eq!((manifest.files.len() + 1, cost.files), (10, 10));
     let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
     assert!(bytes <= cost.disk_bytes, "{bytes} bytes, at most {} announced", cost.disk_bytes);
 }
@@ -158,7 +160,8 @@ fn both_formats_hold_the_features_that_touch_the_region() {
     let shapes = "SELECT group_concat(table_name || ' ' || geometry_type_name || ' ' || z, ', ') FROM \
                   (SELECT * FROM gpkg_geometry_columns ORDER BY rowid)";
     let shapes: String = database.query_row(shapes, (), |row| row.get(0)).unwrap();
-    let expected = "rivers LINESTRING 1, lakes POLYGON 0, coast LINESTRING 0, peaks POINT 0, tiles POLYGON 0";
+    let expected = "rivers LINESTRING 1, lakes POLYGON 0, coast LINESTRING 0, peaks POINT 0, sites POINT 0, \
+                    roads LINESTRING 1, crossings POINT 0, tiles POLYGON 0";
     assert_eq!(shapes, expected);
     // What a reader of the text looks for.
     let river = &features(folder.path(), "rivers")[0];

@@ -1,7 +1,7 @@
 //! GeoJSON: the layers as text, each a collection of features.
 //!
 //! RFC 7946 means degrees of the Earth; these coordinates are metres east and north of the world's origin, as in the
-//! GeoPackage, and for rivers with levels metres up. The files have no `crs` member, since no reference system of the
+//! GeoPackage, and for rivers and roads with levels metres up. The files have no `crs` member, since no reference system of the
 //! Earth applies.
 
 use std::fmt::Write as _;
@@ -28,6 +28,8 @@ pub(crate) const PATHS: &[&str] = &[
     "vector/lakes.geojson",
     "vector/coast.geojson",
     "vector/peaks.geojson",
+    "vector/sites.geojson",
+    "vector/crossings.geojson",
 ];
 
 /// The file of a layer in the folder of the bake.

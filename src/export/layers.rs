@@ -10,10 +10,15 @@ use rusqlite::types::Value;
 
 use crate::agents::paths::{Path, PathEnding};
 use crate::agents::way::WayKind;
-use crate::area::TileId;
+use crate::area::{Area, TileId};
 use crate::fluvial::point::{GRAINS, Point};
 use crate::fluvial::rivers::{River, RiverEnding};
 use crate::fluvial::trunk::NodeId;
+use crate::hash;
+use crate::places::land::FIXED;
+use crate::places::names;
+use crate::places::road::{Crossing, Road, RoadClass, RoadKind, RoadPoint};
+use crate::places::site::{Site, SiteClass, SiteId};
 use crate::tile::Tile;
 use crate::vectors::coast::Coast;
 use crate::vectors::lakes::Lake;
@@ -116,9 +121,17 @@ fn optional_text(value: Option<impl ToString>) -> Value {
     value.map_or(Value::Null, text)
 }
 
-/// The name that a feature has on a map, by its layer and id; none yet.
-fn name(_layer: &str, _id: &str) -> Value {
-    Value::Null
+/// The name that a feature has on a map: one of the names of the site cell that a vertex of it lies in, by the numbers
+/// of its id. Worlds without places have no names.
+fn name(world: &World, of: fn(u64, SiteId, u64) -> String, at: [i64; 2], id: &[i64]) -> Value {
+    let number = id.iter().fold(0, |number, part| hash::mix(number ^ *part as u64));
+    world.places().map_or(Value::Null, |places| text(of(world.seed(), places.cell(at), number)))
+}
+
+/// About where a node of a lattice of the network is, in vertices.
+fn vertex_of_node(world: &World, level: u32, x: i64, y: i64) -> [i64; 2] {
+    let side = world.relief().fluvial().map_or(0, |fluvial| fluvial.fields().side(level));
+    [x, y].map(|at| (at * side).div_euclid(GRAINS))
 }
 
 // ---------------------------------------------------------------------------------------------------------------------
@@ -147,7 +160,7 @@ pub(crate) const FLUVIAL: &[Layer] = &[
         ],
         visit: |world, tile, visit| {
             for river in world.rivers(&tile.area()) {
-                visit(river.id.to_string().into(), &|| of_river(&river, world.spacing_m()));
+                visit(river.id.to_string().into(), &|| of_river(world, &river));
             }
         },
     },
@@ -164,7 +177,7 @@ pub(crate) const FLUVIAL: &[Layer] = &[
         ],
         visit: |world, tile, visit| {
             for lake in world.lakes(&tile.area()) {
-                visit(lake_id(lake.id).into(), &|| of_lake(&lake, world.spacing_m()));
+                visit(lake_id(lake.id).into(), &|| of_lake(world, &lake));
             }
         },
     },
@@ -186,9 +199,54 @@ pub(crate) const FLUVIAL: &[Layer] = &[
         columns: &[column("id", Kind::Text), optional("name", Kind::Text), column("height_m", Kind::Real32)],
         visit: |world, tile, visit| {
             for peak in world.peaks(&tile.area()) {
-                visit(peak_id(&peak).into(), &|| of_peak(&peak, world.spacing_m()));
+                visit(peak_id(&peak).into(), &|| of_peak(world, &peak));
             }
         },
+    },
+    Layer {
+        name: "sites",
+        about: "settlements, also those elsewhere that the roads of the region lead to; metres",
+        shape: Shape::Point,
+        columns: &[
+            column("id", Kind::Text),
+            column("name", Kind::Text),
+            column("class", Kind::Text),
+            column("population", Kind::Integer),
+            column("height_m", Kind::Real32),
+        ],
+        visit: visit_sites,
+    },
+    Layer {
+        name: "roads",
+        about: "roads from one settlement to another, with the height of their surface; metres",
+        shape: Shape::LineZ,
+        columns: &[
+            column("id", Kind::Text),
+            column("class", Kind::Text),
+            // Both are words of SQL.
+            keyed("from_site", "from", Kind::Text),
+            keyed("to_site", "to", Kind::Text),
+            column("max_grade", Kind::Real),
+            column("width_m", Kind::Real),
+            column("length_m", Kind::Real),
+        ],
+        visit: |world, tile, visit| {
+            for road in roads(tile) {
+                visit(road_id(road).into(), &|| of_road(road, world.spacing_m()));
+            }
+        },
+    },
+    Layer {
+        name: "crossings",
+        about: "bridges and fords of the roads; metres",
+        shape: Shape::Point,
+        columns: &[
+            column("id", Kind::Text),
+            column("kind", Kind::Text),
+            column("road", Kind::Text),
+            column("length_m", Kind::Real),
+        ],
+        visit: |world, tile, visit| roads(tile).for_each(|road| visit_crossings(road, world.spacing_m(), visit)),
     },
 ];
 
@@ -221,13 +279,13 @@ fn length_m(line: &[[f64; 3]]) -> f64 {
     line.windows(2).map(step_m).fold(0.0, |sum, step| sum + step)
 }
 
-fn of_river(river: &River, spacing_m: f64) -> Feature {
+fn of_river(world: &World, river: &River) -> Feature {
     let vertices = |at: Point| [at.x, at.y].map(|grains| grains as f64 / GRAINS as f64);
     let line: Vec<[f64; 3]> = river
         .line
         .iter()
         .map(|point| {
-            let [east, north, _] = metres(vertices(point.at), spacing_m);
+            let [east, north, _] = metres(vertices(point.at), world.spacing_m());
             [east, north, point.level_m]
         })
         .collect();
@@ -238,10 +296,11 @@ fn of_river(river: &River, spacing_m: f64) -> Feature {
         RiverEnding::Sea => ("sea", None),
         RiverEnding::Sink => ("sink", None),
     };
-    let id = river.id.to_string();
+    let source = vertex_of_node(world, level, x, y);
     let values = vec![
-        text(&id),
-        name("rivers", &id),
+        text(river.id),
+        // All parts of a course have one name.
+        name(world, names::river, source, &[i64::from(level), x, y]),
         text(format!("r{level}:{x}:{y}")),
         Value::Integer(river.order as i64),
         Value::Real(length_m(&line)),
@@ -257,16 +316,16 @@ fn of_river(river: &River, spacing_m: f64) -> Feature {
     Feature { values, lines: vec![line] }
 }
 
-fn of_lake(lake: &Lake, spacing_m: f64) -> Feature {
-    let id = lake_id(lake.id);
+fn of_lake(world: &World, lake: &Lake) -> Feature {
+    let (x, y) = lake.id;
     let values = vec![
-        text(&id),
-        name("lakes", &id),
+        text(lake_id(lake.id)),
+        name(world, names::lake, vertex_of_node(world, 0, x, y), &[x, y]),
         Value::Real(lake.level_m),
         Value::Real(lake.area_m2),
         optional_text(lake.outlet),
     ];
-    let ring = |ring: &Vec<[f64; 2]>| ring.iter().map(|point| metres(*point, spacing_m)).collect();
+    let ring = |ring: &Vec<[f64; 2]>| ring.iter().map(|point| metres(*point, world.spacing_m())).collect();
     Feature { values, lines: lake.rings.iter().map(ring).collect() }
 }
 
@@ -275,10 +334,99 @@ fn of_coast(coast: &Coast, spacing_m: f64) -> Feature {
     Feature { values: vec![text(coast_id(coast)), Value::Real(length_m(&line))], lines: vec![line] }
 }
 
-fn of_peak(peak: &Peak, spacing_m: f64) -> Feature {
-    let id = peak_id(peak);
-    let point = metres(peak.at.map(|at| at as f64), spacing_m);
-    Feature { values: vec![text(&id), name("peaks", &id), Value::Real(peak.height_m as f64)], lines: vec![vec![point]] }
+fn of_peak(world: &World, peak: &Peak) -> Feature {
+    let values = vec![
+        text(peak_id(peak)),
+        name(world, names::peak, peak.at, &[peak.id.0, peak.id.1]),
+        Value::Real(peak.height_m as f64),
+    ];
+    Feature { values, lines: vec![vec![metres(peak.at.map(|at| at as f64), world.spacing_m())]] }
+}
+
+/// Shows the settlements of a tile, and those elsewhere that its roads end at.
+fn visit_sites(world: &World, tile: &Tile, visit: &mut Visit<'_>) {
+    let mut show = |site: &Site| visit(site_id(site.id).into(), &|| of_site(site, world.spacing_m()));
+    let here = |at: [i64; 2]| tile.area().contains(&Area::new(at[0], at[1], 1, 1));
+    tile.sites().iter().filter(|site| here(site.at)).for_each(|site| show(site));
+    for road in roads(tile) {
+        [road.id.0, road.id.1].into_iter().filter_map(|id| world.site(id)).for_each(|site| show(&site));
+    }
+}
+
+/// The roads of which the middle line touches a tile.
+fn roads(tile: &Tile) -> impl Iterator<Item = &Road> {
+    tile.roads().iter().map(|road| &**road).filter(|road| road.touches(&tile.area()))
+}
+
+fn site_id(SiteId { i, j }: SiteId) -> String {
+    format!("s:{i}:{j}")
+}
+
+fn road_id(road: &Road) -> String {
+    let (from, to) = road.id;
+    format!("w:{}:{}:{}:{}", from.i, from.j, to.i, to.j)
+}
+
+/// Metres east and north of a place in 1/256 vertex.
+fn metres_of_fixed(at: [i64; 2], spacing_m: f64) -> [f64; 3] {
+    metres(at.map(|at| at as f64 / FIXED as f64), spacing_m)
+}
+
+fn of_site(site: &Site, spacing_m: f64) -> Feature {
+    let class = match site.class {
+        SiteClass::Hamlet => "hamlet",
+        SiteClass::Village => "village",
+        SiteClass::Town => "town",
+    };
+    let values = vec![
+        text(site_id(site.id)),
+        text(&site.name),
+        text(class),
+        Value::Integer(i64::from(site.population)),
+        Value::Real(site.height_m as f64),
+    ];
+    Feature { values, lines: vec![vec![metres(site.at.map(|at| at as f64), spacing_m)]] }
+}
+
+fn of_road(road: &Road, spacing_m: f64) -> Feature {
+    let class = match road.class {
+        RoadClass::Track => "track",
+        RoadClass::Road => "road",
+        RoadClass::Highway => "highway",
+    };
+    let place = |point: &RoadPoint| {
+        let [east, north, _] = metres_of_fixed(point.at, spacing_m);
+        [east, north, point.level_m as f64]
+    };
+    let line: Vec<[f64; 3]> = road.outline(spacing_m).iter().map(place).collect();
+    let values = vec![
+        text(road_id(road)),
+        text(class),
+        text(site_id(road.id.0)),
+        text(site_id(road.id.1)),
+        Value::Real(road.max_grade),
+        Value::Real(road.width_m),
+        Value::Real(length_m(&line)),
+    ];
+    Feature { values, lines: vec![line] }
+}
+
+/// Shows the crossings of a road.
+fn visit_crossings(road: &Road, spacing_m: f64, visit: &mut Visit<'_>) {
+    for (number, crossing) in road.crossings().iter().enumerate() {
+        // Numbers of a road sort as text.
+        let id = format!("x{}:{number:03}", &road_id(road)[1..]);
+        visit(id.clone().into(), &|| of_crossing(&id, road, crossing, spacing_m));
+    }
+}
+
+fn of_crossing(id: &str, road: &Road, crossing: &Crossing, spacing_m: f64) -> Feature {
+    let kind = if crossing.kind == RoadKind::Ford { "ford" } else { "bridge" };
+    let (first, last) = crossing.points;
+    let line: Vec<[f64; 3]> =
+        road.points[first..=last].iter().map(|point| metres_of_fixed(point.at, spacing_m)).collect();
+    let values = vec![text(id), text(kind), text(road_id(road)), Value::Real(length_m(&line))];
+    Feature { values, lines: vec![vec![metres_of_fixed(crossing.at, spacing_m)]] }
 }
 
 // ---------------------------------------------------------------------------------------------------------------------

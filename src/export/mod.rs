@@ -94,7 +94,7 @@ const KINDS: &[Kind] = &[
     Kind { name: "hashes", about: "BLAKE3 of each tile's heights, normals and weights", content: Content::Hashes },
     Kind {
         name: "vector",
-        about: "rivers, lakes, coast, peaks, roads and tiles as one GeoPackage",
+        about: "rivers, lakes, coast, peaks, sites, roads, crossings and tiles as one GeoPackage",
         content: Content::GeoPackage,
     },
     Kind { name: "geojson", about: "the same layers as GeoJSON, coordinates in metres", content: Content::GeoJson },

@@ -19,7 +19,8 @@ use crate::world::World;
 /// The most bytes that a vector export of a region takes, the store of its features among them.
 ///
 /// How long rivers and roads are shows only when they are made; this is room for ways four times as long as their
-/// reach, and for trunk rivers that come from eight nodes around the region.
+/// reach, for trunk rivers that come from eight nodes around the region, and for a road to every neighbour of all
+/// settlements around.
 pub(crate) fn bytes_at_most(world: &World, region: &Region) -> u64 {
     // A footprint with its row.
     const TILE_BYTES: u64 = 256;
@@ -66,7 +67,20 @@ fn fluvial_bytes_at_most(world: &World, region: &Region) -> u64 {
     let lakes = vertices(side(0)) / (side(0) * side(0)) * (FEATURE_BYTES as f64 + 32.0 * lake * POINT_BYTES);
     let coast = if fields.sea_level_m().is_finite() { vertices(512.0) / 16.0 * POINT_BYTES } else { 0.0 };
     let peaks = vertices(64.0) / 4096.0 * FEATURE_BYTES as f64;
-    (rivers.sum::<f64>() + lakes + coast + peaks) as u64
+    (rivers.sum::<f64>() + lakes + coast + peaks + road_bytes_at_most(world, region)) as u64
+}
+
+fn road_bytes_at_most(world: &World, region: &Region) -> f64 {
+    const POINT_BYTES: f64 = 66.0 + 24.0;
+    // Of neighbours on a plane there are at most three pairs a place; some roads cross a few rivers.
+    const ROADS: f64 = 3.0;
+    const CROSSINGS: f64 = 4.0;
+    let Some(places) = world.places() else { return 0.0 };
+    let side = places.site_side() as f64;
+    let cells = |vertices: u64| (vertices as f64 + 2.0 * places.reach() as f64) / side + 1.0;
+    // A road has a point every few metres, of which most can be left out.
+    let road = (1.0 + CROSSINGS) * FEATURE_BYTES as f64 + 256.0 * POINT_BYTES;
+    cells(region.width()) * cells(region.height()) * (FEATURE_BYTES as f64 + ROADS * road)
 }
 
 /// The features of a region, each once, by layer and key.

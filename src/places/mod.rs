@@ -11,7 +11,7 @@
 //!             |
 //!          line.rs     rounded, build.rs  carried over rivers, profile.rs  given heights: road.rs
 //!             |
-//!          bed.rs      heights of an area -> cut and filled
+//!          bed.rs      heights of an area -> cut and filled        thin.rs    the points that suffice to draw a road
 //! ```
 //!
 //! Nothing depends on the area that is asked for, on what was asked before, on threads or on what is remembered. A road
@@ -24,6 +24,7 @@ mod ground;
 mod line;
 mod profile;
 mod route;
+mod thin;
 
 pub mod bed;
 pub mod land;

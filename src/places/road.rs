@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::area::Area;
+use crate::fluvial::rivers::crosses;
 use crate::places::land::FIXED;
 use crate::places::site::{Site, SiteClass, SiteId};
 
@@ -93,6 +94,13 @@ impl Road {
     /// Whether the road can have an effect on a vertex of `area`.
     pub fn overlaps(&self, area: &Area) -> bool {
         self.bounds.common(area).is_some()
+    }
+
+    /// Whether a part of its middle line lies in the rectangle that the outer vertices of an area span.
+    pub fn touches(&self, area: &Area) -> bool {
+        let from = |at: [i64; 2]| [(at[0] - area.x0 * FIXED) as f64, (at[1] - area.y0 * FIXED) as f64];
+        let corner = from([area.x1 - 1, area.y1 - 1].map(|side| side * FIXED));
+        self.points.windows(2).any(|pair| crosses(from(pair[0].at), from(pair[1].at), corner))
     }
 
     /// Its fords and bridges, from its start on.
