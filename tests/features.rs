@@ -182,6 +182,49 @@ fn each_point(coordinates: &Value, take: &mut impl FnMut([f64; 2])) {
     }
 }
 
+#[test]
+fn roads_join_settlements_and_things_have_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = world();
+    bake(&world, region(&world, -8, -8, 16, 16), 2, folder.path());
+    let read = |layer: &str| features(folder.path(), layer);
+    let [sites, roads, crossings, rivers] = ["sites", "roads", "crossings", "rivers"].map(read);
+    let text = |feature: &Value, key: &str| feature["properties"][key].as_str().unwrap().to_owned();
+    let places: BTreeMap<String, &Value> =
+        sites.iter().map(|site| (text(site, "id"), &site["geometry"]["coordinates"])).collect();
+    assert!(roads.len() > 4 && !crossings.is_empty(), "{} roads, {} crossings", roads.len(), crossings.len());
+    let mut ids = BTreeSet::new();
+    for road in &roads {
+        let line = road["geometry"]["coordinates"].as_array().unwrap();
+        for (end, key) in [(&line[0], "from"), (&line[line.len() - 1], "to")] {
+            let site = places[&text(road, key)];
+            assert_eq!((&end[0], &end[1]), (&site[0], &site[1]), "{} {key}", text(road, "id"));
+        }
+        ids.insert(text(road, "id"));
+    }
+    assert!(crossings.iter().all(|crossing| ids.contains(&text(crossing, "road"))));
+    let mut courses = BTreeMap::new();
+    for river in &rivers {
+        let name = text(river, "name");
+        assert_eq!(courses.entry(text(river, "course")).or_insert_with(|| name.clone()), &name);
+    }
+    let named = |feature: &Value| !text(feature, "name").is_empty();
+    assert!(sites.iter().chain(&read("lakes")).chain(&read("peaks")).all(named));
+}
+
+#[test]
+fn a_world_without_places_has_their_layers_empty() {
+    let folder = tempfile::tempdir().unwrap();
+    let (bare, _) = FLUVIAL.split_once("[places]").unwrap();
+    let world = World::new(Preset::parse("test", bare).unwrap(), Some(5)).unwrap();
+    bake(&world, region(&world, -2, -2, 4, 4), 2, folder.path());
+    for layer in ["sites", "roads", "crossings"] {
+        assert!(rows(folder.path(), layer).is_empty() && features(folder.path(), layer).is_empty(), "{layer}");
+    }
+    let rivers = features(folder.path(), "rivers");
+    assert!(!rivers.is_empty() && rivers.iter().all(|river| river["properties"]["name"].is_null()));
+}
+
 /// Grains from a point to the nearest of a line.
 fn distance(line: &[RiverPoint], to: Point) -> f64 {
     line.windows(2).fold(f64::INFINITY, |least, pair| {

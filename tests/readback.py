@@ -2,7 +2,7 @@
 
     python3 tests/readback.py FOLDER
 
-The folder must hold a bake with every export: what is missing is a failure and not a check less. It needs the
+The folder must hold a bake with every export that its world has, those of water if it is fluvial: what is missing is a failure and not a check less. It needs the
 PyPI packages blake3, numpy, OpenEXR and pillow. Prints one line a check, with a figure; exits with 1 if one has failed.
 """
 
@@ -19,15 +19,28 @@ import OpenEXR
 from PIL import Image
 
 REGION_EXPORTS = ["height", "exr", "r16", "blend", "normal", "map"]
-TILE_EXPORTS = [name + "-tiles" for name in REGION_EXPORTS]
+# Those that only fluvial worlds have.
+WATER_EXPORTS = ["water", "depth", "flow"]
+DRY, RIVER, LAKE, SEA = 0, 64, 128, 255
 # Half a step of the 8 bits that an axis of a normal has; the second figure is for the rounding of f32 heights.
 NORMAL_STEP = 0.5 / 127.5
 NORMAL_TOLERANCE = NORMAL_STEP + 2e-4
 # An axis that is further from zero than this must have its sign right in the normal map.
 NORMAL_CLEAR = 0.02
-# PNG's numbers for colour types, as (colour type, bits a channel), by the number of channels.
-PNG_KINDS = {1: (0, 16), 3: (2, 8), 4: (6, 8)}
-PNG_MODES = {1: "I;16", 3: "RGB", 4: "RGBA"}
+# PNG's numbers for colour types, as (colour type, bits a channel), by the number of channels; and Pillow's mode.
+PNG_KINDS = {1: (0, 16, "I;16"), 3: (2, 8, "RGB"), 4: (6, 8, "RGBA")}
+WATER_KIND = (0, 8, "L")
+# The layers of the vectors with the names and Z flags of their geometries, besides the tiles.
+PATH_LAYERS = {"rivers": ("LINESTRING", 0), "roads": ("LINESTRING", 0)}
+FLUVIAL_LAYERS = {
+    "rivers": ("LINESTRING", 1),
+    "lakes": ("POLYGON", 0),
+    "coast": ("LINESTRING", 0),
+    "peaks": ("POINT", 0),
+    "sites": ("POINT", 0),
+    "roads": ("LINESTRING", 1),
+    "crossings": ("POINT", 0),
+}
 
 
 class Checks:
@@ -57,6 +70,9 @@ class Bake:
         self.size = (region["rows"] * self.cells + 1, region["cols"] * self.cells + 1)
         heights = self.manifest["height_range"]
         self.range_m = (heights["min_m"], heights["max_m"])
+        self.fluvial = self.manifest["preset"].get("fluvial") is not None
+        self.exports = REGION_EXPORTS + WATER_EXPORTS * self.fluvial
+        self.tile_exports = [name + "-tiles" for name in self.exports]
 
     def of(self, export):
         """The rasters of an export, by their name without place and ending."""
@@ -98,16 +114,16 @@ def check_files(bake, checks):
     hashed = lambda file: blake3.blake3((bake.folder / file["path"]).read_bytes()).hexdigest()
     wrong = [file["path"] for file in bake.files if hashed(file) != file["blake3"]]
     checks.check(not wrong, "files of another BLAKE3 than in bake.json", wrong or f"0 of {len(bake.files)}")
-    for export in REGION_EXPORTS + TILE_EXPORTS:
+    for export in bake.exports + bake.tile_exports:
         images = 2 if export.startswith("blend") else 1
-        expected = images * (bake.tiles if export in TILE_EXPORTS else 1)
+        expected = images * (bake.tiles if export in bake.tile_exports else 1)
         checks.check(len(bake.of(export)) == expected, f"rasters of {export}", f"{len(bake.of(export))} of {expected}")
 
 
 def check_forms(bake, checks):
     """Size, mode and bit depth of every raster are those of bake.json."""
     wrong, counts = [], {}
-    for export in REGION_EXPORTS + TILE_EXPORTS:
+    for export in bake.exports + bake.tile_exports:
         for file in bake.of(export):
             kind = Path(file["path"]).suffix
             counts[kind] = counts.get(kind, 0) + 1
@@ -118,10 +134,10 @@ def check_forms(bake, checks):
                 # The header as it stands in the file: Pillow would hide a wrong depth behind its modes.
                 header = (bake.folder / file["path"]).read_bytes()[:29]
                 width, height, depth, colour, _, _, interlaced = struct.unpack(">IIBBBBB", header[16:29])
-                bands = len(file["channels"])
+                known = WATER_KIND if export.startswith("water") else PNG_KINDS[len(file["channels"])]
                 with Image.open(bake.folder / file["path"]) as image:
-                    good &= image.mode == PNG_MODES[bands] and image.size == (width, height)
-                good &= (height, width) == expected and (colour, depth) == PNG_KINDS[bands] and interlaced == 0
+                    good &= (colour, depth, image.mode) == known and image.size == (width, height)
+                good &= (height, width) == expected and interlaced == 0
             if kind == ".exr":
                 channels = OpenEXR.File(str(bake.folder / file["path"]), separate_channels=True).channels()
                 good &= list(channels) == ["Y"] and bake.read(file).dtype == np.float32
@@ -161,7 +177,7 @@ def check_heights(bake, checks):
 
 def check_tiles(bake, checks):
     """A tile is the crop of the region at its place; neighbours have their shared edge twice."""
-    for export in REGION_EXPORTS:
+    for export in bake.exports:
         for whole in bake.of(export):
             region, name, equal, edges = bake.read(whole), Path(whole["path"]).name, 0, 0
             # A tile's name counts from the corner of the region, its number in bake.json from the world's origin.
@@ -225,6 +241,21 @@ def check_normals(bake, checks):
         checks.check(count >= 100 and right == count, f"normals in which {name}", f"{right} of {count}")
 
 
+def check_water(bake, checks):
+    """The mask has the values of its kinds; there is depth where it is water, and a discharge where it is river."""
+    mask, depth, flow = (bake.one(export) for export in WATER_EXPORTS)
+    names = {"dry": DRY, "river": RIVER, "lake": LAKE, "sea": SEA}
+    strange = sorted(set(np.unique(mask)) - set(names.values()))
+    figure = ", ".join(f"{name} {100 * np.mean(mask == value):.2f} %" for name, value in names.items())
+    checks.check(not strange, "water of a kind that is known", strange or figure)
+    wrong = np.count_nonzero((depth > 0) != (mask != DRY)) + np.count_nonzero(~np.isfinite(depth) | (depth < 0))
+    figure = f"{wrong} of {depth.size}; up to {depth.max():.2f} m"
+    checks.check(wrong == 0, "vertices at which there is depth without water, or water without depth", figure)
+    wrong = np.count_nonzero(~(flow[mask == RIVER] > 0)) + np.count_nonzero(~np.isfinite(flow) | (flow < 0))
+    figure = f"{wrong} of {np.count_nonzero(mask == RIVER)}; up to {flow.max():.2f} m3/s"
+    checks.check(wrong == 0, "vertices of rivers without a discharge", figure)
+
+
 def check_map(bake, checks):
     """The map is a picture and not one colour."""
     picture = bake.one("map")
@@ -264,19 +295,42 @@ def check_registry(bake, checks):
 
 
 def parse_geometry(raw):
-    """The points of a GeoPackage geometry, a line or the one ring of a polygon, and whether its envelope is theirs."""
+    """The lines of a GeoPackage geometry (a point alone, a line, or the rings of a polygon), and whether its envelope
+    is theirs."""
     magic, version, flags, srs, west, east, south, north = struct.unpack("<2sBBi4d", raw[:40])
     order, kind = struct.unpack("<BI", raw[40:45])
-    start = {2: 45, 3: 49}[kind]
-    (count,) = struct.unpack("<I", raw[start : start + 4])
-    points = np.frombuffer(raw[start + 4 :], dtype="<f8").reshape(count, 2)
-    low, high = points.min(axis=0), points.max(axis=0)
-    header = (magic, version, flags, srs, order) == (b"GP", 0, 3, -1, 1)
-    return points, header and [west, south, east, north] == [*low, *high]
+    numbers, shape, at, lines = 2 + kind // 1000, kind % 1000, 45, []
+    count = 1
+    if shape == 3:
+        (count,), at = struct.unpack("<I", raw[at : at + 4]), at + 4
+    for _ in range(count):
+        points = 1
+        if shape != 1:
+            (points,), at = struct.unpack("<I", raw[at : at + 4]), at + 4
+        end = at + 8 * numbers * points
+        lines.append(np.frombuffer(raw[at:end], dtype="<f8").reshape(points, numbers))
+        at = end
+    every = np.concatenate(lines)[:, :2]
+    low, high = every.min(axis=0), every.max(axis=0)
+    header = (magic, version, flags, srs, order, at) == (b"GP", 0, 3, -1, 1, len(raw))
+    return lines, header and [west, south, east, north] == [*low, *high]
+
+
+def flattened(values):
+    """Values, with those of lists among them in their places."""
+    return [inner for value in values for inner in (value if isinstance(value, list) else [value])]
+
+
+def same_values(row, properties):
+    """Whether a row has the values of a feature's properties: of 32-bit floats, the text has as many digits as those
+    need."""
+    same = lambda a, b: a == b or (isinstance(a, float) and isinstance(b, (int, float)) and a == np.float32(b))
+    return len(row) == len(properties) and all(map(same, row, properties))
 
 
 def check_vectors(bake, checks):
-    """The GeoPackage is one, its tiles are those of the region, and the GeoJSON has the same paths."""
+    """The GeoPackage is one, its tiles are those of the region, and the GeoJSON has the same features."""
+    layers = FLUVIAL_LAYERS if bake.fluvial else PATH_LAYERS
     with closing(sqlite3.connect(bake.folder / "vector" / "vector.gpkg")) as database:
         header = [database.execute(f"PRAGMA {name}").fetchone()[0] for name in ["application_id", "user_version"]]
         sound = database.execute("PRAGMA integrity_check").fetchone()[0]
@@ -284,43 +338,51 @@ def check_vectors(bake, checks):
         systems = {row[0] for row in database.execute("SELECT srs_id FROM gpkg_spatial_ref_sys")}
         query = "SELECT table_name, min_x, min_y, max_x, max_y FROM gpkg_contents WHERE srs_id = -1"
         bounds = {row[0]: row[1:] for row in database.execute(query)}
-        shapes = dict(database.execute("SELECT table_name, geometry_type_name FROM gpkg_geometry_columns"))
+        query = "SELECT table_name, geometry_type_name, z FROM gpkg_geometry_columns"
+        shapes = {name: (shape, z) for name, shape, z in database.execute(query)}
         tiles = database.execute("SELECT x, y, geom FROM tiles ORDER BY fid").fetchall()
-        columns = "owner_x, owner_y, ending, joins_x, joins_y, length_m, width_start_m, width_end_m, floor_start_m, "
-        query = f"SELECT {columns} floor_end_m, geom FROM "
-        paths = {layer: database.execute(query + f"{layer} ORDER BY fid").fetchall() for layer in ["rivers", "roads"]}
+        columns, tables = {}, {}
+        for layer in layers:
+            cursor = database.execute(f"SELECT * FROM {layer} ORDER BY fid")
+            # After the row's number and its geometry.
+            columns[layer] = [column[0] for column in cursor.description][2:]
+            tables[layer] = [(raw, row) for _, raw, *row in cursor]
     good = header == [0x47504B47, 10300] and (sound, broken) == ("ok", []) and systems >= {-1, 0, 4326}
     checks.check(good, "version of the GeoPackage, which SQLite finds sound", header[1])
-    expected = {"rivers": "LINESTRING", "roads": "LINESTRING", "tiles": "POLYGON"}
+    expected = {**layers, "tiles": ("POLYGON", 0)}
     checks.check(shapes == expected and set(bounds) == set(expected), "layers of the GeoPackage", len(shapes))
     side_m, right = bake.cells * bake.manifest["spacing_m"], 0
     for x, y, raw in tiles:
-        points, whole = parse_geometry(raw)
+        (points,), whole = parse_geometry(raw)
         west, north = x * side_m, -y * side_m
         corners = {(west, north), (west + side_m, north), (west, north - side_m), (west + side_m, north - side_m)}
         right += whole and len(points) == 5 and {tuple(point) for point in points} == corners
     checks.check(right == bake.tiles == len(tiles), "footprints that are their tile's", f"{right} of {bake.tiles}")
-    for layer, rows in paths.items():
-        owners = [row[:2] for row in rows]
-        checks.check(owners == sorted(set(owners)), f"{layer} of the GeoPackage, sorted and each once", len(rows))
-        parsed = [parse_geometry(row[-1]) for row in rows]
-        # Without a path a layer has no bounds.
-        everything = np.concatenate([points for points, _ in parsed]) if parsed else None
+    for layer, rows in tables.items():
+        # A path is named by the tile that owns it, and everything else by its id.
+        ids = [tuple(row[: 1 if bake.fluvial else 2]) for _, row in rows]
+        checks.check(ids == sorted(set(ids)), f"{layer} of the GeoPackage, sorted and each once", len(rows))
+        parsed = [parse_geometry(raw) for raw, _ in rows]
+        # Without a feature a layer has no bounds.
+        everything = np.concatenate([line[:, :2] for lines, _ in parsed for line in lines]) if parsed else None
         around = (*everything.min(axis=0), *everything.max(axis=0)) if parsed else (None,) * 4
         right = sum(whole for _, whole in parsed)
         good = right == len(rows) and bounds[layer] == around
         checks.check(good, f"envelopes of {layer} that are those of their points", f"{right} of {len(rows)}")
-        lengths = [np.hypot(*np.diff(points, axis=0).T).sum() for points, _ in parsed]
-        off = max((abs(length - row[5]) for length, row in zip(lengths, rows)), default=0.0)
-        checks.check(off < 1e-6, f"largest distance of length_m from the points of {layer}", f"{off:.1e} m")
+        if layers[layer][0] == "LINESTRING":
+            at = columns[layer].index("length_m")
+            lengths = [np.hypot(*np.diff(lines[0][:, :2], axis=0).T).sum() for lines, _ in parsed]
+            off = max((abs(length - row[at]) for length, (_, row) in zip(lengths, rows)), default=0.0)
+            checks.check(off < 1e-6, f"largest distance of length_m from the points of {layer}", f"{off:.1e} m")
         text = json.loads((bake.folder / "vector" / f"{layer}.geojson").read_text(encoding="utf-8"))
         good, same = text["type"] == "FeatureCollection" and "crs" not in text, 0
-        for row, (points, _), feature in zip(rows, parsed, text["features"]):
-            geometry, properties = feature["geometry"], list(feature["properties"].values())
-            equal = geometry["type"] == "LineString" and np.array_equal(np.array(geometry["coordinates"]), points)
-            # Widths and levels are 32-bit floats, which the text has with as many digits as those need.
-            narrow = [np.float32(value) for value in properties[6:]]
-            same += equal and list(row[:6]) == properties[:6] and list(row[6:-1]) == narrow
+        for (_, row), (lines, _), feature in zip(rows, parsed, text["features"]):
+            geometry, properties = feature["geometry"], flattened(feature["properties"].values())
+            drawn = {"Point": lambda it: [[it]], "LineString": lambda it: [it], "Polygon": lambda it: it}
+            found = drawn[geometry["type"]](geometry["coordinates"])
+            equal = geometry["type"].upper() == layers[layer][0] and len(found) == len(lines)
+            equal = equal and all(np.array_equal(np.array(a), b) for a, b in zip(found, lines))
+            same += equal and same_values(row, properties)
         good = good and same == len(rows) == len(text["features"])
         checks.check(good, f"features of {layer}.geojson that are the GeoPackage's", f"{same} of {len(rows)}")
 
@@ -333,6 +395,8 @@ def main():
     check_tiles(bake, checks)
     check_blend(bake, checks)
     check_normals(bake, checks)
+    if bake.fluvial:
+        check_water(bake, checks)
     check_map(bake, checks)
     check_registry(bake, checks)
     check_vectors(bake, checks)
