@@ -28,6 +28,7 @@
 //!      |
 //!   relief/     World, area -> heights in metres                     pad 0
 //!      |          noise/ over simd.rs: fractals of simplex noise
+//!      |          fluvial/: rivers first, then the land between them; a river is followed to its end
 //!   agents/     bare heights -> rivers and roads, whole              reach: the tiles that a path may cross
 //!      |
 //!   places/     fluvial land -> settlements, roads between them      reach: 2 site cells

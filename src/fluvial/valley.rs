@@ -40,7 +40,7 @@ pub struct Valleys {
     pub level_m: Vec<f32>,
     /// Metres that the next-best side of another channel lies higher: 0 on a crest.
     pub crest_m: Vec<f32>,
-    /// How steep the land is for the rounding of crests, as a share of the hillside's slope.
+    /// How steep the land is where crests and floors are rounded, as a share of the hillside's slope.
     pub steepness: Vec<f32>,
     /// Metres from the middle of the channel.
     pub distance_m: Vec<f32>,
@@ -384,6 +384,10 @@ impl FillValleys<'_> {
                 let lowered = over * over / (simd.max(round, simd.splat(1e-3)) * simd.splat(5.0));
                 let steepness = simd.min(gap / simd.max(round, simd.splat(1e-3)), simd.splat(1.0));
                 let distance = simd.sqrt(off[0] * off[0] + off[1] * off[1]);
+                // The slope of a floor of radius f is d / sqrt(d^2 + f^2), and what it has risen tells f.
+                let risen = (best - level) / slope;
+                let floor = (risen + risen) * distance / (distance * distance + risen * risen + simd.splat(1e-3));
+                let steepness = steepness * simd.min(floor, simd.splat(1.0));
                 let per_metre = simd.splat(1.0) / simd.max(distance, simd.splat(1e-3));
                 simd.store(best - lowered, &mut self.out.height_m[index..]);
                 simd.store(level, &mut self.out.level_m[index..]);

@@ -17,6 +17,9 @@ const SOFTNESS: [f64; 3] = [1.0, 0.5, 0.0];
 /// Ways that are tried; after each, the legs that did not do are closed to the next.
 const TRIES: usize = 8;
 
+/// Vertices from a river's middle that are wet in rasters, however narrow it is.
+const DRAWN_VERTICES: f64 = 1.8;
+
 /// Metres from a river's edge to where a bridge rests.
 const REST_M: f64 = 1.0;
 
@@ -160,7 +163,8 @@ impl Builder<'_> {
             rivers.near(from, to, &mut near);
             for piece in near.iter().map(|piece| &rivers.pieces[*piece as usize]) {
                 for (point, at) in [(index, from), (index + 1, to)] {
-                    let edge_m = piece.distance2(at).sqrt() * fixed_m - piece.width_m / 2.0;
+                    let half_m = (piece.width_m / 2.0).max(DRAWN_VERTICES * self.ground.scale.spacing_m);
+                    let edge_m = piece.distance2(at).sqrt() * fixed_m - half_m;
                     inside[point] |= edge_m <= 0.0;
                     over[point] |= edge_m <= REST_M;
                 }
