@@ -15,7 +15,7 @@ use terrane::world::World;
 
 fn main() {
     let threads = available_parallelism().map_or(1, usize::from);
-    for preset in ["thesis", "mountains", "archipelago"] {
+    for preset in ["thesis", "mountains", "alps"] {
         bench(preset, 8192, Export::DEFAULT, threads);
     }
     bench("thesis", 32768, "hashes", 2);

@@ -1,6 +1,6 @@
 //! Fluvial tiles on one thread: nanoseconds a vertex by stage, as the table of the README.
 //!
-//! `cargo bench --bench fluvial` makes 8 x 8 tiles of each fluvial preset from nothing, channels and roads among them.
+//! `cargo bench --bench fluvial` makes 16 x 16 tiles of each fluvial preset from nothing, channels and roads among them.
 //! `TERRANE_SIMD=avx2` and the like choose the instruction set.
 
 use std::time::Duration;
@@ -12,7 +12,7 @@ use terrane::simd::Level;
 use terrane::tile::Tile;
 use terrane::world::World;
 
-const TILES: i64 = 8;
+const TILES: i64 = 16;
 
 /// The stages of a tile: what the clock calls them, and what they are.
 const STAGES: [(&str, &str); 9] = [
