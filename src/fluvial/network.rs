@@ -1,9 +1,10 @@
 //! The network of channels: the trunks, and level by level the tributaries that join what is already there.
 //!
-//! A cell of a level's lattice may hold the head of a channel, which runs straight to the nearest channel of the levels
-//! above it, aslant downstream: straight lines to the nearest point cannot cross each other, nor what they run to. (The
-//! bends come later: [`Fluvial`](super::Fluvial) warps the plane, channels and hills alike.) Where the coast is nearer
-//! a channel runs to the coast. Its bed rises from where it ends, by the law of rivers, and never above the valley
+//! A cell of a level's lattice may hold the head of a channel, whose course is a straight line to the nearest channel of
+//! the levels above it: such lines cannot cross each other, nor what they run to. Where it crosses nothing that may be
+//! there, the line runs aslant downstream instead. Around its course a channel wanders, in a tube that no other's tube
+//! meets; at last [`Fluvial`](super::Fluvial) warps the plane, channels and hills alike. Where the coast is nearer a
+//! channel runs to the coast. Its bed rises from where it ends, by the law of rivers, and never above the valley
 //! sides that the levels above it make.
 //!
 //! Channels come in chunks of cells, each a pure function of its place that asks for the chunks of the levels above.
