@@ -91,7 +91,7 @@ fn heights_stay_within_a_range_that_they_use() {
                 (low, high) = (low.min(height), high.max(height));
             }
         }
-        assert!(high - low > 0.15 * (max_m - min_m), "{name} uses {low}..{high} m of {min_m}..{max_m} m");
+        assert!(high - low > 0.2 * (max_m - min_m), "{name} uses {low}..{high} m of {min_m}..{max_m} m");
     }
 }
 
