@@ -20,6 +20,9 @@ const TRIES: usize = 8;
 /// Vertices from a river's middle that are wet in rasters, however narrow it is.
 const DRAWN_VERTICES: f64 = 1.8;
 
+/// Metres from a narrow river that a road keeps because of it at most: on a coarse lattice valleys would be closed to roads.
+const DRAWN_MOST_M: f64 = 40.0;
+
 /// Metres from a river's edge to where a bridge rests.
 const REST_M: f64 = 1.0;
 
@@ -163,7 +166,8 @@ impl Builder<'_> {
             rivers.near(from, to, &mut near);
             for piece in near.iter().map(|piece| &rivers.pieces[*piece as usize]) {
                 for (point, at) in [(index, from), (index + 1, to)] {
-                    let half_m = (piece.width_m / 2.0).max(DRAWN_VERTICES * self.ground.scale.spacing_m);
+                    let half_m =
+                        (piece.width_m / 2.0).max((DRAWN_VERTICES * self.ground.scale.spacing_m).min(DRAWN_MOST_M));
                     let edge_m = piece.distance2(at).sqrt() * fixed_m - half_m;
                     inside[point] |= edge_m <= 0.0;
                     over[point] |= edge_m <= REST_M;
