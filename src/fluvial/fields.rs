@@ -137,6 +137,12 @@ impl Fields {
         self.settings.lake_m.unwrap_or(self.settings.trunk_m / 16.0) / self.metres_a_grain
     }
 
+    /// Half width in grains that water must exceed to be a lake, where a river drains that area: the river's own, and a
+    /// vertex, for what is narrower would hardly show.
+    pub fn least_lake(&self, area: f64) -> f64 {
+        (self.river_width_m(area) / 2.0 / self.metres_a_grain).max(GRAINS as f64)
+    }
+
     /// Metres from the coast, about: inland above 0, at sea below. Infinite without a sea.
     pub fn inland_m(&self, at: Point) -> f64 {
         match &self.sea {

@@ -5,6 +5,7 @@
 
 use crate::area::Area;
 use crate::clock::Clock;
+use crate::fluvial::fields::Fields;
 use crate::fluvial::network::{Piece, Pieces, mix};
 use crate::fluvial::point::{GRAINS, Point, length};
 use crate::fluvial::{Fluvial, WaterKind};
@@ -91,7 +92,7 @@ impl Land for Fluvial {
                     && from != to
                     && fields.discharge_m3s(drained) >= spring_m3s
                     && level_m >= fields.sea_level_m()
-                    && !lakes.iter().any(|lake| lake.is_lake_at(at))
+                    && !lakes.iter().any(|lake| lake.is_lake_at(fields, at))
                 {
                     rivers.push(RiverPiece {
                         from,
@@ -163,9 +164,9 @@ impl Fluvial {
 
 impl Piece {
     /// Whether a point, in grains from the pieces' origin, lies in the piece's lake.
-    fn is_lake_at(&self, at: [f64; 2]) -> bool {
+    fn is_lake_at(&self, fields: &Fields, at: [f64; 2]) -> bool {
         let (share, square) = self.nearest(at);
         let lake = mix(self.lake, share);
-        square < lake * lake
+        lake > fields.least_lake(mix(self.area, share)) && square < lake * lake
     }
 }

@@ -359,7 +359,7 @@ impl Fluvial {
                 beds[column] = distance_m <= half_m.max(least_half);
                 let ground_m = self.lift.at((land_m.min(coast_m)) as f64) as f32;
                 let surface = self.lift.at(surface_m) as f32;
-                if distance_m < lake_m && lake_m > half_m {
+                if distance_m < lake_m && lake_m > half_m.max(least_half) {
                     let out = distance_m / lake_m;
                     let depth = LAKE_DEPTH * lake_m * (1.0 - out * out);
                     (heights[column], kinds[column], depths[column]) = (surface - depth, WaterKind::Lake, depth);

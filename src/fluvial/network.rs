@@ -99,8 +99,9 @@ const LEFT_OUT: f64 = 0.15;
 /// `JOIN_CELLS * sqrt(1 + SLANT^2)`, and wanders by less than a cell.
 const REACH_CELLS: (f64, f64) = (2.5, 5.0);
 
-/// Pieces of a trunk on either side of a node that are a lake, and how wide it is, from the node on.
-const LAKE_SHAPE: [f64; 5] = [1.0, 0.94, 0.78, 0.5, 0.0];
+/// Half widths of a lake, as shares of that at its node, from there on along the trunks on either side; at the next knot
+/// it is as narrow as their rivers. So the water is level just as far as there is a lake.
+const LAKE_SHAPE: [f64; 4] = [1.0, 0.94, 0.78, 0.5];
 
 /// How steep a river runs down the side of a larger one's valley at most, as a share of that side's slope: so it cuts into
 /// it, and is not lost on it.
@@ -374,14 +375,18 @@ impl Network {
         };
         let pieces = self.pieces_of(0).max(16);
         let dry = if there.sea { self.fields.dry_share(here.at, there.at) } else { 1.0 };
-        let lake_share = (LAKE_SHAPE.len() - 1) as f64 / pieces as f64;
+        let lake_share = LAKE_SHAPE.len() as f64 / pieces as f64;
         let falls =
             [if drained.lake > 0.0 { lake_share } else { 0.0 }, if below.lake > 0.0 { 1.0 - lake_share } else { dry }];
         let fall_m = drained.level_m - below.level_m;
         let length_m = length(straight) * self.fields.metres_a_grain();
         // What comes from above; a spring has a quarter of its cell.
         let area_above = (drained.area as f64 - 1.0).max(0.25);
-        let lake = |step: usize, half_width: f64| LAKE_SHAPE.get(step).map_or(0.0, |share| share * half_width);
+        let lake = |step: usize, half_width: f64, least: f64| match LAKE_SHAPE.get(step) {
+            _ if half_width == 0.0 || step > LAKE_SHAPE.len() => 0.0,
+            Some(share) => share * half_width,
+            None => least,
+        };
         let knot = |step: usize| {
             let t = step as f64 / pieces as f64;
             let (t2, t3) = (t * t, t * t * t);
@@ -391,11 +396,13 @@ impl Network {
             let fallen = ((t - falls[0]) / (falls[1] - falls[0])).clamp(0.0, 1.0);
             // On the floor of the sea it goes on falling a little.
             let drowned_m = (t - dry).max(0.0) * length_m * 0.002;
+            let area = area_above + (drained.area as f64 - area_above) * t;
+            let least = self.fields.least_lake(area);
             Knot {
                 at: here.at.moved(way),
                 level_m: drained.level_m - fall_m * fallen - drowned_m,
-                area: area_above + (drained.area as f64 - area_above) * t,
-                lake: lake(step, drained.lake).max(lake(pieces - step, below.lake)),
+                area,
+                lake: lake(step, drained.lake, least).max(lake(pieces - step, below.lake, least)),
             }
         };
         let knots: Vec<Knot> = (0..=pieces).map(knot).collect();

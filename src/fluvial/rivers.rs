@@ -171,9 +171,9 @@ struct LakePiece {
     node: NodeId,
     from: Point,
     along: [f64; 2],
-    /// Half widths in grains of the lake and of the river, each at the upper and at the lower end.
+    /// Half widths in grains of the lake, and of the river that it must exceed, each at the upper and at the lower end.
     lake: [f64; 2],
-    river: [f64; 2],
+    least: [f64; 2],
 }
 
 impl LakePiece {
@@ -182,13 +182,10 @@ impl LakePiece {
         let square = self.along[0] * self.along[0] + self.along[1] * self.along[1];
         let share = ((off[0] * self.along[0] + off[1] * self.along[1]) / square).clamp(0.0, 1.0);
         let away = [off[0] - self.along[0] * share, off[1] - self.along[1] * share];
-        let [shore, bank] = [self.lake, self.river].map(|[from, to]| from + (to - from) * share);
-        shore > bank && shore > LEAST_LAKE && away[0] * away[0] + away[1] * away[1] < shore * shore
+        let [shore, least] = [self.lake, self.least].map(|[from, to]| from + (to - from) * share);
+        shore > least && away[0] * away[0] + away[1] * away[1] < shore * shore
     }
 }
-
-/// Half width in grains below which a lake is none: it would hardly show among the vertices.
-const LEAST_LAKE: f64 = GRAINS as f64;
 
 impl Fluvial {
     /// All rivers of which a part lies in the rectangle that the outer vertices of an area span, whole, sorted by id.
@@ -221,11 +218,9 @@ impl Fluvial {
         nodes
     }
 
-    /// Whether a node of the trunk lattice has a lake that shows: wider than its river.
+    /// Whether a node of the trunk lattice has a lake.
     pub fn has_lake(&self, node: NodeId) -> bool {
-        let drained = self.network.trunks().drained(node);
-        let river = self.half_width((drained.area as f64 - 1.0).max(0.25));
-        drained.lake > LEAST_LAKE && drained.lake > river
+        self.network.trunks().drained(node).lake > 0.0
     }
 
     /// The river that a lake runs out by, if it does.
@@ -279,11 +274,6 @@ impl Fluvial {
     /// Whether a channel holds water where it drains that area.
     pub(super) fn is_wet(&self, area: f64) -> bool {
         self.fields.discharge_m3s(area) >= self.fields.settings().spring_m3s
-    }
-
-    /// Half the width in grains of a river that drains that area.
-    fn half_width(&self, area: f64) -> f64 {
-        self.fields.river_width_m(area) / 2.0 / self.fields.metres_a_grain()
     }
 
     /// The channel in which the course of a channel begins: at a spring or in a lake.
@@ -384,7 +374,7 @@ impl Fluvial {
                 let below = trunk.next.map_or((trunk.id.1, trunk.id.2), |(node, _)| node);
                 let node = if 2 * knot < pieces { (trunk.id.1, trunk.id.2) } else { below };
                 let along = pair[1].at.from(pair[0].at);
-                if along == [0.0; 2] || !self.has_lake(node) {
+                if along == [0.0; 2] {
                     continue;
                 }
                 found.push(LakePiece {
@@ -392,7 +382,7 @@ impl Fluvial {
                     from: pair[0].at,
                     along,
                     lake: [pair[0].lake, pair[1].lake],
-                    river: [pair[0].area, pair[1].area].map(|area| self.half_width(area)),
+                    least: [pair[0].area, pair[1].area].map(|area| self.fields.least_lake(area)),
                 });
             }
         });

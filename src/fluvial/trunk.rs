@@ -61,7 +61,7 @@ pub struct Drained {
     pub area: u32,
     /// Height of the valley's floor in metres.
     pub level_m: f64,
-    /// Half width in grains of the lake here; 0 where there is none.
+    /// Half width in grains of the lake here, at least twice [`Fields::least_lake`]; 0 where there is none.
     pub lake: f64,
 }
 
@@ -237,7 +237,8 @@ impl Trunks {
         })
     }
 
-    /// Half width in grains of a node's lake: where the land has a hollow, and where chance wants one.
+    /// Half width in grains of a node's lake if its river leaves room for one: where the land has a hollow, and where
+    /// chance wants one.
     fn lake(&self, id: NodeId) -> f64 {
         let node = self.node(id);
         let hollow = self.lowest_neighbour(id).is_none();
@@ -275,6 +276,11 @@ impl Trunks {
                     if larger {
                         nodes[to].1.main = Some(*id);
                     }
+                }
+            }
+            for (_, here) in &mut nodes {
+                if here.lake < 2.0 * self.fields.least_lake(here.area as f64) {
+                    here.lake = 0.0;
                 }
             }
             // Levels from the sink up.

@@ -23,7 +23,8 @@ const BLOCK: (usize, usize) = (2, 8);
 /// place of a river and not to one further down.
 const CROSS_FALL: f32 = 0.02;
 
-/// What all floors rise sideways, likewise: next to nothing, so that no two vertices are equally high.
+/// What all floors rise sideways, likewise: next to nothing, so that no two vertices are equally high. In a lake they
+/// fall so from the shore to the middle: what runs into it is never lower, and where lakes overlap the deepest counts.
 const FLOOR_FALL: f32 = 0.001;
 
 /// Half width in vertices of the least bed: its floor is level across, so that in whichever direction it runs an
@@ -77,7 +78,8 @@ struct Columns {
     per_square: Vec<f32>,
     level: [Vec<f32>; 2],
     trough: [Vec<f32>; 2],
-    water: [Vec<f32>; 2],
+    river: [Vec<f32>; 2],
+    lake: [Vec<f32>; 2],
     steepness: Vec<f32>,
     channel: Vec<u32>,
     number: Vec<u32>,
@@ -105,8 +107,8 @@ pub struct FillValleys<'a> {
 
 impl Columns {
     fn clear(&mut self) {
-        let Columns { from, along, per_square, level, trough, water, steepness, channel, number } = self;
-        for column in [from, along, level, trough, water].into_iter().flatten().chain([per_square, steepness]) {
+        let Columns { from, along, per_square, level, trough, river, lake, steepness, channel, number } = self;
+        for column in [from, along, level, trough, river, lake].into_iter().flatten().chain([per_square, steepness]) {
             column.clear();
         }
         channel.clear();
@@ -123,10 +125,11 @@ impl Columns {
         let least_m = LEAST_HALF_WIDTH * GRAINS as f64 * metres;
         let half_width = |end: f64| {
             let river_m = fields.river_width_m(mix(piece.area, end)) / 2.0;
-            river_m.max(mix(piece.lake, end) * metres).max(least_m)
+            river_m.max(least_m)
         };
         let upper = half_width(0.0);
-        let water = pair([upper, half_width(1.0) - upper]);
+        let river = pair([upper, half_width(1.0) - upper]);
+        let lake = pair(piece.lake.map(|grains| grains * metres));
         let along = along.map(|part| (part * metres) as f32);
         let square = along[0] * along[0] + along[1] * along[1];
         for axis in [0, 1] {
@@ -134,11 +137,12 @@ impl Columns {
             self.along[axis].push(along[axis]);
             self.level[axis].push(level[axis]);
             self.trough[axis].push(trough[axis]);
-            self.water[axis].push(water[axis]);
+            self.river[axis].push(river[axis]);
+            self.lake[axis].push(lake[axis]);
         }
         self.per_square.push(1.0 / square);
         let change = |pair: [f32; 2]| pair[1].abs() / square.sqrt();
-        self.steepness.push(change(level) + change(trough) + change(water));
+        self.steepness.push(change(level) + change(trough) + change(river) + change(lake));
         self.channel.push(piece.channel);
         self.number.push(number);
     }
@@ -149,7 +153,8 @@ impl Columns {
             self.along[axis].push(other.along[axis][index]);
             self.level[axis].push(other.level[axis][index]);
             self.trough[axis].push(other.trough[axis][index]);
-            self.water[axis].push(other.water[axis][index]);
+            self.river[axis].push(other.river[axis][index]);
+            self.lake[axis].push(other.lake[axis][index]);
         }
         self.per_square.push(other.per_square[index]);
         self.steepness.push(other.steepness[index]);
@@ -165,7 +170,8 @@ impl Columns {
                 self.along[axis].push(0.0);
                 self.level[axis].push(0.0);
                 self.trough[axis].push(0.0);
-                self.water[axis].push(0.0);
+                self.river[axis].push(0.0);
+                self.lake[axis].push(0.0);
             }
             self.per_square.push(0.0);
             self.steepness.push(0.0);
@@ -317,13 +323,16 @@ impl FillValleys<'_> {
         // A little more than the true one, for what rounding does.
         let radius = simd.splat(spread.radius * (1.001 + 1.1 * CROSS_FALL) + 0.01);
         let level_floor = self.level_floor_m();
+        let zero = simd.splat(0.0);
         let mut lowest = simd.splat(f32::INFINITY);
         for start in (0..len).step_by(S::LANES) {
             let piece = LanePiece::load(simd, pieces, start, level_floor);
             let side = piece.side(simd, middle);
+            // In a lake it falls.
+            let (risen, fallen) = (simd.max(side.rise, zero), simd.min(side.rise, zero));
             let slack = (steep + simd.load(&pieces.steepness[start..]) * (simd.splat(1.0) + steep)) * radius;
-            lowest = simd.min(lowest, side.level + steep * side.rise + slack);
-            simd.store(side.level + gentle * side.rise - slack, &mut bounds.low[start..]);
+            lowest = simd.min(lowest, side.level + steep * risen + gentle * fallen + slack);
+            simd.store(side.level + gentle * risen + steep * fallen - slack, &mut bounds.low[start..]);
             simd.store(side.square, &mut bounds.square[start..]);
         }
         let mut lanes = [0.0; crate::simd::MAX_LANES];
@@ -387,7 +396,7 @@ impl FillValleys<'_> {
                 // The slope of a floor of radius f is d / sqrt(d^2 + f^2), and what it has risen tells f.
                 let risen = (best - level) / slope;
                 let floor = (risen + risen) * distance / (distance * distance + risen * risen + simd.splat(1e-3));
-                let steepness = steepness * simd.min(floor, simd.splat(1.0));
+                let steepness = steepness * simd.max(simd.min(floor, simd.splat(1.0)), zero);
                 let per_metre = simd.splat(1.0) / simd.max(distance, simd.splat(1e-3));
                 simd.store(best - lowered, &mut self.out.height_m[index..]);
                 simd.store(level, &mut self.out.level_m[index..]);
@@ -421,8 +430,9 @@ struct LanePiece<S: Simd> {
     per_square: S::F32,
     level: [S::F32; 2],
     trough: [S::F32; 2],
-    water: [S::F32; 2],
-    /// Half width of the part of the water that is level across.
+    river: [S::F32; 2],
+    lake: [S::F32; 2],
+    /// Half width of the part of a river that is level across.
     level_floor: S::F32,
 }
 
@@ -439,28 +449,30 @@ struct LaneSide<S: Simd> {
 impl<S: Simd> LanePiece<S> {
     #[inline(always)]
     fn load(simd: S, pieces: &Columns, start: usize, level_floor: f32) -> LanePiece<S> {
-        let Columns { from, along, per_square, level, trough, water, .. } = pieces;
+        let Columns { from, along, per_square, level, trough, river, lake, .. } = pieces;
         LanePiece {
             from: [simd.load(&from[0][start..]), simd.load(&from[1][start..])],
             along: [simd.load(&along[0][start..]), simd.load(&along[1][start..])],
             per_square: simd.load(&per_square[start..]),
             level: [simd.load(&level[0][start..]), simd.load(&level[1][start..])],
             trough: [simd.load(&trough[0][start..]), simd.load(&trough[1][start..])],
-            water: [simd.load(&water[0][start..]), simd.load(&water[1][start..])],
+            river: [simd.load(&river[0][start..]), simd.load(&river[1][start..])],
+            lake: [simd.load(&lake[0][start..]), simd.load(&lake[1][start..])],
             level_floor: simd.splat(level_floor),
         }
     }
 
     #[inline(always)]
     fn splat(simd: S, pieces: &Columns, index: usize, level_floor: f32) -> LanePiece<S> {
-        let Columns { from, along, per_square, level, trough, water, .. } = pieces;
+        let Columns { from, along, per_square, level, trough, river, lake, .. } = pieces;
         LanePiece {
             from: [simd.splat(from[0][index]), simd.splat(from[1][index])],
             along: [simd.splat(along[0][index]), simd.splat(along[1][index])],
             per_square: simd.splat(per_square[index]),
             level: [simd.splat(level[0][index]), simd.splat(level[1][index])],
             trough: [simd.splat(trough[0][index]), simd.splat(trough[1][index])],
-            water: [simd.splat(water[0][index]), simd.splat(water[1][index])],
+            river: [simd.splat(river[0][index]), simd.splat(river[1][index])],
+            lake: [simd.splat(lake[0][index]), simd.splat(lake[1][index])],
             level_floor: simd.splat(level_floor),
         }
     }
@@ -474,14 +486,17 @@ impl<S: Simd> LanePiece<S> {
         let off = [off[0] - self.along[0] * share, off[1] - self.along[1] * share];
         let square = off[0] * off[0] + off[1] * off[1];
         let trough = self.trough[0] + self.trough[1] * share;
-        let water = self.water[0] + self.water[1] * share;
+        let river = self.river[0] + self.river[1] * share;
+        let lake = self.lake[0] + self.lake[1] * share;
+        let water = simd.max(river, lake);
         let beyond = simd.max(square - water * water, zero);
         // About the distance; exact along the axes.
         let (x, y) = (simd.abs(off[0]), simd.abs(off[1]));
         let distance = simd.max(x, y) + simd.min(x, y) * simd.splat(0.4);
         let rise = simd.sqrt(beyond + trough * trough) - trough;
-        let sideways = simd.max(simd.min(distance, water) - self.level_floor, zero) * simd.splat(CROSS_FALL);
-        let rise = rise + simd.max(sideways, distance * simd.splat(FLOOR_FALL));
+        let inland = distance - lake;
+        let sideways = (simd.min(inland, river) - self.level_floor) * simd.splat(CROSS_FALL);
+        let rise = rise + simd.max(sideways, inland * simd.splat(FLOOR_FALL));
         LaneSide { level: self.level[0] + self.level[1] * share, rise, off, square, share }
     }
 }
