@@ -103,6 +103,9 @@ const REACH_CELLS: (f64, f64) = (2.5, 5.0);
 /// it is as narrow as their rivers. So the water is level just as far as there is a lake.
 const LAKE_SHAPE: [f64; 4] = [1.0, 0.94, 0.78, 0.5];
 
+/// Half width of a lake where it ends, as a share of the least that a lake has: of two that are equal rounding would choose.
+const LAKE_END: f64 = 0.99;
+
 /// How steep a river runs down the side of a larger one's valley at most, as a share of that side's slope: so it cuts into
 /// it, and is not lost on it.
 const INCISION: f64 = 0.7;
@@ -385,7 +388,7 @@ impl Network {
         let lake = |step: usize, half_width: f64, least: f64| match LAKE_SHAPE.get(step) {
             _ if half_width == 0.0 || step > LAKE_SHAPE.len() => 0.0,
             Some(share) => share * half_width,
-            None => least,
+            None => LAKE_END * least,
         };
         let knot = |step: usize| {
             let t = step as f64 / pieces as f64;
