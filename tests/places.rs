@@ -4,8 +4,8 @@ use std::sync::{Arc, OnceLock};
 
 use terrane::area::{Area, TileId};
 use terrane::fluvial::WaterKind;
-use terrane::places::land::{FIXED, Land};
-use terrane::places::road::{Road, RoadKind};
+use terrane::places::land::{FIXED, Land, Water};
+use terrane::places::road::{Crossing, Road, RoadKind};
 use terrane::preset::Preset;
 use terrane::tile::Tile;
 use terrane::world::World;
@@ -160,14 +160,22 @@ fn roads_join_settlements_and_keep_to_their_grade() {
 fn roads_are_dry_but_for_bridges_and_fords() {
     let (world, roads) = settled();
     let land = world.relief().fluvial().unwrap();
+    let apart = |a: [i64; 2], b: [i64; 2]| ((a[0] - b[0]) as f64).hypot((a[1] - b[1]) as f64);
     let mut crossed = 0;
     for road in roads {
-        let rivers = Land::rivers(land, &road.bounds);
+        let (rivers, crossings) = (Land::rivers(land, &road.bounds), road.crossings());
         for pair in road.points.windows(2) {
             let [from, to] = [pair[0].at, pair[1].at];
             for at in [from, to] {
                 let water = land.waters(at[0].div_euclid(FIXED), at[1].div_euclid(FIXED), 1, 1, 1)[0];
                 let bridged = pair.iter().any(|point| point.kind == RoadKind::Bridge);
+                // A vertex is wet or not, so next to a crossing a road may still be in the river.
+                let near = |crossing: &Crossing| {
+                    let [first, last] = [crossing.points.0, crossing.points.1].map(|point| road.points[point].at);
+                    apart(at, crossing.at) <= apart(first, last) / 2.0 + 2.0 * FIXED as f64
+                };
+                let crosses = crossings.iter().any(near);
+                assert!(water == Water::Dry || crosses, "{:?} runs along a river at {at:?}", road.id);
                 assert!(!water.is_open() || bridged, "{:?} runs into {water:?} at {at:?}", road.id);
             }
             let side = |a: [i64; 2], b: [i64; 2], at: [i64; 2]| {

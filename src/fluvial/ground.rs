@@ -91,7 +91,8 @@ impl Land for Fluvial {
                     && touches(1, area.y0, area.y1)
                     && from != to
                     && fields.discharge_m3s(drained) >= spring_m3s
-                    && level_m >= fields.sea_level_m()
+                    && (level_m >= fields.sea_level_m()
+                        || !self.in_sea(start.moved(piece.along.map(|along| along * middle))))
                     && !lakes.iter().any(|lake| lake.is_lake_at(fields, at))
                 {
                     rivers.push(RiverPiece {

@@ -347,7 +347,7 @@ impl Fluvial {
     }
 
     /// Whether a point of the network lies in the sea, by the lattice that the rasters have the coast from.
-    fn in_sea(&self, at: Point) -> bool {
+    pub(super) fn in_sea(&self, at: Point) -> bool {
         if !self.fields.sea_level_m().is_finite() {
             return false;
         }
