@@ -59,6 +59,16 @@ impl<T: Copy> Grid<T> {
         &mut self.values[range]
     }
 
+    /// The values in a part of the area.
+    ///
+    /// # Panics
+    /// When it is not within the area.
+    #[must_use]
+    pub fn part(&self, area: Area) -> Grid<T> {
+        let values = (area.y0..area.y1).flat_map(|y| self.row(y, area.x0, area.x1)).copied().collect();
+        Grid { area, values }
+    }
+
     fn range(&self, y: i64, x0: i64, x1: i64) -> std::ops::Range<usize> {
         let asked = Area { x0, y0: y, x1, y1: y + 1 };
         assert!(self.area.contains(&asked), "{asked:?} reaches outside the grid's {:?}", self.area);

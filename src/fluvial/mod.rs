@@ -82,6 +82,19 @@ pub struct Water {
     pub flow_m3s: Grid<f32>,
 }
 
+impl Land {
+    /// The land of a part of the area, which must be within it.
+    pub(crate) fn part(&self, area: Area) -> Land {
+        let water = self.water.as_ref().map(|water| Water {
+            kind: water.kind.part(area),
+            bed: water.bed.part(area),
+            depth_m: water.depth_m.part(area),
+            flow_m3s: water.flow_m3s.part(area),
+        });
+        Land { heights: self.heights.part(area), water }
+    }
+}
+
 /// Kinds of water.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]

@@ -115,6 +115,11 @@ impl Beds {
         }
     }
 
+    /// The beds in a part of the area, which must be within it.
+    pub fn part(&self, area: Area) -> Beds {
+        Beds { bounds: self.bounds.part(area), share: self.share.part(area), decks: self.decks.part(area) }
+    }
+
     /// Share of road at each vertex, 0 to 1. A bridge has none: what lies under it is the land.
     pub fn share(&self) -> &Grid<f32> {
         &self.share

@@ -12,6 +12,8 @@
 //!          line.rs     rounded, build.rs  carried over rivers, profile.rs  given heights: road.rs
 //!             |
 //!          bed.rs      heights of an area -> cut and filled        thin.rs    the points that suffice to draw a road
+//!             |
+//!          drain.rs    what that dams runs off
 //! ```
 //!
 //! Nothing depends on the area that is asked for, on what was asked before, on threads or on what is remembered. A road
@@ -27,6 +29,7 @@ mod route;
 mod thin;
 
 pub mod bed;
+pub mod drain;
 pub mod land;
 pub mod names;
 pub mod road;

@@ -17,6 +17,7 @@ use crate::clock::Clock;
 use crate::fluvial::{Land, Water, WaterKind};
 use crate::grid::Grid;
 use crate::places::bed::Beds;
+use crate::places::drain::{self, drain};
 use crate::places::road::Road;
 use crate::places::site::Site;
 use crate::world::{HEIGHT_PAD, World};
@@ -64,12 +65,19 @@ impl Tile {
 
     /// As [`new`](Tile::new), with the time of each stage booked on `clock`.
     pub fn timed(world: &World, id: TileId, clock: &Clock) -> Tile {
-        // The bare heights and the water on them, with the pad that later stages look at.
-        let mut land = world.relief().land(id.area(world.tile_cells()).padded(HEIGHT_PAD), clock);
-        let area = land.heights.area();
-        // Settlements, and the roads between them, whose beds are cut into the land and fill it.
-        let (roads, sites) = clock.time("roads", || (world.roads(&area), world.sites(&area.padded(SITE_PAD))));
-        let beds = clock.time("grade", || graded(&mut land, &roads, world.spacing_m()));
+        // With the pad that later stages look at, and more where water must find its way through roads.
+        let area = id.area(world.tile_cells()).padded(HEIGHT_PAD);
+        let wide = area.padded(drain::PAD);
+        // Settlements, and the roads between them.
+        let (mut roads, sites) = clock.time("roads", || (world.roads(&wide), world.sites(&area.padded(SITE_PAD))));
+        // The bare heights and the water on them.
+        let mut land = world.relief().land(if roads.is_empty() { area } else { wide }, clock);
+        // The roads' beds are cut into the land and fill it.
+        let beds = clock.time("grade", || graded(&mut land, &roads, world.spacing_m()).map(|beds| beds.part(area)));
+        if land.heights.area() != area {
+            land = land.part(area);
+        }
+        roads.retain(|road| road.overlaps(&area));
         // The rivers and roads whose reach touches them.
         let paths = clock.time("agents", || world.ways(&area));
         let imprint = clock.time("carve", || Imprint::new(&land.heights, paths.iter().map(|path| &path.way)));
@@ -219,13 +227,14 @@ impl Tile {
 }
 
 /// What roads do to land, which it is done to: all but its waters and the beds of its channels, which go on as they are
-/// under bridges, in fords and in culverts.
+/// under bridges, in fords and in culverts. What they dam elsewhere is drained, but for what is near the border.
 fn graded(land: &mut Land, roads: &[Arc<Road>], spacing_m: f64) -> Option<Beds> {
     let mut beds = Beds::new(land.heights.area(), roads.iter().map(AsRef::as_ref), spacing_m)?;
-    if let Some(water) = &land.water {
-        let kinds = water.kind.values().iter().map(|kind| *kind != WaterKind::Dry);
-        beds.spare(kinds.zip(water.bed.values().iter().copied()));
-    }
+    let water = land.water.as_ref().expect("where roads are the land knows its water");
+    let wet: Vec<bool> = water.kind.values().iter().map(|kind| *kind != WaterKind::Dry).collect();
+    beds.spare(wet.iter().copied().zip(water.bed.values().iter().copied()));
+    let bare = land.heights.clone();
     beds.shape(&mut land.heights);
+    drain(&bare, &wet, &mut land.heights);
     Some(beds)
 }
