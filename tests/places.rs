@@ -167,7 +167,8 @@ fn roads_are_dry_but_for_bridges_and_fords() {
         for pair in road.points.windows(2) {
             let [from, to] = [pair[0].at, pair[1].at];
             for at in [from, to] {
-                let water = land.waters(at[0].div_euclid(FIXED), at[1].div_euclid(FIXED), 1, 1, 1)[0];
+                let [x, y] = at.map(|at| (at + FIXED / 2).div_euclid(FIXED));
+                let water = land.waters(x, y, 1, 1, 1)[0];
                 let bridged = pair.iter().any(|point| point.kind == RoadKind::Bridge);
                 // A vertex is wet or not, so next to a crossing a road may still be in the river.
                 let near = |crossing: &Crossing| {

@@ -359,11 +359,12 @@ impl Fluvial {
                 let piece = &pieces.all[number];
                 let share = valleys.share[index] as f64;
                 let channel = &pieces.channels[piece.channel as usize];
-                // At its mouth a channel is as deep as what it runs into.
+                // At its mouth a channel that holds water is as deep as what it runs into.
                 let last = piece.knot as usize + 2 == channel.knots.len();
                 let left = (1.0 - share) * point::length(piece.along);
                 let at_mouth = last && left <= 2.0 * point::GRAINS as f64;
-                let area_here = if at_mouth { channel.mouth_area } else { mix(piece.area, share) };
+                let own_area = mix(piece.area, share);
+                let area_here = if at_mouth && self.is_wet(own_area) { channel.mouth_area } else { own_area };
                 let discharge = self.fields.discharge_m3s(area_here);
                 let half_m = self.fields.river_width_m(area_here) as f32 / 2.0;
                 let lake_m = (mix(piece.lake, share) * self.fields.metres_a_grain()) as f32;
