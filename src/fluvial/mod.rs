@@ -359,12 +359,12 @@ impl Fluvial {
                 let piece = &pieces.all[number];
                 let share = valleys.share[index] as f64;
                 let channel = &pieces.channels[piece.channel as usize];
-                // At its mouth a channel that holds water is as deep as what it runs into.
+                // At its mouth a channel is as deep as what it runs into: a dry one is a notch in its bank.
                 let last = piece.knot as usize + 2 == channel.knots.len();
                 let left = (1.0 - share) * point::length(piece.along);
                 let at_mouth = last && left <= 2.0 * point::GRAINS as f64;
                 let own_area = mix(piece.area, share);
-                let area_here = if at_mouth && self.is_wet(own_area) { channel.mouth_area } else { own_area };
+                let area_here = if at_mouth { channel.mouth_area } else { own_area };
                 let discharge = self.fields.discharge_m3s(area_here);
                 let half_m = self.fields.river_width_m(area_here) as f32 / 2.0;
                 let lake_m = (mix(piece.lake, share) * self.fields.metres_a_grain()) as f32;
@@ -384,8 +384,11 @@ impl Fluvial {
                     let bank =
                         if half_m > least_half { ((half_m - distance_m) / (0.3 * half_m)).min(1.0) } else { 1.0 };
                     let depth = deepest * bank.max(0.1);
-                    (heights[column], kinds[column], depths[column]) = (surface - depth, WaterKind::River, depth);
-                    flows[column] = discharge as f32;
+                    heights[column] = surface - depth;
+                    if self.is_wet(own_area) {
+                        (kinds[column], depths[column]) = (WaterKind::River, depth);
+                        flows[column] = discharge as f32;
+                    }
                 } else {
                     heights[column] = ground_m;
                 }
