@@ -37,6 +37,8 @@
 //!      |
 //!   tile/       heights, paths, roads -> carved, graded -> normals -> blend weights   pad HEIGHT_PAD = 1
 //!      |
+//!   mesh/       heights -> triangles, all or few within a bound; waters, roads    an edge looks at its own heights only
+//!      |
 //!   bake.rs     Region -> all its tiles, in parallel, in order
 //!      |
 //!   export/     tiles -> files, map/ -> pictures; registry.rs, a log and never an input; plan and manifest
@@ -97,6 +99,7 @@ pub mod agents;
 pub mod vectors;
 pub mod world;
 pub mod tile;
+pub mod mesh;
 pub mod registry;
 pub mod map;
 pub mod bake;

@@ -39,7 +39,12 @@ pub struct WayPoint {
     pub half_width_m: f32,
     /// Height in metres of the bed's floor, or of the road. A river's never rises.
     pub floor_m: f32,
+    /// Height in metres of the water's surface, or of the road.
+    pub level_m: f32,
 }
+
+/// How much of the depth of a river's bed is water.
+const FILLED: f32 = 0.75;
 
 /// Nodes to each side that are averaged into a point: what makes a line of the search's staircase.
 const SMOOTHING: usize = 5;
@@ -70,20 +75,21 @@ impl Way {
         assert_eq!(nodes.len(), heights_m.len(), "a height belongs to each node");
         let grown = |[source, end]: [f64; 2], progress: f32| source as f32 + (end - source) as f32 * progress;
         let mut lowest_m = f32::INFINITY;
-        let floors_m: Vec<f32> = heights_m
+        let beds_m: Vec<(f32, f32)> = heights_m
             .iter()
             .enumerate()
             .map(|(step, height_m)| {
-                // The water surface never rises; the bed lies below it, deeper and deeper.
+                // The banks never rise; the bed lies below them, deeper and deeper.
                 lowest_m = lowest_m.min(*height_m);
-                lowest_m - grown(agents.depth_m, ((before_cells + step as f32) / reach_cells).min(1.0))
+                (lowest_m, grown(agents.depth_m, ((before_cells + step as f32) / reach_cells).min(1.0)))
             })
             .collect();
         let point = |step: usize, [east, south]: [f32; 2]| WayPoint {
             east,
             south,
             half_width_m: grown(agents.width_m, ((before_cells + step as f32) / reach_cells).min(1.0)) / 2.0,
-            floor_m: floors_m[step],
+            floor_m: beds_m[step].0 - beds_m[step].1,
+            level_m: beds_m[step].0 - beds_m[step].1 * (1.0 - FILLED),
         };
         Way::along(WayKind::River, nodes, point, spacing_m, agents.bank_m, true)
     }
@@ -108,8 +114,10 @@ impl Way {
             }
         }
         let half_width_m = agents.width_m as f32 / 2.0;
-        let point =
-            |step: usize, [east, south]: [f32; 2]| WayPoint { east, south, half_width_m, floor_m: levels_m[step] };
+        let point = |step: usize, [east, south]: [f32; 2]| {
+            let level_m = levels_m[step];
+            WayPoint { east, south, half_width_m, floor_m: level_m, level_m }
+        };
         Way::along(WayKind::Road, &fine, point, spacing_m, agents.shoulder_m, agents.graded)
     }
 

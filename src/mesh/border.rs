@@ -1,0 +1,97 @@
+//! Which vertices of a tile's edge are kept.
+//!
+//! Both tiles at an edge have the same heights along it, and nothing else is looked at: they choose the same vertices
+//! without knowing of each other, and the meshes meet without a crack.
+//!
+//! Based on: Douglas & Peucker 1973. A row is cut where it is furthest from the line between its ends, and so on in both
+//! halves, until all of it is near enough. Where it is cut does not depend on the bound, only how often: the vertices of a
+//! coarser bound are among those of a finer one.
+
+/// The indices of the vertices to keep of a row of heights, ascending, the first and the last always among them: no
+/// height lies further than `bound` from the line between the two kept ones around it, in the unit of the heights.
+pub fn chain(heights: &[i32], bound: f64) -> Vec<u32> {
+    let mut kept = vec![0];
+    // Ends of what is still to do, the nearest last.
+    let mut ends = vec![heights.len() - 1];
+    while let Some(&end) = ends.last() {
+        let start = kept[kept.len() - 1] as usize;
+        match furthest(heights, start, end) {
+            Some((middle, error)) if error > bound * (end - start) as f64 => ends.push(middle),
+            _ => {
+                kept.push(end as u32);
+                ends.pop();
+            }
+        }
+    }
+    kept
+}
+
+/// The index between two others whose height is furthest from the line between theirs, the one nearest to the middle of
+/// equals, and its distance times the distance of the indices.
+fn furthest(heights: &[i32], start: usize, end: usize) -> Option<(usize, f64)> {
+    let [from, to] = [start, end].map(|index| heights[index] as i64);
+    let length = (end - start) as i64;
+    let error = |index: usize| {
+        let along = (index - start) as i64;
+        ((heights[index] as i64 - from) * length - (to - from) * along).abs()
+    };
+    let off_middle = |index: usize| (2 * index).abs_diff(start + end);
+    let worst = (start + 1..end).max_by_key(|index| (error(*index), std::cmp::Reverse(off_middle(*index))))?;
+    Some((worst, error(worst) as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hash::stream;
+
+    fn rows() -> Vec<Vec<i32>> {
+        let noise = |seed: u64, range: u64| move |x: i64| (stream(seed, x as u64) % range) as i32;
+        let mut rows: Vec<Vec<i32>> = vec![vec![7; 100], (0..65).collect(), vec![3, -3], vec![0, 0, 1, 0, 0]];
+        for length in [3, 17, 64, 257, 1000_i64] {
+            rows.push((0..length).map(noise(1, 40_000)).collect());
+            rows.push((0..length).map(|x| (x - length / 3).abs() as i32 * 900 + noise(2, 50)(x)).collect());
+            rows.push((0..length).map(|x| if x < length / 2 { -40_000_000 } else { 40_000_000 }).collect());
+        }
+        rows
+    }
+
+    #[test]
+    fn nothing_of_a_row_is_beyond_the_bound() {
+        for row in rows() {
+            for bound in [0, 1, 10, 1000, 20_000, 100_000_000] {
+                let kept = chain(&row, bound as f64);
+                assert_eq!((kept[0], kept[kept.len() - 1] as usize), (0, row.len() - 1));
+                for pair in kept.windows(2) {
+                    let [from, to] = [pair[0], pair[1]].map(i64::from);
+                    let [start, end] = [from, to].map(|at| row[at as usize] as i64);
+                    for x in from..=to {
+                        let line = start * (to - x) + end * (x - from);
+                        let off = (row[x as usize] as i64 * (to - from) - line).abs();
+                        assert!(off <= bound * (to - from), "{bound}: {x} of {from}..{to}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_coarser_chain_is_part_of_a_finer_one() {
+        for row in rows() {
+            let chains: Vec<_> = [0, 3, 50, 700, 9000, 30_000].map(|bound| chain(&row, bound as f64)).into();
+            for pair in chains.windows(2) {
+                assert!(pair[1].iter().all(|kept| pair[0].contains(kept)), "{:?} and {:?}", pair[0], pair[1]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_straight_row_is_its_ends() {
+        let slope: Vec<i32> = (0..257).map(|x| 5 - 3 * x).collect();
+        assert_eq!(chain(&slope, 0.0), [0, 256]);
+        assert_eq!(chain(&[0, 0, 9, 0, 0], 9.0), [0, 4]);
+        assert_eq!(chain(&[0, 0, 9, 0, 0], 8.0), [0, 2, 4]);
+        assert_eq!(chain(&[0, 0, 9, 0, 0], 4.0), [0, 1, 2, 3, 4]);
+        assert_eq!(chain(&[4, 9], 0.0), [0, 1]);
+    }
+}

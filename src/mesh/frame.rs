@@ -1,0 +1,141 @@
+//! Where a region's meshes have their origin, and the steps that their positions come in.
+
+use crate::area::{Area, Region};
+use crate::world::World;
+
+/// The origin of a region's meshes, in its middle, and the steps of a power of two of a metre that the positions of
+/// vertices come in.
+///
+/// Meshes keep their vertices relative to their tile's north-western corner, in `f32`. Both are whole numbers of steps,
+/// so two tiles put a vertex that they share at exactly the same place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    spacing_m: f64,
+    /// The vertex at the origin.
+    origin: [i64; 2],
+    step_m: f64,
+    /// Where heights are steps too: the one that they are counted from, in metres.
+    base_m: Option<f64>,
+}
+
+/// Steps between neighbouring vertices at least where nothing else asks for fewer: the most that a vertex is moved is
+/// half a thousandth of the way to the next one, and nothing where the spacing is a whole number of steps.
+const LEAST_STEPS: f64 = 1024.0;
+
+/// The most steps that quantised positions can count.
+const MOST_QUANTA: f64 = 65535.0;
+
+impl Frame {
+    /// The frame of a region, for meshes whose positions are counted in 16 bits if they are `quantized`.
+    pub fn new(world: &World, region: &Region, quantized: bool) -> Frame {
+        let spacing_m = world.spacing_m();
+        let cells = region.tile_cells() as i64;
+        let middle = |first: i64, count: u64| first * cells + (count as i64 * cells).div_euclid(2);
+        let origin = [middle(region.at().x, region.cols()), middle(region.at().y, region.rows())];
+        if !quantized {
+            return Frame { spacing_m, origin, step_m: power_below(spacing_m / LEAST_STEPS), base_m: None };
+        }
+        // One step for all axes, or normals would have to be bent; and one for all tiles of the world.
+        let (lowest_m, highest_m) = world.height_range_m();
+        let side_m = cells as f64 * spacing_m;
+        let least_m = side_m.max((highest_m - lowest_m) as f64 + 1.0) / (MOST_QUANTA - 1.0);
+        let step_m = 2.0 * power_below(least_m);
+        Frame { spacing_m, origin, step_m, base_m: Some((lowest_m as f64 / step_m).floor() * step_m) }
+    }
+
+    /// Metres from one position to the next.
+    pub fn step_m(&self) -> f64 {
+        self.step_m
+    }
+
+    /// Metres from a vertex' height to the mesh's at most.
+    pub fn height_error_m(&self) -> f64 {
+        if self.base_m.is_some() { self.step_m / 2.0 } else { 0.0 }
+    }
+
+    /// The vertex of the lattice that is the meshes' origin.
+    pub fn origin(&self) -> [i64; 2] {
+        self.origin
+    }
+
+    /// Metres east, up and south of the origin at which the corner of a tile's meshes lies.
+    pub fn corner_m(&self, area: &Area) -> [f64; 3] {
+        let [east, south] = [(area.x0, 0), (area.y0, 1)].map(|(at, axis)| self.steps(at, axis) as f64 * self.step_m);
+        [east, self.base_m.unwrap_or(0.0), south]
+    }
+
+    /// Steps from the corner of an area to a vertex: east and south.
+    pub fn local_steps(&self, area: &Area, x: i64, y: i64) -> [i64; 2] {
+        [self.steps(x, 0) - self.steps(area.x0, 0), self.steps(y, 1) - self.steps(area.y0, 1)]
+    }
+
+    /// Metres from the corner of an area, east and south, to a place that is given in vertices from there.
+    pub fn local_m(&self, place: [f64; 2]) -> [f64; 2] {
+        place.map(|vertices| vertices * self.spacing_m)
+    }
+
+    /// Steps up from the corner's height; for frames of quantised meshes.
+    pub fn height_steps(&self, height_m: f32) -> u16 {
+        let base_m = self.base_m.expect("only quantised heights are counted");
+        ((height_m as f64 - base_m) / self.step_m).round() as u16
+    }
+
+    /// Whole steps from the origin to a vertex.
+    fn steps(&self, at: i64, axis: usize) -> i64 {
+        ((at - self.origin[axis]) as f64 * self.spacing_m / self.step_m).round() as i64
+    }
+}
+
+/// The greatest power of two that is not above a positive number.
+fn power_below(value: f64) -> f64 {
+    f64::from_bits(value.to_bits() & !((1 << 52) - 1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::area::TileId;
+    use crate::preset::Preset;
+
+    fn world(change: impl FnOnce(&mut Preset)) -> World {
+        let (_, mut preset) = Preset::load("hills").unwrap();
+        change(&mut preset);
+        World::new(preset, None).unwrap()
+    }
+
+    #[test]
+    fn neighbours_put_a_shared_vertex_at_the_same_place() {
+        for spacing_m in [0.3, 1.0, 7.1, 10.0] {
+            let world = world(|preset| preset.spacing_m = spacing_m);
+            let at = TileId { x: 1_000_000_000, y: -1_000_000_000 };
+            let region = Region::new(at, 9, 7, world.tile_cells()).unwrap();
+            for quantized in [false, true] {
+                let frame = Frame::new(&world, &region, quantized);
+                let place = |tile: TileId, x: i64, y: i64| {
+                    let area = tile.area(world.tile_cells());
+                    let corner = frame.corner_m(&area).map(|metres| metres as f32);
+                    let [east, south] =
+                        frame.local_steps(&area, x, y).map(|steps| (steps as f64 * frame.step_m()) as f32);
+                    [corner[0] + east, corner[2] + south]
+                };
+                let cells = world.tile_cells() as i64;
+                for step in 0..8 {
+                    let tile = TileId { x: at.x + step, y: at.y + step % 6 };
+                    let (x, y) = ((tile.x + 1) * cells, (tile.y + 1) * cells);
+                    let east = TileId { x: tile.x + 1, ..tile };
+                    let south_east = TileId { x: tile.x + 1, y: tile.y + 1 };
+                    assert_eq!(place(tile, x, y), place(east, x, y), "{spacing_m} m");
+                    assert_eq!(place(tile, x, y), place(south_east, x, y), "{spacing_m} m");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_origin_is_the_middle() {
+        let world = world(|_| {});
+        let cells = world.tile_cells() as i64;
+        let region = Region::new(TileId { x: -1, y: 2 }, 2, 4, cells as u32).unwrap();
+        assert_eq!(Frame::new(&world, &region, false).origin(), [0, 4 * cells]);
+    }
+}

@@ -1,0 +1,81 @@
+//! A tile as triangles: its terrain, all of it or as few as a bound allows, its waters and its roads.
+//!
+//! ```text
+//!   steps.rs      heights in metres -> whole steps: every comparison below is exact
+//!   border.rs     a row of heights -> the vertices kept of an edge, the same for both tiles at it
+//!   delaunay.rs   vertices, one by one -> triangles
+//!   worst.rs      triangle, heights -> the vertex that is furthest from it
+//!   greedy.rs     heights, bound -> border, then the vertex furthest off, again and again
+//!   water.rs      kinds and levels of water -> flat sheets      ribbon.rs   roads and rivers of agents -> strips, decks
+//!   frame.rs      region -> where meshes have their origin, and the steps of positions
+//! ```
+
+mod border;
+mod delaunay;
+mod frame;
+mod greedy;
+mod ribbon;
+mod steps;
+mod water;
+mod worst;
+
+pub use frame::Frame;
+pub use ribbon::{Ribbon, RibbonKind, RibbonVertex, ribbons};
+pub use steps::{MAX_CELLS, MAX_HEIGHT_M};
+pub use water::{Sheet, sheets};
+
+use crate::area::Area;
+use crate::grid::Grid;
+use steps::{Steps, whole_steps};
+
+/// A tile's terrain as triangles over some of its vertices.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Surface {
+    /// Cells a side of the tile.
+    pub cells: u32,
+    /// Column and row in the tile of each vertex, none twice; the corners are always among them.
+    pub vertices: Vec<[u32; 2]>,
+    /// Indices into the vertices, counter-clockwise as seen from above with x east and y south: the front faces up
+    /// where east is +X, up is +Y and south is +Z. Together they cover the tile once.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Surface {
+    /// All vertices row by row, and two triangles a cell.
+    pub fn full(cells: u32) -> Surface {
+        let side = cells + 1;
+        let vertices = (0..side).flat_map(|y| (0..side).map(move |x| [x, y])).collect();
+        let triangles = (0..cells)
+            .flat_map(|y| (0..cells).map(move |x| y * side + x))
+            .flat_map(|northwest| {
+                let [northeast, southwest] = [northwest + 1, northwest + side];
+                [[northwest, southwest, northeast], [northeast, southwest, southwest + 1]]
+            })
+            .collect();
+        Surface { cells, vertices, triangles }
+    }
+
+    /// Few vertices, and triangles that no vertex of `area` lies more than `bound_m` metres above or below.
+    ///
+    /// Which vertices there are on an edge follows from the heights along that edge alone: neighbours, made apart, share
+    /// them all. On an edge the vertices for a wider bound are among those for a narrower one. The same on every machine.
+    /// With a bound of less than 2^-12 m all vertices are kept.
+    ///
+    /// # Panics
+    /// When the area is not a square of 1 to [`MAX_CELLS`] cells a side or reaches outside of `heights`, when a height
+    /// is not finite or beyond [`MAX_HEIGHT_M`], and when the bound is not a number.
+    pub fn simplified(heights: &Grid<f32>, area: Area, bound_m: f64) -> Surface {
+        assert!(!bound_m.is_nan(), "a bound is a number of metres");
+        let steps = Steps::new(heights, area);
+        let cells = steps.side() as u32 - 1;
+        let Some(bound) = whole_steps(bound_m) else {
+            return Surface::full(cells);
+        };
+        let mesh = greedy::triangulate(&steps, bound);
+        let vertices = mesh.vertices().iter().map(|vertex| [vertex.x as u32, vertex.y as u32]).collect();
+        Surface { cells, vertices, triangles: mesh.triangles().to_vec() }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,250 @@
+//! Roads as ribbons on their beds, bridges as decks, and the rivers of the thesis' worlds, which have no other surface.
+
+use crate::agents::way::{Way, WayKind};
+use crate::area::Area;
+use crate::places::land::FIXED;
+use crate::places::road::{Road, RoadKind};
+use crate::tile::Tile;
+
+/// What a ribbon is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum RibbonKind {
+    /// A road on the ground, or in a ford.
+    Road,
+    /// The deck of a bridge.
+    Bridge,
+    /// A river of the thesis' agents.
+    River,
+}
+
+/// Triangles along a line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ribbon {
+    /// What it is.
+    pub kind: RibbonKind,
+    /// Its vertices.
+    pub vertices: Vec<RibbonVertex>,
+    /// Counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A vertex of a ribbon.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RibbonVertex {
+    /// Where, in vertices of the lattice east and south of the tile's north-western corner.
+    pub place: [f64; 2],
+    /// Height in metres.
+    pub height_m: f64,
+    /// Unit normal: east, up, south.
+    pub normal: [f32; 3],
+    /// Across the ribbon from 0 to 1 from left to right, and along it, once a width.
+    pub texture: [f32; 2],
+}
+
+/// How far a road lies above its bed in metres, so that the land between two vertices does not show through.
+const LIFT_M: f64 = 0.12;
+
+/// Thickness in metres of a bridge's deck, and more a metre of its width.
+const DECK_M: (f64, f64) = (0.5, 0.05);
+
+/// A point of a line: place in vertices of the lattice relative to some vertex, half width and height in metres.
+#[derive(Clone, Copy)]
+struct Point {
+    place: [f64; 2],
+    half_width_m: f64,
+    height_m: f64,
+}
+
+/// The ribbons on a tile: those pieces of each line whose middle lies on it, the same wherever else the line goes.
+pub fn ribbons(tile: &Tile, spacing_m: f64) -> Vec<Ribbon> {
+    let area = tile.area();
+    let mut builder = Builder { area, spacing_m, all: Vec::new() };
+    for road in tile.roads() {
+        builder.add_road(road);
+    }
+    for path in tile.paths() {
+        builder.add_way(&path.way);
+    }
+    builder.all.sort_by_key(|ribbon| ribbon.kind);
+    builder.all
+}
+
+struct Builder {
+    area: Area,
+    spacing_m: f64,
+    all: Vec<Ribbon>,
+}
+
+impl Builder {
+    fn add_road(&mut self, road: &Road) {
+        let points: Vec<Point> = road
+            .points
+            .iter()
+            .map(|point| Point {
+                place: [(point.at[0] - self.area.x0 * FIXED) as f64, (point.at[1] - self.area.y0 * FIXED) as f64]
+                    .map(|fixed| fixed / FIXED as f64),
+                half_width_m: road.width_m / 2.0,
+                height_m: point.level_m as f64 + LIFT_M,
+            })
+            .collect();
+        let is_deck = |piece: usize| road.points[piece..piece + 2].iter().all(|point| point.kind == RoadKind::Bridge);
+        self.add(&points, |piece| if is_deck(piece) { RibbonKind::Bridge } else { RibbonKind::Road });
+    }
+
+    fn add_way(&mut self, way: &Way) {
+        let origin = [way.origin().0 - self.area.x0, way.origin().1 - self.area.y0];
+        let points: Vec<Point> = way
+            .points()
+            .iter()
+            .map(|point| Point {
+                place: [origin[0] as f64 + point.east as f64, origin[1] as f64 + point.south as f64],
+                half_width_m: point.half_width_m as f64,
+                height_m: point.level_m as f64 + if way.kind() == WayKind::Road { LIFT_M } else { 0.0 },
+            })
+            .collect();
+        let kind = if way.kind() == WayKind::Road { RibbonKind::Road } else { RibbonKind::River };
+        self.add(&points, |_| kind);
+    }
+
+    /// Adds the pieces of a line that are the tile's, as one ribbon for each run of the same kind.
+    fn add(&mut self, points: &[Point], kind: impl Fn(usize) -> RibbonKind) {
+        let side = (self.area.width() - 1) as f64;
+        let is_ours = |piece: usize| {
+            let middle = [0, 1].map(|axis| points[piece].place[axis].midpoint(points[piece + 1].place[axis]));
+            middle.into_iter().all(|at| (0.0..side).contains(&at))
+        };
+        let ours: Vec<usize> = (0..points.len().saturating_sub(1)).filter(|piece| is_ours(*piece)).collect();
+        if ours.is_empty() {
+            return;
+        }
+        // Metres from the line's start, so that what repeats along it does not depend on the tile.
+        let mut along_m = vec![0.0];
+        along_m.extend(points.windows(2).scan(0.0, |sum, pair| {
+            *sum += length([0, 1].map(|axis| pair[1].place[axis] - pair[0].place[axis])) * self.spacing_m;
+            Some(*sum)
+        }));
+        for run in ours.chunk_by(|a, b| a + 1 == *b && kind(*a) == kind(*b)) {
+            let (first, last) = (run[0], run[run.len() - 1] + 1);
+            let kind = kind(first);
+            let sections: Vec<Section> = (first..=last).map(|index| self.section(points, &along_m, index)).collect();
+            self.all.push(match kind {
+                RibbonKind::Bridge => deck(&sections),
+                _ => strip(kind, &sections),
+            });
+        }
+    }
+
+    /// The line across a point: left and right seen along the line, at right angles to where its neighbours lie.
+    fn section(&self, points: &[Point], along_m: &[f64], index: usize) -> Section {
+        let point = points[index];
+        let (before, after) = (points[index.saturating_sub(1)], points[(index + 1).min(points.len() - 1)]);
+        let way = [0, 1].map(|axis| after.place[axis] - before.place[axis]);
+        let far = length(way).max(1e-9);
+        let ahead = way.map(|axis| axis / far);
+        // With x east and y south, what is left of east is north.
+        let aside = [ahead[1], -ahead[0]].map(|axis| axis * point.half_width_m / self.spacing_m);
+        let grade = (after.height_m - before.height_m) / (far * self.spacing_m);
+        let up = 1.0 / (1.0 + grade * grade).sqrt();
+        Section {
+            left: [0, 1].map(|axis| point.place[axis] + aside[axis]),
+            right: [0, 1].map(|axis| point.place[axis] - aside[axis]),
+            height_m: point.height_m,
+            width_m: 2.0 * point.half_width_m,
+            along: (along_m[index] / (2.0 * point.half_width_m).max(1e-3)) as f32,
+            ahead,
+            up: [-ahead[0] * grade * up, up, -ahead[1] * grade * up].map(|axis| axis as f32),
+        }
+    }
+}
+
+/// What lies across a line at one of its points.
+struct Section {
+    left: [f64; 2],
+    right: [f64; 2],
+    height_m: f64,
+    width_m: f64,
+    along: f32,
+    ahead: [f64; 2],
+    up: [f32; 3],
+}
+
+impl Section {
+    fn vertex(&self, place: [f64; 2], height_m: f64, normal: [f32; 3], across: f32) -> RibbonVertex {
+        RibbonVertex { place, height_m, normal, texture: [across, self.along] }
+    }
+}
+
+/// A strip from the first section to the last.
+fn strip(kind: RibbonKind, sections: &[Section]) -> Ribbon {
+    let pair = |section: &Section| {
+        [(section.left, 0.0), (section.right, 1.0)]
+            .map(|(place, across)| section.vertex(place, section.height_m, section.up, across))
+    };
+    let vertices = sections.iter().flat_map(pair).collect();
+    let pieces = 0..sections.len() as u32 - 1;
+    let triangles = pieces.flat_map(|piece| quad([2 * piece, 2 * piece + 1, 2 * piece + 3, 2 * piece + 2]));
+    Ribbon { kind, vertices, triangles: triangles.collect() }
+}
+
+/// A slab from the first section to the last, with a top, two sides, a bottom and two ends.
+fn deck(sections: &[Section]) -> Ribbon {
+    let mut ribbon = strip(RibbonKind::Bridge, sections);
+    let thick_m = |section: &Section| DECK_M.0 + DECK_M.1 * section.width_m;
+    let below = |section: &Section| section.height_m - thick_m(section);
+    // One face along the slab, from two lines of corners.
+    type Corner = fn(&Section) -> ([f64; 2], bool);
+    let left_top: Corner = |section| (section.left, true);
+    let right_top: Corner = |section| (section.right, true);
+    let left_low: Corner = |section| (section.left, false);
+    let right_low: Corner = |section| (section.right, false);
+    let leftwards = |section: &Section| [section.ahead[1] as f32, 0.0, -section.ahead[0] as f32];
+    let add = |ribbon: &mut Ribbon,
+               corners: [Corner; 2],
+               normal: &dyn Fn(&Section) -> [f32; 3],
+               sections: &[&Section]| {
+        let first = ribbon.vertices.len() as u32;
+        for section in sections {
+            for (across, corner) in [0.0, 1.0].into_iter().zip(corners) {
+                let (place, top) = corner(section);
+                let height_m = if top { section.height_m } else { below(section) };
+                ribbon.vertices.push(section.vertex(place, height_m, normal(section), across));
+            }
+        }
+        let pieces = 0..sections.len() as u32 - 1;
+        ribbon.triangles.extend(pieces.flat_map(|piece| quad([0, 1, 3, 2].map(|corner| first + 2 * piece + corner))));
+    };
+    let all: Vec<&Section> = sections.iter().collect();
+    add(&mut ribbon, [left_low, left_top], &leftwards, &all);
+    add(&mut ribbon, [right_top, right_low], &|section| leftwards(section).map(|axis| -axis), &all);
+    add(&mut ribbon, [right_low, left_low], &|section| section.up.map(|axis| -axis), &all);
+    // The ends.
+    let (start, end) = (&sections[0], &sections[sections.len() - 1]);
+    for (section, ahead) in [(start, -1.0), (end, 1.0)] {
+        let normal = [section.ahead[0] as f32 * ahead, 0.0, section.ahead[1] as f32 * ahead];
+        let corners = [(section.left, true), (section.right, true), (section.right, false), (section.left, false)];
+        let first = ribbon.vertices.len() as u32;
+        for (number, (place, top)) in corners.into_iter().enumerate() {
+            let height_m = if top { section.height_m } else { below(section) };
+            ribbon.vertices.push(section.vertex(
+                place,
+                height_m,
+                normal,
+                f32::from(u8::from(number == 1 || number == 2)),
+            ));
+        }
+        let around = [0, 1, 2, 3].map(|corner| first + corner);
+        let [a, b, c, d] = around;
+        // Seen from ahead, left is on the right.
+        ribbon.triangles.extend(quad(if ahead > 0.0 { [a, b, c, d] } else { [b, a, d, c] }));
+    }
+    ribbon
+}
+
+/// Two triangles for four corners.
+fn quad([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
+    [[a, b, c], [a, c, d]]
+}
+
+fn length([x, y]: [f64; 2]) -> f64 {
+    (x * x + y * y).sqrt()
+}

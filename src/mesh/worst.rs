@@ -1,0 +1,134 @@
+//! Where a triangle is furthest from the heights.
+
+use super::delaunay::Vertex;
+use super::steps::Steps;
+
+/// The vertex that is furthest from a triangle, in steps above or below it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Worst {
+    /// The distance times [`doubled_area`](super::delaunay::doubled_area): a whole number.
+    pub scaled: f64,
+    /// Twice the triangle's area.
+    pub doubled_area: f64,
+    /// The vertex's place in the steps' values; without meaning where the distance is zero.
+    pub index: u32,
+}
+
+impl Worst {
+    /// The worst of a triangle's vertices if none is beyond `bound` steps, or else one that is: in a triangle of many
+    /// rows the worst of some of them.
+    ///
+    /// Large triangles are looked at most and far off nearly everywhere: nearly any vertex mends them as well as the
+    /// worst. Looking at all of each takes up to twice as long and saves no triangles.
+    pub fn beyond(steps: &Steps, corners: [Vertex; 3], bound: f64) -> Worst {
+        const ENOUGH_ROWS: i32 = 16;
+        let [a, b, c] = corners.map(|corner| corner.y);
+        let stride = (a.max(b).max(c) - a.min(b).min(c)) / ENOUGH_ROWS;
+        if stride > 1 {
+            let worst = Worst::of(steps, corners, stride);
+            if worst.is_beyond(bound) {
+                return worst;
+            }
+        }
+        Worst::of(steps, corners, 1)
+    }
+
+    /// Whether the distance is more than `bound` steps. Exact: a whole number and one that is not differ by at least
+    /// 2^-24 of a step, and both are below 2^29.
+    pub fn is_beyond(&self, bound: f64) -> bool {
+        self.scaled / self.doubled_area > bound
+    }
+
+    /// The worst of the vertices in a triangle, the first of equals row by row; of its edges only those belong to it that
+    /// are not its northern or eastern ones, so that each vertex belongs to one triangle.
+    ///
+    /// Only every `stride`-th row is looked at. Vertices on the tile's border are within the bound anyway, by their chain.
+    ///
+    /// The numerator is a whole number below 2^53 in `f64`, which is exact: 2^24 for the area times 2^29 for the
+    /// difference of two heights.
+    fn of(steps: &Steps, corners: [Vertex; 3], stride: i32) -> Worst {
+        let [mut a, mut b, mut c] = corners;
+        // From north to south.
+        if b.y < a.y {
+            (a, b) = (b, a);
+        }
+        if c.y < b.y {
+            (b, c) = (c, b);
+        }
+        if b.y < a.y {
+            (a, b) = (b, a);
+        }
+        let (ux, uy, uz) = ((b.x - a.x) as i64, (b.y - a.y) as i64, (b.z - a.z) as i64);
+        let (vx, vy, vz) = ((c.x - a.x) as i64, (c.y - a.y) as i64, (c.z - a.z) as i64);
+        // Positive if b is east of the edge from a to c. The plane is `area * z = at_a + east * x + south * y`.
+        let mut area = ux * vy - uy * vx;
+        let mut east = uz * vy - vz * uy;
+        let mut south = ux * vz - vx * uz;
+        let b_is_east = area > 0;
+        if !b_is_east {
+            (area, east, south) = (-area, -east, -south);
+        }
+        let origin = area * a.z as i64 - east * a.x as i64 - south * a.y as i64;
+        let mut worst = Worst { scaled: 0.0, doubled_area: area as f64, index: 0 };
+        let mut long = Line::new(a, c);
+        for (from, to) in [(a, b), (b, c)] {
+            let mut short = Line::new(from, to);
+            for y in from.y + 1..=to.y {
+                let (x0, x1) = match b_is_east {
+                    true => (long.next(), short.next()),
+                    false => (short.next(), long.next()),
+                };
+                if stride > 1 && y % stride != 0 || x0 >= x1 {
+                    continue;
+                }
+                let start = y as usize * steps.side() + x0 as usize;
+                let row = &steps.values()[start..start + (x1 - x0) as usize];
+                worst.look(row, start, (origin + south * y as i64 + east * x0 as i64) as f64, east as f64);
+            }
+        }
+        worst
+    }
+
+    /// Takes in a row of vertices, whose plane starts at `first` and rises by `east` from vertex to vertex.
+    #[inline(always)]
+    fn look(&mut self, row: &[i32], start: usize, first: f64, east: f64) {
+        let distance = |offset: usize, z: i32| (self.doubled_area * z as f64 - (first + east * offset as f64)).abs();
+        for (offset, z) in row.iter().enumerate() {
+            let scaled = distance(offset, *z);
+            if scaled > self.scaled {
+                self.scaled = scaled;
+                self.index = (start + offset) as u32;
+            }
+        }
+    }
+}
+
+/// The columns where a line from north to south crosses the rows, rounded up.
+struct Line {
+    x: i32,
+    whole: i32,
+    part: i32,
+    sum: i32,
+    rows: i32,
+}
+
+impl Line {
+    /// The line between two vertices, standing at the northern one. Level lines cross nothing.
+    fn new(from: Vertex, to: Vertex) -> Line {
+        let rows = (to.y - from.y).max(1);
+        let columns = to.x - from.x;
+        Line { x: from.x, whole: columns.div_euclid(rows), part: columns.rem_euclid(rows), sum: rows - 1, rows }
+    }
+
+    /// The first column at or east of the line, one row further south.
+    #[inline(always)]
+    fn next(&mut self) -> i32 {
+        self.x += self.whole;
+        self.sum += self.part;
+        if self.sum >= self.rows {
+            self.sum -= self.rows;
+            self.x += 1;
+        }
+        self.x
+    }
+}
