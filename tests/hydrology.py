@@ -26,6 +26,8 @@ from PIL import Image
 from pyflwdir.dem import fill_depressions
 from scipy import ndimage
 
+from checks import Checks
+
 # The values of the water raster.
 DRY, RIVER, LAKE, SEA = 0, 64, 128, 255
 ENDINGS = ["river", "lake", "sea"]
@@ -52,19 +54,6 @@ NODATA = -9999.0
 PIT, OUTSIDE = 0, 247  # in pyflwdir's D8
 EIGHT = np.ones((3, 3), dtype=bool)
 ROUNDING = 1e-6  # of a vertex, or of a width in metres: of numbers that were written as text
-
-
-class Checks:
-    """Counts checks, and prints each with its figure."""
-
-    def __init__(self):
-        self.done = 0
-        self.failed = 0
-
-    def check(self, good, what, figure):
-        self.done += 1
-        self.failed += not good
-        print(f"{'ok    ' if good else 'FAILED'} {what}: {figure}")
 
 
 class River:

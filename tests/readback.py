@@ -18,7 +18,9 @@ import numpy as np
 import OpenEXR
 from PIL import Image
 
-REGION_EXPORTS = ["height", "exr", "r16", "blend", "normal", "map"]
+from checks import Checks
+
+REGION_EXPORTS = ["height", "exr", "r16", "blend", "normal", "map", "colour"]
 # Those that only fluvial worlds have.
 WATER_EXPORTS = ["water", "depth", "flow"]
 DRY, RIVER, LAKE, SEA = 0, 64, 128, 255
@@ -41,19 +43,6 @@ FLUVIAL_LAYERS = {
     "roads": ("LINESTRING", 1),
     "crossings": ("POINT", 0),
 }
-
-
-class Checks:
-    """Counts checks, and prints each with its figure."""
-
-    def __init__(self):
-        self.done = 0
-        self.failed = 0
-
-    def check(self, good, what, figure):
-        self.done += 1
-        self.failed += not good
-        print(f"{'ok    ' if good else 'FAILED'} {what}: {figure}")
 
 
 class Bake:
@@ -256,12 +245,12 @@ def check_water(bake, checks):
     checks.check(wrong == 0, "vertices of rivers without a discharge", figure)
 
 
-def check_map(bake, checks):
-    """The map is a picture and not one colour."""
-    picture = bake.one("map")
+def check_picture(bake, checks, name):
+    """The map, or the colour of the ground, is a picture and not one colour."""
+    picture = bake.one(name)
     colours = len(np.unique(picture.reshape(-1, 3), axis=0))
     size = f"{picture.shape[1]} x {picture.shape[0]}"
-    checks.check(picture.shape == (*bake.size, 3) and colours >= 100, f"colours of the map of {size}", colours)
+    checks.check(picture.shape == (*bake.size, 3) and colours >= 100, f"colours of the {name} of {size}", colours)
 
 
 def check_registry(bake, checks):
@@ -397,7 +386,8 @@ def main():
     check_normals(bake, checks)
     if bake.fluvial:
         check_water(bake, checks)
-    check_map(bake, checks)
+    check_picture(bake, checks, "map")
+    check_picture(bake, checks, "colour")
     check_registry(bake, checks)
     check_vectors(bake, checks)
     print(f"{checks.done} checks of {bake.folder}, {checks.failed} failed")

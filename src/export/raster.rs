@@ -13,7 +13,7 @@ use crate::export::file::write_whole;
 use crate::export::manifest::FileRecord;
 use crate::export::writer::{Format, RasterWriter, Sample};
 use crate::fluvial::{Water, WaterKind};
-use crate::map::MapPainter;
+use crate::map::{self, MapPainter};
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -32,6 +32,8 @@ pub(crate) enum Quantity {
     Normal,
     /// The picture of the map.
     Map,
+    /// The colour of the ground, without light.
+    Colour,
     /// The kind of water, as a grey.
     Water,
     /// Metres from the bed to the water's surface.
@@ -47,9 +49,14 @@ impl Quantity {
             Quantity::Height16 => Sample::Grey16,
             Quantity::HeightMetres | Quantity::WaterDepth | Quantity::Flow => Sample::Float32,
             Quantity::GroundWeights | Quantity::CoverWeights => Sample::Rgba8,
-            Quantity::Normal | Quantity::Map => Sample::Rgb8,
+            Quantity::Normal | Quantity::Map | Quantity::Colour => Sample::Rgb8,
             Quantity::Water => Sample::Grey8,
         }
+    }
+
+    /// Whether it is for the eye; all else is data.
+    pub fn is_colour(self) -> bool {
+        matches!(self, Quantity::Map | Quantity::Colour)
     }
 
     /// Whether only worlds have it whose relief knows of water.
@@ -65,7 +72,7 @@ impl Quantity {
             Quantity::GroundWeights => &["grass", "dirt", "rock", "sand"],
             Quantity::CoverWeights => &["snow", "unused", "unused", "unused"],
             Quantity::Normal => &["east", "north", "up"],
-            Quantity::Map => &["red", "green", "blue"],
+            Quantity::Map | Quantity::Colour => &["red", "green", "blue"],
             Quantity::Water => &["water, 0 = none, 64 = river, 128 = lake, 255 = sea"],
             Quantity::WaterDepth => &["depth of the water in metres"],
             Quantity::Flow => &["discharge in cubic metres a second"],
@@ -83,18 +90,24 @@ pub(crate) struct Painter {
 }
 
 impl Painter {
-    fn new(world: &World, image: &Image) -> Painter {
+    /// Paints a quantity as a format has it.
+    pub fn new(world: &World, quantity: Quantity, format: Format) -> Painter {
         Painter {
-            quantity: image.quantity,
-            format: image.format,
+            quantity,
+            format,
             range_m: world.height_range_m(),
             spacing_m: world.spacing_m(),
-            map: (image.quantity == Quantity::Map).then(|| MapPainter::new(world)),
+            map: (quantity == Quantity::Map).then(|| MapPainter::new(world)),
         }
     }
 
+    /// What the pixels show.
+    pub fn quantity(&self) -> Quantity {
+        self.quantity
+    }
+
     /// The samples of the first `rows` rows and `cols` columns of a tile, without gaps.
-    fn paint(&self, tile: &Tile, cols: usize, rows: usize) -> Vec<u8> {
+    pub fn paint(&self, tile: &Tile, cols: usize, rows: usize) -> Vec<u8> {
         let area = tile.area();
         let row_bytes = cols * self.quantity.sample().bytes();
         let mut samples = vec![0; rows * row_bytes];
@@ -127,6 +140,7 @@ impl Painter {
                 }
             }
             Quantity::Map => self.map.as_ref().expect("a map has its painter").paint_row(tile, y, row),
+            Quantity::Colour => map::ground::paint_row(tile, y, row),
             Quantity::Water => {
                 for (grey, kind) in row.iter_mut().zip(water(tile).kind.row(y, x0, x1)) {
                     *grey = match kind {
@@ -174,7 +188,14 @@ impl RegionRaster {
     pub fn create(world: &World, region: Region, image: Image, out: &Path) -> Result<RegionRaster, Error> {
         let file = RasterFile { path: image.file(None), width: region.width(), height: region.height(), tile: None };
         let writer = Mutex::new(Some(file.begin(&image, out)?));
-        Ok(RegionRaster { image, painter: Painter::new(world, &image), region, file, out: out.to_owned(), writer })
+        Ok(RegionRaster {
+            image,
+            painter: Painter::new(world, image.quantity, image.format),
+            region,
+            file,
+            out: out.to_owned(),
+            writer,
+        })
     }
 }
 
@@ -221,7 +242,12 @@ pub(crate) struct TileRasters {
 impl TileRasters {
     /// Rasters that will be in the folder of the bake.
     pub fn create(world: &World, image: Image, out: &Path) -> TileRasters {
-        TileRasters { image, painter: Painter::new(world, &image), out: out.to_owned(), records: Mutex::default() }
+        TileRasters {
+            image,
+            painter: Painter::new(world, image.quantity, image.format),
+            out: out.to_owned(),
+            records: Mutex::default(),
+        }
     }
 }
 
@@ -274,10 +300,16 @@ struct RasterFile {
 
 impl RasterFile {
     fn begin(&self, image: &Image, out: &Path) -> Result<RasterWriter, Error> {
-        let srgb = image.quantity == Quantity::Map;
         let size = (self.width, self.height);
         let layer = image.stem.rsplit_once('/').map_or(image.stem, |(_, name)| name);
-        RasterWriter::create(out.join(&self.path), layer, image.format, image.quantity.sample(), size, srgb)
+        RasterWriter::create(
+            out.join(&self.path),
+            layer,
+            image.format,
+            image.quantity.sample(),
+            size,
+            image.quantity.is_colour(),
+        )
     }
 
     /// Ends the file, and writes its sidecar where the format says nothing about itself.

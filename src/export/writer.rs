@@ -103,7 +103,9 @@ impl RasterWriter {
             Format::Png => {
                 let file = SharedFile(Arc::new(Mutex::new(Some(file))));
                 let size = (width.try_into().expect(fits), height.try_into().expect(fits));
-                let stream = png_stream(file.clone(), sample, size, srgb).map_err(png_error(&path))?;
+                let stream = png_writer(file.clone(), sample, size, srgb)
+                    .and_then(|writer| writer.into_stream_writer_with_size(1 << 18))
+                    .map_err(png_error(&path))?;
                 Ok(RasterWriter::Png { file, stream: Box::new(stream) })
             }
         }
@@ -132,12 +134,24 @@ impl RasterWriter {
     }
 }
 
-fn png_stream(
-    file: SharedFile,
+/// A whole PNG in memory.
+pub(crate) fn png_bytes(sample: Sample, size: (u32, u32), srgb: bool, rows: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut write = || {
+        let mut writer = png_writer(&mut bytes, sample, size, srgb)?;
+        writer.write_image_data(rows)?;
+        writer.finish()
+    };
+    write().expect("memory takes everything, and the rows are as many as the picture has");
+    bytes
+}
+
+fn png_writer<W: Write>(
+    file: W,
     sample: Sample,
     (width, height): (u32, u32),
     srgb: bool,
-) -> Result<png::StreamWriter<'static, SharedFile>, png::EncodingError> {
+) -> Result<png::Writer<W>, png::EncodingError> {
     let mut encoder = png::Encoder::new(file, width, height);
     let (colour, depth) = match sample {
         Sample::Grey8 => (png::ColorType::Grayscale, png::BitDepth::Eight),
@@ -154,7 +168,7 @@ fn png_stream(
     // The fastest setting keeps the encoders behind the noise; on terrain a fixed filter beats the adaptive one.
     encoder.set_compression(png::Compression::Fast);
     encoder.set_filter(png::Filter::Up);
-    encoder.write_header()?.into_stream_writer_with_size(1 << 18)
+    encoder.write_header()
 }
 
 fn png_error(path: &Path) -> impl FnOnce(png::EncodingError) -> Error {

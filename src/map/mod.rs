@@ -1,5 +1,6 @@
 //! The map: a top-down picture of the land.
 
+pub(crate) mod ground;
 mod mark;
 mod tint;
 
