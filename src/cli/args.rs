@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::area::TileId;
 use crate::error::Error;
-use crate::export::Export;
+use crate::export::{Export, Lods, MeshOptions};
 
 /// Bakes endless procedural terrain, offline, into maps and assets.
 #[derive(Parser)]
@@ -99,6 +99,18 @@ pub(super) struct CommonArguments {
     /// What to write, with commas between.
     #[arg(long, value_name = "LIST", default_value = Export::DEFAULT, long_help = export_help())]
     pub export: String,
+    /// Levels of detail of meshes, such as 0..3: 0 has every vertex, each further one twice the error.
+    #[arg(long, value_name = "LODS", default_value = "0", help_heading = "Meshes", allow_hyphen_values = true)]
+    pub lod: Lods,
+    /// Metres that LOD 1 may be off at any vertex [default: a quarter of the spacing].
+    #[arg(long, value_name = "METRES", help_heading = "Meshes", allow_negative_numbers = true)]
+    pub mesh_error: Option<f64>,
+    /// Write the numbers of glTF in 8 and 16 bits (KHR_mesh_quantization).
+    #[arg(long, help_heading = "Meshes")]
+    pub quantize: bool,
+    /// Compress the numbers of glTF (EXT_meshopt_compression; Blender cannot read it).
+    #[arg(long, help_heading = "Meshes")]
+    pub meshopt: bool,
     /// Threads to use [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
@@ -224,6 +236,11 @@ impl From<TileArguments> for Job {
 }
 
 impl Job {
+    pub fn meshes(&self) -> MeshOptions {
+        let CommonArguments { lod, mesh_error, quantize, meshopt, .. } = &self.common;
+        MeshOptions { lods: lod.clone(), error_m: *mesh_error, quantized: *quantize, compressed: *meshopt }
+    }
+
     pub fn exports(&self) -> Result<Vec<Export>, Error> {
         Export::parse_list(&self.common.export)
     }

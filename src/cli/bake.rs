@@ -28,7 +28,7 @@ pub(super) fn run(job: &Job, console: &Console) -> Result<(), Error> {
     let world = World::new(preset, options.seed)?;
     let exports = job.exports()?;
     let region = Region::new(job.at, job.size.0, job.size.1, world.tile_cells())?;
-    let plan = Plan::new(&world, &name, region, exports)?;
+    let plan = Plan::new(&world, &name, region, exports)?.with_meshes(job.meshes())?;
     let threads = match options.threads {
         Some(threads) => threads as usize,
         None => thread::available_parallelism().map_or(1, usize::from),

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::area::{Region, TileId};
 use crate::error::{Error, nearest};
 use crate::export::file::Finished;
+use crate::mesh::Frame;
 use crate::preset::Preset;
 use crate::world::World;
 
@@ -100,6 +101,8 @@ pub struct RegionRecord {
     pub height: u64,
     /// Metres east and south of the world's origin at which the north-western vertex lies.
     pub origin_m: [f64; 2],
+    /// Metres east and south of the world's origin at which the origin of all meshes lies, in the region's middle.
+    pub mesh_origin_m: [f64; 2],
 }
 
 /// What 16-bit heights mean: `min_m + value / 65535 * (max_m - min_m)`. A property of the world, the same in all its
@@ -128,7 +131,7 @@ pub struct Axes {
 }
 
 /// A file of the bake.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FileRecord {
     /// Path in the folder of the bake, with `/` between its parts.
     pub path: String,
@@ -143,6 +146,9 @@ pub struct FileRecord {
     /// Rasters: what each channel holds.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub channels: Vec<String>,
+    /// Meshes of one tile: what they show.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<MeshRecord>,
     /// Files of one tile: its true number in the world.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tile: Option<TileId>,
@@ -150,6 +156,23 @@ pub struct FileRecord {
     pub bytes: u64,
     /// BLAKE3 hash of its bytes, in hexadecimal.
     pub blake3: String,
+}
+
+/// The land of a tile's mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MeshRecord {
+    /// Level of detail; 0 is every vertex.
+    pub lod: u32,
+    /// Metres that no vertex of the raster lies above or below the mesh.
+    pub error_m: f64,
+    /// Vertices of the land.
+    pub vertices: u64,
+    /// Triangles of the land.
+    pub triangles: u64,
+    /// Least metres east, up and south of the meshes' origin.
+    pub min_m: [f64; 3],
+    /// Greatest metres east, up and south of the meshes' origin.
+    pub max_m: [f64; 3],
 }
 
 impl FileRecord {
@@ -160,6 +183,7 @@ impl FileRecord {
             width: None,
             height: None,
             channels: Vec::new(),
+            mesh: None,
             tile: None,
             bytes: finished.bytes,
             blake3: finished.blake3.to_hex().to_string(),
@@ -190,6 +214,7 @@ impl Manifest {
                 width: region.width(),
                 height: region.height(),
                 origin_m: [metres(region.at().x), metres(region.at().y)],
+                mesh_origin_m: Frame::new(world, region, false).origin().map(|at| at as f64 * spacing_m),
             },
             spacing_m,
             height_range: HeightRange { min_m, max_m, step_m: (max_m - min_m) / 65535.0 },

@@ -6,13 +6,15 @@ mod raster;
 mod hashes;
 mod registry;
 mod layers;
+mod mesh;
 mod vector;
 mod geopackage;
 mod geojson;
 mod manifest;
 mod plan;
 
-pub use manifest::{Axes, DeviceProfile, FileRecord, HeightRange, Manifest, RegionRecord};
+pub use manifest::{Axes, DeviceProfile, FileRecord, HeightRange, Manifest, MeshRecord, RegionRecord};
+pub use mesh::{Lods, MeshOptions};
 
 pub use plan::{Bytes, Cost, Output, Plan};
 pub use writer::Format;
@@ -49,6 +51,10 @@ enum Content {
     GeoPackage,
     /// Layers of features as text.
     GeoJson,
+    /// Meshes: a GLB a tile, and a glTF of the region.
+    Gltf,
+    /// Meshes as text: one of the region, or one a tile.
+    Obj { tiles: bool },
 }
 
 /// The images of the blend map: four materials each.
@@ -57,6 +63,7 @@ const BLEND: &[(&str, Quantity)] =
 const HEIGHT: &[(&str, Quantity)] = &[("height/height", Quantity::Height16)];
 const METRES: &[(&str, Quantity)] = &[("height/height", Quantity::HeightMetres)];
 const NORMAL: &[(&str, Quantity)] = &[("normal/normal", Quantity::Normal)];
+const COLOUR: &[(&str, Quantity)] = &[("colour/colour", Quantity::Colour)];
 const MAP: &[(&str, Quantity)] = &[("map/map", Quantity::Map)];
 const WATER: &[(&str, Quantity)] = &[("water/water", Quantity::Water)];
 const DEPTH: &[(&str, Quantity)] = &[("water/depth", Quantity::WaterDepth)];
@@ -85,6 +92,8 @@ const KINDS: &[Kind] = &[
     rasters("normal-tiles", "the same, a PNG a tile", Format::Png, true, NORMAL),
     rasters("map", "top-down picture of the region, RGB PNG", Format::Png, false, MAP),
     rasters("map-tiles", "the same, a PNG a tile", Format::Png, true, MAP),
+    rasters("colour", "colour of the ground without light, RGB PNG", Format::Png, false, COLOUR),
+    rasters("colour-tiles", "the same, a PNG a tile", Format::Png, true, COLOUR),
     rasters("water", "where water is, 8-bit grey PNG: 64 river, 128 lake, 255 sea", Format::Png, false, WATER),
     rasters("water-tiles", "the same, a PNG a tile", Format::Png, true, WATER),
     rasters("depth", "depth of the water in metres as 32-bit float OpenEXR", Format::Exr, false, DEPTH),
@@ -98,6 +107,17 @@ const KINDS: &[Kind] = &[
         content: Content::GeoPackage,
     },
     Kind { name: "geojson", about: "the same layers as GeoJSON, coordinates in metres", content: Content::GeoJson },
+    Kind {
+        name: "gltf",
+        about: "meshes of land, water and roads with textures: a GLB a tile, and a glTF that places all",
+        content: Content::Gltf,
+    },
+    Kind {
+        name: "obj",
+        about: "the same meshes as one OBJ of the region, with its MTL and colour",
+        content: Content::Obj { tiles: false },
+    },
+    Kind { name: "obj-tiles", about: "the same, an OBJ a tile", content: Content::Obj { tiles: true } },
 ];
 
 impl Export {
@@ -143,18 +163,37 @@ impl Export {
         images.iter().map(move |&(stem, quantity)| Image { export: self.name(), stem, quantity, format, tiles })
     }
 
+    /// The exports that the files of this one refer to.
+    fn needs(self) -> Option<Export> {
+        let name = match self.0.content {
+            Content::Obj { tiles: false } => "colour",
+            Content::Obj { tiles: true } => "colour-tiles",
+            _ => return None,
+        };
+        Export::all().find(|export| export.name() == name)
+    }
+
+    /// Whether this export has meshes.
+    fn is_mesh(self) -> bool {
+        matches!(self.0.content, Content::Gltf | Content::Obj { .. })
+    }
+
     /// How many files of this export are not rasters.
-    fn other_files(self, world: &World) -> usize {
+    fn other_files(self, world: &World, region: &Region, meshes: &MeshOptions) -> u64 {
+        let lods = meshes.lods.all().len() as u64;
         match self.0.content {
-            Content::GeoJson => layers::layers(world).len(),
-            _ => self.others().len(),
+            Content::GeoJson => layers::layers(world).len() as u64,
+            Content::Gltf => lods.saturating_mul(region.tiles() + 1),
+            Content::Obj { tiles: false } => 2 * lods,
+            Content::Obj { tiles: true } => region.tiles().saturating_mul(2 * lods),
+            _ => self.others().len() as u64,
         }
     }
 
     /// The files of this export that are not rasters, of worlds of any kind.
     fn others(self) -> &'static [&'static str] {
         match self.0.content {
-            Content::Rasters { .. } => &[],
+            Content::Rasters { .. } | Content::Gltf | Content::Obj { .. } => &[],
             Content::Hashes => &[hashes::PATH],
             Content::GeoPackage => geopackage::PATHS,
             Content::GeoJson => geojson::PATHS,
@@ -163,16 +202,31 @@ impl Export {
 
     /// Whether a bake would give this export a file of that path.
     fn names(self, path: &str) -> bool {
-        self.others().contains(&path) || self.images().any(|image| image.names(path))
+        let is_mesh = match self.0.content {
+            Content::Gltf => mesh::names(path, true, false, &["gltf"]) || mesh::names(path, false, true, &["glb"]),
+            Content::Obj { tiles } => mesh::names(path, !tiles, tiles, &["obj", "mtl"]),
+            _ => false,
+        };
+        is_mesh || self.others().contains(&path) || self.images().any(|image| image.names(path))
     }
 
     /// The sinks that write this export into the folder of a bake.
-    fn sinks<'a>(self, world: &'a World, region: Region, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
+    fn sinks<'a>(
+        self,
+        world: &'a World,
+        region: Region,
+        meshes: &MeshOptions,
+        out: &Path,
+    ) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
         match self.0.content {
             Content::Rasters { .. } => {}
             Content::Hashes => return Ok(vec![Box::new(hashes::TileHashes::create(region, out)?)]),
             Content::GeoPackage => return Ok(vec![Box::new(geopackage::GeoPackage::create(world, region, out)?)]),
             Content::GeoJson => return Ok(vec![Box::new(geojson::GeoJson::create(world, out)?)]),
+            Content::Gltf => return Ok(vec![Box::new(mesh::GltfSink::create(world, region, meshes, out)?)]),
+            Content::Obj { tiles } => {
+                return Ok(vec![Box::new(mesh::ObjSink::create(world, region, meshes, tiles, out)?)]);
+            }
         }
         let sink = |image: Image| -> Result<Box<dyn Sink + 'a>, Error> {
             match image.tiles {

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::export::file::{PartFile, remove_unfinished, sync_folder, write_whole};
 use crate::export::manifest::{self, Manifest};
 use crate::export::registry::BakeRegistry;
-use crate::export::{Content, Export, Format, Image, vector};
+use crate::export::{Content, Export, Format, Image, MeshOptions, mesh, vector};
 use crate::world::{HEIGHT_PAD, World};
 
 /// A bake that has been thought through: the formats can hold the region.
@@ -22,6 +22,7 @@ pub struct Plan<'a> {
     preset_name: &'a str,
     region: Region,
     exports: Vec<Export>,
+    meshes: MeshOptions,
 }
 
 /// What a bake will leave and need.
@@ -52,17 +53,24 @@ fn encoded_at_most(raw: u64, rows: u64) -> u64 {
 }
 
 impl<'a> Plan<'a> {
-    /// The plan of baking `region` of `world` into `exports`.
+    /// The plan of baking `region` of `world` into `exports`, and into those that they refer to.
     ///
     /// # Errors
-    /// When a format cannot hold the region, or the world has not what an export shows; the hint names the exports
-    /// that will do.
+    /// When a format cannot hold the region, or the world has not what an export shows; the hint says what will do.
     pub fn new(
         world: &'a World,
         preset_name: &'a str,
         region: Region,
-        exports: Vec<Export>,
+        mut exports: Vec<Export>,
     ) -> Result<Plan<'a>, Error> {
+        for needed in exports.clone().into_iter().filter_map(Export::needs) {
+            if !exports.contains(&needed) {
+                exports.push(needed);
+            }
+        }
+        if exports.iter().any(|export| export.0.content == Content::Gltf) {
+            mesh::GltfSink::check(&region)?;
+        }
         let side = region.width().max(region.height());
         let holds = |image: &Image| image.tiles || side <= image.format.max_side();
         if let Some(image) = exports.iter().flat_map(|export| export.images()).find(|image| !holds(image)) {
@@ -96,7 +104,17 @@ impl<'a> Plan<'a> {
                 ),
             });
         }
-        Ok(Plan { world, preset_name, region, exports })
+        let meshes = MeshOptions::default();
+        Ok(Plan { world, preset_name, region, exports, meshes })
+    }
+
+    /// The same plan with meshes made in another way.
+    ///
+    /// # Errors
+    /// When they cannot be made so; the hint says what will do.
+    pub fn with_meshes(self, meshes: MeshOptions) -> Result<Plan<'a>, Error> {
+        meshes.check(self.world, &self.region)?;
+        Ok(Plan { meshes, ..self })
     }
 
     /// The region.
@@ -113,13 +131,28 @@ impl<'a> Plan<'a> {
         files += 1;
         disk_bytes = disk_bytes.saturating_add(BakeRegistry::bytes_at_most(&self.exports, region));
         for export in &self.exports {
-            files += export.other_files(self.world) as u64;
+            let others = export.other_files(self.world, region, &self.meshes);
+            files = files.saturating_add(others);
+            // One mesh a tile and level of detail, each in a file or a part of one.
+            let lods = self.meshes.lods.all().len() as u64;
+            let of_meshes = |bytes: u64| {
+                (bytes + RECORD_BYTES).saturating_mul(lods).saturating_mul(region.tiles()).saturating_add(1 << 20)
+            };
             disk_bytes = disk_bytes.saturating_add(match export.0.content {
                 Content::Rasters { .. } => 0,
                 // Two tile numbers of at most 20 characters, a hash of 64 and three separators.
                 Content::Hashes => region.tiles().saturating_mul(107),
                 Content::GeoPackage | Content::GeoJson => vector::bytes_at_most(self.world, region),
+                // The region's file has some kilobytes of each tile.
+                Content::Gltf => of_meshes(mesh::GltfSink::bytes_at_most(region) + (16 << 10)),
+                Content::Obj { .. } => of_meshes(mesh::ObjSink::bytes_at_most(region)),
             });
+            let a_mesh = match export.0.content {
+                Content::Gltf => mesh::GltfSink::bytes_at_most(region),
+                Content::Obj { .. } => mesh::ObjSink::bytes_at_most(region),
+                _ => 0,
+            };
+            largest_tile_file = largest_tile_file.max(a_mesh);
             for image in export.images() {
                 let bytes = image.quantity.sample().bytes() as u64;
                 let (count, width, height) = match image.tiles {
@@ -177,7 +210,7 @@ impl<'a> Plan<'a> {
         }
         let mut sinks: Vec<Box<dyn Sink + '_>> = vec![Box::new(BakeRegistry::create(&self.exports, out)?)];
         for export in &self.exports {
-            sinks.extend(export.sinks(self.world, self.region, out)?);
+            sinks.extend(export.sinks(self.world, self.region, &self.meshes, out)?);
         }
         // Every tile, to every sink.
         bake(self.world, &self.region, &sinks, watch)?;
@@ -199,8 +232,10 @@ impl<'a> Plan<'a> {
 
 /// The folders in the folder of a bake that hold the files of some exports, `""` for itself.
 fn folders(exports: impl Iterator<Item = Export>) -> BTreeSet<&'static str> {
-    let files =
-        exports.flat_map(|export| export.images().map(|image| image.stem).chain(export.others().iter().copied()));
+    let files = exports.flat_map(|export| {
+        let meshes = export.is_mesh().then_some(mesh::FOLDER_AND_FILE);
+        export.images().map(|image| image.stem).chain(export.others().iter().copied()).chain(meshes)
+    });
     files.map(|file| file.split_once('/').map_or("", |parts| parts.0)).chain([""]).collect()
 }
 

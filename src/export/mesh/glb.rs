@@ -1,0 +1,280 @@
+//! A GLB under way: its JSON, and the numbers and pictures that the JSON names.
+
+use gltf_json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
+use gltf_json::buffer::{Buffer, Stride, Target, View};
+use gltf_json::extensions;
+use gltf_json::image::{Image, MimeType};
+use gltf_json::material::Material;
+use gltf_json::mesh::{Mesh, Mode, Primitive};
+use gltf_json::texture::{MagFilter, MinFilter, Sampler, Texture, WrappingMode};
+use gltf_json::validation::Checked::Valid;
+use gltf_json::validation::USize64;
+use gltf_json::{Index, Root};
+use serde_json::{Map, Value, json};
+
+use super::values::{Geometry, Values};
+
+/// Names of extensions.
+pub(super) const QUANTIZATION: &str = "KHR_mesh_quantization";
+pub(super) const COMPRESSION: &str = "EXT_meshopt_compression";
+pub(super) const TRANSFORM: &str = "KHR_texture_transform";
+
+/// The most bytes that a GLB can hold: it counts them in 32 bits.
+pub(super) const MAX_BYTES: u64 = u32::MAX as u64;
+
+/// A GLB under way.
+pub(super) struct Glb {
+    pub root: Root,
+    bytes: Vec<u8>,
+    /// Where numbers are compressed: bytes that they have when they are not.
+    plain_bytes: Option<usize>,
+}
+
+/// What a part of the buffer holds.
+enum Content {
+    Vertices,
+    Indices,
+}
+
+impl Glb {
+    /// A GLB without anything in it.
+    pub fn new(compressed: bool) -> Glb {
+        let mut root = Root::default();
+        root.asset.generator = Some(concat!("terrane ", env!("CARGO_PKG_VERSION")).to_owned());
+        root.samplers.push(Sampler {
+            mag_filter: Some(Valid(MagFilter::Linear)),
+            min_filter: Some(Valid(MinFilter::LinearMipmapLinear)),
+            name: None,
+            // Neighbours agree on the texels of the edge that they share; none may be mixed with those of the far side.
+            wrap_s: Valid(WrappingMode::ClampToEdge),
+            wrap_t: Valid(WrappingMode::ClampToEdge),
+            extensions: None,
+            extras: None,
+        });
+        Glb { root, bytes: Vec::new(), plain_bytes: compressed.then_some(0) }
+    }
+
+    /// Says that readers need an extension, or that they may use it.
+    pub fn uses(&mut self, extension: &str, required: bool) {
+        let mut lists = vec![&mut self.root.extensions_used];
+        if required {
+            lists.push(&mut self.root.extensions_required);
+        }
+        for list in lists {
+            if !list.iter().any(|name| name == extension) {
+                list.push(extension.to_owned());
+            }
+        }
+    }
+
+    /// Adds a mesh of one material.
+    pub fn mesh(&mut self, name: &str, geometry: Geometry, material: Index<Material>) -> Index<Mesh> {
+        let vertices = geometry.attributes[0].1.count;
+        let attributes =
+            geometry.attributes.into_iter().map(|(semantic, values)| (Valid(semantic), self.attribute(values)));
+        let attributes = attributes.collect();
+        let indices = self.indices(&geometry.indices, vertices);
+        let primitive = Primitive {
+            attributes,
+            extensions: None,
+            extras: None,
+            indices: Some(indices),
+            material: Some(material),
+            mode: Valid(Mode::Triangles),
+            targets: None,
+        };
+        self.root.push(Mesh {
+            extensions: None,
+            extras: None,
+            name: Some(name.to_owned()),
+            primitives: vec![primitive],
+            weights: None,
+        })
+    }
+
+    /// Adds a texture of a PNG.
+    pub fn texture(&mut self, name: &str, png: &[u8]) -> Index<Texture> {
+        let source = self.image(name, png);
+        self.root.push(Texture { name: None, sampler: Some(Index::new(0)), source, extensions: None, extras: None })
+    }
+
+    /// Adds a PNG that no texture shows.
+    pub fn image(&mut self, name: &str, png: &[u8]) -> Index<Image> {
+        let view = self.view(png, None);
+        self.root.push(Image {
+            buffer_view: Some(view),
+            mime_type: Some(MimeType("image/png".to_owned())),
+            name: Some(name.to_owned()),
+            uri: None,
+            extensions: None,
+            extras: None,
+        })
+    }
+
+    fn attribute(&mut self, values: Values) -> Index<Accessor> {
+        let stride = values.stride();
+        let view = self.numbers(&values.bytes, Content::Vertices, stride);
+        let bound = |bound: &[f64]| Value::from(bound.to_vec());
+        let [min, max] = match &values.bounds {
+            Some([min, max]) => [Some(bound(min)), Some(bound(max))],
+            None => [None, None],
+        };
+        self.root.push(Accessor {
+            buffer_view: Some(view),
+            byte_offset: None,
+            count: values.count.into(),
+            component_type: Valid(GenericComponentType(values.component)),
+            extensions: None,
+            extras: None,
+            type_: Valid(values.dimensions),
+            min,
+            max,
+            name: None,
+            normalized: values.normalized,
+            sparse: None,
+        })
+    }
+
+    /// Indices of triangles, in 16 bits if they will do.
+    fn indices(&mut self, indices: &[u32], vertices: usize) -> Index<Accessor> {
+        // 65535 itself means that a strip begins again.
+        let short = u16::try_from(vertices).is_ok();
+        let (component, bytes) = if short {
+            let shorts: Vec<_> = indices.iter().map(|index| (*index as u16).to_le_bytes()).collect();
+            (ComponentType::U16, shorts.into_flattened())
+        } else {
+            let longs: Vec<_> = indices.iter().map(|index| index.to_le_bytes()).collect();
+            (ComponentType::U32, longs.into_flattened())
+        };
+        let view = self.numbers(&bytes, Content::Indices, if short { 2 } else { 4 });
+        self.root.push(Accessor {
+            buffer_view: Some(view),
+            byte_offset: None,
+            count: indices.len().into(),
+            component_type: Valid(GenericComponentType(component)),
+            extensions: None,
+            extras: None,
+            type_: Valid(Type::Scalar),
+            min: None,
+            max: None,
+            name: None,
+            normalized: false,
+            sparse: None,
+        })
+    }
+
+    /// Adds numbers, compressed if they all are.
+    fn numbers(&mut self, bytes: &[u8], content: Content, stride: usize) -> Index<View> {
+        let target = match content {
+            Content::Vertices => Target::ArrayBuffer,
+            Content::Indices => Target::ElementArrayBuffer,
+        };
+        let byte_stride = matches!(content, Content::Vertices).then_some(Stride(stride));
+        let view = match self.plain_bytes {
+            None => self.view(bytes, Some(target)),
+            Some(before) => {
+                let count = bytes.len() / stride;
+                let (mode, coded) = match content {
+                    Content::Vertices => ("ATTRIBUTES", compressed_vertices(bytes, stride)),
+                    Content::Indices => ("TRIANGLES", compressed_indices(bytes, stride)),
+                };
+                let offset = self.append(&coded);
+                self.plain_bytes = Some(before + bytes.len().next_multiple_of(4));
+                let extension = json!({
+                    "buffer": 0, "byteOffset": offset, "byteLength": coded.len(), "byteStride": stride, "count": count,
+                    "mode": mode,
+                });
+                let others = Map::from_iter([(COMPRESSION.to_owned(), extension)]);
+                self.root.push(View {
+                    // What a reader that knows nothing of the compression would read is not there.
+                    buffer: Index::new(1),
+                    byte_length: bytes.len().into(),
+                    byte_offset: Some(before.into()),
+                    byte_stride: None,
+                    name: None,
+                    target: Some(Valid(target)),
+                    extensions: Some(extensions::buffer::View { others }),
+                    extras: None,
+                })
+            }
+        };
+        self.root.buffer_views[view.value()].byte_stride = byte_stride;
+        view
+    }
+
+    fn view(&mut self, bytes: &[u8], target: Option<Target>) -> Index<View> {
+        let offset = self.append(bytes);
+        self.root.push(View {
+            buffer: Index::new(0),
+            byte_length: bytes.len().into(),
+            byte_offset: Some(offset.into()),
+            byte_stride: None,
+            name: None,
+            target: target.map(Valid),
+            extensions: None,
+            extras: None,
+        })
+    }
+
+    /// Where the bytes are in the buffer.
+    fn append(&mut self, bytes: &[u8]) -> usize {
+        let offset = self.bytes.len();
+        self.bytes.extend(bytes);
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        offset
+    }
+
+    /// The JSON, the file, and where the buffer lies in it.
+    ///
+    /// # Panics
+    /// When there are more bytes than a GLB can hold.
+    pub fn finish(mut self) -> (Root, Vec<u8>, usize) {
+        self.root.buffers.push(buffer(self.bytes.len(), None));
+        if let Some(plain_bytes) = self.plain_bytes {
+            let fallback = Map::from_iter([(COMPRESSION.to_owned(), json!({ "fallback": true }))]);
+            self.root.buffers.push(buffer(plain_bytes, Some(extensions::buffer::Buffer { others: fallback })));
+        }
+        let mut json = self.root.to_vec().expect("names and finite numbers are JSON");
+        json.resize(json.len().next_multiple_of(4), b' ');
+        let total = 12 + 8 + json.len() + 8 + self.bytes.len();
+        let word = |count: usize| u32::try_from(count).expect("the plan has checked the size").to_le_bytes();
+        let mut file = Vec::with_capacity(total);
+        file.extend([*b"glTF", word(2), word(total), word(json.len()), *b"JSON"].as_flattened());
+        file.extend(&json);
+        file.extend([word(self.bytes.len()), *b"BIN\0"].as_flattened());
+        let start = file.len();
+        file.extend(&self.bytes);
+        (self.root, file, start)
+    }
+}
+
+fn buffer(bytes: usize, extensions: Option<extensions::buffer::Buffer>) -> Buffer {
+    Buffer { byte_length: USize64::from(bytes), name: None, uri: None, extensions, extras: None }
+}
+
+/// Vertices as EXT_meshopt_compression has them. The codec's name for a vertex is a type of its size.
+fn compressed_vertices(bytes: &[u8], stride: usize) -> Vec<u8> {
+    /// The version of the format that the extension names.
+    const VERSION: Option<i32> = Some(0);
+    const LEVEL: i32 = 2;
+    fn of<const N: usize>(bytes: &[u8]) -> Vec<u8> {
+        let vertices = bytes.as_chunks::<N>().0;
+        meshopt::encode_vertex_buffer_level(vertices, LEVEL, VERSION)
+            .expect("the buffer is as large as it may need to be")
+    }
+    match stride {
+        4 => of::<4>(bytes),
+        8 => of::<8>(bytes),
+        12 => of::<12>(bytes),
+        16 => of::<16>(bytes),
+        _ => unreachable!("no attribute has {stride} bytes"),
+    }
+}
+
+/// Triangles as EXT_meshopt_compression has them.
+fn compressed_indices(bytes: &[u8], size: usize) -> Vec<u8> {
+    let index = |bytes: &[u8]| bytes.iter().rev().fold(0, |index, byte| index << 8 | u32::from(*byte));
+    let indices: Vec<u32> = bytes.chunks_exact(size).map(index).collect();
+    let vertices = indices.iter().max().map_or(0, |most| *most as usize + 1);
+    meshopt::encode_index_buffer(&indices, vertices).expect("the buffer is as large as it may need to be")
+}

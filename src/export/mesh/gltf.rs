@@ -1,0 +1,257 @@
+//! glTF: a GLB a tile and level of detail, each whole in itself, and a glTF of the region that places them.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use gltf_json::extensions;
+use gltf_json::material::{
+    AlphaMode, Material, NormalTexture, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor,
+};
+use gltf_json::mesh::Mesh;
+use gltf_json::scene::{Node, Scene};
+use gltf_json::texture::{Info, Texture};
+use gltf_json::validation::Checked::Valid;
+use gltf_json::{Index, Root};
+use serde::Serialize;
+use serde_json::value::RawValue;
+use serde_json::{Map, json};
+
+use super::glb::{COMPRESSION, Glb, MAX_BYTES, QUANTIZATION, TRANSFORM};
+use super::model::{Model, Modeller, Substance, by_substance, substance_of_water};
+use super::options::MeshOptions;
+use super::region::RegionFile;
+use super::relative_normals::relative_normals;
+use super::tile_path;
+use super::values::{of_land, of_ribbons, of_sheet};
+use crate::area::{Place, Region};
+use crate::bake::Sink;
+use crate::error::Error;
+use crate::export::file::write_whole;
+use crate::export::manifest::FileRecord;
+use crate::export::raster::{Painter, Quantity};
+use crate::export::writer::{Sample, png_bytes};
+use crate::tile::Tile;
+use crate::world::World;
+
+/// Writes the GLBs, each by the thread that made the tile, and the region's files, tile by tile.
+pub(crate) struct GltfSink<'a> {
+    modeller: Modeller<'a>,
+    /// Of the colour, of both halves of the blend map.
+    painters: [(&'static str, Painter); 3],
+    out: PathBuf,
+    regions: Mutex<Vec<RegionFile>>,
+    records: Mutex<Vec<FileRecord>>,
+}
+
+/// The export's name.
+pub(super) const NAME: &str = "gltf";
+
+impl<'a> GltfSink<'a> {
+    /// Begins the files in the folder of the bake.
+    pub fn create(world: &'a World, region: Region, options: &MeshOptions, out: &Path) -> Result<GltfSink<'a>, Error> {
+        let painter = |name, quantity| (name, Painter::new(world, quantity, crate::export::Format::Png));
+        let regions = options.lods.all().iter().map(|lod| RegionFile::create(*lod, out));
+        Ok(GltfSink {
+            modeller: Modeller::new(world, region, options, options.quantized),
+            painters: [
+                painter("colour", Quantity::Colour),
+                painter("blend_ground", Quantity::GroundWeights),
+                painter("blend_cover", Quantity::CoverWeights),
+            ],
+            out: out.to_owned(),
+            regions: Mutex::new(regions.collect::<Result<_, _>>()?),
+            records: Mutex::default(),
+        })
+    }
+
+    /// The most bytes of a tile's GLB.
+    pub fn bytes_at_most(region: &Region) -> u64 {
+        let cells = u64::from(region.tile_cells());
+        let vertices = (cells + 1).pow(2);
+        let triangles = 2 * cells.pow(2);
+        // Positions, normals, tangents, two sets of coordinates and five weights of the land; its texels in four PNGs; as
+        // many vertices and triangles of water; roads.
+        let land = vertices * (12 + 12 + 16 + 8 + 8 + 20) + triangles * 12;
+        let texels = vertices * (3 + 3 + 4 + 4);
+        land + texels + texels / 8 + vertices * 32 + triangles * 12 + (1 << 20)
+    }
+
+    /// Whether GLBs can hold a region's tiles.
+    ///
+    /// # Errors
+    /// When one could be larger than 2^32 bytes.
+    pub fn check(region: &Region) -> Result<(), Error> {
+        let bytes = GltfSink::bytes_at_most(region);
+        if bytes <= MAX_BYTES {
+            return Ok(());
+        }
+        let fits = (1..region.tile_cells()).rev().find(|cells| {
+            let smaller = Region::new(region.at(), 1, 1, *cells);
+            smaller.is_ok_and(|region| GltfSink::bytes_at_most(&region) <= MAX_BYTES)
+        });
+        Err(Error::Export {
+            message: format!(
+                "the GLB of a tile of {} cells a side could have {bytes} bytes, and GLB ends at 2^32",
+                region.tile_cells()
+            ),
+            hint: format!("set tile_cells of the preset to {} or less, or export obj", fits.unwrap_or(1)),
+        })
+    }
+
+    /// The GLB of a tile's model.
+    fn document(&self, tile: &Tile, place: Place, lod: u32, model: &Model) -> Glb {
+        let Modeller { frame, region, options, .. } = &self.modeller;
+        let area = tile.area();
+        let mut glb = Glb::new(options.compressed);
+        if options.compressed {
+            glb.uses(COMPRESSION, true);
+        }
+        if options.quantized {
+            glb.uses(QUANTIZATION, true);
+        }
+        let mut children = Vec::new();
+        // The land. A mesh with every vertex has the raster's normals; on others a normal map has what is between.
+        let detail = (lod > 0).then(|| relative_normals(tile, &model.land));
+        let land = of_land(tile, &model.land, frame, region, options.quantized, detail.is_some());
+        let material = self.land_material(&mut glb, tile, place, detail.as_deref());
+        let mesh = glb.mesh("land", land, material);
+        let quantum = frame.step_m() as f32;
+        let [east, up, south] = frame.corner_m(&area).map(|metres| metres as f32);
+        let lifted = options.quantized.then_some([0.0, up, 0.0]);
+        let scale = options.quantized.then_some([quantum; 3]);
+        children.push(glb.root.push(Node { scale, translation: lifted, ..node("land", Some(mesh)) }));
+        // Waters, then rivers of the thesis' agents, roads and bridges.
+        for sheet in &model.waters {
+            let substance = substance_of_water(sheet.kind);
+            add(&mut glb, &mut children, substance, of_sheet(sheet, frame, &area));
+        }
+        for (substance, ribbons) in by_substance(&model.ribbons) {
+            add(&mut glb, &mut children, substance, of_ribbons(ribbons, frame));
+        }
+        let extras = extras(&json!({ "tile_x": tile.id().x, "tile_y": tile.id().y, "lod": lod }));
+        let root = glb.root.push(Node {
+            children: Some(children),
+            translation: Some([east, 0.0, south]),
+            extras: Some(extras),
+            ..node(&format!("tile_x{}_y{}", place.col, place.row), None)
+        });
+        let scene = Scene { extensions: None, extras: None, name: None, nodes: vec![root] };
+        glb.root.scene = Some(glb.root.push(scene));
+        glb
+    }
+
+    fn land_material(&self, glb: &mut Glb, tile: &Tile, place: Place, detail: Option<&[u8]>) -> Index<Material> {
+        let side = tile.area().width();
+        let named = |name: &str| format!("{name}_x{}_y{}", place.col, place.row);
+        let png = |sample, rows: &[u8], srgb| png_bytes(sample, (side as u32, side as u32), srgb, rows);
+        let painted = |(_, painter): &(&str, Painter)| {
+            png(painter.quantity().sample(), &painter.paint(tile, side, side), painter.quantity().is_colour())
+        };
+        let [colour, blends @ ..] = &self.painters;
+        let base = glb.texture(&named(colour.0), &painted(colour));
+        let normal = detail.map(|rows| glb.texture(&named("normal"), &png(Sample::Rgb8, rows, false)));
+        let blend_images: Vec<String> = blends.iter().map(|blend| named(blend.0)).collect();
+        for (name, blend) in blend_images.iter().zip(blends) {
+            glb.image(name, &painted(blend));
+        }
+        glb.uses(TRANSFORM, false);
+        // Texels are vertices: the middle of the first one is 0, and that of the last one 1.
+        let texels = side as f32;
+        let (offset, scale) = ([0.5 / texels; 2], [(texels - 1.0) / texels; 2]);
+        let transform = json!({ "offset": offset, "scale": scale });
+        let others = || Map::from_iter([(TRANSFORM.to_owned(), transform.clone())]);
+        let info = |index: Index<Texture>| Info {
+            index,
+            tex_coord: 0,
+            extensions: Some(extensions::texture::Info { others: others() }),
+            extras: None,
+        };
+        let normal_texture = normal.map(|index| NormalTexture {
+            index,
+            scale: 1.0,
+            tex_coord: 0,
+            extensions: Some(extensions::material::NormalTexture { others: others() }),
+            extras: None,
+        });
+        glb.root.push(Material {
+            name: Some(named("land")),
+            pbr_metallic_roughness: PbrMetallicRoughness {
+                base_color_texture: Some(info(base)),
+                metallic_factor: StrengthFactor(0.0),
+                roughness_factor: StrengthFactor(0.95),
+                ..Default::default()
+            },
+            normal_texture,
+            extras: Some(extras(&json!({ "blend_images": blend_images }))),
+            ..Default::default()
+        })
+    }
+}
+
+fn add(glb: &mut Glb, children: &mut Vec<Index<Node>>, substance: Substance, geometry: super::values::Geometry) {
+    let [.., opacity] = substance.colour;
+    let material = glb.root.push(Material {
+        name: Some(substance.name.to_owned()),
+        alpha_mode: Valid(if opacity < 1.0 { AlphaMode::Blend } else { AlphaMode::Opaque }),
+        pbr_metallic_roughness: PbrMetallicRoughness {
+            base_color_factor: PbrBaseColorFactor(substance.colour),
+            metallic_factor: StrengthFactor(0.0),
+            roughness_factor: StrengthFactor(substance.roughness),
+            ..Default::default()
+        },
+        ..Default::default()
+    });
+    let mesh = glb.mesh(substance.name, geometry, material);
+    children.push(glb.root.push(node(substance.name, Some(mesh))));
+}
+
+fn node(name: &str, mesh: Option<Index<Mesh>>) -> Node {
+    Node { mesh, name: Some(name.to_owned()), ..Default::default() }
+}
+
+fn extras(value: &impl Serialize) -> Box<RawValue> {
+    serde_json::value::to_raw_value(value).expect("names and numbers are JSON")
+}
+
+impl Sink for GltfSink<'_> {
+    fn name(&self) -> &str {
+        NAME
+    }
+
+    fn take(&self, tile: &Tile, place: Place) -> Result<Vec<u8>, Error> {
+        let mut kept = Vec::new();
+        for (lod, model) in self.modeller.models(tile) {
+            let path = tile_path(lod, place, "glb");
+            let glb = self.document(tile, place, lod, &model);
+            let (root, bytes, start) = glb.finish();
+            let finished = write_whole(self.out.join(&path), &bytes)?;
+            kept.push((path.clone(), start, root));
+            let record = FileRecord {
+                tile: Some(tile.id()),
+                mesh: Some(self.modeller.record(tile, lod, &model.land)),
+                ..FileRecord::new(path, NAME, finished)
+            };
+            self.records.lock().expect("no thread panics while it adds").push(record);
+        }
+        Ok(serde_json::to_vec(&kept).expect("names and finite numbers are JSON"))
+    }
+
+    fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+        let mut regions = self.regions.lock().expect("no thread panics while it writes");
+        for piece in pieces {
+            let kept: Vec<(String, usize, Root)> = serde_json::from_slice(piece).expect("it was written by this sink");
+            for (region, (path, start, root)) in regions.iter_mut().zip(kept) {
+                region.add(root, &path, start)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+        let mut records = std::mem::take(&mut *self.records.lock().expect("no thread panics while it adds"));
+        for region in self.regions.lock().expect("no thread panics while it writes").drain(..) {
+            records.push(region.finish()?);
+        }
+        Ok(records)
+    }
+}

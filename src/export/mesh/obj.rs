@@ -1,0 +1,289 @@
+//! Wavefront OBJ: one file of the region, written tile by tile, or one a tile; with the materials beside it.
+//!
+//! East is x, up is y, south is z, metres from the region's middle. Each vertex has a texture coordinate and a normal of its
+//! own number.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use super::model::{Model, Modeller, SUBSTANCES, Substance, by_substance, substance_of_water};
+use super::options::MeshOptions;
+use super::{region_path, tile_path};
+use crate::area::{Place, Region};
+use crate::bake::Sink;
+use crate::error::Error;
+use crate::export::file::{PartFile, write_whole};
+use crate::export::manifest::FileRecord;
+use crate::tile::Tile;
+use crate::world::World;
+
+/// Writes OBJ files.
+pub(crate) struct ObjSink<'a> {
+    name: &'static str,
+    modeller: Modeller<'a>,
+    out: PathBuf,
+    /// For files of the region: each level's, and vertices written to it so far.
+    regions: Option<Mutex<Vec<(String, PartFile, u64)>>>,
+    records: Mutex<Vec<FileRecord>>,
+}
+
+/// The text of a tile's vertices, and its faces by material, which count from the tile's first vertex.
+#[derive(Default)]
+struct Text {
+    vertices: String,
+    count: u32,
+    faces: Vec<(String, Vec<u32>)>,
+}
+
+impl<'a> ObjSink<'a> {
+    /// Begins the files in the folder of the bake.
+    pub fn create(
+        world: &'a World,
+        region: Region,
+        options: &MeshOptions,
+        tiles: bool,
+        out: &Path,
+    ) -> Result<ObjSink<'a>, Error> {
+        let begin = |lod: &u32| -> Result<(String, PartFile, u64), Error> {
+            let path = region_path(*lod, "obj");
+            let mut file = PartFile::create(out.join(&path))?;
+            writeln!(file, "mtllib {}", file_name(&region_path(*lod, "mtl"))).map_err(Error::io(file.path()))?;
+            Ok((path, file, 0))
+        };
+        let regions = (!tiles).then(|| options.lods.all().iter().map(begin).collect::<Result<Vec<_>, _>>());
+        Ok(ObjSink {
+            name: if tiles { "obj-tiles" } else { "obj" },
+            modeller: Modeller::new(world, region, options, false),
+            out: out.to_owned(),
+            regions: regions.transpose()?.map(Mutex::new),
+            records: Mutex::default(),
+        })
+    }
+
+    /// The most bytes of a tile's text.
+    pub fn bytes_at_most(region: &Region) -> u64 {
+        let cells = u64::from(region.tile_cells());
+        // A vertex of three lines of numbers, of the land and of water; two triangles a cell, each with nine numbers.
+        (cells + 1).pow(2) * 2 * 140 + 4 * cells.pow(2) * 9 * 12 + (1 << 20)
+    }
+
+    fn text(&self, tile: &Tile, place: Place, model: &Model) -> Text {
+        let Modeller { frame, region, .. } = &self.modeller;
+        let area = tile.area();
+        let [corner_east, _, corner_south] = frame.corner_m(&area);
+        let mut text = Text::default();
+        _ = writeln!(text.vertices, "o tile_x{}_y{}", place.col, place.row);
+        let lattice = |[column, row]: [u32; 2]| (area.x0 + i64::from(column), area.y0 + i64::from(row));
+        let placed = |x: i64, y: i64, height_m: f32| {
+            let [east, south] = frame.local_steps(&area, x, y).map(|steps| steps as f64 * frame.step_m());
+            [corner_east + east, f64::from(height_m), corner_south + south]
+        };
+        // Texels are vertices: of the tile's picture, or of the region's.
+        let (first, sides) = if self.regions.is_none() {
+            ([area.x0, area.y0], [area.width() as u64; 2])
+        } else {
+            let origin = region.at().area(region.tile_cells());
+            ([origin.x0, origin.y0], [region.width(), region.height()])
+        };
+        let texture = |x: i64, y: i64| {
+            let [u, v] = [(x, 0), (y, 1)].map(|(at, axis)| ((at - first[axis]) as f64 + 0.5) / sides[axis] as f64);
+            [u, 1.0 - v]
+        };
+        let land = land_name(self.regions.is_none().then_some(place));
+        text.add(
+            land,
+            &model.land.triangles,
+            model.land.vertices.iter().map(|vertex| {
+                let (x, y) = lattice(*vertex);
+                (placed(x, y, tile.heights().at(x, y)), texture(x, y), tile.normals().at(x, y))
+            }),
+        );
+        for sheet in &model.waters {
+            let name = substance_of_water(sheet.kind).name.to_owned();
+            text.add(
+                name,
+                &sheet.triangles,
+                sheet.vertices.iter().map(|(vertex, height_m)| {
+                    let (x, y) = lattice(*vertex);
+                    (placed(x, y, *height_m), texture(x, y), [0.0, 1.0, 0.0])
+                }),
+            );
+        }
+        for (substance, ribbons) in by_substance(&model.ribbons) {
+            for ribbon in ribbons {
+                text.add(
+                    substance.name.to_owned(),
+                    &ribbon.triangles,
+                    ribbon.vertices.iter().map(|vertex| {
+                        let [east, south] = frame.local_m(vertex.place);
+                        let place = [corner_east + east, vertex.height_m, corner_south + south].map(thousandths);
+                        (place, vertex.texture.map(f64::from), vertex.normal)
+                    }),
+                );
+            }
+        }
+        text
+    }
+}
+
+/// The materials of a file of the region, or of a tile's.
+fn materials(place: Option<Place>) -> String {
+    let colour = match place {
+        Some(Place { row, col }) => format!("../colour/colour_x{col}_y{row}.png"),
+        None => "../colour/colour.png".to_owned(),
+    };
+    let mut text = format!("newmtl {}\nKd 1 1 1\nKs 0 0 0\nPr 0.95\nmap_Kd {colour}\n", land_name(place));
+    for Substance { name, colour: [red, green, blue, opacity], roughness } in SUBSTANCES {
+        _ = write!(text, "\nnewmtl {name}\nKd {red} {green} {blue}\nKs 0.5 0.5 0.5\nPr {roughness}\nd {opacity}\n");
+    }
+    text
+}
+
+fn land_name(place: Option<Place>) -> String {
+    place.map_or("land".to_owned(), |Place { row, col }| format!("land_x{col}_y{row}"))
+}
+
+fn file_name(path: &str) -> &str {
+    path.rsplit_once('/').map_or(path, |(_, name)| name)
+}
+
+/// Without digits that nobody needs.
+fn thousandths(metres: f64) -> f64 {
+    (metres * 1000.0).round() / 1000.0
+}
+
+impl Text {
+    fn add(
+        &mut self,
+        material: String,
+        triangles: &[[u32; 3]],
+        vertices: impl Iterator<Item = ([f64; 3], [f64; 2], [f32; 3])>,
+    ) {
+        let first = self.count;
+        for ([east, up, south], [u, v], [normal_east, normal_up, normal_south]) in vertices {
+            self.count += 1;
+            // A height is printed as the shortest text that reads back as the same 32 bits.
+            let up = up as f32;
+            _ = write!(
+                self.vertices,
+                "v {east} {up} {south}\nvt {u:.6} {v:.6}\nvn {normal_east:.4} {normal_up:.4} {normal_south:.4}\n"
+            );
+        }
+        self.faces.push((material, triangles.as_flattened().iter().map(|index| first + index).collect()));
+    }
+
+    /// Writes it behind `before` vertices.
+    fn write(&self, before: u64, target: &mut impl std::io::Write) -> std::io::Result<()> {
+        target.write_all(self.vertices.as_bytes())?;
+        let mut line = String::new();
+        for (material, faces) in &self.faces {
+            writeln!(target, "usemtl {material}")?;
+            for triangle in faces.as_chunks::<3>().0 {
+                line.clear();
+                line.push('f');
+                for index in triangle {
+                    let number = before + u64::from(*index) + 1;
+                    _ = write!(line, " {number}/{number}/{number}");
+                }
+                line.push('\n');
+                target.write_all(line.as_bytes())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Itself as bytes, and back: what a sink keeps of a tile until its turn comes.
+    fn pack(&self, bytes: &mut Vec<u8>) {
+        let add = |bytes: &mut Vec<u8>, part: &[u8]| {
+            bytes.extend((part.len() as u64).to_le_bytes());
+            bytes.extend(part);
+        };
+        bytes.extend(u64::from(self.count).to_le_bytes());
+        add(bytes, self.vertices.as_bytes());
+        bytes.extend((self.faces.len() as u64).to_le_bytes());
+        for (material, faces) in &self.faces {
+            add(bytes, material.as_bytes());
+            add(bytes, &faces.iter().flat_map(|index| index.to_le_bytes()).collect::<Vec<u8>>());
+        }
+    }
+
+    fn unpack(bytes: &mut &[u8]) -> Text {
+        fn number(bytes: &mut &[u8]) -> usize {
+            u64::from_le_bytes(part(bytes, 8).try_into().expect("eight bytes")) as usize
+        }
+        fn part<'a>(bytes: &mut &'a [u8], length: usize) -> &'a [u8] {
+            bytes.split_off(..length).expect("what was packed is whole")
+        }
+        fn text(bytes: &mut &[u8]) -> String {
+            let length = number(bytes);
+            String::from_utf8(part(bytes, length).to_vec()).expect("it was text")
+        }
+        let count = number(bytes) as u32;
+        let vertices = text(bytes);
+        let faces = (0..number(bytes)).map(|_| {
+            let material = text(bytes);
+            let length = number(bytes);
+            (material, part(bytes, length).as_chunks().0.iter().map(|index| u32::from_le_bytes(*index)).collect())
+        });
+        let faces = faces.collect();
+        Text { vertices, count, faces }
+    }
+}
+
+impl Sink for ObjSink<'_> {
+    fn name(&self) -> &str {
+        self.name
+    }
+
+    fn take(&self, tile: &Tile, place: Place) -> Result<Vec<u8>, Error> {
+        let mut packed = Vec::new();
+        for (lod, model) in self.modeller.models(tile) {
+            let text = self.text(tile, place, &model);
+            if self.regions.is_some() {
+                text.pack(&mut packed);
+                continue;
+            }
+            let (path, beside) = (tile_path(lod, place, "obj"), tile_path(lod, place, "mtl"));
+            let mut file = PartFile::create(self.out.join(&path))?;
+            let written = writeln!(file, "mtllib {}", file_name(&beside)).and_then(|()| text.write(0, &mut file));
+            written.map_err(Error::io(file.path()))?;
+            let record = FileRecord {
+                tile: Some(tile.id()),
+                mesh: Some(self.modeller.record(tile, lod, &model.land)),
+                ..FileRecord::new(path, self.name, file.finish()?)
+            };
+            let finished = write_whole(self.out.join(&beside), materials(Some(place)).as_bytes())?;
+            let second = FileRecord { tile: Some(tile.id()), ..FileRecord::new(beside, self.name, finished) };
+            self.records.lock().expect("no thread panics while it adds").extend([record, second]);
+        }
+        Ok(packed)
+    }
+
+    fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+        let Some(regions) = &self.regions else { return Ok(()) };
+        let mut regions = regions.lock().expect("no thread panics while it writes");
+        for piece in pieces {
+            let mut rest = *piece;
+            for (_, file, before) in regions.iter_mut() {
+                let text = Text::unpack(&mut rest);
+                text.write(*before, file).map_err(Error::io(file.path()))?;
+                *before += u64::from(text.count);
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+        let mut records = std::mem::take(&mut *self.records.lock().expect("no thread panics while it adds"));
+        let Some(regions) = &self.regions else { return Ok(records) };
+        for (path, file, _) in regions.lock().expect("no thread panics while it writes").drain(..) {
+            let beside = format!("{}mtl", path.strip_suffix("obj").expect("it was named so"));
+            records.push(FileRecord::new(path, self.name, file.finish()?));
+            let finished = write_whole(self.out.join(&beside), materials(None).as_bytes())?;
+            records.push(FileRecord::new(beside, self.name, finished));
+        }
+        Ok(records)
+    }
+}

@@ -1,0 +1,141 @@
+//! What the user may choose about meshes.
+
+use std::str::FromStr;
+
+use crate::area::Region;
+use crate::error::Error;
+use crate::mesh::Frame;
+use crate::world::World;
+
+/// How meshes are made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshOptions {
+    /// Levels of detail, none twice, the finest first.
+    pub lods: Lods,
+    /// Metres that no vertex of the raster may lie above or below the mesh of LOD 1; twice as much for each LOD after it.
+    /// Default: a quarter of the spacing.
+    pub error_m: Option<f64>,
+    /// Whether numbers are written in 8 and 16 bits (KHR_mesh_quantization); glTF only.
+    pub quantized: bool,
+    /// Whether the numbers are compressed (EXT_meshopt_compression); glTF only.
+    pub compressed: bool,
+}
+
+impl Default for MeshOptions {
+    fn default() -> MeshOptions {
+        MeshOptions { lods: Lods(vec![0]), error_m: None, quantized: false, compressed: false }
+    }
+}
+
+/// Levels of detail: 0 is every vertex, and each one after it has a bound twice as wide.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Lods(Vec<u32>);
+
+/// The highest level of detail that is ever asked for: by then a bound has grown by more than any height range.
+const MAX_LOD: u32 = 31;
+
+impl Lods {
+    /// The levels, ascending.
+    pub fn all(&self) -> &[u32] {
+        &self.0
+    }
+}
+
+impl FromStr for Lods {
+    type Err = String;
+
+    /// `2`, or `0..3` for all from 0 to 3, or several with commas between.
+    fn from_str(text: &str) -> Result<Lods, String> {
+        let number = |text: &str| match text.trim().parse::<u32>() {
+            Ok(lod @ 0..=MAX_LOD) => Ok(lod),
+            _ => Err(format!("expected levels of detail from 0 to {MAX_LOD}, such as 2, 0..3 or 0,2; found {text:?}")),
+        };
+        let mut lods = Vec::new();
+        for part in text.split(',') {
+            match part.split_once("..") {
+                Some((from, to)) => {
+                    let (from, to) = (number(from)?, number(to.trim_start_matches('='))?);
+                    if from > to {
+                        return Err(format!("{part:?} counts down; the finest level comes first: {to}..{from}"));
+                    }
+                    lods.extend(from..=to);
+                }
+                None => lods.push(number(part)?),
+            }
+        }
+        lods.sort_unstable();
+        lods.dedup();
+        Ok(Lods(lods))
+    }
+}
+
+impl MeshOptions {
+    /// The bound in metres of a level of detail; `None` for LOD 0, which keeps every vertex.
+    pub fn bound_m(&self, world: &World, lod: u32) -> Option<f64> {
+        let first_m = self.error_m.unwrap_or(world.spacing_m() / 4.0);
+        (lod > 0).then(|| first_m * f64::from(lod - 1).exp2())
+    }
+
+    /// Whether meshes of a region can be made so.
+    ///
+    /// # Errors
+    /// When the error bound is not a positive number, or lets a mesh leave all of the world's heights out, or is finer
+    /// than quantised positions; the hint says what would do.
+    pub(crate) fn check(&self, world: &World, region: &Region) -> Result<(), Error> {
+        let refuse = |message: String, hint: String| Err(Error::Option { message, hint });
+        let (min_m, max_m) = world.height_range_m();
+        let range_m = f64::from(max_m - min_m);
+        if let Some(error_m) = self.error_m
+            && !(error_m > 0.0 && error_m <= range_m)
+        {
+            return refuse(
+                format!("a mesh error of {error_m} m makes no sense where heights span {range_m} m"),
+                format!(
+                    "give more than 0 and less than {range_m} with --mesh-error; a quarter of the spacing is {} m",
+                    { world.spacing_m() / 4.0 }
+                ),
+            );
+        }
+        let finest_m = Frame::new(world, region, self.quantized).height_error_m();
+        for &lod in self.lods.all() {
+            let Some(bound_m) = self.bound_m(world, lod) else { continue };
+            if bound_m > range_m {
+                let highest =
+                    (1..lod).rev().find(|lod| self.bound_m(world, *lod).is_some_and(|bound| bound <= range_m));
+                return refuse(
+                    format!(
+                        "LOD {lod} may be {bound_m} m off, and heights span {range_m} m: no triangle of the land would be left \
+                         but the two of a plane"
+                    ),
+                    match highest {
+                        Some(highest) => format!("the coarsest level of this world is --lod {highest}"),
+                        None => format!("give a smaller bound with --mesh-error, such as {}", world.spacing_m() / 4.0),
+                    },
+                );
+            }
+            if bound_m <= finest_m {
+                return refuse(
+                    format!("LOD {lod} may be {bound_m} m off, and quantised heights are up to {finest_m} m off"),
+                    format!("give more than {finest_m} with --mesh-error, or leave out --quantize"),
+                );
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_are_read_as_people_write_them() {
+        let levels = |text: &str| text.parse::<Lods>().map(|lods| lods.0);
+        assert_eq!(levels("2"), Ok(vec![2]));
+        assert_eq!(levels("0..3"), Ok(vec![0, 1, 2, 3]));
+        assert_eq!(levels("0..=1,5, 1"), Ok(vec![0, 1, 5]));
+        for wrong in ["", "-1", "3..1", "32", "a"] {
+            assert!(levels(wrong).is_err(), "{wrong:?}");
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! The numbers of meshes, as glTF has them: attributes of vertices, and indices.
+
+use gltf_json::accessor::{ComponentType, Type};
+use gltf_json::mesh::Semantic;
+
+use crate::area::{Area, Region};
+use crate::mesh::{Frame, Ribbon, Sheet, Surface};
+use crate::tile::{Material, Tile};
+
+/// Some numbers a vertex, as they lie in a file: each vertex' begin at a multiple of 4 bytes.
+#[derive(Debug)]
+pub(super) struct Values {
+    pub component: ComponentType,
+    pub dimensions: Type,
+    /// Whether whole numbers stand for 0..1 or -1..1.
+    pub normalized: bool,
+    pub count: usize,
+    pub bytes: Vec<u8>,
+    /// The least and the greatest of each dimension, of those that readers need them of.
+    pub bounds: Option<[Vec<f64>; 2]>,
+}
+
+impl Values {
+    /// Bytes from one vertex to the next.
+    pub fn stride(&self) -> usize {
+        (self.component.size() * self.dimensions.multiplicity()).next_multiple_of(4)
+    }
+
+    fn floats<const N: usize>(values: impl Iterator<Item = [f32; N]>) -> Values {
+        let values: Vec<[[u8; 4]; N]> = values.map(|value| value.map(f32::to_le_bytes)).collect();
+        Values {
+            component: ComponentType::F32,
+            dimensions: dimensions(N),
+            normalized: false,
+            count: values.len(),
+            bytes: values.into_flattened().into_flattened(),
+            bounds: None,
+        }
+    }
+
+    fn whole<const N: usize, const BYTES: usize>(
+        component: ComponentType,
+        values: impl Iterator<Item = [[u8; BYTES]; N]>,
+    ) -> Values {
+        let mut all = Values {
+            component,
+            dimensions: dimensions(N),
+            normalized: true,
+            count: 0,
+            bytes: Vec::new(),
+            bounds: None,
+        };
+        let stride = all.stride();
+        for value in values {
+            all.count += 1;
+            all.bytes.extend(value.as_flattened());
+            all.bytes.resize(all.count * stride, 0);
+        }
+        all
+    }
+
+    /// Numbers from 0 to 1 in 16 bits.
+    fn shares<const N: usize>(values: impl Iterator<Item = [f32; N]>) -> Values {
+        let whole = |share: f32| ((share * 65535.0 + 0.5) as u16).to_le_bytes();
+        Values::whole(ComponentType::U16, values.map(|value| value.map(whole)))
+    }
+
+    /// Directions in 8 bits.
+    fn directions<const N: usize>(values: impl Iterator<Item = [f32; N]>) -> Values {
+        let whole = |axis: f32| ((axis * 127.0).round() as i8).to_le_bytes();
+        Values::whole(ComponentType::I8, values.map(|value| value.map(whole)))
+    }
+
+    /// Says the bounds of positions.
+    fn bounded<const N: usize>(mut self, places: impl Iterator<Item = [f64; N]>) -> Values {
+        let mut bounds = [vec![f64::INFINITY; N], vec![f64::NEG_INFINITY; N]];
+        for place in places {
+            for (axis, value) in place.into_iter().enumerate() {
+                bounds[0][axis] = bounds[0][axis].min(value);
+                bounds[1][axis] = bounds[1][axis].max(value);
+            }
+        }
+        self.bounds = Some(bounds);
+        self
+    }
+}
+
+fn dimensions(count: usize) -> Type {
+    match count {
+        1 => Type::Scalar,
+        2 => Type::Vec2,
+        3 => Type::Vec3,
+        4 => Type::Vec4,
+        _ => unreachable!("no attribute has {count} dimensions"),
+    }
+}
+
+/// A mesh, ready to be written.
+#[derive(Debug)]
+pub(super) struct Geometry {
+    pub attributes: Vec<(Semantic, Values)>,
+    /// In the order that suits a GPU.
+    pub indices: Vec<u32>,
+}
+
+/// The tangent at a vertex with some normal, where textures lie from west to east: east, up, south, and the side of the
+/// bitangent, which points north.
+pub(super) fn tangent([east, up, _]: [f32; 3]) -> [f32; 4] {
+    let length = (east * east + up * up).sqrt();
+    if length > 0.0 { [up / length, -east / length, 0.0, 1.0] } else { [1.0, 0.0, 0.0, 1.0] }
+}
+
+/// Names of the attributes that hold how much of each material there is.
+pub(super) fn weight_name(material: Material) -> &'static str {
+    match material {
+        Material::Grass => "GRASS",
+        Material::Dirt => "DIRT",
+        Material::Rock => "ROCK",
+        Material::Sand => "SAND",
+        Material::Snow => "SNOW",
+    }
+}
+
+/// The land of a tile: positions, normals, both sets of texture coordinates, the weights of materials, and tangents if the
+/// material has a normal map. In whole numbers where the frame has them.
+pub(super) fn of_land(
+    tile: &Tile,
+    surface: &Surface,
+    frame: &Frame,
+    region: &Region,
+    quantized: bool,
+    tangents: bool,
+) -> Geometry {
+    let area = tile.area();
+    let vertices =
+        || surface.vertices.iter().map(|&[column, row]| (area.x0 + i64::from(column), area.y0 + i64::from(row)));
+    let normals = || vertices().map(|(x, y)| tile.normals().at(x, y));
+    let cells = surface.cells as f32;
+    let in_tile = || surface.vertices.iter().map(|vertex| vertex.map(|at| at as f32 / cells));
+    let (x0, y0) = (region.at().x * surface.cells as i64, region.at().y * surface.cells as i64);
+    let sides = [region.width() - 1, region.height() - 1];
+    let in_region = || {
+        vertices()
+            .map(|(x, y)| [((x - x0) as f64 / sides[0] as f64) as f32, ((y - y0) as f64 / sides[1] as f64) as f32])
+    };
+    let positions = if quantized {
+        let steps = || {
+            vertices().map(|(x, y)| {
+                let [east, south] = frame.local_steps(&area, x, y).map(|steps| steps as u16);
+                [east, frame.height_steps(tile.heights().at(x, y)), south]
+            })
+        };
+        let values = Values::whole(ComponentType::U16, steps().map(|place| place.map(u16::to_le_bytes)));
+        Values { normalized: false, ..values }.bounded(steps().map(|place| place.map(f64::from)))
+    } else {
+        let places = || {
+            vertices().map(|(x, y)| {
+                let [east, south] = frame.local_steps(&area, x, y).map(|steps| (steps as f64 * frame.step_m()) as f32);
+                [east, tile.heights().at(x, y), south]
+            })
+        };
+        Values::floats(places()).bounded(places().map(|place| place.map(f64::from)))
+    };
+    let shares = |shares: &mut dyn Iterator<Item = [f32; 2]>| match quantized {
+        true => Values::shares(shares),
+        false => Values::floats(shares),
+    };
+    let mut attributes = vec![
+        (Semantic::Positions, positions),
+        (Semantic::Normals, if quantized { Values::directions(normals()) } else { Values::floats(normals()) }),
+    ];
+    if tangents {
+        let tangents = || normals().map(tangent);
+        attributes.push((
+            Semantic::Tangents,
+            if quantized { Values::directions(tangents()) } else { Values::floats(tangents()) },
+        ));
+    }
+    attributes.push((Semantic::TexCoords(0), shares(&mut in_tile())));
+    attributes.push((Semantic::TexCoords(1), shares(&mut in_region())));
+    for material in Material::ALL {
+        // Always floats: Blender cannot read numbers of one byte, and passes over those of two.
+        let weights = vertices().map(|(x, y)| [f32::from(tile.blend().weight(material, x, y)) / 255.0]);
+        attributes.push((Semantic::Extras(weight_name(material).to_owned()), Values::floats(weights)));
+    }
+    Geometry { attributes, indices: surface.triangles.as_flattened().to_vec() }
+}
+
+/// The surface of water.
+pub(super) fn of_sheet(sheet: &Sheet, frame: &Frame, area: &Area) -> Geometry {
+    let places = || {
+        sheet.vertices.iter().map(|([column, row], height_m)| {
+            let (x, y) = (area.x0 + i64::from(*column), area.y0 + i64::from(*row));
+            let [east, south] = frame.local_steps(area, x, y).map(|steps| (steps as f64 * frame.step_m()) as f32);
+            [east, *height_m, south]
+        })
+    };
+    let cells = (area.width() - 1) as f32;
+    let textures = sheet.vertices.iter().map(|(vertex, _)| vertex.map(|at| at as f32 / cells));
+    let attributes = vec![
+        (Semantic::Positions, Values::floats(places()).bounded(places().map(|place| place.map(f64::from)))),
+        (Semantic::Normals, Values::floats(sheet.vertices.iter().map(|_| [0.0, 1.0, 0.0]))),
+        (Semantic::TexCoords(0), Values::floats(textures)),
+    ];
+    Geometry { attributes, indices: sheet.triangles.as_flattened().to_vec() }
+}
+
+/// Some ribbons as one mesh.
+pub(super) fn of_ribbons(ribbons: &[Ribbon], frame: &Frame) -> Geometry {
+    let vertices = || ribbons.iter().flat_map(|ribbon| &ribbon.vertices);
+    let places = || {
+        vertices().map(|vertex| {
+            let [east, south] = frame.local_m(vertex.place);
+            [east as f32, vertex.height_m as f32, south as f32]
+        })
+    };
+    let attributes = vec![
+        (Semantic::Positions, Values::floats(places()).bounded(places().map(|place| place.map(f64::from)))),
+        (Semantic::Normals, Values::floats(vertices().map(|vertex| vertex.normal))),
+        (Semantic::TexCoords(0), Values::floats(vertices().map(|vertex| vertex.texture))),
+    ];
+    let mut indices = Vec::new();
+    let mut before = 0;
+    for ribbon in ribbons {
+        indices.extend(ribbon.triangles.as_flattened().iter().map(|index| before + index));
+        before += ribbon.vertices.len() as u32;
+    }
+    Geometry { attributes, indices }
+}

@@ -1,0 +1,377 @@
+//! Meshes, read back with the crates gltf and tobj: land within its bound, tiles that share their borders exactly, waters and
+//! roads where they are; and what is refused.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use gltf::Semantic;
+use gltf::mesh::Mode;
+use tempfile::TempDir;
+use terrane::area::{Area, Region, TileId};
+use terrane::bake::Watch;
+use terrane::export::{Export, Manifest, MeshOptions, Output, Plan};
+use terrane::preset::Preset;
+use terrane::tile::{Material, Tile};
+use terrane::world::World;
+
+/// A world with a sea, the thesis' rivers and roads, and a spacing that is no power of two.
+const WET: &str = r#"
+    tile_cells = 32
+    spacing_m = 3.3
+    sea_level_m = 20.0
+    noise = [{ kind = "ridged", height_m = 80.0, wavelength_m = 700.0, octaves = 4 }]
+    rivers = { density = 1.0, bank_m = 8.0 }
+    roads = { density = 1.0 }
+"#;
+
+const AT: TileId = TileId { x: -2, y: 100_000_000 };
+
+fn wet() -> World {
+    World::new(Preset::parse("wet", WET).unwrap(), Some(3)).unwrap()
+}
+
+fn region(world: &World) -> Region {
+    Region::new(AT, 3, 2, world.tile_cells()).unwrap()
+}
+
+/// A bake of some exports in a folder of its own.
+fn bake(world: &World, exports: &str, meshes: MeshOptions) -> (TempDir, Manifest) {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = Plan::new(world, "wet", region(world), Export::parse_list(exports).unwrap()).unwrap();
+    let plan = plan.with_meshes(meshes).unwrap();
+    let output = Output::prepare(folder.path(), true, &plan.cost(2)).unwrap();
+    let manifest = plan.run(&output, &Watch::default()).unwrap();
+    (folder, manifest)
+}
+
+fn lods(text: &str) -> MeshOptions {
+    MeshOptions { lods: text.parse().unwrap(), ..MeshOptions::default() }
+}
+
+/// A part of a mesh file: places in the region, in 32 bits as a program that draws it has them, and triangles.
+struct Part {
+    places: Vec<[f32; 3]>,
+    triangles: Vec<[usize; 3]>,
+}
+
+/// The parts of a glTF by the names of their nodes, of all tiles together.
+fn parts(path: &Path) -> BTreeMap<String, Part> {
+    // The reader knows no KHR_mesh_quantization; what it allows is read below.
+    let file = gltf::Gltf::from_slice_without_validation(&std::fs::read(path).unwrap());
+    let gltf::Gltf { document, blob } = file.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let buffers = gltf::import_buffers(&document, path.parent(), blob).unwrap();
+    let mut parts = BTreeMap::<String, Part>::new();
+    for root in document.default_scene().expect("a scene").nodes() {
+        let (corner, rotation, scale) = root.transform().decomposed();
+        assert_eq!(
+            (rotation, scale),
+            ([0.0, 0.0, 0.0, 1.0], [1.0; 3]),
+            "{} has no transform but its place",
+            path.display()
+        );
+        for node in root.children() {
+            let (lift, _, scale) = node.transform().decomposed();
+            let part = parts
+                .entry(node.name().unwrap().to_owned())
+                .or_insert_with(|| Part { places: Vec::new(), triangles: Vec::new() });
+            for primitive in node.mesh().expect("a mesh").primitives() {
+                assert_eq!(primitive.mode(), Mode::Triangles);
+                let first = part.places.len();
+                let accessor = primitive.get(&Semantic::Positions).unwrap();
+                let view = accessor.view().unwrap();
+                let stride = view.stride().unwrap();
+                let bytes = &buffers[view.buffer().index()][view.offset()..][..view.length()];
+                for vertex in bytes.chunks_exact(stride) {
+                    let number = |axis: usize| match accessor.size() {
+                        6 => f32::from(u16::from_le_bytes(vertex[2 * axis..][..2].try_into().unwrap())),
+                        _ => f32::from_le_bytes(vertex[4 * axis..][..4].try_into().unwrap()),
+                    };
+                    part.places.push([0, 1, 2].map(|axis| corner[axis] + (lift[axis] + scale[axis] * number(axis))));
+                }
+                let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data.0[..]));
+                let indices: Vec<usize> =
+                    reader.read_indices().unwrap().into_u32().map(|index| first + index as usize).collect();
+                part.triangles.extend(indices.as_chunks::<3>().0);
+            }
+        }
+    }
+    parts
+}
+
+fn glb(folder: &TempDir, lod: u32, col: u64, row: u64) -> PathBuf {
+    let level = if lod == 0 { String::new() } else { format!("_lod{lod}") };
+    folder.path().join(format!("mesh/tile{level}_x{col}_y{row}.glb"))
+}
+
+fn bits(place: [f32; 3]) -> [u32; 3] {
+    place.map(f32::to_bits)
+}
+
+/// How often each edge of triangles between exact places is used: no more than twice, and once only on the region's border.
+fn assert_welded(parts: &[&Part], what: &str) {
+    let mut edges = BTreeMap::new();
+    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    for part in parts {
+        for place in &part.places {
+            low = [0, 1, 2].map(|axis| low[axis].min(place[axis]));
+            high = [0, 1, 2].map(|axis| high[axis].max(place[axis]));
+        }
+        for triangle in &part.triangles {
+            let [a, b, c] = triangle.map(|index| part.places[index]);
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                let edge = if bits(from) < bits(to) { (bits(from), bits(to)) } else { (bits(to), bits(from)) };
+                edges.entry(edge).or_insert((0, [from, to])).0 += 1;
+            }
+        }
+    }
+    for (count, [from, to]) in edges.into_values() {
+        let outer =
+            [0, 2].into_iter().any(|axis| from[axis] == to[axis] && [low[axis], high[axis]].contains(&from[axis]));
+        assert!(count == 2 || count == 1 && outer, "{what}: the edge {from:?} {to:?} has {count} triangles");
+    }
+}
+
+#[test]
+fn tiles_meet_without_a_crack_at_every_level_in_floats_and_in_whole_numbers() {
+    let world = wet();
+    for quantized in [false, true] {
+        let (folder, _) = bake(&world, "gltf", MeshOptions { quantized, ..lods("0..4") });
+        for lod in 0..=4 {
+            let lands: Vec<Part> = (0..6)
+                .map(|tile| parts(&glb(&folder, lod, tile % 3, tile / 3)).remove("land").expect("a tile has land"))
+                .collect();
+            assert_welded(&lands.iter().collect::<Vec<_>>(), &format!("LOD {lod}"));
+            // The region's file shows the same.
+            let level = if lod == 0 { String::new() } else { format!("_lod{lod}") };
+            let all = parts(&folder.path().join(format!("mesh/region{level}.gltf")));
+            let places: BTreeSet<_> = all["land"].places.iter().copied().map(bits).collect();
+            assert_eq!(places, lands.iter().flat_map(|land| &land.places).copied().map(bits).collect());
+        }
+    }
+}
+
+#[test]
+fn no_vertex_of_the_raster_is_further_from_a_mesh_than_the_manifest_says() {
+    let world = wet();
+    for quantized in [false, true] {
+        let (folder, manifest) = bake(&world, "gltf", MeshOptions { quantized, error_m: Some(1.5), ..lods("0..3") });
+        let origin_m = manifest.region.mesh_origin_m;
+        let mut tiles = 0;
+        for file in &manifest.files {
+            let (Some(mesh), Some(id)) = (&file.mesh, file.tile) else { continue };
+            tiles += 1;
+            assert!(mesh.lod == 0 || mesh.error_m == 1.5 * f64::from(mesh.lod - 1).exp2());
+            let land = parts(&folder.path().join(&file.path)).remove("land").unwrap();
+            assert_eq!((land.places.len() as u64, land.triangles.len() as u64), (mesh.vertices, mesh.triangles));
+            let tile = Tile::new(&world, id);
+            let Area { x0, y0, x1, y1 } = tile.area();
+            let mut seen = BTreeSet::new();
+            for triangle in &land.triangles {
+                // In vertices of the lattice.
+                let corners = triangle.map(|index| {
+                    let [east, up, south] = land.places[index].map(f64::from);
+                    [(east + origin_m[0]) / 3.3 - x0 as f64, up, (south + origin_m[1]) / 3.3 - y0 as f64]
+                });
+                let [a, b, c] = corners;
+                let twice = |p: [f64; 3], q: [f64; 3], r: [f64; 3]| {
+                    (q[2] - p[2]) * (r[0] - p[0]) - (q[0] - p[0]) * (r[2] - p[2])
+                };
+                let whole = twice(a, b, c);
+                assert!(whole > 0.0, "a triangle faces up");
+                let range = |axis: usize| {
+                    let values = corners.map(|corner| corner[axis]);
+                    values.into_iter().fold(f64::INFINITY, f64::min).round() as i64
+                        ..=values.into_iter().fold(f64::NEG_INFINITY, f64::max).round() as i64
+                };
+                for (x, y) in range(2).flat_map(|y| range(0).map(move |x| (x, y))) {
+                    let at = [x as f64, 0.0, y as f64];
+                    let shares = [twice(b, c, at), twice(c, a, at), twice(a, b, at)].map(|share| share / whole);
+                    // A tenth of a thousandth of a cell, by which quantised places are off, is inside too.
+                    if shares.iter().all(|share| *share > -1e-2) {
+                        let height_m: f64 = (0..3).map(|corner| shares[corner] * corners[corner][1]).sum();
+                        let off_m = (height_m - f64::from(tile.heights().at(x0 + x, y0 + y))).abs();
+                        let inside = shares.iter().all(|share| *share >= 0.0);
+                        assert!(!inside || off_m <= mesh.error_m + 1e-2, "LOD {}: {off_m} m off", mesh.lod);
+                        seen.insert((x, y));
+                    }
+                }
+            }
+            assert_eq!(seen.len() as i64, (x1 - x0) * (y1 - y0), "every vertex is under a triangle");
+        }
+        assert_eq!(tiles, 4 * 6);
+    }
+}
+
+#[test]
+fn vertices_carry_the_rasters_normals_and_weights() {
+    let world = wet();
+    let (folder, manifest) = bake(&world, "gltf", lods("1"));
+    let tile = Tile::new(&world, TileId { x: AT.x + 2, y: AT.y });
+    let (document, buffers, images) = gltf::import(glb(&folder, 1, 2, 0)).unwrap();
+    let names: BTreeSet<&str> = document.images().filter_map(|image| image.name()).collect();
+    assert_eq!(names, ["blend_cover_x2_y0", "blend_ground_x2_y0", "colour_x2_y0", "normal_x2_y0"].into());
+    assert!(images.iter().all(|image| (image.width, image.height) == (33, 33)));
+    let node = document.nodes().find(|node| node.name() == Some("land")).unwrap();
+    let primitive = node.mesh().unwrap().primitives().next().unwrap();
+    let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data.0[..]));
+    let textures = reader.read_tex_coords(0).unwrap().into_f32();
+    let in_region: Vec<[f32; 2]> = reader.read_tex_coords(1).unwrap().into_f32().collect();
+    let weights: Vec<Vec<f32>> = ["GRASS", "DIRT", "ROCK", "SAND", "SNOW"]
+        .into_iter()
+        .map(|name| {
+            let accessor = primitive.get(&Semantic::Extras(name.to_owned())).unwrap();
+            gltf::accessor::Iter::new(accessor, |buffer| buffers.get(buffer.index()).map(|data| &data.0[..]))
+                .unwrap()
+                .collect()
+        })
+        .collect();
+    let normals = reader.read_normals().unwrap();
+    for (index, ((normal, texture), tangent)) in normals.zip(textures).zip(reader.read_tangents().unwrap()).enumerate()
+    {
+        let [column, row] = texture.map(|share| (share * 32.0).round());
+        let (x, y) = (tile.area().x0 + column as i64, tile.area().y0 + row as i64);
+        assert_eq!(normal, tile.normals().at(x, y));
+        assert!((0..3).map(|axis| normal[axis] * tangent[axis]).sum::<f32>().abs() < 1e-6 && tangent[0] > 0.0);
+        assert_eq!(in_region[index], [(64.0 + column) / 96.0, row / 64.0]);
+        let sum: f32 = weights.iter().map(|material| material[index] * 255.0).sum();
+        assert!((sum - 255.0).abs() < 1e-3);
+        for (material, weights) in Material::ALL.into_iter().zip(&weights) {
+            assert_eq!((weights[index] * 255.0).round() as u8, tile.blend().weight(material, x, y));
+        }
+    }
+    assert!(manifest.files.iter().any(|file| file.path == "mesh/region_lod1.gltf"));
+}
+
+#[test]
+fn water_lies_level_and_its_tiles_meet() {
+    let world = wet();
+    let (folder, _) = bake(&world, "gltf", lods("0"));
+    let all = parts(&folder.path().join("mesh/region.gltf"));
+    let sea = &all["sea"];
+    assert!(sea.places.iter().all(|place| place[1] <= 20.0) && sea.places.iter().any(|place| place[1] == 20.0));
+    // Every wet cell is covered once.
+    let area: f64 = sea
+        .triangles
+        .iter()
+        .map(|triangle| {
+            let [a, b, c] = triangle.map(|index| sea.places[index].map(f64::from));
+            ((b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2])) / 2.0
+        })
+        .inspect(|area| assert!(*area > 0.0, "water faces up"))
+        .sum();
+    let tiles = (0..6).map(|tile| Tile::new(&world, TileId { x: AT.x + tile % 3, y: AT.y + tile / 3 }));
+    let wet: usize = tiles
+        .map(|tile| {
+            let Area { x0, y0, x1, y1 } = tile.area();
+            let is_wet = |x: i64, y: i64| tile.heights().at(x, y) < 20.0;
+            let cells = (y0..y1 - 1).flat_map(|y| (x0..x1 - 1).map(move |x| (x, y)));
+            cells.filter(|&(x, y)| [(0, 0), (1, 0), (0, 1), (1, 1)].iter().any(|(i, j)| is_wet(x + i, y + j))).count()
+        })
+        .sum();
+    assert!((area / (wet as f64 * 3.3 * 3.3) - 1.0).abs() < 1e-4, "{area} m2 for {wet} cells");
+    // No edge in the middle of the water has a triangle on one side alone: what has ends in land or at the border.
+    let mut edges = BTreeMap::new();
+    for triangle in &sea.triangles {
+        let [a, b, c] = triangle.map(|index| bits(sea.places[index]));
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            *edges.entry(if from < to { (from, to) } else { (to, from) }).or_insert(0) += 1;
+        }
+    }
+    assert!(edges.values().all(|count| *count <= 2));
+    let longest = edges.iter().filter(|(_, count)| **count == 1).map(|((from, to), _)| {
+        [0, 2].map(|axis| (f32::from_bits(from[axis]) - f32::from_bits(to[axis])).abs()).into_iter().fold(0.0, f32::max)
+    });
+    assert!(longest.fold(0.0, f32::max) < 3.4, "only single cells end at the shore");
+}
+
+#[test]
+fn roads_and_rivers_are_whole_across_tiles() {
+    let world = wet();
+    let (folder, _) = bake(&world, "gltf", lods("0"));
+    let all = parts(&folder.path().join("mesh/region.gltf"));
+    for name in ["road", "river"] {
+        let ribbon = &all[name];
+        let joined = |places: &BTreeSet<[i64; 3]>, place: [f32; 3]| {
+            places.contains(&place.map(|axis| (axis * 100.0).round() as i64))
+        };
+        assert!(ribbon.triangles.len() > 10, "{name}");
+        for triangle in &ribbon.triangles {
+            let [a, b, c] = triangle.map(|index| ribbon.places[index]);
+            let up = (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2]);
+            assert!(up > -1e-2, "{name} faces up: {a:?} {b:?} {c:?}");
+        }
+        let places: BTreeSet<_> =
+            ribbon.places.iter().map(|place| place.map(|axis| (axis * 100.0).round() as i64)).collect();
+        assert!(ribbon.places.iter().all(|place| joined(&places, *place)));
+    }
+}
+
+#[test]
+fn obj_shows_what_gltf_shows() {
+    let world = wet();
+    let (folder, manifest) = bake(&world, "obj,obj-tiles,gltf", lods("0,2"));
+    let options = tobj::LoadOptions { single_index: true, triangulate: false, ..Default::default() };
+    for level in ["", "_lod2"] {
+        let path = folder.path().join(format!("mesh/region{level}.obj"));
+        let (models, materials) = tobj::load_obj(&path, &options).unwrap();
+        let materials = materials.unwrap();
+        let land = |model: &&tobj::Model| model.mesh.material_id.is_some_and(|id| materials[id].name == "land");
+        let triangles: usize = models.iter().filter(land).map(|model| model.mesh.indices.len() / 3).sum();
+        let all = parts(&folder.path().join(format!("mesh/region{level}.gltf")));
+        assert_eq!(triangles, all["land"].triangles.len());
+        let places: BTreeSet<_> = models
+            .iter()
+            .filter(land)
+            .flat_map(|model| model.mesh.positions.as_chunks::<3>().0)
+            .map(|place| place.map(|axis| (axis * 100.0).round() as i64))
+            .collect();
+        let expected: BTreeSet<_> =
+            all["land"].places.iter().map(|place| place.map(|axis| (axis * 100.0).round() as i64)).collect();
+        assert_eq!(places, expected);
+        let picture = materials.iter().find_map(|material| material.diffuse_texture.clone()).unwrap();
+        assert!(folder.path().join("mesh").join(picture).exists(), "the picture that the material names is there");
+        let (tile, materials) =
+            tobj::load_obj(folder.path().join(format!("mesh/tile{level}_x1_y1.obj")), &options).unwrap();
+        assert!(!tile.is_empty());
+        let picture = materials.unwrap().iter().find_map(|material| material.diffuse_texture.clone()).unwrap();
+        assert!(folder.path().join("mesh").join(picture).exists(), "the picture of the tile is there");
+    }
+    let listed: BTreeSet<&str> = manifest.files.iter().map(|file| &file.path[..]).collect();
+    for path in ["mesh/region.mtl", "mesh/tile_lod2_x2_y1.mtl", "colour/colour.png", "colour/colour_x0_y0.png"] {
+        assert!(listed.contains(path), "{path} is in the manifest");
+    }
+}
+
+#[test]
+fn meshes_are_the_same_on_any_number_of_threads() {
+    let world = wet();
+    let hashes = |threads: usize| -> BTreeMap<String, String> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let options = MeshOptions { quantized: true, compressed: true, ..lods("0..1") };
+        let (_folder, manifest) = pool.install(|| bake(&world, "gltf,obj", options));
+        manifest.files.into_iter().map(|file| (file.path, file.blake3)).collect()
+    };
+    assert_eq!(hashes(1), hashes(5));
+}
+
+#[test]
+fn what_makes_no_mesh_is_refused_with_what_would_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |arguments: &[&str], hint: &str| {
+        let out = folder.path().join("out");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
+        command.args(["bake", "hills", "--size", "1x1", "--export", "gltf", "--out"]).arg(&out).args(arguments);
+        let output = command.output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+        assert!(stderr.contains(hint), "{arguments:?}: {stderr}");
+        assert!(!out.exists(), "nothing is left");
+    };
+    for error in ["0", "-1", "NaN", "1e9", "inf"] {
+        refused(&["--lod", "1", "--mesh-error", error], "--mesh-error");
+    }
+    refused(&["--lod", "30"], "the coarsest level of this world is --lod");
+    refused(&["--lod", "3..1"], "the finest level comes first");
+    refused(&["--lod", "1", "--mesh-error", "1e-6", "--quantize"], "leave out --quantize");
+}
