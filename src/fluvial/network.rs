@@ -270,10 +270,13 @@ impl Network {
                 let upper = value(&pair[0]);
                 [upper, value(&pair[1]) - upper]
             };
-            // A floor as round as it can be if the sides, a vertex from the middle, are still steeper than the river.
+            // A floor as round as it can be if the sides, a vertex from the middle, are still this much steeper than the
+            // river. On rounder ones a vertex of the bed is nearly as high above a place further down, beside whose bed it
+            // lies: it would be land, and break the brook.
+            const STEEPER: f64 = 2.5;
             let fall_m = (pair[0].level_m - pair[1].level_m).max(1e-9);
             let length_m = square.sqrt() * self.fields.metres_a_grain();
-            let roundest = channel.hill_slope * GRAINS as f64 * length_m / (1.5 * fall_m);
+            let roundest = channel.hill_slope * GRAINS as f64 * length_m / (STEEPER * fall_m);
             (square > 0.0).then(|| Piece {
                 channel: number,
                 knot: knot as u32,
