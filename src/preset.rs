@@ -525,6 +525,11 @@ impl Preset {
         self.check_reach_of_warp(&root)
     }
 
+    /// The same recipe with tiles of another size.
+    pub(crate) fn with_tile_cells(&self, tile_cells: u32) -> Preset {
+        Preset { tile_cells, ..self.clone() }
+    }
+
     fn tile_side_m(&self) -> f64 {
         self.tile_cells as f64 * self.spacing_m
     }

@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::area::TileId;
 use crate::error::Error;
-use crate::export::{Export, Lods, MeshOptions};
+use crate::export::{Export, Lods, MeshOptions, Profile};
 
 /// Bakes endless procedural terrain, offline, into maps and assets.
 #[derive(Parser)]
@@ -96,12 +96,19 @@ pub(super) struct CommonArguments {
     /// Folder for the bake [default: out/ and the preset's name].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// What to write, with commas between.
-    #[arg(long, value_name = "LIST", default_value = Export::DEFAULT, long_help = export_help())]
-    pub export: String,
-    /// Levels of detail of meshes, such as 0..3: 0 has every vertex, each further one twice the error.
-    #[arg(long, value_name = "LODS", default_value = "0", help_heading = "Meshes", allow_hyphen_values = true)]
-    pub lod: Lods,
+    /// Cells a tile side, 16 to 4096 [default: the preset's].
+    #[arg(long, value_name = "N")]
+    pub tile_cells: Option<u32>,
+    /// What to write, with commas between [default: height,blend,normal,map, or what the profile needs].
+    #[arg(long, value_name = "LIST", long_help = export_help())]
+    pub export: Option<String>,
+    /// The program that the files are for: sizes, names and formats as it takes them, and IMPORT.md.
+    #[arg(long, value_name = "NAME", long_help = profile_help())]
+    pub profile: Option<String>,
+    /// Levels of detail of meshes, such as 0..3: 0 has every vertex, each further one twice the error [default: 0, or the
+    /// profile's].
+    #[arg(long, value_name = "LODS", help_heading = "Meshes", allow_hyphen_values = true)]
+    pub lod: Option<Lods>,
     /// Metres that LOD 1 may be off at any vertex [default: a quarter of the spacing].
     #[arg(long, value_name = "METRES", help_heading = "Meshes", allow_negative_numbers = true)]
     pub mesh_error: Option<f64>,
@@ -194,7 +201,14 @@ impl Command {
 
 fn export_help() -> String {
     let line = |export: Export| format!("\n  {:13} {}", export.name(), export.about());
-    format!("What to write, with commas between:{}", Export::all().map(line).collect::<String>())
+    let list: String = Export::all().map(line).collect();
+    format!("What to write, with commas between [default: {}, or what the profile needs]:{list}", Export::DEFAULT)
+}
+
+fn profile_help() -> String {
+    let line = |profile: Profile| format!("\n  {:15} {}", profile.name(), profile.about());
+    let list: String = Profile::ALL.into_iter().map(line).collect();
+    format!("The program that the files are for; IMPORT.md beside them has the numbers to type:{list}")
 }
 
 fn parse_tile(text: &str) -> Result<TileId, String> {
@@ -238,10 +252,19 @@ impl From<TileArguments> for Job {
 impl Job {
     pub fn meshes(&self) -> MeshOptions {
         let CommonArguments { lod, mesh_error, quantize, meshopt, .. } = &self.common;
-        MeshOptions { lods: lod.clone(), error_m: *mesh_error, quantized: *quantize, compressed: *meshopt }
+        let lods = lod.clone().or_else(|| self.profile().ok().flatten().map(Profile::lods)).unwrap_or_default();
+        MeshOptions { lods, error_m: *mesh_error, quantized: *quantize, compressed: *meshopt }
     }
 
     pub fn exports(&self) -> Result<Vec<Export>, Error> {
-        Export::parse_list(&self.common.export)
+        match (&self.common.export, &self.common.profile) {
+            (Some(list), _) => Export::parse_list(list),
+            (None, None) => Export::parse_list(Export::DEFAULT),
+            (None, Some(_)) => Ok(Vec::new()),
+        }
+    }
+
+    pub fn profile(&self) -> Result<Option<Profile>, Error> {
+        self.common.profile.as_deref().map(str::parse).transpose()
     }
 }

@@ -24,11 +24,15 @@ use crate::world::World;
 pub(super) fn run(job: &Job, console: &Console) -> Result<(), Error> {
     let options = &job.common;
     // What is asked for, checked before anything is written.
-    let (name, preset) = Preset::load(&job.preset)?;
+    let (name, mut preset) = Preset::load(&job.preset)?;
+    preset.tile_cells = options.tile_cells.unwrap_or(preset.tile_cells);
     let world = World::new(preset, options.seed)?;
     let exports = job.exports()?;
     let region = Region::new(job.at, job.size.0, job.size.1, world.tile_cells())?;
-    let plan = Plan::new(&world, &name, region, exports)?.with_meshes(job.meshes())?;
+    let mut plan = Plan::new(&world, &name, region, exports)?.with_meshes(job.meshes())?;
+    if let Some(profile) = job.profile()? {
+        plan = plan.with_profile(profile)?;
+    }
     let threads = match options.threads {
         Some(threads) => threads as usize,
         None => thread::available_parallelism().map_or(1, usize::from),

@@ -2,6 +2,7 @@
 
 pub(crate) mod file;
 mod writer;
+mod image;
 mod raster;
 mod hashes;
 mod registry;
@@ -11,10 +12,12 @@ mod vector;
 mod geopackage;
 mod geojson;
 mod manifest;
+mod profile;
 mod plan;
 
 pub use manifest::{Axes, DeviceProfile, FileRecord, HeightRange, Manifest, MeshRecord, RegionRecord};
 pub use mesh::{Lods, MeshOptions};
+pub use profile::Profile;
 
 pub use plan::{Bytes, Cost, Output, Plan};
 pub use writer::Format;
@@ -23,10 +26,11 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-use crate::area::{Place, Region};
+use crate::area::Region;
 use crate::bake::Sink;
 use crate::error::{Error, nearest};
 use crate::world::World;
+use image::{Image, Layout};
 use raster::{Quantity, RegionRaster, TileRasters};
 
 /// Something that a bake can leave, by the name that the command knows it by.
@@ -45,6 +49,8 @@ struct Kind {
 enum Content {
     /// Rasters: one file each for the region, or with `tiles` one each a tile.
     Rasters { format: Format, tiles: bool, images: &'static [(&'static str, Quantity)] },
+    /// Rasters as an engine wants them, each in its own way.
+    Engine(&'static [Image]),
     /// A list of hashes.
     Hashes,
     /// Layers of features, and the tiles, in a database.
@@ -124,7 +130,7 @@ impl Export {
     /// What a bake leaves when nothing is asked for.
     pub const DEFAULT: &str = "height,blend,normal,map";
 
-    /// All exports.
+    /// All exports that have a name of their own; a profile brings others.
     pub fn all() -> impl Iterator<Item = Export> {
         KINDS.iter().map(Export)
     }
@@ -154,13 +160,21 @@ impl Export {
         Ok(exports)
     }
 
+    /// All exports that a bake can have, those of profiles too.
+    fn known() -> impl Iterator<Item = Export> {
+        Export::all().chain(profile::exports())
+    }
+
     /// The raster images of this export.
     fn images(self) -> impl Iterator<Item = Image> {
-        let (format, tiles, images) = match self.0.content {
-            Content::Rasters { format, tiles, images } => (format, tiles, images),
-            _ => (Format::Png, false, &[][..]),
+        let (format, tiles, plain, engine) = match self.0.content {
+            Content::Rasters { format, tiles, images } => (format, tiles, images, &[][..]),
+            Content::Engine(images) => (Format::Png, false, &[][..], images),
+            _ => (Format::Png, false, &[][..], &[][..]),
         };
-        images.iter().map(move |&(stem, quantity)| Image { export: self.name(), stem, quantity, format, tiles })
+        let layout = Layout::PLAIN;
+        let image = move |&(stem, quantity): &_| Image { export: self.name(), stem, quantity, format, tiles, layout };
+        plain.iter().map(image).chain(engine.iter().copied())
     }
 
     /// The exports that the files of this one refer to.
@@ -193,7 +207,7 @@ impl Export {
     /// The files of this export that are not rasters, of worlds of any kind.
     fn others(self) -> &'static [&'static str] {
         match self.0.content {
-            Content::Rasters { .. } | Content::Gltf | Content::Obj { .. } => &[],
+            Content::Rasters { .. } | Content::Engine(_) | Content::Gltf | Content::Obj { .. } => &[],
             Content::Hashes => &[hashes::PATH],
             Content::GeoPackage => geopackage::PATHS,
             Content::GeoJson => geojson::PATHS,
@@ -219,7 +233,7 @@ impl Export {
         out: &Path,
     ) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
         match self.0.content {
-            Content::Rasters { .. } => {}
+            Content::Rasters { .. } | Content::Engine(_) => {}
             Content::Hashes => return Ok(vec![Box::new(hashes::TileHashes::create(region, out)?)]),
             Content::GeoPackage => return Ok(vec![Box::new(geopackage::GeoPackage::create(world, region, out)?)]),
             Content::GeoJson => return Ok(vec![Box::new(geojson::GeoJson::create(world, out)?)]),
@@ -230,7 +244,7 @@ impl Export {
         }
         let sink = |image: Image| -> Result<Box<dyn Sink + 'a>, Error> {
             match image.tiles {
-                true => Ok(Box::new(TileRasters::create(world, image, out))),
+                true => Ok(Box::new(TileRasters::create(world, region, image, out))),
                 false => Ok(Box::new(RegionRaster::create(world, region, image, out)?)),
             }
         };
@@ -259,44 +273,5 @@ impl FromStr for Export {
 impl fmt::Display for Export {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
-    }
-}
-
-/// One raster image of an export: what it shows, how and under which name.
-#[derive(Clone, Copy, Debug)]
-struct Image {
-    export: &'static str,
-    /// Folder and name, without place and ending.
-    stem: &'static str,
-    quantity: Quantity,
-    format: Format,
-    tiles: bool,
-}
-
-impl Image {
-    /// The file in the folder of the bake, for the region or for a tile of it.
-    fn file(&self, place: Option<Place>) -> String {
-        let (stem, extension) = (self.stem, self.format.extension());
-        match place {
-            Some(Place { row, col }) => format!("{stem}_x{col}_y{row}.{extension}"),
-            None => format!("{stem}.{extension}"),
-        }
-    }
-
-    /// Whether [`file`](Image::file) gives that path, or its sidecar has it.
-    fn names(&self, path: &str) -> bool {
-        let path = if self.format == Format::R16 { path.strip_suffix(".json").unwrap_or(path) } else { path };
-        let Some(place) = path
-            .strip_prefix(self.stem)
-            .and_then(|rest| rest.strip_suffix(self.format.extension()).and_then(|rest| rest.strip_suffix('.')))
-        else {
-            return false;
-        };
-        let numbers = || place.strip_prefix("_x")?.split_once("_y");
-        let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-        match self.tiles {
-            true => numbers().is_some_and(|(col, row)| is_number(col) && is_number(row)),
-            false => place.is_empty(),
-        }
     }
 }

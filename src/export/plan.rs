@@ -11,9 +11,10 @@ use crate::area::Region;
 use crate::bake::{Sink, Watch, bake, rows_in_flight};
 use crate::error::Error;
 use crate::export::file::{PartFile, remove_unfinished, sync_folder, write_whole};
+use crate::export::image::Image;
 use crate::export::manifest::{self, Manifest};
 use crate::export::registry::BakeRegistry;
-use crate::export::{Content, Export, Format, Image, MeshOptions, mesh, vector};
+use crate::export::{Content, Export, Format, MeshOptions, Profile, mesh, profile, vector};
 use crate::world::{HEIGHT_PAD, World};
 
 /// A bake that has been thought through: the formats can hold the region.
@@ -23,6 +24,7 @@ pub struct Plan<'a> {
     region: Region,
     exports: Vec<Export>,
     meshes: MeshOptions,
+    profile: Option<Profile>,
 }
 
 /// What a bake will leave and need.
@@ -61,15 +63,32 @@ impl<'a> Plan<'a> {
         world: &'a World,
         preset_name: &'a str,
         region: Region,
-        mut exports: Vec<Export>,
+        exports: Vec<Export>,
     ) -> Result<Plan<'a>, Error> {
+        let meshes = MeshOptions::default();
+        Plan { world, preset_name, region, exports, meshes, profile: None }.checked()
+    }
+
+    /// The same, with the files of a profile too.
+    ///
+    /// # Errors
+    /// As [`new`](Plan::new), and when the engine of the profile cannot take the region; the hint names the nearest that it
+    /// takes.
+    pub fn with_profile(mut self, profile: Profile) -> Result<Plan<'a>, Error> {
+        profile.check(self.world, &self.region, &self.meshes)?;
+        self.exports.extend(profile.exports().filter(|export| !self.exports.contains(export)).collect::<Vec<_>>());
+        Plan { profile: Some(profile), ..self }.checked()
+    }
+
+    fn checked(mut self) -> Result<Plan<'a>, Error> {
+        let Plan { world, preset_name, region, exports, .. } = &mut self;
         for needed in exports.clone().into_iter().filter_map(Export::needs) {
             if !exports.contains(&needed) {
                 exports.push(needed);
             }
         }
         if exports.iter().any(|export| export.0.content == Content::Gltf) {
-            mesh::GltfSink::check(&region)?;
+            mesh::GltfSink::check(region)?;
         }
         let side = region.width().max(region.height());
         let holds = |image: &Image| image.tiles || side <= image.format.max_side();
@@ -104,8 +123,7 @@ impl<'a> Plan<'a> {
                 ),
             });
         }
-        let meshes = MeshOptions::default();
-        Ok(Plan { world, preset_name, region, exports, meshes })
+        Ok(self)
     }
 
     /// The same plan with meshes made in another way.
@@ -126,9 +144,11 @@ impl<'a> Plan<'a> {
     pub fn cost(&self, threads: usize) -> Cost {
         let region = &self.region;
         let side = region.tile_cells() as u64 + 1;
+        let written = self.profile.map_or(&[][..], Profile::written);
         let (mut files, mut disk_bytes, mut kept_a_vertex, mut largest_tile_file) = (1u64, MANIFEST_BYTES, 0u64, 0u64);
-        // The registry.
-        files += 1;
+        // The registry, and what a profile writes besides.
+        files += 1 + written.len() as u64;
+        disk_bytes += written.len() as u64 * profile::WRITTEN_BYTES;
         disk_bytes = disk_bytes.saturating_add(BakeRegistry::bytes_at_most(&self.exports, region));
         for export in &self.exports {
             let others = export.other_files(self.world, region, &self.meshes);
@@ -139,7 +159,7 @@ impl<'a> Plan<'a> {
                 (bytes + RECORD_BYTES).saturating_mul(lods).saturating_mul(region.tiles()).saturating_add(1 << 20)
             };
             disk_bytes = disk_bytes.saturating_add(match export.0.content {
-                Content::Rasters { .. } => 0,
+                Content::Rasters { .. } | Content::Engine(_) => 0,
                 // Two tile numbers of at most 20 characters, a hash of 64 and three separators.
                 Content::Hashes => region.tiles().saturating_mul(107),
                 Content::GeoPackage | Content::GeoJson => vector::bytes_at_most(self.world, region),
@@ -155,11 +175,12 @@ impl<'a> Plan<'a> {
             largest_tile_file = largest_tile_file.max(a_mesh);
             for image in export.images() {
                 let bytes = image.quantity.sample().bytes() as u64;
-                let (count, width, height) = match image.tiles {
-                    true => (region.tiles(), side, side),
-                    false => (1, region.width(), region.height()),
+                let (count, (width, height)) = match image.tiles {
+                    true => (region.tiles(), (side, side)),
+                    false => (1, image.size(region)),
                 };
-                let file = encoded_at_most(width.saturating_mul(height).saturating_mul(bytes), height);
+                let samples = width.saturating_mul(height).saturating_mul(image.format.copies());
+                let file = encoded_at_most(samples.saturating_mul(bytes), height);
                 // A bare raster has a sidecar, which is about as long as its entry in the manifest.
                 let sidecars = u64::from(image.format == Format::R16);
                 let with_records = file.saturating_add(RECORD_BYTES * (1 + 2 * sidecars));
@@ -208,7 +229,7 @@ impl<'a> Plan<'a> {
             let path = out.join(folder);
             fs::create_dir_all(&path).map_err(Error::io(&path))?;
         }
-        let mut sinks: Vec<Box<dyn Sink + '_>> = vec![Box::new(BakeRegistry::create(&self.exports, out)?)];
+        let mut sinks: Vec<Box<dyn Sink + '_>> = vec![Box::new(BakeRegistry::create(&self.exports, self.region, out)?)];
         for export in &self.exports {
             sinks.extend(export.sinks(self.world, self.region, &self.meshes, out)?);
         }
@@ -218,11 +239,16 @@ impl<'a> Plan<'a> {
         let records =
             sinks.par_iter().map(|sink| watch.clock.time(&format!("finish {}", sink.name()), || sink.finish()));
         let records = records.collect::<Result<Vec<_>, Error>>()?;
+        let mut records = records.concat();
+        // What the one who imports them has to know.
+        if let Some(profile) = self.profile {
+            records.extend(profile.write(self.world, &self.region, self.preset_name, out)?);
+        }
         for folder in folders(self.exports.iter().copied()) {
             sync_folder(&out.join(folder))?;
         }
         // The manifest, which says that all is whole.
-        let manifest = Manifest::new(self.preset_name, self.world, &self.region, records.concat());
+        let manifest = Manifest::new(self.preset_name, self.world, &self.region, records);
         output.remove_stale(&manifest);
         write_whole(out.join(manifest::PATH), manifest.to_json().as_bytes())?;
         sync_folder(out)?;
@@ -302,7 +328,7 @@ impl Output {
             fs::remove_file(&old).map_err(Error::io(&old))?;
             sync_folder(path)?;
         }
-        for folder in folders(Export::all()) {
+        for folder in folders(Export::known()) {
             remove_unfinished(&path.join(folder))?;
         }
         Ok(Output { path: path.to_owned() })
@@ -317,11 +343,13 @@ impl Output {
     /// has no name that a bake gives stays.
     fn remove_stale(&self, manifest: &Manifest) {
         let kept: BTreeSet<&str> = manifest.files.iter().map(|file| &file.path[..]).collect();
-        for folder in folders(Export::all()) {
+        for folder in folders(Export::known()) {
             let Ok(entries) = fs::read_dir(self.path.join(folder)) else { continue };
             for name in entries.flatten().filter_map(|entry| entry.file_name().into_string().ok()) {
                 let path = if folder.is_empty() { name } else { format!("{folder}/{name}") };
-                if !kept.contains(&path[..]) && Export::all().any(|export| export.names(&path)) {
+                if !kept.contains(&path[..])
+                    && (profile::names(&path) || Export::known().any(|export| export.names(&path)))
+                {
                     _ = fs::remove_file(self.path.join(path));
                 }
             }

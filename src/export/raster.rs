@@ -8,13 +8,14 @@ use serde::Serialize;
 use crate::area::{Place, Region, TileId};
 use crate::bake::Sink;
 use crate::error::Error;
-use crate::export::Image;
 use crate::export::file::write_whole;
+use crate::export::image::{Image, Rows};
 use crate::export::manifest::FileRecord;
+use crate::export::profile;
 use crate::export::writer::{Format, RasterWriter, Sample};
 use crate::fluvial::{Water, WaterKind};
 use crate::map::{self, MapPainter};
-use crate::tile::Tile;
+use crate::tile::{Material, Tile};
 use crate::world::World;
 
 /// What the pixels of a raster show.
@@ -22,8 +23,14 @@ use crate::world::World;
 pub(crate) enum Quantity {
     /// The height, as 65,536 steps over the world's range.
     Height16,
+    /// The same over the range rounded out to whole metres, for dialogs that take no others.
+    Height16Whole,
     /// The height in metres.
     HeightMetres,
+    /// The weight of one material.
+    Weight(Material),
+    /// The two strongest materials and how they mix, as Terrain3D has it in the bits of a float.
+    Control,
     /// Weights of grass, dirt, rock and sand.
     GroundWeights,
     /// Weights of snow and of what may follow.
@@ -46,11 +53,11 @@ impl Quantity {
     /// The sample that holds it.
     pub fn sample(self) -> Sample {
         match self {
-            Quantity::Height16 => Sample::Grey16,
-            Quantity::HeightMetres | Quantity::WaterDepth | Quantity::Flow => Sample::Float32,
+            Quantity::Height16 | Quantity::Height16Whole => Sample::Grey16,
+            Quantity::HeightMetres | Quantity::Control | Quantity::WaterDepth | Quantity::Flow => Sample::Float32,
             Quantity::GroundWeights | Quantity::CoverWeights => Sample::Rgba8,
             Quantity::Normal | Quantity::Map | Quantity::Colour => Sample::Rgb8,
-            Quantity::Water => Sample::Grey8,
+            Quantity::Water | Quantity::Weight(_) => Sample::Grey8,
         }
     }
 
@@ -68,7 +75,14 @@ impl Quantity {
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Quantity::Height16 => &["height, 0 = min_m, 65535 = max_m"],
+            Quantity::Height16Whole => &["height, 0 = min_m and 65535 = max_m, both rounded out as in IMPORT.md"],
             Quantity::HeightMetres => &["height in metres"],
+            Quantity::Weight(Material::Grass) => &["grass"],
+            Quantity::Weight(Material::Dirt) => &["dirt"],
+            Quantity::Weight(Material::Rock) => &["rock"],
+            Quantity::Weight(Material::Sand) => &["sand"],
+            Quantity::Weight(Material::Snow) => &["snow"],
+            Quantity::Control => &["bits: base << 27 | overlay << 22 | blend << 14"],
             Quantity::GroundWeights => &["grass", "dirt", "rock", "sand"],
             Quantity::CoverWeights => &["snow", "unused", "unused", "unused"],
             Quantity::Normal => &["east", "north", "up"],
@@ -95,7 +109,10 @@ impl Painter {
         Painter {
             quantity,
             format,
-            range_m: world.height_range_m(),
+            range_m: match quantity {
+                Quantity::Height16Whole => profile::whole_range_m(world),
+                _ => world.height_range_m(),
+            },
             spacing_m: world.spacing_m(),
             map: (quantity == Quantity::Map).then(|| MapPainter::new(world)),
         }
@@ -121,11 +138,23 @@ impl Painter {
         let x1 = x0 + (row.len() / self.quantity.sample().bytes()) as i64;
         let heights = tile.heights().row(y, x0, x1);
         match self.quantity {
-            Quantity::Height16 => {
+            Quantity::Height16 | Quantity::Height16Whole => {
                 let pairs = row.as_chunks_mut().0.iter_mut().zip(heights);
                 match self.format {
-                    Format::R16 => pairs.for_each(|(pair, &height)| *pair = self.step(height).to_le_bytes()),
+                    Format::R16 | Format::Raw => {
+                        pairs.for_each(|(pair, &height)| *pair = self.step(height).to_le_bytes())
+                    }
                     _ => pairs.for_each(|(pair, &height)| *pair = self.step(height).to_be_bytes()),
+                }
+            }
+            Quantity::Weight(material) => {
+                for (x, grey) in (x0..).zip(row) {
+                    *grey = tile.blend().weight(material, x, y);
+                }
+            }
+            Quantity::Control => {
+                for (x, bytes) in (x0..).zip(row.as_chunks_mut().0) {
+                    *bytes = control(Material::ALL.map(|material| tile.blend().weight(material, x, y))).to_ne_bytes();
                 }
             }
             Quantity::HeightMetres => row.copy_from_slice(bytemuck::cast_slice(heights)),
@@ -167,6 +196,17 @@ fn water(tile: &Tile) -> &Water {
     tile.water().expect("the plan has checked that the world has water")
 }
 
+/// The bits that Terrain3D reads of a vertex: the texture that there is most of, the second, and its share of both. Based
+/// on: Terrain3D's manual, "Control Map Format"; textures have the numbers of the materials.
+fn control(weights: [u8; Material::ALL.len()]) -> u32 {
+    let mut order: [usize; Material::ALL.len()] = std::array::from_fn(|material| material);
+    // Stable: of equal weights the first material is the stronger one.
+    order.sort_by_key(|&material| std::cmp::Reverse(weights[material]));
+    let [most, second] = [order[0], order[1]].map(|material| u32::from(weights[material]));
+    let blend = (second * 255 + (most + second) / 2) / (most + second);
+    (order[0] as u32) << 27 | (order[1] as u32) << 22 | blend << 14
+}
+
 fn copy_words(words: &[u32], row: &mut [u8]) {
     for (word, bytes) in words.iter().zip(row.as_chunks_mut().0) {
         *bytes = word.to_le_bytes();
@@ -186,7 +226,8 @@ pub(crate) struct RegionRaster {
 impl RegionRaster {
     /// Begins the raster in the folder of the bake.
     pub fn create(world: &World, region: Region, image: Image, out: &Path) -> Result<RegionRaster, Error> {
-        let file = RasterFile { path: image.file(None), width: region.width(), height: region.height(), tile: None };
+        let (width, height) = image.size(&region);
+        let file = RasterFile { path: image.file(&region, None), width, height, tile: None };
         let writer = Mutex::new(Some(file.begin(&image, out)?));
         Ok(RegionRaster {
             image,
@@ -205,14 +246,14 @@ impl Sink for RegionRaster {
     }
 
     fn take(&self, tile: &Tile, place: Place) -> Result<Vec<u8>, Error> {
-        let (cols, rows) = self.region.owned(place);
+        let (cols, rows) = self.image.owned(&self.region, place);
         Ok(self.painter.paint(tile, cols, rows))
     }
 
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
         let mut writer = self.writer.lock().expect("no thread panics while it writes");
         let writer = writer.as_mut().expect("rows come before the end");
-        let (_, rows) = self.region.owned(Place { row, col: 0 });
+        let (_, rows) = self.image.owned(&self.region, Place { row, col: 0 });
         let mut line = Vec::new();
         for y in 0..rows {
             line.clear();
@@ -235,19 +276,16 @@ impl Sink for RegionRaster {
 pub(crate) struct TileRasters {
     image: Image,
     painter: Painter,
+    region: Region,
     out: PathBuf,
     records: Mutex<Vec<FileRecord>>,
 }
 
 impl TileRasters {
     /// Rasters that will be in the folder of the bake.
-    pub fn create(world: &World, image: Image, out: &Path) -> TileRasters {
-        TileRasters {
-            image,
-            painter: Painter::new(world, image.quantity, image.format),
-            out: out.to_owned(),
-            records: Mutex::default(),
-        }
+    pub fn create(world: &World, region: Region, image: Image, out: &Path) -> TileRasters {
+        let painter = Painter::new(world, image.quantity, image.format);
+        TileRasters { image, painter, region, out: out.to_owned(), records: Mutex::default() }
     }
 }
 
@@ -257,11 +295,16 @@ impl Sink for TileRasters {
     }
 
     fn take(&self, tile: &Tile, place: Place) -> Result<Vec<u8>, Error> {
-        let side = tile.area().width();
-        let path = self.image.file(Some(place));
-        let file = RasterFile { path, width: side as u64, height: side as u64, tile: Some(tile.id()) };
+        let (cols, rows) = self.image.owned(&self.region, place);
+        let path = self.image.file(&self.region, Some(place));
+        let file = RasterFile { path, width: cols as u64, height: rows as u64, tile: Some(tile.id()) };
         let mut writer = file.begin(&self.image, &self.out)?;
-        writer.write_rows(&self.painter.paint(tile, side, side))?;
+        let mut samples = self.painter.paint(tile, cols, rows);
+        if self.image.layout.rows == Rows::FromSouth {
+            let row_bytes = samples.len() / rows;
+            samples = samples.chunks_exact(row_bytes).rev().collect::<Vec<_>>().concat();
+        }
+        writer.write_rows(&samples)?;
         let records = file.end(&self.image, writer, &self.painter, &self.out)?;
         self.records.lock().expect("no thread panics while it adds").extend(records);
         Ok(Vec::new())

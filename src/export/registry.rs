@@ -10,13 +10,15 @@ use crate::area::{Place, Region};
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
+use crate::export::image::Image;
 use crate::export::manifest::FileRecord;
-use crate::export::{Export, Format, Image};
+use crate::export::{Export, Format};
 use crate::registry::{FILE_NAME, Registry, Start, TileHashes, TileRow};
 use crate::tile::Tile;
 
 /// Writes `registry.sqlite`, which every bake leaves.
 pub(crate) struct BakeRegistry {
+    region: Region,
     images: Vec<Image>,
     /// Rows of tiles that are made and not yet written: two batches at most.
     made: Mutex<BTreeMap<Place, TileRow>>,
@@ -26,18 +28,18 @@ pub(crate) struct BakeRegistry {
 
 impl BakeRegistry {
     /// Begins the registry in the folder of a bake with those exports.
-    pub fn create(exports: &[Export], out: &Path) -> Result<BakeRegistry, Error> {
+    pub fn create(exports: &[Export], region: Region, out: &Path) -> Result<BakeRegistry, Error> {
         let mut file = PartFile::create(out.join(FILE_NAME))?;
         let registry = Registry::aside(file.lend())?;
         let images = exports.iter().flat_map(|export| export.images()).collect();
-        Ok(BakeRegistry { images, made: Mutex::default(), file: Mutex::new(Some((registry, file))) })
+        Ok(BakeRegistry { region, images, made: Mutex::default(), file: Mutex::new(Some((registry, file))) })
     }
 
     /// The most bytes of the file.
     pub fn bytes_at_most(exports: &[Export], region: &Region) -> u64 {
         let last = Place { row: region.rows() - 1, col: region.cols() - 1 };
         let names: usize =
-            files(exports.iter().flat_map(|export| export.images()), last).map(|name| name.len() + 3).sum();
+            files(exports.iter().flat_map(|export| export.images()), region, last).map(|name| name.len() + 3).sum();
         // Three hashes, six integers of at most 9 bytes, two directions and the header of the row; a tree's pages are
         // at least half full.
         let row = 2 * (3 * 32 + 6 * 9 + 2 * 5 + 32 + names as u64);
@@ -48,9 +50,9 @@ impl BakeRegistry {
 }
 
 /// The files of all images that hold the tile at a place.
-fn files(images: impl Iterator<Item = Image>, place: Place) -> impl Iterator<Item = String> {
+fn files(images: impl Iterator<Item = Image>, region: &Region, place: Place) -> impl Iterator<Item = String> {
     images.flat_map(move |image| {
-        let file = image.file(image.tiles.then_some(place));
+        let file = image.file(region, image.tiles.then_some(place));
         let sidecar = (image.format == Format::R16).then(|| format!("{file}.json"));
         [file].into_iter().chain(sidecar)
     })
@@ -120,7 +122,7 @@ impl Sink for BakeRegistry {
             std::mem::replace(&mut *made, later)
         };
         let rows = written.into_iter().map(|(place, row)| {
-            let files = files(self.images.iter().copied(), place).collect();
+            let files = files(self.images.iter().copied(), &self.region, place).collect();
             TileRow { files, ..row }
         });
         let mut file = self.file.lock().expect("no thread panics while it writes");

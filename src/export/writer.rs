@@ -27,8 +27,12 @@ pub enum Format {
     Png,
     /// OpenEXR scan lines, one 32-bit float channel `Y`, not compressed: float terrain hardly shrinks.
     Exr,
+    /// The same channel thrice, as R, G and B, for readers that know no other.
+    ExrRgb,
     /// Bare 16-bit samples, little-endian, with a JSON sidecar.
     R16,
+    /// The same under the name that engines ask for, without a sidecar.
+    Raw,
 }
 
 impl Format {
@@ -36,8 +40,9 @@ impl Format {
     pub fn extension(self) -> &'static str {
         match self {
             Format::Png => "png",
-            Format::Exr => "exr",
+            Format::Exr | Format::ExrRgb => "exr",
             Format::R16 => "r16",
+            Format::Raw => "raw",
         }
     }
 
@@ -45,8 +50,22 @@ impl Format {
     pub fn max_side(self) -> u64 {
         match self {
             // PNG allows 2^31 - 1; the data window of EXR has signed corners of 32 bits.
-            Format::Png | Format::Exr => i32::MAX as u64,
-            Format::R16 => u64::MAX,
+            Format::Png | Format::Exr | Format::ExrRgb => i32::MAX as u64,
+            Format::R16 | Format::Raw => u64::MAX,
+        }
+    }
+
+    /// How often each sample is written.
+    pub(crate) fn copies(self) -> u64 {
+        self.exr_channels().len().max(1) as u64
+    }
+
+    /// The channels of an OpenEXR file, in the order in which it has them; none in other formats.
+    fn exr_channels(self) -> &'static [&'static str] {
+        match self {
+            Format::Exr => &["Y"],
+            Format::ExrRgb => &["B", "G", "R"],
+            Format::Png | Format::R16 | Format::Raw => &[],
         }
     }
 }
@@ -76,7 +95,7 @@ impl Sample {
 pub(crate) enum RasterWriter {
     Png { file: SharedFile, stream: Box<png::StreamWriter<'static, SharedFile>> },
     Exr(ExrWriter),
-    R16(Box<PartFile>),
+    Bare(Box<PartFile>),
 }
 
 impl RasterWriter {
@@ -93,10 +112,11 @@ impl RasterWriter {
         let fits = "the plan has checked the size";
         let file = PartFile::create(path.clone())?;
         match format {
-            Format::R16 => Ok(RasterWriter::R16(Box::new(file))),
-            Format::Exr => Ok(RasterWriter::Exr(ExrWriter::start(
+            Format::R16 | Format::Raw => Ok(RasterWriter::Bare(Box::new(file))),
+            Format::Exr | Format::ExrRgb => Ok(RasterWriter::Exr(ExrWriter::start(
                 file,
                 layer,
+                format.exr_channels(),
                 width.try_into().expect(fits),
                 height.try_into().expect(fits),
             ))),
@@ -116,7 +136,7 @@ impl RasterWriter {
         match self {
             RasterWriter::Png { file, stream } => stream.write_all(rows).map_err(|error| Error::io(file.path())(error)),
             RasterWriter::Exr(writer) => writer.write_rows(rows),
-            RasterWriter::R16(file) => file.write_all(rows).map_err(Error::io(file.path())),
+            RasterWriter::Bare(file) => file.write_all(rows).map_err(Error::io(file.path())),
         }
     }
 
@@ -129,7 +149,7 @@ impl RasterWriter {
                 file.take().finish()
             }
             RasterWriter::Exr(writer) => writer.finish(),
-            RasterWriter::R16(file) => file.finish(),
+            RasterWriter::Bare(file) => file.finish(),
         }
     }
 }
@@ -219,12 +239,18 @@ pub(crate) struct ExrWriter {
 }
 
 impl ExrWriter {
-    fn start(file: PartFile, layer: &'static str, width: usize, height: usize) -> ExrWriter {
+    fn start(
+        file: PartFile,
+        layer: &'static str,
+        channels: &'static [&'static str],
+        width: usize,
+        height: usize,
+    ) -> ExrWriter {
         let path = file.path().to_owned();
         let shared = SharedFile(Arc::new(Mutex::new(Some(file))));
         let (rows, incoming) = sync_channel(2);
         let target = shared.clone();
-        let thread = std::thread::spawn(move || write_exr(target, layer, width, height, incoming));
+        let thread = std::thread::spawn(move || write_exr(target, layer, channels, (width, height), incoming));
         ExrWriter { path, rows: Some(rows), thread: Some(thread), file: shared }
     }
 
@@ -270,12 +296,12 @@ impl Seek for SharedFile {
 fn write_exr(
     file: SharedFile,
     layer: &str,
-    width: usize,
-    height: usize,
+    channels: &[&str],
+    (width, height): (usize, usize),
     rows: Receiver<Vec<u8>>,
 ) -> exr::error::UnitResult {
-    let channels = SmallVec::from_vec(vec![ChannelDescription::named("Y", SampleType::F32)]);
-    let header = Header::new(layer.into(), (width, height), channels).with_encoding(
+    let described = channels.iter().map(|name| ChannelDescription::named(*name, SampleType::F32)).collect();
+    let header = Header::new(layer.into(), (width, height), SmallVec::from_vec(described)).with_encoding(
         Compression::Uncompressed,
         BlockDescription::ScanLines,
         LineOrder::Increasing,
@@ -285,9 +311,10 @@ fn write_exr(
         let mut compressor = chunks.sequential_blocks_compressor(&meta);
         for rows in rows {
             for row in rows.chunks_exact(width * size_of::<f32>()) {
-                // An uncompressed block is one scan line.
+                // An uncompressed block is one scan line, and has one channel after the other.
                 let (index_in_header, index) = blocks.next().expect("no more rows than the raster has");
-                compressor.compress_block(index_in_header, UncompressedBlock { index, data: row.to_vec() })?;
+                compressor
+                    .compress_block(index_in_header, UncompressedBlock { index, data: row.repeat(channels.len()) })?;
             }
         }
         // After a bake that stopped early, blocks are missing; the file is dropped, and the library's complaint too.

@@ -26,6 +26,17 @@ pub enum Material {
 impl Material {
     /// All materials, in the order of their channels: four in the ground words, then four in the cover words.
     pub const ALL: [Material; 5] = [Material::Grass, Material::Dirt, Material::Rock, Material::Sand, Material::Snow];
+
+    /// The name in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Material::Grass => "grass",
+            Material::Dirt => "dirt",
+            Material::Rock => "rock",
+            Material::Sand => "sand",
+            Material::Snow => "snow",
+        }
+    }
 }
 
 /// How much of each material every vertex has; the weights of a vertex sum to exactly 255.

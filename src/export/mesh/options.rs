@@ -23,7 +23,7 @@ pub struct MeshOptions {
 
 impl Default for MeshOptions {
     fn default() -> MeshOptions {
-        MeshOptions { lods: Lods(vec![0]), error_m: None, quantized: false, compressed: false }
+        MeshOptions { lods: Lods::default(), error_m: None, quantized: false, compressed: false }
     }
 }
 
@@ -31,10 +31,22 @@ impl Default for MeshOptions {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lods(Vec<u32>);
 
+impl Default for Lods {
+    /// Every vertex.
+    fn default() -> Lods {
+        Lods::only(0)
+    }
+}
+
 /// The highest level of detail that is ever asked for: by then a bound has grown by more than any height range.
 const MAX_LOD: u32 = 31;
 
 impl Lods {
+    /// One level.
+    pub(crate) fn only(lod: u32) -> Lods {
+        Lods(vec![lod])
+    }
+
     /// The levels, ascending.
     pub fn all(&self) -> &[u32] {
         &self.0

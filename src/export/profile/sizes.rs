@@ -1,0 +1,201 @@
+//! Which sizes the engines take, and the nearest of them to what is asked for.
+
+use super::Profile;
+use crate::area::{Region, TileId};
+use crate::error::Error;
+use crate::preset::TILE_CELLS;
+use crate::world::World;
+
+/// Sides of Unreal's landscapes, in vertices. Source: its technical guide.
+const UNREAL: [u64; 7] = [8129, 4033, 2017, 1009, 505, 253, 127];
+
+/// Quads a section and sections a side of a component of Unreal's landscapes, the best first: few large components are
+/// faster than many small ones, down to those of which a landscape would need too many.
+const SECTIONS: [(u64, u64); 8] = [(63, 2), (127, 2), (127, 1), (63, 1), (255, 1), (255, 2), (31, 2), (31, 1)];
+
+/// Regions of Terrain3D each way, and the largest image that Godot loads.
+const TERRAIN3D: (u64, u64) = (32, 16_384);
+
+/// A landscape's components: quads a section, sections a component side, and how many from west to east and from north to
+/// south.
+pub(in crate::export) struct Components {
+    pub quads: u64,
+    pub sections: u64,
+    pub cols: u64,
+    pub rows: u64,
+}
+
+/// The components of a landscape of `width` x `height` vertices, if any fit exactly.
+pub(in crate::export) fn components(width: u64, height: u64) -> Option<Components> {
+    SECTIONS.into_iter().find_map(|(quads, sections)| {
+        let side = quads * sections;
+        let fits = |vertices: u64| vertices > 1 && (vertices - 1).is_multiple_of(side);
+        (fits(width) && fits(height)).then(|| Components {
+            quads,
+            sections,
+            cols: (width - 1) / side,
+            rows: (height - 1) / side,
+        })
+    })
+}
+
+/// A size of tile and region.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Size {
+    cells: u64,
+    cols: u64,
+    rows: u64,
+}
+
+impl Profile {
+    /// What it takes, in words.
+    fn rule(self) -> &'static str {
+        match self {
+            Profile::Blender => "any size",
+            Profile::GodotTerrain3d => {
+                "tiles of 64, 128, 256, 512, 1024 or 2048 cells, at most 32 each way and 16384 cells in all"
+            }
+            Profile::Unreal => "127, 253, 505, 1009, 2017, 4033 or 8129 vertices each way (8129 only both ways)",
+            Profile::UnrealTiled => {
+                "tiles that make up a landscape of whole components: tile x count = 1 + a multiple of 31, 63, 127 or 255, the \
+                 same each way"
+            }
+            Profile::Unity => "tiles of 32, 64, 128, 256, 512, 1024, 2048 or 4096 cells",
+            Profile::Hterrain => "a square of 65, 129, 257, 513, 1025, 2049 or 4097 vertices",
+        }
+    }
+
+    /// Whether it takes regions of that size.
+    fn takes(self, Size { cells, cols, rows }: Size) -> bool {
+        let (width, height) = (cells * cols + 1, cells * rows + 1);
+        match self {
+            Profile::Blender => true,
+            Profile::GodotTerrain3d => {
+                let (regions, side) = TERRAIN3D;
+                (64..=2048).contains(&cells)
+                    && cells.is_power_of_two()
+                    && cols.max(rows) <= regions
+                    && cells * cols.max(rows) <= side
+            }
+            Profile::Unreal => {
+                UNREAL.contains(&width) && UNREAL.contains(&height) && components(width, height).is_some()
+            }
+            Profile::UnrealTiled => components(width - 1, height - 1).is_some(),
+            Profile::Unity => (32..=4096).contains(&cells) && cells.is_power_of_two(),
+            Profile::Hterrain => width == height && (64..=4096).contains(&(width - 1)) && (width - 1).is_power_of_two(),
+        }
+    }
+
+    /// The most cells of a side that it takes, where there is a bound.
+    fn max_cells(self) -> u64 {
+        match self {
+            Profile::Unreal => 8128,
+            Profile::Hterrain => 4096,
+            Profile::GodotTerrain3d => TERRAIN3D.1,
+            Profile::Blender | Profile::UnrealTiled | Profile::Unity => u64::MAX,
+        }
+    }
+}
+
+/// Whether a profile takes a region.
+///
+/// # Errors
+/// When it does not; the hint names the options of the nearest that it takes.
+pub(super) fn check(profile: Profile, world: &World, region: &Region) -> Result<(), Error> {
+    let asked = Size { cells: u64::from(region.tile_cells()), cols: region.cols(), rows: region.rows() };
+    if profile.takes(asked) {
+        return Ok(());
+    }
+    let message = format!(
+        "profile {} takes {}; the region has {} x {} tiles of {} cells, {} x {} vertices",
+        profile.name(),
+        profile.rule(),
+        asked.cols,
+        asked.rows,
+        asked.cells,
+        region.width(),
+        region.height()
+    );
+    let hint = match nearest(profile, world, asked) {
+        Some(size) => format!("the nearest that fits: {}", options(size, asked, region.at())),
+        None => "the preset's rivers and roads keep it from all tiles that fit; see their tile sizes".into(),
+    };
+    Err(Error::Region { message, hint })
+}
+
+/// The options that ask for a size, at the tile whose corner lies nearest to that of the tile asked for.
+fn options(size: Size, asked: Size, at: TileId) -> String {
+    let Size { cells, cols, rows } = size;
+    if cells == asked.cells {
+        return format!("--size {cols}x{rows}");
+    }
+    let moved = |tile: i64| {
+        let (vertex, cells) = (i128::from(tile) * i128::from(asked.cells), i128::from(cells));
+        (vertex + cells / 2).div_euclid(cells)
+    };
+    let (x, y) = (moved(at.x), moved(at.y));
+    let at = if (x, y) == (0, 0) { String::new() } else { format!(" --at {x},{y}") };
+    format!("--tile-cells {cells} --size {cols}x{rows}{at}")
+}
+
+/// How many tiles more or fewer than the nearest count are tried: all remainders by the largest component that a smaller
+/// tile does not reach by its own size.
+const TRIED: u64 = 12;
+
+/// The size that a profile takes and that is nearest to the one asked for: in metres first, then in tiles.
+fn nearest(profile: Profile, world: &World, asked: Size) -> Option<Size> {
+    let total = |count: u64| count.saturating_mul(asked.cells).min(profile.max_cells());
+    let (width, height) = (total(asked.cols), total(asked.rows));
+    let mut best: Option<(f64, Size)> = None;
+    for cells in TILE_CELLS {
+        let counts = |total: u64| {
+            let near = (total.saturating_add(u64::from(cells) / 2) / u64::from(cells)).max(1);
+            near.saturating_sub(TRIED).max(1)..=near.saturating_add(TRIED)
+        };
+        let mut possible = None;
+        for cols in counts(width) {
+            for rows in counts(height) {
+                let size = Size { cells: u64::from(cells), cols, rows };
+                if !profile.takes(size) {
+                    continue;
+                }
+                let off = |a: u64, b: u64| a.max(b) as f64 / a.min(b) as f64 - 1.0;
+                let size_off = off(cols * size.cells, width) + off(rows * size.cells, height);
+                let score = size_off + off(size.cells, asked.cells) / 4.0;
+                if best.is_none_or(|(least, _)| score < least)
+                    && *possible.get_or_insert_with(|| world.preset().with_tile_cells(cells).check().is_ok())
+                {
+                    best = Some((score, size));
+                }
+            }
+        }
+    }
+    best.map(|(_, size)| size)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn landscapes_of_unreal_have_the_components_of_its_guide() {
+        for (side, quads, sections, count) in [
+            (8129, 127, 2, 32),
+            (4033, 63, 2, 32),
+            (2017, 63, 2, 16),
+            (1009, 63, 2, 8),
+            (505, 63, 2, 4),
+            (253, 63, 2, 2),
+            (127, 63, 2, 1),
+        ] {
+            let found = components(side, side).unwrap();
+            assert_eq!(
+                (found.quads, found.sections, found.cols, found.rows),
+                (quads, sections, count, count),
+                "{side}"
+            );
+        }
+        assert!(components(2048, 2048).is_none());
+        assert!(components(8129, 4033).is_none());
+    }
+}

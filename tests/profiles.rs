@@ -1,0 +1,411 @@
+//! Profiles: the files of each are what its engine takes, and IMPORT.md has the numbers that bring the metres back.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::path::Path;
+use std::process::Command;
+
+use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
+use tempfile::TempDir;
+use terrane::area::{Region, TileId};
+use terrane::bake::Watch;
+use terrane::export::{Export, Manifest, MeshOptions, Output, Plan, Profile};
+use terrane::preset::Preset;
+use terrane::tile::{Material, Tile};
+use terrane::world::World;
+
+/// A world that bakes in milliseconds and has all materials.
+const SMALL: &str = "\
+spacing_m = 2.5
+sea_level_m = 12.5
+tile_cells = 16
+noise = [{ kind = \"ridged\", height_m = 200.0, wavelength_m = 300.0, octaves = 4 }]
+ground = { sand_m = [2.0, 9.0], snow_m = [90.0, 130.0] }
+";
+
+const AT: TileId = TileId { x: -2, y: 5 };
+
+/// A bake of the small world for an engine.
+struct Bake {
+    folder: TempDir,
+    world: World,
+    region: Region,
+    manifest: Manifest,
+}
+
+impl Bake {
+    fn new(profile: Profile, cells: u32, cols: u64, rows: u64) -> Bake {
+        let mut preset = Preset::parse("small.toml", SMALL).unwrap();
+        preset.tile_cells = cells;
+        let world = World::new(preset, None).unwrap();
+        let region = Region::new(AT, cols, rows, cells).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let meshes = MeshOptions { lods: profile.lods(), ..MeshOptions::default() };
+        let plan = Plan::new(&world, "small", region, Vec::new()).unwrap().with_meshes(meshes).unwrap();
+        let plan = plan.with_profile(profile).unwrap();
+        let cost = plan.cost(1);
+        let output = Output::prepare(folder.path(), false, &cost).unwrap();
+        let manifest = plan.run(&output, &Watch::default()).unwrap();
+        assert_eq!(manifest.files.len() as u64 + 1, cost.files, "the plan counts all files");
+        let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
+        assert!(bytes <= cost.disk_bytes, "{bytes} > {}", cost.disk_bytes);
+        Bake { folder, world, region, manifest }
+    }
+
+    /// All files but the registry and the manifest.
+    fn files(&self) -> BTreeSet<&str> {
+        self.manifest.files.iter().map(|file| &file.path[..]).filter(|path| *path != "registry.sqlite").collect()
+    }
+
+    fn read(&self, path: &str) -> Vec<u8> {
+        let bytes = fs::read(self.folder.path().join(path)).unwrap();
+        let record = self.manifest.files.iter().find(|file| file.path == path).expect("the manifest has every file");
+        assert_eq!((record.bytes, &record.blake3[..]), (bytes.len() as u64, &*blake3::hash(&bytes).to_hex()), "{path}");
+        bytes
+    }
+
+    fn tile(&self, col: i64, row: i64) -> Tile {
+        Tile::new(&self.world, TileId { x: AT.x + col, y: AT.y + row })
+    }
+
+    /// The tile and the vertex of the world at a place of the region, counted from its north-western vertex.
+    fn vertices(&self, width: i64, height: i64) -> Vec<(i64, i64, f32, [u8; 5])> {
+        let cells = i64::from(self.region.tile_cells());
+        let tiles: Vec<Vec<Tile>> = (0..self.region.rows() as i64)
+            .map(|row| (0..self.region.cols() as i64).map(|col| self.tile(col, row)).collect())
+            .collect();
+        let mut vertices = Vec::new();
+        for y in 0..height {
+            for x in 0..width {
+                let tile = &tiles[(y / cells).min(tiles.len() as i64 - 1) as usize]
+                    [(x / cells).min(tiles[0].len() as i64 - 1) as usize];
+                let (at_x, at_y) = (AT.x * cells + x, AT.y * cells + y);
+                let weights = Material::ALL.map(|material| tile.blend().weight(material, at_x, at_y));
+                vertices.push((x, y, tile.heights().at(at_x, at_y), weights));
+            }
+        }
+        vertices
+    }
+
+    /// The value beside a name in a table of IMPORT.md.
+    fn typed(&self, name: &str) -> String {
+        let notes = String::from_utf8(self.read("IMPORT.md")).unwrap();
+        let line = notes.lines().find_map(|line| line.strip_prefix(&format!("| {name} | ")));
+        line.unwrap_or_else(|| panic!("IMPORT.md does not say {name}:\n{notes}")).trim_end_matches(" |").to_owned()
+    }
+
+    fn number(&self, name: &str) -> f64 {
+        let text = self.typed(name);
+        text.trim_end_matches(" cm").parse().unwrap_or_else(|_| panic!("{name}: {text}"))
+    }
+
+    /// What a height may be off after it has been 16 bits.
+    fn half_step_m(&self) -> f64 {
+        f64::from(self.manifest.height_range.step_m) * 0.51
+    }
+}
+
+/// Width, height and the bytes of a PNG.
+fn png(path: &Path) -> (i64, i64, png::ColorType, png::BitDepth, Vec<u8>) {
+    let mut reader = png::Decoder::new(BufReader::new(File::open(path).unwrap())).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    bytes.truncate(info.buffer_size());
+    (info.width.into(), info.height.into(), info.color_type, info.bit_depth, bytes)
+}
+
+/// The channels of an EXR by name, each with its samples.
+fn exr(path: &Path) -> (i64, i64, Vec<(String, Vec<f32>)>) {
+    let image = read_first_flat_layer_from_file(path).unwrap();
+    let size = image.layer_data.size;
+    let channels = image.layer_data.channel_data.list.into_iter().map(|channel| match channel.sample_data {
+        FlatSamples::F32(samples) => (channel.name.to_string(), samples),
+        other => panic!("{other:?}"),
+    });
+    (size.width() as i64, size.height() as i64, channels.collect())
+}
+
+/// Unreal reads a tile's place from a mark before a number, wherever it stands in the name.
+fn is_safe_for_unreal(path: &str) -> bool {
+    let name = Path::new(path).file_stem().unwrap().to_str().unwrap().to_lowercase();
+    let stem = name.split("_x").next().unwrap().as_bytes();
+    !stem.windows(2).any(|pair| b"xyuv".contains(&pair[0]) && pair[1].is_ascii_digit()) && !name.contains([' ', '-'])
+}
+
+#[test]
+fn an_unreal_landscape_is_one_of_its_sizes_and_its_numbers_bring_the_metres_back() {
+    let bake = Bake::new(Profile::Unreal, 63, 2, 2);
+    let maps = ["unreal/grass.png", "unreal/dirt.png", "unreal/rock.png", "unreal/sand.png", "unreal/snow.png"];
+    assert_eq!(bake.files(), ["IMPORT.md", "unreal/height.png"].into_iter().chain(maps).collect());
+    assert!(bake.files().into_iter().all(is_safe_for_unreal));
+    let (width, height, colour, depth, bytes) = png(&bake.folder.path().join("unreal/height.png"));
+    assert_eq!((width, height, colour, depth), (127, 127, png::ColorType::Grayscale, png::BitDepth::Sixteen));
+    let weights = maps.map(|map| png(&bake.folder.path().join(map)));
+    assert!(
+        weights
+            .iter()
+            .all(|map| (map.0, map.1, map.2, map.3) == (127, 127, png::ColorType::Grayscale, png::BitDepth::Eight))
+    );
+    let (min_m, max_m) = bake.world.height_range_m();
+    let (scale_z, location_z) = (bake.number("Scale Z"), bake.number("Location Z"));
+    for ((number, (_, _, height_m, materials)), value) in
+        bake.vertices(127, 127).iter().enumerate().zip(bytes.as_chunks().0)
+    {
+        let value = u16::from_be_bytes(*value);
+        assert_eq!(value, ((height_m - min_m) / (max_m - min_m) * 65535.0 + 0.5) as u16);
+        let in_engine_m = (f64::from(value) - 32768.0) * scale_z / 12_800.0 + location_z / 100.0;
+        assert!((in_engine_m - f64::from(*height_m)).abs() <= bake.half_step_m(), "{in_engine_m} m for {height_m} m");
+        assert_eq!(weights.each_ref().map(|map| map.4[number]), *materials);
+        assert_eq!(materials.iter().map(|weight| u32::from(*weight)).sum::<u32>(), 255);
+    }
+    assert_eq!((bake.number("Scale X"), bake.number("Scale Y")), (250.0, 250.0));
+    assert_eq!((bake.number("Location X"), bake.number("Location Y")), (-126.0 * 125.0, -126.0 * 125.0));
+    assert_eq!(bake.number("Water level (Z)"), 1250.0);
+    assert_eq!(bake.typed("Section Size"), "63x63 Quads");
+    assert_eq!(bake.typed("Number of Components"), "1 x 1");
+}
+
+#[test]
+fn tiles_of_an_unreal_landscape_share_nothing() {
+    let bake = Bake::new(Profile::UnrealTiled, 32, 2, 2);
+    assert_eq!(bake.files().len(), 1 + 4 * 6);
+    assert!(bake.files().into_iter().all(is_safe_for_unreal));
+    assert_eq!(bake.typed("Overall Resolution"), "64 x 64");
+    let (min_m, max_m) = bake.world.height_range_m();
+    let tiles: Vec<_> = (0..4)
+        .map(|tile| png(&bake.folder.path().join(format!("unreal/height_x{}_y{}.png", tile % 2, tile / 2))))
+        .collect();
+    assert!(tiles.iter().all(|tile| (tile.0, tile.1) == (32, 32)));
+    for (x, y, height_m, _) in bake.vertices(64, 64) {
+        let (tile, at) = (&tiles[(x / 32 + y / 32 * 2) as usize], (x % 32 + y % 32 * 32) as usize);
+        let value = u16::from_be_bytes(tile.4.as_chunks().0[at]);
+        assert_eq!(value, ((height_m - min_m) / (max_m - min_m) * 65535.0 + 0.5) as u16, "{x}, {y}");
+    }
+    let record = bake.manifest.files.iter().find(|file| file.path == "unreal/snow_x1_y0.png").unwrap();
+    assert_eq!(record.tile, Some(TileId { x: AT.x + 1, y: AT.y }), "the true number stays in the manifest");
+}
+
+#[test]
+fn a_unity_terrain_begins_in_the_south_and_shares_its_edges() {
+    let bake = Bake::new(Profile::Unity, 32, 2, 3);
+    let names = |map: &str, ending: &str| -> Vec<String> {
+        (0..6).map(|tile| format!("unity/{map}_{}_{}.{ending}", tile % 2, tile / 2)).collect()
+    };
+    let expected: Vec<_> =
+        [names("height", "raw"), names("splat_ground", "png"), names("splat_cover", "png"), vec!["IMPORT.md".into()]]
+            .concat();
+    assert_eq!(bake.files(), expected.iter().map(|name| &name[..]).collect());
+    let (low_m, size_y) = (bake.number("Position of terrain X_Z: y"), bake.number("Terrain Size Y"));
+    for (x, z) in [(0, 0), (1, 0), (0, 2)] {
+        let tile = bake.tile(x, 2 - z);
+        let raw = bake.read(&format!("unity/height_{x}_{z}.raw"));
+        assert_eq!(raw.len(), 33 * 33 * 2);
+        for (number, value) in raw.as_chunks().0.iter().enumerate() {
+            let (column, row) = (number as i64 % 33, number as i64 / 33);
+            let height_m = tile.heights().at(tile.area().x0 + column, tile.area().y1 - 1 - row);
+            let in_engine_m = low_m + f64::from(u16::from_le_bytes(*value)) / 65535.0 * size_y;
+            assert!((in_engine_m - f64::from(height_m)).abs() <= bake.half_step_m());
+        }
+        let splat = png(&bake.folder.path().join(format!("unity/splat_ground_{x}_{z}.png")));
+        assert_eq!((splat.0, splat.1, splat.2), (32, 32, png::ColorType::Rgba));
+        let north_west = [Material::Grass, Material::Dirt, Material::Rock, Material::Sand]
+            .map(|material| tile.blend().weight(material, tile.area().x0, tile.area().y0));
+        assert_eq!(splat.4[..4], north_west, "pictures have north above");
+    }
+    let row_bytes = 33 * 2;
+    let (south, north) = (bake.read("unity/height_0_0.raw"), bake.read("unity/height_0_1.raw"));
+    assert_eq!(south[32 * row_bytes..], north[..row_bytes], "the last row in the south is the first one in the north");
+    assert_eq!(bake.number("Terrain Size X"), 80.0);
+    assert_eq!(bake.typed("Byte Order"), "Windows");
+    assert_eq!(bake.number("Water level (y)"), 12.5);
+}
+
+#[test]
+fn terrain3d_gets_metres_and_the_two_strongest_materials() {
+    let bake = Bake::new(Profile::GodotTerrain3d, 64, 2, 1);
+    let expected =
+        ["height.exr", "control.exr", "splat_ground.png", "splat_cover.png"].map(|name| format!("terrain3d/{name}"));
+    assert_eq!(bake.files(), expected.iter().map(|name| &name[..]).chain(["IMPORT.md"]).collect());
+    let (heights, control) =
+        (exr(&bake.folder.path().join("terrain3d/height.exr")), exr(&bake.folder.path().join("terrain3d/control.exr")));
+    for (width, height, channels) in [&heights, &control] {
+        assert_eq!((*width, *height), (128, 64));
+        assert_eq!(channels.iter().map(|(name, _)| &name[..]).collect::<Vec<_>>(), ["B", "G", "R"], "no alpha");
+    }
+    for (number, (_, _, height_m, weights)) in bake.vertices(128, 64).into_iter().enumerate() {
+        assert!(heights.2.iter().all(|(_, samples)| samples[number].to_bits() == height_m.to_bits()));
+        let bits = control.2[2].1[number].to_bits();
+        let (base, overlay, blend) = (bits >> 27, bits >> 22 & 31, bits >> 14 & 255);
+        assert_eq!(bits & 0x3fff, 0, "no hole, and not the autoshader");
+        let [base, overlay] = [base, overlay].map(|texture| f64::from(weights[texture as usize]));
+        let mut sorted = weights.map(f64::from);
+        sorted.sort_by(|a, b| b.total_cmp(a));
+        assert_eq!([base, overlay], [sorted[0], sorted[1]]);
+        assert!((f64::from(blend) - overlay / (base + overlay) * 255.0).abs() <= 0.5);
+    }
+    assert_eq!(bake.number("Vertex Spacing"), 2.5);
+    assert_eq!(bake.typed("Import Position"), "-64, 0");
+    assert_eq!(bake.number("Region Size"), 64.0);
+}
+
+#[test]
+fn hterrain_gets_a_square_over_whole_metres() {
+    let bake = Bake::new(Profile::Hterrain, 16, 4, 4);
+    assert_eq!(bake.files(), ["IMPORT.md", "hterrain/height.raw", "hterrain/splat.png", "hterrain/splat_1.png"].into());
+    let (low, high) = (bake.number("Min Height"), bake.number("Max Height"));
+    assert_eq!((low.fract(), high.fract()), (0.0, 0.0));
+    let raw = bake.read("hterrain/height.raw");
+    assert_eq!(raw.len(), 65 * 65 * 2);
+    for ((_, _, height_m, _), value) in bake.vertices(65, 65).into_iter().zip(raw.as_chunks().0) {
+        let in_engine_m = low + f64::from(u16::from_le_bytes(*value)) / 65535.0 * (high - low);
+        assert!((in_engine_m - f64::from(height_m)).abs() <= (high - low) / 65535.0 * 0.51);
+    }
+    assert_eq!(bake.typed("Map Scale"), "x 2.5, y 1, z 2.5");
+    let splat = png(&bake.folder.path().join("hterrain/splat.png"));
+    assert_eq!((splat.0, splat.1, splat.2), (65, 65, png::ColorType::Rgba));
+}
+
+#[test]
+fn blender_gets_meshes_and_a_script() {
+    let bake = Bake::new(Profile::Blender, 16, 2, 1);
+    let expected = [
+        "IMPORT.md",
+        "import_terrane.py",
+        "mesh/region_lod1.gltf",
+        "mesh/tile_lod1_x0_y0.glb",
+        "mesh/tile_lod1_x1_y0.glb",
+    ];
+    assert_eq!(bake.files(), expected.into());
+    assert_eq!(bake.read("import_terrane.py"), include_bytes!("../src/export/profile/import_terrane.py"));
+}
+
+/// Runs the command in a folder and gives exit code, and what it said.
+fn terrane(folder: &Path, arguments: &str) -> (i32, String) {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_terrane")).args(arguments.split(' ')).current_dir(folder).output().unwrap();
+    let said = [output.stdout, output.stderr].concat();
+    (output.status.code().unwrap(), String::from_utf8(said).unwrap())
+}
+
+#[test]
+fn what_a_refusal_names_is_taken() {
+    let desk = tempfile::tempdir().unwrap();
+    fs::write(desk.path().join("small.toml"), SMALL).unwrap();
+    let refused = [
+        ("unreal", "--size 8x8"),
+        ("unreal", "--size 3x70 --at -7,5 --tile-cells 48"),
+        ("unreal", "--size 900x900"),
+        ("unreal-tiled", "--size 8x8 --tile-cells 256"),
+        ("unreal-tiled", "--size 3x5"),
+        ("unity", "--size 3x2"),
+        ("unity", "--size 1x1 --tile-cells 500 --at 100,100"),
+        ("godot-terrain3d", "--size 40x2 --tile-cells 64"),
+        ("godot-terrain3d", "--size 16x16"),
+        ("hterrain", "--size 3x4 --tile-cells 64"),
+        ("hterrain", "--size 9x9 --tile-cells 1000"),
+    ];
+    for (profile, options) in refused {
+        let ask = format!("bake small.toml --out out --dry-run --profile {profile} {options}");
+        let (code, said) = terrane(desk.path(), &ask);
+        assert_eq!(code, 2, "{ask}\n{said}");
+        let (_, named) = said.split_once("hint: the nearest that fits: ").unwrap_or_else(|| panic!("{ask}\n{said}"));
+        // The options that it names replace those of the same name.
+        let named: Vec<&str> = named.trim().split(' ').collect();
+        let mut followed = format!("bake small.toml --out out --dry-run --profile {profile} {}", named.join(" "));
+        for pair in options.split(' ').collect::<Vec<_>>().chunks(2).filter(|pair| !named.contains(&pair[0])) {
+            followed += &format!(" {}", pair.join(" "));
+        }
+        let (code, said) = terrane(desk.path(), &followed);
+        assert_eq!(code, 0, "{followed}\n{said}");
+    }
+    assert!(!desk.path().join("out").exists(), "nothing was written");
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    let desk = tempfile::tempdir().unwrap();
+    fs::write(desk.path().join("small.toml"), SMALL).unwrap();
+    fs::write(desk.path().join("dense.toml"), SMALL.replace("spacing_m = 2.5", "spacing_m = 0.125")).unwrap();
+    for (arguments, words) in [
+        ("bake small.toml --profile unrael", "did you mean unreal? profiles: blender, godot-terrain3d, unreal"),
+        ("bake small.toml --tile-cells 9", "16"),
+        ("bake small.toml --profile blender --meshopt", "leave out --meshopt"),
+        ("bake dense.toml --profile godot-terrain3d --tile-cells 64", "set spacing_m of the preset to 0.25"),
+    ] {
+        let (code, said) = terrane(desk.path(), arguments);
+        assert_eq!(code, 2, "{arguments}\n{said}");
+        assert!(said.contains(words), "{arguments}\n{said}");
+    }
+}
+
+#[test]
+fn a_profile_adds_to_exports_and_the_next_bake_clears_it_away() {
+    let desk = tempfile::tempdir().unwrap();
+    fs::write(desk.path().join("small.toml"), SMALL).unwrap();
+    let there = || -> BTreeSet<String> {
+        let text = fs::read_to_string(desk.path().join("out/bake.json")).unwrap();
+        let manifest: Manifest = serde_json::from_str(&text).unwrap();
+        let mut found = BTreeSet::new();
+        let mut folders = vec![desk.path().join("out")];
+        while let Some(folder) = folders.pop() {
+            for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+                match path.is_dir() {
+                    true => folders.push(path),
+                    false => {
+                        _ = found.insert(
+                            path.strip_prefix(desk.path().join("out")).unwrap().to_str().unwrap().replace('\\', "/"),
+                        )
+                    }
+                }
+            }
+        }
+        let named: BTreeSet<String> =
+            manifest.files.into_iter().map(|file| file.path).chain(["bake.json".into()]).collect();
+        assert_eq!(found, named, "the manifest names all that is there");
+        found
+    };
+    let bake = |options: &str| {
+        let (code, said) = terrane(desk.path(), &format!("bake small.toml --out out --quiet --overwrite {options}"));
+        assert_eq!(code, 0, "{options}\n{said}");
+        there()
+    };
+    let both = bake("--profile unity --export height,hashes --tile-cells 32 --size 2x1");
+    assert!(both.is_superset(&["unity/height_1_0.raw", "height/height.png", "IMPORT.md"].map(String::from).into()));
+    let script = bake("--profile blender --size 1x1");
+    assert!(script.contains("import_terrane.py") && !script.iter().any(|path| path.starts_with("unity")));
+    let plain = bake("--size 1x1");
+    assert!(!plain.contains("import_terrane.py") && !plain.contains("IMPORT.md"));
+}
+
+/// A profile may ask for tiles of another size: of fluvial land that changes nothing.
+#[test]
+fn fluvial_land_does_not_depend_on_the_size_of_tiles() {
+    let world = |cells| {
+        let (_, mut preset) = Preset::load("alps").unwrap();
+        preset.tile_cells = cells;
+        World::new(preset, None).unwrap()
+    };
+    let (fine, coarse) = (world(32), world(48));
+    let whole = Tile::new(&coarse, TileId { x: 1, y: -1 });
+    for (x, y) in [(1, -1), (2, -2)] {
+        let tile = Tile::new(&fine, TileId { x, y });
+        let common = tile.area().common(&whole.area()).expect("they overlap");
+        for y in common.y0..common.y1 {
+            let [a, b] = [&tile, &whole].map(|tile| tile.heights().row(y, common.x0, common.x1));
+            assert_eq!(a, b);
+            for x in common.x0..common.x1 {
+                let weights = |tile: &Tile| Material::ALL.map(|material| tile.blend().weight(material, x, y));
+                assert_eq!(weights(&tile), weights(&whole));
+            }
+        }
+    }
+}
+
+#[test]
+fn the_names_of_profiles_and_exports_are_known_apart() {
+    for profile in Profile::ALL {
+        assert_eq!(profile.name().parse::<Profile>().unwrap(), profile);
+        assert!(profile.name().parse::<Export>().is_err(), "{} comes with its profile only", profile.name());
+    }
+}
