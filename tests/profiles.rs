@@ -314,7 +314,7 @@ fn what_a_refusal_names_is_taken() {
         let named: Vec<&str> = named.trim().split(' ').collect();
         let mut followed = format!("bake small.toml --out out --dry-run --profile {profile} {}", named.join(" "));
         for pair in options.split(' ').collect::<Vec<_>>().chunks(2).filter(|pair| !named.contains(&pair[0])) {
-            followed += &format!(" {}", pair.join(" "));
+            followed = format!("{followed} {}", pair.join(" "));
         }
         let (code, said) = terrane(desk.path(), &followed);
         assert_eq!(code, 0, "{followed}\n{said}");
@@ -350,13 +350,11 @@ fn a_profile_adds_to_exports_and_the_next_bake_clears_it_away() {
         let mut folders = vec![desk.path().join("out")];
         while let Some(folder) = folders.pop() {
             for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-                match path.is_dir() {
-                    true => folders.push(path),
-                    false => {
-                        _ = found.insert(
-                            path.strip_prefix(desk.path().join("out")).unwrap().to_str().unwrap().replace('\\', "/"),
-                        )
-                    }
+                if path.is_dir() {
+                    folders.push(path);
+                } else {
+                    let path = path.strip_prefix(desk.path().join("out")).unwrap().to_str().unwrap();
+                    found.insert(path.replace('\\', "/"));
                 }
             }
         }

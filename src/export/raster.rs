@@ -139,12 +139,10 @@ impl Painter {
         let heights = tile.heights().row(y, x0, x1);
         match self.quantity {
             Quantity::Height16 | Quantity::Height16Whole => {
-                let pairs = row.as_chunks_mut().0.iter_mut().zip(heights);
-                match self.format {
-                    Format::R16 | Format::Raw => {
-                        pairs.for_each(|(pair, &height)| *pair = self.step(height).to_le_bytes())
-                    }
-                    _ => pairs.for_each(|(pair, &height)| *pair = self.step(height).to_be_bytes()),
+                let is_png = self.format == Format::Png;
+                for (pair, &height) in row.as_chunks_mut().0.iter_mut().zip(heights) {
+                    let step = self.step(height);
+                    *pair = if is_png { step.to_be_bytes() } else { step.to_le_bytes() };
                 }
             }
             Quantity::Weight(material) => {
@@ -203,7 +201,8 @@ fn control(weights: [u8; Material::ALL.len()]) -> u32 {
     // Stable: of equal weights the first material is the stronger one.
     order.sort_by_key(|&material| std::cmp::Reverse(weights[material]));
     let [most, second] = [order[0], order[1]].map(|material| u32::from(weights[material]));
-    let blend = (second * 255 + (most + second) / 2) / (most + second);
+    let both = most + second;
+    let blend = (second * 255 + both / 2) / both;
     (order[0] as u32) << 27 | (order[1] as u32) << 22 | blend << 14
 }
 

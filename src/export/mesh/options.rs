@@ -8,7 +8,7 @@ use crate::mesh::Frame;
 use crate::world::World;
 
 /// How meshes are made.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshOptions {
     /// Levels of detail, none twice, the finest first.
     pub lods: Lods,
@@ -19,12 +19,6 @@ pub struct MeshOptions {
     pub quantized: bool,
     /// Whether the numbers are compressed (EXT_meshopt_compression); glTF only.
     pub compressed: bool,
-}
-
-impl Default for MeshOptions {
-    fn default() -> MeshOptions {
-        MeshOptions { lods: Lods::default(), error_m: None, quantized: false, compressed: false }
-    }
 }
 
 /// Levels of detail: 0 is every vertex, and each one after it has a bound twice as wide.

@@ -62,11 +62,12 @@ def main():
         name = f"tile_x{column}_y{row}" if of_tile else f"row_y{row}"
         import_tile(folder / record["path"], collection_in(collection, name), ground)
     merge_materials()
-    for name, colour in WATER.items():
+    for name in WATER:
         if name in bpy.data.materials:
-            water_material(bpy.data.materials[name], colour, bake["spacing_m"], extent)
+            water_material(bpy.data.materials[name], name, bake["spacing_m"], extent)
     # What surrounds them.
     surroundings = collection_in(collection, "surroundings")
+    cut_sides(surroundings, collection, extent)
     if bake.get("sea_level_m") is not None:
         open_sea(surroundings, bake["sea_level_m"], extent, bake["spacing_m"])
     sun(surroundings)
@@ -126,6 +127,8 @@ class Extent:
         self.low_m, self.high_m = low[1], high[1]
         self.side_m = max(self.east - self.west, self.north - self.south)
         self.middle = Vector(((self.west + self.east) / 2, (self.south + self.north) / 2, (low[1] + high[1]) / 2))
+        # Where the walls of the block end, and where the camera sees no further.
+        self.foot_m = self.low_m - 0.03 * self.side_m
         self.clip_m = 12.0 * self.side_m
 
 
@@ -349,17 +352,53 @@ def merge_materials():
             bpy.data.materials.remove(material)
 
 
-def water_material(material, colour, spacing_m, extent):
+def water_material(material, name, spacing_m, extent):
     material.use_nodes = True
     material.node_tree.nodes.clear()
     nodes = Nodes(material.node_tree)
     position = nodes.add("ShaderNodeNewGeometry").outputs["Position"]
     waves = nodes.noise(position, 1.5 * spacing_m, 3.0)
     bump = nodes.add("ShaderNodeBump", {"Height": waves, "Strength": 0.08, "Distance": 0.3 * spacing_m})
-    surface = nodes.principled((*colour, 1.0), 0.08, bump.outputs[0])
+    surface = nodes.principled((*WATER[name], 1.0), 0.08, bump.outputs[0])
     surface.inputs["IOR"].default_value = 1.333
-    surface.inputs["Alpha"].default_value = 0.93
+    # The sea has no bed outside the region, and looks the same on both sides of the edge.
+    surface.inputs["Alpha"].default_value = 1.0 if name == "sea" else 0.93
     nodes.put(nodes.hazed(surface.outputs[0], extent), nodes.add("ShaderNodeOutputMaterial").inputs["Surface"])
+
+
+def cut_sides(collection, land, extent):
+    """Walls under the outer edges of the region, so that it is a block and not a sheet."""
+    near = 1e-4 * extent.side_m
+    sides = {"west": [], "east": [], "south": [], "north": []}
+    bpy.context.view_layer.update()
+    for thing in land.all_objects:
+        if thing.type != "MESH" or not thing.name.startswith("land"):
+            continue
+        for corner in [thing.matrix_world @ vertex.co for vertex in thing.data.vertices]:
+            for side, (own, along) in {"west": (0, 1), "east": (0, 1), "south": (1, 0), "north": (1, 0)}.items():
+                if abs(corner[own] - getattr(extent, side)) < near:
+                    sides[side].append((corner[along], corner))
+    vertices, faces = [], []
+    for side, corners in sides.items():
+        corners.sort(key=lambda pair: pair[0])
+        # The front faces outwards.
+        turned = side in ("west", "north")
+        for number, (_, corner) in enumerate(corners):
+            first = len(vertices)
+            vertices += [tuple(corner), (corner.x, corner.y, extent.foot_m)]
+            if number > 0:
+                face = (first - 2, first - 1, first + 1, first)
+                faces.append(face[::-1] if turned else face)
+    mesh = bpy.data.meshes.new("sides")
+    mesh.from_pydata(vertices, [], faces)
+    material = bpy.data.materials.new("sides")
+    material.use_nodes = True
+    material.node_tree.nodes.clear()
+    nodes = Nodes(material.node_tree)
+    surface = nodes.principled((0.080, 0.066, 0.055, 1.0), 0.95).outputs[0]
+    nodes.put(nodes.hazed(surface, extent), nodes.add("ShaderNodeOutputMaterial").inputs["Surface"])
+    mesh.materials.append(material)
+    collection.objects.link(bpy.data.objects.new("sides", mesh))
 
 
 def open_sea(collection, level_m, extent, spacing_m):
@@ -367,7 +406,7 @@ def open_sea(collection, level_m, extent, spacing_m):
     material = bpy.data.materials.get("sea")
     if material is None:
         material = bpy.data.materials.new("sea")
-        water_material(material, WATER["sea"], spacing_m, extent)
+        water_material(material, "sea", spacing_m, extent)
     far = 0.5 * extent.clip_m
     xs = [extent.west - far, extent.west, extent.east, extent.east + far]
     ys = [extent.south - far, extent.south, extent.north, extent.north + far]
@@ -418,8 +457,9 @@ def camera(scene, collection, extent):
     scene.camera = thing
     scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
     corners = [value for x in (extent.west, extent.east) for y in (extent.south, extent.north)
-               for z in (extent.low_m, extent.high_m) for value in (x, y, z)]
-    thing.location, _ = thing.camera_fit_coords(bpy.context.evaluated_depsgraph_get(), corners)
+               for z in (extent.foot_m, extent.high_m) for value in (x, y, z)]
+    nearest, _ = thing.camera_fit_coords(bpy.context.evaluated_depsgraph_get(), corners)
+    thing.location = nearest + 0.06 * extent.side_m * away
 
 
 def set_windows(extent):
@@ -448,6 +488,7 @@ def render(scene, options):
             break
         except TypeError:
             pass
+    scene.view_settings.exposure = 0.4
     scene.render.image_settings.file_format = "PNG"
     scene.render.filepath = str(Path(options.render).resolve())
     bpy.ops.render.render(write_still=True)

@@ -1,11 +1,14 @@
 //! IMPORT.md: what to click, and the numbers to type.
 
+use std::fmt::Write;
+
 use super::{Profile, components, hterrain_scale, whole_range_m};
 use crate::area::Region;
 use crate::tile::Material;
 use crate::world::World;
 
 /// The numbers that the texts need.
+#[expect(clippy::struct_field_names, reason = "a unit is part of a name")]
 struct Numbers {
     spacing_m: f64,
     min_m: f64,
@@ -24,8 +27,11 @@ fn typed(number: f64) -> String {
 /// A table of two columns.
 fn table(heads: [&str; 2], rows: &[(&str, String)]) -> String {
     let [what, value] = heads;
-    let rows: String = rows.iter().map(|(what, value)| format!("| {what} | {value} |\n")).collect();
-    format!("| {what} | {value} |\n|---|---|\n{rows}")
+    let mut text = format!("| {what} | {value} |\n|---|---|\n");
+    for (what, value) in rows {
+        writeln!(text, "| {what} | {value} |").expect("a String takes everything");
+    }
+    text
 }
 
 /// The text of IMPORT.md.
