@@ -41,7 +41,7 @@
 //!      |
 //!   bake.rs     Region -> all its tiles, in parallel, in order
 //!      |
-//!   export/     tiles -> files, map/ -> pictures; registry.rs, a log and never an input; plan and manifest
+//!   export/     tiles -> files, map/ -> pictures; registry.rs, a log and never an input; profiles, plan, manifest
 //!      |
 //!   experiment/ World, camera -> timings, tables, charts             the thesis' measurement and method
 //!      |

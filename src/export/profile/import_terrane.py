@@ -100,7 +100,14 @@ def bake_folder():
     for path in paths:
         if (path.resolve().parent / "bake.json").is_file():
             return path.resolve().parent
-    sys.exit("terrane: there is no bake.json beside import_terrane.py; open the script in the folder of the bake")
+    stop("there is no bake.json beside import_terrane.py; open the script in the folder of the bake")
+
+
+def stop(message):
+    """Ends the script, and in the background Blender too."""
+    if bpy.app.background:
+        sys.exit(f"terrane: {message}")
+    raise RuntimeError(message)
 
 
 def finest_meshes(bake, lod):
@@ -108,11 +115,11 @@ def finest_meshes(bake, lod):
     records = [record for record in bake["files"] if record["path"].endswith(".glb") and "mesh" in record]
     there = sorted({record["mesh"]["lod"] for record in records})
     if not there:
-        sys.exit("terrane: the bake has no GLB; bake with --profile blender or --export gltf")
+        stop("the bake has no GLB; bake with --profile blender or --export gltf")
     if lod is None:
         lod = there[0]
     if lod not in there:
-        sys.exit(f"terrane: the bake has no LOD {lod}, only {', '.join(map(str, there))}")
+        stop(f"the bake has no LOD {lod}, only {', '.join(map(str, there))}")
     return [record for record in records if record["mesh"]["lod"] == lod]
 
 
@@ -143,12 +150,12 @@ def empty_scene():
     return bpy.context.scene
 
 
-def collection_in(parent, name):
-    found = parent.children.get(name)
-    if found is None:
-        found = bpy.data.collections.new(name)
-        parent.children.link(found)
-    return found
+def collection_in(parent, name, made={}):
+    """A collection that this run has made; those of an earlier one stay as they are."""
+    if (parent, name) not in made:
+        made[parent, name] = bpy.data.collections.new(name)
+        parent.children.link(made[parent, name])
+    return made[parent, name]
 
 
 def import_tile(path, collection, ground):
@@ -249,7 +256,7 @@ class Nodes:
         seen = self.add("ShaderNodeLightPath").outputs["Is Camera Ray"]
         haze = self.math("MULTIPLY", self.math("SUBTRACT", 1.0, clear), seen)
         air = self.add("ShaderNodeEmission", {"Color": (*HORIZON, 1.0), "Strength": 0.8})
-        mix = self.add("ShaderNodeMixShader", {"Fac": haze})
+        mix = self.add("ShaderNodeMixShader", {0: haze})
         self.tree.links.new(shader, mix.inputs[1])
         self.tree.links.new(air.outputs[0], mix.inputs[2])
         return mix.outputs[0]
@@ -331,7 +338,7 @@ def land_material(material, pictures, ground):
     else:
         for name in MATERIALS:
             weight = nodes.add("ShaderNodeAttribute", attribute_name="_" + name.upper())
-            nodes.put(weight.outputs["Fac"], group.inputs[name])
+            nodes.put(weight.outputs[2], group.inputs[name])
     if normal_image is not None:
         normal_image.colorspace_settings.name = "Non-Color"
         colour = texture(normal_image).outputs["Color"]
@@ -363,6 +370,9 @@ def water_material(material, name, spacing_m, extent):
     surface.inputs["IOR"].default_value = 1.333
     # The sea has no bed outside the region, and looks the same on both sides of the edge.
     surface.inputs["Alpha"].default_value = 1.0 if name == "sea" else 0.93
+    if bpy.app.version < (4, 2, 0):
+        # Later versions of EEVEE need not be told.
+        material.blend_method = "HASHED"
     nodes.put(nodes.hazed(surface.outputs[0], extent), nodes.add("ShaderNodeOutputMaterial").inputs["Surface"])
 
 
@@ -437,7 +447,7 @@ def sky(scene):
     world.node_tree.nodes.clear()
     nodes = Nodes(world.node_tree)
     up = nodes.add("ShaderNodeSeparateXYZ", {"Vector": nodes.add("ShaderNodeTexCoord").outputs["Generated"]}).outputs["Z"]
-    ramp = nodes.add("ShaderNodeValToRGB", {"Fac": nodes.add("ShaderNodeMapRange", {"Value": up, "From Min": -1.0}).outputs[0]})
+    ramp = nodes.add("ShaderNodeValToRGB", {0: nodes.add("ShaderNodeMapRange", {"Value": up, "From Min": -1.0}).outputs[0]})
     stops = ramp.color_ramp.elements
     for stop, position, colour in ((stops[0], 0.2, BELOW), (stops.new(0.5), 0.5, HORIZON), (stops[-1], 0.75, ZENITH)):
         stop.position, stop.color = position, (*colour, 1.0)

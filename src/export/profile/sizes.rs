@@ -117,7 +117,14 @@ pub(super) fn check(profile: Profile, world: &World, region: &Region) -> Result<
         region.height()
     );
     let hint = match nearest(profile, world, asked) {
-        Some(size) => format!("the nearest that fits: {}", options(size, asked, region.at())),
+        Some(size) => {
+            let agents = world.preset().rivers.is_some() || world.preset().roads.is_some();
+            let note = match agents && size.cells != asked.cells {
+                true => " (agents start from tiles: rivers and roads will be others)",
+                false => "",
+            };
+            format!("the nearest that fits: {}{note}", options(size, asked, region.at()))
+        }
         None => "the preset's rivers and roads keep it from all tiles that fit; see their tile sizes".into(),
     };
     Err(Error::Region { message, hint })
