@@ -116,6 +116,7 @@ impl Beds {
     }
 
     /// The beds in a part of the area, which must be within it.
+    #[must_use]
     pub fn part(&self, area: Area) -> Beds {
         Beds { bounds: self.bounds.part(area), share: self.share.part(area), decks: self.decks.part(area) }
     }
