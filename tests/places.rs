@@ -230,7 +230,7 @@ fn sparse_land_is_that_of_the_vertices() {
         let mut other = 0;
         for (index, (height_m, water)) in heights_m.iter().zip(&waters).enumerate() {
             let (x, y) = (area.x0 + (index % cols) as i64 * step, area.y0 + (index / cols) as i64 * step);
-            let same = (*water == terrane::places::land::Water::Dry) == (kinds.at(x, y) == WaterKind::Dry);
+            let same = (*water == Water::Dry) == (kinds.at(x, y) == WaterKind::Dry);
             // Rounding may decide which side of a shore a vertex lies on.
             other += usize::from(!same || (height_m - full.heights.at(x, y)).abs() > 0.01);
         }

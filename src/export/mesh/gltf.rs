@@ -255,3 +255,19 @@ impl Sink for GltfSink<'_> {
         Ok(records)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::area::TileId;
+
+    #[test]
+    fn a_tile_that_no_glb_can_hold_is_refused_with_one_that_can_be() {
+        let region = |cells: u32| Region::new(TileId { x: 0, y: 0 }, 1, 1, cells).unwrap();
+        assert!(GltfSink::check(&region(4096)).is_ok());
+        let error = GltfSink::check(&region(8192)).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        let largest = error.hint().unwrap().split(' ').find_map(|word| word.parse::<u32>().ok()).unwrap();
+        assert!(GltfSink::check(&region(largest)).is_ok() && GltfSink::check(&region(largest + 1)).is_err());
+    }
+}
