@@ -77,12 +77,14 @@ impl Frame {
     /// Steps up from the corner's height; for frames of quantised meshes.
     pub fn height_steps(&self, height_m: f32) -> u16 {
         let base_m = self.base_m.expect("only quantised heights are counted");
-        ((height_m as f64 - base_m) / self.step_m).round() as u16
+        ((height_m as f64 - base_m) / self.step_m + 0.5) as u16
     }
 
     /// Whole steps from the origin to a vertex.
     fn steps(&self, at: i64, axis: usize) -> i64 {
-        ((at - self.origin[axis]) as f64 * self.spacing_m / self.step_m).round() as i64
+        let steps = (at - self.origin[axis]) as f64 * self.spacing_m / self.step_m;
+        // Rounded; `round` would be a call, and a mesh asks for every vertex.
+        (steps + 0.5_f64.copysign(steps)) as i64
     }
 }
 

@@ -7,11 +7,13 @@
 //!   worst.rs      triangle, heights -> the vertex that is furthest from it
 //!   greedy.rs     heights, bound -> border, then the vertex furthest off, again and again
 //!   water.rs      kinds and levels of water -> flat sheets      ribbon.rs   roads and rivers of agents -> strips, decks
+//!   drape.rs      surface -> the ground that waters and roads lie on
 //!   frame.rs      region -> where meshes have their origin, and the steps of positions
 //! ```
 
 mod border;
 mod delaunay;
+mod drape;
 mod frame;
 mod greedy;
 mod ribbon;
@@ -19,6 +21,7 @@ mod steps;
 mod water;
 mod worst;
 
+pub use drape::Drape;
 pub use frame::Frame;
 pub use ribbon::{Ribbon, RibbonKind, RibbonVertex, ribbons};
 pub use steps::{MAX_CELLS, MAX_HEIGHT_M};

@@ -1,5 +1,6 @@
 //! Roads as ribbons on their beds, bridges as decks, and the rivers of the thesis' worlds, which have no other surface.
 
+use super::Drape;
 use crate::agents::way::{Way, WayKind};
 use crate::area::Area;
 use crate::places::land::FIXED;
@@ -55,10 +56,23 @@ struct Point {
     height_m: f64,
 }
 
-/// The ribbons on a tile: those pieces of each line whose middle lies on it, the same wherever else the line goes.
-pub fn ribbons(tile: &Tile, spacing_m: f64) -> Vec<Ribbon> {
+impl Point {
+    /// The point at a share of the way to another.
+    fn towards(&self, to: &Point, share: f64) -> Point {
+        let mix = |from: f64, to: f64| from + (to - from) * share;
+        Point {
+            place: [0, 1].map(|axis| mix(self.place[axis], to.place[axis])),
+            half_width_m: mix(self.half_width_m, to.half_width_m),
+            height_m: mix(self.height_m, to.height_m),
+        }
+    }
+}
+
+/// The ribbons on a tile: those pieces of each line whose middle lies on it, the same wherever else the line goes. Roads lie on
+/// the `ground`, bridges on their piers, and no river below the ground.
+pub fn ribbons(tile: &Tile, spacing_m: f64, ground: &Drape) -> Vec<Ribbon> {
     let area = tile.area();
-    let mut builder = Builder { area, spacing_m, all: Vec::new() };
+    let mut builder = Builder { area, spacing_m, ground, all: Vec::new() };
     for road in tile.roads() {
         builder.add_road(road);
     }
@@ -69,13 +83,14 @@ pub fn ribbons(tile: &Tile, spacing_m: f64) -> Vec<Ribbon> {
     builder.all
 }
 
-struct Builder {
+struct Builder<'a> {
     area: Area,
     spacing_m: f64,
+    ground: &'a Drape,
     all: Vec<Ribbon>,
 }
 
-impl Builder {
+impl Builder<'_> {
     fn add_road(&mut self, road: &Road) {
         let points: Vec<Point> = road
             .points
@@ -107,8 +122,21 @@ impl Builder {
     }
 
     /// Adds the pieces of a line that are the tile's, as one ribbon for each run of the same kind.
-    fn add(&mut self, points: &[Point], kind: impl Fn(usize) -> RibbonKind) {
+    fn add(&mut self, line: &[Point], kind: impl Fn(usize) -> RibbonKind) {
         let side = (self.area.width() - 1) as f64;
+        // On the ground a piece is no longer than a cell, so that it follows it.
+        let (mut points, mut kinds) = (Vec::new(), Vec::new());
+        for (piece, pair) in line.windows(2).enumerate() {
+            let kind = kind(piece);
+            let way = [0, 1].map(|axis| pair[1].place[axis] - pair[0].place[axis]);
+            let parts = if kind == RibbonKind::Bridge { 1 } else { (length(way).ceil() as usize).max(1) };
+            for part in 0..parts {
+                points.push(pair[0].towards(&pair[1], part as f64 / parts as f64));
+                kinds.push(kind);
+            }
+        }
+        points.extend(line.last());
+        let (points, kind) = (&points[..], |piece: usize| kinds[piece]);
         let is_ours = |piece: usize| {
             let middle = [0, 1].map(|axis| points[piece].place[axis].midpoint(points[piece + 1].place[axis]));
             middle.into_iter().all(|at| (0.0..side).contains(&at))
@@ -126,7 +154,8 @@ impl Builder {
         for run in ours.chunk_by(|a, b| a + 1 == *b && kind(*a) == kind(*b)) {
             let (first, last) = (run[0], run[run.len() - 1] + 1);
             let kind = kind(first);
-            let sections: Vec<Section> = (first..=last).map(|index| self.section(points, &along_m, index)).collect();
+            let sections: Vec<Section> =
+                (first..=last).map(|index| self.section(points, &along_m, index, kind)).collect();
             self.all.push(match kind {
                 RibbonKind::Bridge => deck(&sections),
                 _ => strip(kind, &sections),
@@ -135,7 +164,7 @@ impl Builder {
     }
 
     /// The line across a point: left and right seen along the line, at right angles to where its neighbours lie.
-    fn section(&self, points: &[Point], along_m: &[f64], index: usize) -> Section {
+    fn section(&self, points: &[Point], along_m: &[f64], index: usize, kind: RibbonKind) -> Section {
         let point = points[index];
         let (before, after) = (points[index.saturating_sub(1)], points[(index + 1).min(points.len() - 1)]);
         let way = [0, 1].map(|axis| after.place[axis] - before.place[axis]);
@@ -145,10 +174,19 @@ impl Builder {
         let aside = [ahead[1], -ahead[0]].map(|axis| axis * point.half_width_m / self.spacing_m);
         let grade = (after.height_m - before.height_m) / (far * self.spacing_m);
         let up = 1.0 / (1.0 + grade * grade).sqrt();
+        let left = [0, 1].map(|axis| point.place[axis] + aside[axis]);
+        let right = [0, 1].map(|axis| point.place[axis] - aside[axis]);
+        let under = |place: [f64; 2]| self.ground.between(place) + LIFT_M;
+        let height_m = match kind {
+            // Between two vertices the land may be higher than at either side of a road or in its middle.
+            RibbonKind::Road => [left, point.place, right].map(under).into_iter().fold(f64::NEG_INFINITY, f64::max),
+            RibbonKind::River => point.height_m.max(under(point.place)),
+            RibbonKind::Bridge => point.height_m,
+        };
         Section {
-            left: [0, 1].map(|axis| point.place[axis] + aside[axis]),
-            right: [0, 1].map(|axis| point.place[axis] - aside[axis]),
-            height_m: point.height_m,
+            left,
+            right,
+            height_m,
             width_m: 2.0 * point.half_width_m,
             along: (along_m[index] / (2.0 * point.half_width_m).max(1e-3)) as f32,
             ahead,

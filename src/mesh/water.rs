@@ -1,5 +1,6 @@
 //! The surfaces of water: seas and lakes in few triangles, for they are flat; rivers cell by cell.
 
+use super::Drape;
 use crate::fluvial::WaterKind;
 use crate::tile::Tile;
 use crate::world::{HEIGHT_PAD, World};
@@ -18,12 +19,20 @@ pub struct Sheet {
 /// Levels a metre: coarse enough that a lake whose level was a sum of floats is flat.
 const LEVELS_A_METRE: f32 = 64.0;
 
+/// Metres by which water is at least above the ground of a coarse surface, and its shore below.
+const CLEAR_M: f32 = 0.05;
+
 /// The surfaces of the water on a tile, of rivers, lakes and the sea, where there is any.
 ///
 /// A surface covers every cell with a wet vertex and so runs into the land, whose surface is then the shore. Along a tile's
 /// edge it has all vertices, and its neighbour's has the same. Where a cell has two kinds, the greater water has it.
-pub fn sheets(world: &World, tile: &Tile) -> Vec<Sheet> {
-    let levels = Levels::new(world, tile);
+///
+/// On a `ground` that is coarser than the raster rivers rise and shores sink to where they meet it.
+pub fn sheets(world: &World, tile: &Tile, ground: Option<&Drape>) -> Vec<Sheet> {
+    let mut levels = Levels::new(world, tile);
+    if let Some(ground) = ground {
+        levels.settle(ground);
+    }
     let kinds = [WaterKind::River, WaterKind::Lake, WaterKind::Sea];
     let found = kinds.into_iter().filter(|kind| levels.kinds.contains(kind));
     found.map(|kind| Blocks::new(&levels, kind).sheet()).collect()
@@ -81,6 +90,20 @@ impl Levels {
             }
         }
         Levels { cells: area.width() - 1, kinds, heights_m }
+    }
+
+    /// Lets rivers flow above a ground, and shores end below it.
+    fn settle(&mut self, ground: &Drape) {
+        let vertices = self.kinds.iter().zip(&mut self.heights_m).enumerate();
+        for (index, (kind, height_m)) in vertices {
+            let (row, column) = (index / (self.cells + 1), index % (self.cells + 1));
+            let ground_m = ground.at(column as u32, row as u32);
+            match kind {
+                WaterKind::Dry => *height_m = height_m.min(ground_m - CLEAR_M),
+                WaterKind::River => *height_m = height_m.max(ground_m + CLEAR_M),
+                WaterKind::Lake | WaterKind::Sea => {}
+            }
+        }
     }
 
     fn at(&self, column: usize, row: usize) -> (WaterKind, f32) {

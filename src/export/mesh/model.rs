@@ -6,7 +6,7 @@ use crate::area::Region;
 use crate::export::manifest::MeshRecord;
 use crate::export::mesh::options::MeshOptions;
 use crate::fluvial::WaterKind;
-use crate::mesh::{Frame, Ribbon, RibbonKind, Sheet, Surface, ribbons, sheets};
+use crate::mesh::{Drape, Frame, Ribbon, RibbonKind, Sheet, Surface, ribbons, sheets};
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -75,10 +75,13 @@ impl<'a> Modeller<'a> {
 
     /// The models of a tile, one for each level of detail.
     pub fn models(&self, tile: &Tile) -> Vec<(u32, Model)> {
-        let waters = sheets(self.world, tile);
-        let ribbons = ribbons(tile, self.world.spacing_m());
-        let model =
-            |&lod: &u32| (lod, Model { land: self.land(tile, lod), waters: waters.clone(), ribbons: ribbons.clone() });
+        let model = |&lod: &u32| {
+            let land = self.land(tile, lod);
+            let ground = Drape::new(&land, tile.heights(), tile.area());
+            let waters = sheets(self.world, tile, (lod > 0).then_some(&ground));
+            let ribbons = ribbons(tile, self.world.spacing_m(), &ground);
+            (lod, Model { land, waters, ribbons })
+        };
         self.options.lods.all().iter().map(model).collect()
     }
 

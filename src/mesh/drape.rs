@@ -1,0 +1,94 @@
+//! A surface as the ground that waters and roads lie on: its height at any place of the tile.
+
+use super::Surface;
+use crate::area::Area;
+use crate::grid::Grid;
+
+/// The heights of a tile's surface at all vertices of the raster, which between them are as good as its triangles.
+#[derive(Debug)]
+pub struct Drape {
+    cells: usize,
+    heights_m: Vec<f32>,
+}
+
+impl Drape {
+    /// The heights of `surface`, whose vertices have those of `heights`.
+    ///
+    /// # Panics
+    /// When `heights` does not hold the area.
+    pub fn new(surface: &Surface, heights: &Grid<f32>, area: Area) -> Drape {
+        let side = area.width();
+        let mut heights_m = Vec::with_capacity(area.len());
+        for y in area.y0..area.y1 {
+            heights_m.extend_from_slice(heights.row(y, area.x0, area.x1));
+        }
+        let at = |[column, row]: [i64; 2]| row as usize * side + column as usize;
+        for triangle in &surface.triangles {
+            let [a, b, c] = triangle.map(|index| surface.vertices[index as usize].map(i64::from));
+            let twice =
+                |[x0, y0]: [i64; 2], [x1, y1]: [i64; 2], [x, y]: [i64; 2]| (y1 - y0) * (x - x0) - (x1 - x0) * (y - y0);
+            let whole = twice(a, b, c);
+            if whole <= 1 {
+                continue;
+            }
+            let corners = [a, b, c].map(|corner| f64::from(heights_m[at(corner)]));
+            let least = |axis: usize| a[axis].min(b[axis]).min(c[axis]);
+            let most = |axis: usize| a[axis].max(b[axis]).max(c[axis]);
+            for place in (least(1)..=most(1)).flat_map(|row| (least(0)..=most(0)).map(move |column| [column, row])) {
+                let shares = [twice(b, c, place), twice(c, a, place), twice(a, b, place)];
+                if shares.iter().all(|share| *share >= 0) && ![a, b, c].contains(&place) {
+                    let sum: f64 = (0..3).map(|corner| shares[corner] as f64 * corners[corner]).sum();
+                    heights_m[at(place)] = (sum / whole as f64) as f32;
+                }
+            }
+        }
+        Drape { cells: side - 1, heights_m }
+    }
+
+    /// The height in metres at a vertex of the tile.
+    pub fn at(&self, column: u32, row: u32) -> f32 {
+        self.heights_m[row as usize * (self.cells + 1) + column as usize]
+    }
+
+    /// The height in metres at a place in vertices from the tile's north-western corner, or at the place of the tile that is
+    /// nearest to it: that of the land's triangles, or a little more.
+    pub fn between(&self, place: [f64; 2]) -> f64 {
+        let [x, y] = place.map(|at| at.clamp(0.0, self.cells as f64));
+        let (column, row) = ((x as usize).min(self.cells - 1), (y as usize).min(self.cells - 1));
+        let (u, v) = (x - column as f64, y - row as f64);
+        let height =
+            |east: usize, south: usize| f64::from(self.heights_m[(row + south) * (self.cells + 1) + column + east]);
+        let [nw, ne, sw, se] = [height(0, 0), height(1, 0), height(0, 1), height(1, 1)];
+        // Either diagonal may be an edge of the land's triangles: the higher one shows.
+        let falling = if u > v { nw + (ne - nw) * u + (se - ne) * v } else { nw + (sw - nw) * v + (se - sw) * u };
+        let rising = match u + v <= 1.0 {
+            true => nw + (ne - nw) * u + (sw - nw) * v,
+            false => se + (sw - se) * (1.0 - u) + (ne - se) * (1.0 - v),
+        };
+        falling.max(rising)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_lies_on_the_triangles() {
+        let area = Area::new(-3, 7, 9, 9);
+        let mut heights = Grid::filled(area, 0.0);
+        for y in area.y0..area.y1 {
+            for x in area.x0..area.x1 {
+                heights.row_mut(y, x, x + 1)[0] = ((x * 7 + y * 5) % 11) as f32;
+            }
+        }
+        let full = Drape::new(&Surface::full(8), &heights, area);
+        assert_eq!((full.at(3, 2), full.between([3.0, 2.0])), (heights.at(0, 9), f64::from(heights.at(0, 9))));
+        let two =
+            Surface { cells: 8, vertices: vec![[0, 0], [0, 8], [8, 8], [8, 0]], triangles: vec![[0, 1, 2], [0, 2, 3]] };
+        let flat = Drape::new(&two, &heights, area);
+        let corner = |column: i64, row: i64| f64::from(heights.at(area.x0 + column, area.y0 + row));
+        assert_eq!(f64::from(flat.at(4, 4)), f64::midpoint(corner(0, 0), corner(8, 8)));
+        assert_eq!(flat.between([-5.0, 4.0]), f64::midpoint(corner(0, 0), corner(0, 8)));
+    }
+}
