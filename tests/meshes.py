@@ -184,17 +184,20 @@ def check_in_blender(bake, checks, file):
     found = [pair for pair in in_blender(bake.folder / file["path"]) if pair[0].name.startswith(("land", "tile"))]
     checks.check(len(found) == 1, f"Blender finds the land in {file['path']}", len(found))
     thing, places = found[0]
+    # An OBJ is one object with water and roads: the land is what has its material.
+    materials = [slot.name for slot in thing.data.materials]
+    faces = [face.vertices[:] for face in thing.data.polygons if materials[face.material_index].startswith("land")]
+    places = places[np.unique(faces)]
+    same = (len(places), len(faces)) == (mesh["vertices"], mesh["triangles"])
+    checks.check(same, "with the manifest's vertices and triangles", (len(places), len(faces)))
     if file["path"].endswith(".glb"):
-        same = (len(places), len(thing.data.polygons)) == (mesh["vertices"], mesh["triangles"])
-        checks.check(same, "with the manifest's vertices and triangles", (len(places), len(thing.data.polygons)))
         missing = {"_GRASS", "_DIRT", "_ROCK", "_SAND", "_SNOW"} - {attribute.name for attribute in thing.data.attributes}
         checks.check(not missing, "with the weights of all materials", sorted(missing) or "none is missing")
     # East is x, north is y, up is z: the glTF's z is south.
     low, high = np.array(mesh["min_m"]), np.array(mesh["max_m"])
     expected = np.array([[low[0], -high[2], low[1]], [high[0], -low[2], high[1]]])
-    if file["path"].endswith(".glb"):
-        off_m = np.abs(np.array([places.min(0), places.max(0)]) - expected).max()
-        checks.check(off_m <= mesh["error_m"] + 1e-3, "in the manifest's box, in metres", f"{off_m:.6f} m off")
+    off_m = np.abs(np.array([places.min(0), places.max(0)]) - expected).max()
+    checks.check(off_m <= mesh["error_m"] + 1e-3, "in the manifest's box, in metres", f"{off_m:.6f} m off")
     # The tile's highest vertex lies where the raster has it.
     cells = bake.region["tile_cells"]
     column, row = (file["tile"][axis] - bake.region["at"][axis] for axis in ("x", "y"))
