@@ -5,7 +5,7 @@ const path = require("path");
 const { createRequire } = require("module");
 
 const [modules, ...files] = process.argv.slice(2);
-const { MeshoptDecoder } = createRequire(path.resolve(modules, "node_modules", "x"))("meshoptimizer");
+const MeshoptDecoder = createRequire(path.resolve(modules, "node_modules", "x"))("meshoptimizer/decoder.cjs");
 
 /// The JSON of a GLB, and the bytes of each of its buffer views.
 function read(file) {
