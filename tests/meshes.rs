@@ -290,21 +290,33 @@ fn roads_and_rivers_are_whole_across_tiles() {
     let world = wet();
     let (folder, _) = bake(&world, "gltf", lods("0"));
     let all = parts(&folder.path().join("mesh/region.gltf"));
+    let mut crossings = 0;
     for name in ["road", "river"] {
         let ribbon = &all[name];
-        let joined = |places: &BTreeSet<[i64; 3]>, place: [f32; 3]| {
-            places.contains(&place.map(|axis| (axis * 100.0).round() as i64))
-        };
         assert!(ribbon.triangles.len() > 10, "{name}");
         for triangle in &ribbon.triangles {
             let [a, b, c] = triangle.map(|index| ribbon.places[index]);
             let up = (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2]);
             assert!(up > -1e-2, "{name} faces up: {a:?} {b:?} {c:?}");
         }
-        let places: BTreeSet<_> =
-            ribbon.places.iter().map(|place| place.map(|axis| (axis * 100.0).round() as i64)).collect();
-        assert!(ribbon.places.iter().all(|place| joined(&places, *place)));
+        // Two triangles a piece: from the line across its start to that across its end, which is the next piece's start.
+        let middle =
+            |a: usize, b: usize| [0, 2].map(|axis| f32::midpoint(ribbon.places[a][axis], ribbon.places[b][axis]));
+        let pieces = ribbon.triangles.as_chunks::<2>().0;
+        let starts: Vec<_> = pieces.iter().map(|[first, _]| middle(first[0], first[1])).collect();
+        let ends: Vec<_> = pieces.iter().map(|[first, second]| middle(first[2], second[2])).collect();
+        let is_near = |a: &[f32; 2], b: &[f32; 2]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.02);
+        let open = ends.iter().filter(|end| !starts.iter().any(|start| is_near(start, end)));
+        // From the region's middle: its tiles meet at these distances.
+        let (side, cell) = (32.0 * 3.3, 3.3);
+        let at_seam = |[east, south]: &[f32; 2]| {
+            [-0.5, 0.5].iter().any(|tile| (east - tile * side).abs() < cell) || south.abs() < cell
+        };
+        crossings += ends.iter().filter(|end| at_seam(end)).count();
+        let cut: Vec<_> = open.filter(|end| at_seam(end)).collect();
+        assert!(cut.is_empty(), "{name} ends at a seam: {cut:?}");
     }
+    assert!(crossings > 2, "{crossings} pieces end where tiles meet");
 }
 
 #[test]
