@@ -23,25 +23,16 @@ impl Drape {
             heights_m.extend_from_slice(heights.row(y, area.x0, area.x1));
         }
         let at = |[column, row]: [i64; 2]| row as usize * side + column as usize;
-        for triangle in &surface.triangles {
-            let [a, b, c] = triangle.map(|index| surface.vertices[index as usize].map(i64::from));
-            let twice =
-                |[x0, y0]: [i64; 2], [x1, y1]: [i64; 2], [x, y]: [i64; 2]| (y1 - y0) * (x - x0) - (x1 - x0) * (y - y0);
-            let whole = twice(a, b, c);
-            if whole <= 1 {
-                continue;
+        surface.for_each_under(|corners, place, parts| {
+            if !corners.contains(&place) {
+                let sum: f64 = corners
+                    .iter()
+                    .zip(parts)
+                    .map(|(corner, part)| part as f64 * f64::from(heights_m[at(*corner)]))
+                    .sum();
+                heights_m[at(place)] = (sum / parts.iter().sum::<i64>() as f64) as f32;
             }
-            let corners = [a, b, c].map(|corner| f64::from(heights_m[at(corner)]));
-            let least = |axis: usize| a[axis].min(b[axis]).min(c[axis]);
-            let most = |axis: usize| a[axis].max(b[axis]).max(c[axis]);
-            for place in (least(1)..=most(1)).flat_map(|row| (least(0)..=most(0)).map(move |column| [column, row])) {
-                let shares = [twice(b, c, place), twice(c, a, place), twice(a, b, place)];
-                if shares.iter().all(|share| *share >= 0) && ![a, b, c].contains(&place) {
-                    let sum: f64 = (0..3).map(|corner| shares[corner] as f64 * corners[corner]).sum();
-                    heights_m[at(place)] = (sum / whole as f64) as f32;
-                }
-            }
-        }
+        });
         Drape { cells: side - 1, heights_m }
     }
 

@@ -78,6 +78,26 @@ impl Surface {
         let vertices = mesh.vertices().iter().map(|vertex| [vertex.x as u32, vertex.y as u32]).collect();
         Surface { cells, vertices, triangles: mesh.triangles().to_vec() }
     }
+
+    /// Shows, triangle by triangle, each vertex of the raster that lies in it or on its edge: the triangle's corners, the vertex'
+    /// column and row, and the parts of the vertex that are each corner's, whole numbers whose sum is the same all over the
+    /// triangle.
+    pub fn for_each_under(&self, mut visit: impl FnMut([[i64; 2]; 3], [i64; 2], [i64; 3])) {
+        // Twice the area of a triangle, positive if it faces up.
+        let twice =
+            |[x0, y0]: [i64; 2], [x1, y1]: [i64; 2], [x, y]: [i64; 2]| (y1 - y0) * (x - x0) - (x1 - x0) * (y - y0);
+        for triangle in &self.triangles {
+            let corners = triangle.map(|index| self.vertices[index as usize].map(i64::from));
+            let [a, b, c] = corners;
+            let range = |axis: usize| a[axis].min(b[axis]).min(c[axis])..=a[axis].max(b[axis]).max(c[axis]);
+            for place in range(1).flat_map(|row| range(0).map(move |column| [column, row])) {
+                let parts = [twice(b, c, place), twice(c, a, place), twice(a, b, place)];
+                if parts.iter().all(|part| *part >= 0) {
+                    visit(corners, place, parts);
+                }
+            }
+        }
+    }
 }
 
 #[cfg(test)]

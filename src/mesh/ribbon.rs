@@ -69,7 +69,7 @@ impl Point {
 }
 
 /// The ribbons on a tile: those pieces of each line whose middle lies on it, the same wherever else the line goes. Roads lie on
-/// the `ground`, bridges on their piers, and no river below the ground.
+/// the `ground`, and no river below it.
 pub fn ribbons(tile: &Tile, spacing_m: f64, ground: &Drape) -> Vec<Ribbon> {
     let area = tile.area();
     let mut builder = Builder { area, spacing_m, ground, all: Vec::new() };

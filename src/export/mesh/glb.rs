@@ -119,20 +119,10 @@ impl Glb {
             Some([min, max]) => [Some(bound(min)), Some(bound(max))],
             None => [None, None],
         };
-        self.root.push(Accessor {
-            buffer_view: Some(view),
-            byte_offset: None,
-            count: values.count.into(),
-            component_type: Valid(GenericComponentType(values.component)),
-            extensions: None,
-            extras: None,
-            type_: Valid(values.dimensions),
-            min,
-            max,
-            name: None,
-            normalized: values.normalized,
-            sparse: None,
-        })
+        let accessor = self.accessor(view, values.component, values.dimensions, values.count);
+        let described = &mut self.root.accessors[accessor.value()];
+        (described.min, described.max, described.normalized) = (min, max, values.normalized);
+        accessor
     }
 
     /// Indices of triangles, in 16 bits if they will do.
@@ -147,14 +137,24 @@ impl Glb {
             (ComponentType::U32, longs.into_flattened())
         };
         let view = self.numbers(&bytes, Content::Indices, if short { 2 } else { 4 });
+        self.accessor(view, component, Type::Scalar, indices.len())
+    }
+
+    fn accessor(
+        &mut self,
+        view: Index<View>,
+        component: ComponentType,
+        dimensions: Type,
+        count: usize,
+    ) -> Index<Accessor> {
         self.root.push(Accessor {
             buffer_view: Some(view),
             byte_offset: None,
-            count: indices.len().into(),
+            count: count.into(),
             component_type: Valid(GenericComponentType(component)),
             extensions: None,
             extras: None,
-            type_: Valid(Type::Scalar),
+            type_: Valid(dimensions),
             min: None,
             max: None,
             name: None,

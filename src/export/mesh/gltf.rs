@@ -94,7 +94,7 @@ impl<'a> GltfSink<'a> {
                 "the GLB of a tile of {} cells a side could have {bytes} bytes, and GLB ends at 2^32",
                 region.tile_cells()
             ),
-            hint: format!("set tile_cells of the preset to {} or less, or export obj", fits.unwrap_or(1)),
+            hint: format!("give --tile-cells {} or less, or export obj", fits.unwrap_or(1)),
         })
     }
 

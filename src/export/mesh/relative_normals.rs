@@ -14,28 +14,12 @@ pub(super) fn relative_normals(tile: &Tile, surface: &Surface) -> Vec<u8> {
     let side = area.width();
     let normal = |[column, row]: [i64; 2]| tile.normals().at(area.x0 + column, area.y0 + row);
     let mut texels = vec![[128, 128, 255]; side * side];
-    for triangle in &surface.triangles {
-        let corners = triangle.map(|index| surface.vertices[index as usize].map(i64::from));
+    surface.for_each_under(|corners, at, parts| {
         let normals = corners.map(normal);
-        let [a, b, c] = corners;
-        // Twice the area of the triangle of two corners and a place, positive inside.
-        let side_of =
-            |[x0, y0]: [i64; 2], [x1, y1]: [i64; 2], [x, y]: [i64; 2]| (y1 - y0) * (x - x0) - (x1 - x0) * (y - y0);
-        let whole = side_of(a, b, c) as f32;
-        let least = |axis: usize| a[axis].min(b[axis]).min(c[axis]);
-        let most = |axis: usize| a[axis].max(b[axis]).max(c[axis]);
-        for row in least(1)..=most(1) {
-            for column in least(0)..=most(0) {
-                let at = [column, row];
-                let shares = [side_of(b, c, at), side_of(c, a, at), side_of(a, b, at)];
-                if shares.into_iter().all(|share| share >= 0) {
-                    let shares = shares.map(|share| share as f32 / whole);
-                    let mixed = [0, 1, 2].map(|axis| (0..3).map(|corner| normals[corner][axis] * shares[corner]).sum());
-                    texels[row as usize * side + column as usize] = texel(normal(at), mixed);
-                }
-            }
-        }
-    }
+        // The sum need not be a unit.
+        let mixed = [0, 1, 2].map(|axis| (0..3).map(|corner| normals[corner][axis] * parts[corner] as f32).sum());
+        texels[at[1] as usize * side + at[0] as usize] = texel(normal(at), mixed);
+    });
     texels.into_flattened()
 }
 
