@@ -174,6 +174,35 @@ fn channels_do_not_cross() {
 }
 
 #[test]
+fn channels_keep_away_from_what_they_run_to_until_they_end() {
+    for seed in 1..=3 {
+        for (name, world) in worlds(seed) {
+            let all = channels(&world, 1500);
+            for channel in all.values().filter(|channel| channel.id.0 > 0) {
+                let Mouth::Channel(other) = channel.mouth else { continue };
+                let Some(other) = all.get(&other) else { continue };
+                let (end, above) = channel.knots.split_last().unwrap();
+                for knot in above {
+                    let off = other.knots.windows(2).map(|pair| {
+                        let (way, off) = (pair[1].at.from(pair[0].at), knot.at.from(pair[0].at));
+                        let square = (way[0] * way[0] + way[1] * way[1]).max(1.0);
+                        let t = ((off[0] * way[0] + off[1] * way[1]) / square).clamp(0.0, 1.0);
+                        (off[0] - way[0] * t).hypot(off[1] - way[1] * t)
+                    });
+                    let (off, left) = (off.fold(f64::INFINITY, f64::min), knot.at.distance(end.at));
+                    assert!(
+                        off > 0.05 * left,
+                        "{name}, seed {seed}: {:?} lies {off:.1} grains beside {:?}, {left:.0} above its mouth",
+                        channel.id,
+                        other.id,
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn the_warp_bends_the_plane_and_does_not_fold_it() {
     for (name, world) in worlds(5) {
         let fluvial = fluvial(&world);

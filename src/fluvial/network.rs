@@ -90,6 +90,11 @@ const LEAST_CELLS: (f64, f64) = (0.45, 0.12);
 /// Longer and more slanting tributaries at the coarser levels make large basins longer than wide: Hack's law.
 const SLANT: (f64, f64, f64) = (0.35, 0.2, 1.3);
 
+/// How far from all channels a tributary that runs aslant keeps, as a share of the way to where it ends, and at how many
+/// places: one that comes nearer brushes past a bend of what it runs to, or along it, and in the world they would cross.
+const GRAZES: f64 = 0.15;
+const GRAZES_AT: u32 = 16;
+
 /// Share of the cells that are left without a channel, so that confluences are not spaced too evenly.
 const LEFT_OUT: f64 = 0.15;
 
@@ -509,7 +514,18 @@ impl Network {
                     ends.into_iter().flatten().any(|end| end.line(other.head, origin).crosses(&line))
                 };
                 let crosses = |piece: &Piece| Line { from: piece.from, along: piece.along }.crosses(&line);
-                let free = !others(draft).any(blocked) && !above.all.iter().any(crosses);
+                let whole = length(line.along);
+                let grazes = |piece: &Piece| {
+                    Line { from: piece.from, along: piece.along }.touches(line.from, whole)
+                        && (1..=GRAZES_AT).any(|step| {
+                            let share = step as f64 / GRAZES_AT as f64;
+                            let place = [0, 1].map(|axis| line.from[axis] + line.along[axis] * share);
+                            let least = GRAZES * share * whole;
+                            piece.nearest(place).1 < least * least
+                        })
+                };
+                let free =
+                    !others(draft).any(blocked) && !above.all.iter().any(|piece| crosses(piece) || grazes(piece));
                 Some(if free { aslant } else { draft.direct })
             };
             let course = |draft: &Draft| Some(Course { cell: draft.cell, head: draft.head, end: take(draft)? });
