@@ -323,7 +323,8 @@ impl Network {
         let pieces: Vec<Piece> = others.iter().flat_map(|other| self.pieces_between(other, 0, origin)).collect();
         for index in (0..trunk.knots.len() - 1).rev() {
             let (below, here) = (trunk.knots[index + 1], trunk.knots[index]);
-            let slope = INCISION * trunk.hill_slope * self.fields.metres_a_grain();
+            let hill_slope = self.fields.hill_slope(self.fields.uplift(here.at)).min(trunk.hill_slope);
+            let slope = INCISION * hill_slope * self.fields.metres_a_grain();
             let relative = here.at.from(origin);
             let sides = pieces.iter().map(|piece| piece.side_m(relative, slope));
             let least_m = below.level_m + (here.level_m - below.level_m).clamp(0.0, 0.01);
@@ -629,7 +630,9 @@ impl Network {
         // The bed, from the mouth up.
         let uplift = fields.uplift(head);
         let hill_slope = fields.hill_slope(uplift);
-        let side_slope = INCISION * hill_slope * fields.metres_a_grain();
+        // Where it comes to the larger valley, hillsides may be gentler.
+        let gentlest = fields.hill_slope(fields.uplift(shore)).min(hill_slope);
+        let side_slope = INCISION * gentlest * fields.metres_a_grain();
         let area_end = most_area(level);
         let area = |share: f64| area_end * (1.0 - 0.75 * share);
         let mut knots = vec![Knot { at: foot, level_m, area: area_end, lake: 0.0 }];
