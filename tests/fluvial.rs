@@ -6,7 +6,8 @@ use std::sync::Arc;
 use terrane::area::Area;
 use terrane::clock::Clock;
 use terrane::fluvial::network::{Channel, Mouth};
-use terrane::fluvial::point::Point;
+use terrane::fluvial::point::{GRAINS, Point};
+use terrane::fluvial::rivers::RiverEnding;
 use terrane::fluvial::{Fluvial, Land, WaterKind};
 use terrane::preset::{BUILT_IN, Preset};
 use terrane::world::World;
@@ -170,6 +171,31 @@ fn channels_do_not_cross() {
             }
             assert!(crossings.is_empty(), "{name}, seed {seed}: of {} channels cross {crossings:?}", all.len());
         }
+    }
+}
+
+#[test]
+fn rivers_that_end_in_the_sea_reach_it() {
+    for (seed, x, y) in [(1, 501, 618), (1, 528, 1888), (2, 1052, 57), (2, 1260, 71)] {
+        let (_, preset) = Preset::load("archipelago").unwrap();
+        let world = World::new(preset, Some(seed)).unwrap();
+        let area = Area::new(x - 20, y - 20, 41, 41);
+        let kinds = land(&world, area).water.unwrap().kind;
+        let mut mouths = 0;
+        for river in fluvial(&world).rivers(&area).iter().filter(|river| river.ending == RiverEnding::Sea) {
+            let end = river.line[river.line.len() - 1].at;
+            let [column, row] = [end.x, end.y].map(|grains| grains.div_euclid(GRAINS));
+            if !(area.x0 < column && column + 2 < area.x1 && area.y0 < row && row + 2 < area.y1) {
+                continue;
+            }
+            mouths += 1;
+            let around = (0..=1).flat_map(|dy| (0..=1).map(move |dx| (column + dx, row + dy)));
+            let reached = around
+                .filter(|(x, y)| Point::at_vertex(*x, *y).distance(end) <= GRAINS as f64)
+                .any(|(x, y)| kinds.at(x, y) == WaterKind::Sea);
+            assert!(reached, "seed {seed}: {} ends beside the sea", river.id);
+        }
+        assert!(mouths > 0, "seed {seed}: no river ends in the sea near {x}, {y}");
     }
 }
 

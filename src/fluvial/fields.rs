@@ -25,6 +25,12 @@ struct Sea {
     metres_a_unit: f64,
 }
 
+/// Vertices from one place to the next at which rasters know the coast.
+pub const COAST_STEP: i64 = 16;
+
+/// Vertices that a brook runs on into the sea where there is room: there its bed is deeper than the sea's floor at first.
+const INTO_SEA: f64 = 6.0;
+
 /// Streams of chance.
 mod stream {
     pub const POTENTIAL: u64 = 6 << 32;
@@ -151,6 +157,20 @@ impl Fields {
         }
     }
 
+    /// Whether a point lies in the sea, by the lattice that the rasters have the coast from.
+    pub fn in_sea(&self, at: Point) -> bool {
+        if self.sea.is_none() {
+            return false;
+        }
+        let step = COAST_STEP * GRAINS;
+        let (i, j) = (at.x.div_euclid(step), at.y.div_euclid(step));
+        let [u, v] = [at.x, at.y].map(|grains| grains.rem_euclid(step) as f64 / step as f64);
+        let inland_m = |i: i64, j: i64| self.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
+        let row = |j: i64| inland_m(i, j) + (inland_m(i + 1, j) - inland_m(i, j)) * u;
+        let north = row(j);
+        north + (row(j + 1) - north) * v < 0.0
+    }
+
     /// Height that the coast alone gives a place so far inland: the edge of the land, or the sea's floor.
     pub fn coast_m(&self, inland_m: f32) -> f32 {
         let [land, shelf] = self.settings.coast.slope.map(|slope| slope as f32);
@@ -177,8 +197,9 @@ impl Fields {
         dry
     }
 
-    /// The nearest point of the coast from a point on land, about, if it is no further than `most` grains.
-    pub fn coast_near(&self, at: Point, most: f64) -> Option<Point> {
+    /// The nearest point of the coast from a point on land, about, if it is no further than `most` grains, and a point of
+    /// the sea beyond it: of the coast that the rasters have.
+    pub fn coast_near(&self, at: Point, most: f64) -> Option<[Point; 2]> {
         self.sea.as_ref()?;
         let above = |at: Point| self.potential(at) - self.settings.coast.below;
         let here = above(at);
@@ -193,11 +214,21 @@ impl Fields {
             return None;
         }
         let down = slope.map(|part| -part / steepness);
-        let sea = at.moved(down.map(|part| part * most));
-        if above(sea) >= 0.0 {
+        let place = |grains: f64| at.moved(down.map(|part| part * grains));
+        if self.in_sea(at) || !self.in_sea(place(most)) {
             return None;
         }
-        let share = self.dry_share(at, sea);
-        Some(at.moved(down.map(|part| part * most * share)))
+        let (mut dry, mut wet) = (0.0, most);
+        while wet - dry > 0.5 {
+            let middle = f64::midpoint(dry, wet);
+            if self.in_sea(place(middle)) { wet = middle } else { dry = middle }
+        }
+        // Less far in a narrow bay.
+        let mut beyond = INTO_SEA * GRAINS as f64;
+        while beyond > 1.0 && !self.in_sea(place(wet + beyond)) {
+            beyond /= 2.0;
+        }
+        // On land, so that the bed between the two has the coast.
+        Some([place((dry - 2.0).max(0.0)), place(wet + beyond)])
     }
 }

@@ -92,7 +92,7 @@ impl Land for Fluvial {
                     && from != to
                     && fields.discharge_m3s(drained) >= spring_m3s
                     && (level_m >= fields.sea_level_m()
-                        || !self.in_sea(start.moved(piece.along.map(|along| along * middle))))
+                        || !self.fields.in_sea(start.moved(piece.along.map(|along| along * middle))))
                     && !lakes.iter().any(|lake| lake.is_lake_at(fields, at))
                 {
                     rivers.push(RiverPiece {

@@ -38,7 +38,7 @@ use crate::grid::Grid;
 use crate::hash;
 use crate::preset::Preset;
 use crate::simd::dispatch;
-use fields::Fields;
+use fields::{COAST_STEP, Fields};
 use gullies::Gullies;
 use network::{Network, Pieces, mix};
 use point::Point;
@@ -120,9 +120,6 @@ const REACH_CELLS: i64 = 8;
 
 /// Vertices from one place to the next at which the slope of the hills is known.
 const SLOPE_STEP: i64 = 32;
-
-/// Vertices from one place to the next at which the coast is known.
-const COAST_STEP: i64 = 16;
 
 /// No river is deeper, in metres.
 const DEEPEST_RIVER_M: f32 = 40.0;

@@ -115,6 +115,9 @@ const LAKE_END: f64 = 0.99;
 /// it, and is not lost on it.
 const INCISION: f64 = 0.7;
 
+/// How steep a bed is that goes on under the sea.
+const DROWNED_SLOPE: f64 = 0.002;
+
 /// Streams of chance: a level's begin at its multiple of this.
 const CHANNELS_A_LEVEL: u64 = 1 << 8;
 
@@ -407,7 +410,7 @@ impl Network {
             let way = [0, 1].map(|axis| start[axis] * leave + straight[axis] * go + end[axis] * arrive);
             let fallen = ((t - falls[0]) / (falls[1] - falls[0])).clamp(0.0, 1.0);
             // On the floor of the sea it goes on falling a little.
-            let drowned_m = (t - dry).max(0.0) * length_m * 0.002;
+            let drowned_m = (t - dry).max(0.0) * length_m * DROWNED_SLOPE;
             let area = area_above + (drained.area as f64 - area_above) * t;
             let least = self.fields.least_lake(area);
             Knot {
@@ -574,19 +577,21 @@ impl Network {
             .min_by(|a, b| a.0.1.partial_cmp(&b.0.1).expect("distances are numbers"));
         let distance = nearest.map_or(f64::INFINITY, |((_, square), _)| square.sqrt());
         let most = JOIN_CELLS * cell as f64;
-        if let Some(foot) = fields.coast_near(head, distance.min(most)) {
-            let direct = End { foot, level_m: fields.sea_level_m(), mouth: Mouth::Sea, mouth_area: 0.0 };
+        if let Some([shore, beyond]) = fields.coast_near(head, distance.min(most)) {
+            let line = Line { from: beyond.from(origin), along: head.from(beyond) };
+            let crosses = |piece: &Piece| Line { from: piece.from, along: piece.along }.crosses(&line);
+            let foot = if above.all.iter().any(crosses) { shore } else { beyond };
+            let direct = End { foot, shore, level_m: fields.sea_level_m(), mouth: Mouth::Sea, mouth_area: 0.0 };
             return Some(Draft { cell: id, head, direct, aslant: None });
         }
         // Levels that are finer.
         let finer = (fields.levels() - 1 - level) as f64;
         let least = (LEAST_CELLS.0 + LEAST_CELLS.1 * finer) * cell as f64;
         let ((t, _), piece) = nearest.filter(|_| least <= distance && distance <= most)?;
-        let end = |piece: &Piece, t: f64| End {
-            foot: origin.moved([0, 1].map(|axis| piece.from[axis] + piece.along[axis] * t)),
-            level_m: mix(piece.level_m, t),
-            mouth: Mouth::Channel(above.channels[piece.channel as usize].id),
-            mouth_area: mix(piece.area, t),
+        let end = |piece: &Piece, t: f64| {
+            let foot = origin.moved([0, 1].map(|axis| piece.from[axis] + piece.along[axis] * t));
+            let mouth = Mouth::Channel(above.channels[piece.channel as usize].id);
+            End { foot, shore: foot, level_m: mix(piece.level_m, t), mouth, mouth_area: mix(piece.area, t) }
         };
         let slant = (SLANT.0 + SLANT.1 * finer).min(SLANT.2);
         let aslant = downstream(&above.all, piece, t, slant * distance);
@@ -598,10 +603,10 @@ impl Network {
         let (fields, cell) = (&self.fields, self.fields.side(level));
         let seed = self.seed.wrapping_add(level as u64 * CHANNELS_A_LEVEL);
         let origin = above.origin;
-        let &Course { cell: id, head, end: End { foot, level_m, mouth, mouth_area } } = course;
-        let way = head.from(foot);
+        let &Course { cell: id, head, end: End { foot, shore, level_m, mouth, mouth_area } } = course;
+        let way = head.from(shore);
         let reach = length(way);
-        let from = foot.from(origin);
+        let from = shore.from(origin);
         let middle = [0, 1].map(|axis| from[axis] + way[axis] / 2.0);
         let near_square = {
             let near = 1.5 * reach + 1.5 * cell as f64;
@@ -635,7 +640,7 @@ impl Network {
         let side_slope = INCISION * gentlest * fields.metres_a_grain();
         let area_end = most_area(level);
         let area = |share: f64| area_end * (1.0 - 0.75 * share);
-        let mut knots = vec![Knot { at: foot, level_m, area: area_end, lake: 0.0 }];
+        let mut knots = vec![Knot { at: shore, level_m, area: area_end, lake: 0.0 }];
         for step in 1..=pieces {
             let share = step as f64 / pieces as f64;
             let [before, here] = [places[step - 1], places[step]];
@@ -654,6 +659,10 @@ impl Network {
         Channel { mouth_area: channel.mouth_area.max(mouth_area), ..channel }
     }
 }
+        if foot != shore {
+            let drowned_m = shore.distance(foot) * fields.metres_a_grain() * DROWNED_SLOPE;
+            knots.push(Knot { at: foot, level_m: level_m - drowned_m, area: area_end, lake: 0.0 });
+        }
 
 /// Where a tributary begins, and where it ends if it runs straight to the nearest channel or if it runs aslant.
 #[derive(Debug)]
@@ -680,6 +689,8 @@ struct End {
     level_m: f64,
     mouth: Mouth,
     mouth_area: f64,
+    /// Where its course ends; beyond it, it runs straight on to its foot in the sea.
+    shore: Point,
 }
 
 impl End {

@@ -8,11 +8,12 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
+use super::Fluvial;
+use super::fields::COAST_STEP;
 use super::network::{Channel, ChannelId, Mouth, most_area};
 use super::point::{GRAINS, Point};
 use super::strahler::{Join, Strahler, locate};
 use super::trunk::NodeId;
-use super::{COAST_STEP, Fluvial};
 use crate::area::Area;
 use crate::memory::Memory;
 
@@ -102,6 +103,9 @@ pub(crate) fn crosses(from: [f64; 2], to: [f64; 2], corner: [f64; 2]) -> bool {
 
 /// Grains from one point of a river to the next at most: the world bends what is straight between two knots.
 const STEP: f64 = 3.0 * GRAINS as f64;
+
+/// Grains that a river runs on into the sea: else the rasters' nearest vertex of the sea could be more than one away.
+const INTO_SEA: f64 = 0.5 * GRAINS as f64;
 
 /// What is remembered of rivers.
 #[derive(Debug)]
@@ -321,6 +325,10 @@ impl Fluvial {
                 {
                     let edge = if before.place.0 == number { between(before, sample, ground) } else { sample };
                     open.push(edge);
+                    if here == Ground::Sea {
+                        let left = edge.at.distance(sample.at);
+                        open.push(edge.towards(&sample, (INTO_SEA / left.max(1.0)).min(1.0)));
+                    }
                     if here != Ground::Bed {
                         // What it is cut by is known just behind the edge.
                         close(&mut parts, channels, std::mem::take(&mut open), Some(here));
@@ -340,24 +348,10 @@ impl Fluvial {
         if !self.is_wet(sample.area) {
             return Ground::Dry;
         }
-        if self.in_sea(sample.at) {
+        if self.fields.in_sea(sample.at) {
             return Ground::Sea;
         }
         lakes.iter().find(|piece| piece.holds(sample.at)).map_or(Ground::Bed, |piece| Ground::Lake(piece.node))
-    }
-
-    /// Whether a point of the network lies in the sea, by the lattice that the rasters have the coast from.
-    pub(super) fn in_sea(&self, at: Point) -> bool {
-        if !self.fields.sea_level_m().is_finite() {
-            return false;
-        }
-        let step = COAST_STEP * GRAINS;
-        let (i, j) = (at.x.div_euclid(step), at.y.div_euclid(step));
-        let [u, v] = [at.x, at.y].map(|grains| grains.rem_euclid(step) as f64 / step as f64);
-        let inland_m = |i: i64, j: i64| self.fields.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
-        let row = |j: i64| inland_m(i, j) + (inland_m(i + 1, j) - inland_m(i, j)) * u;
-        let north = row(j);
-        north + (row(j + 1) - north) * v < 0.0
     }
 
     /// The pieces of trunks that are lakes, around a channel.
