@@ -175,6 +175,51 @@ fn channels_do_not_cross() {
 }
 
 #[test]
+fn the_beds_of_rivers_are_unbroken() {
+    // Where bends, and where the plane is drawn out, once left vertices of the bed undug; and mouths in the sea.
+    let places = [
+        ("plains", 3, Area::new(80, 60, 60, 30)),
+        ("plains", 3, Area::new(580, 640, 100, 40)),
+        ("plains", 3, Area::new(1100, 210, 80, 60)),
+        ("archipelago", 1, Area::new(470, 1900, 60, 60)),
+        ("archipelago", 1, Area::new(290, 470, 60, 60)),
+    ];
+    for (name, seed, area) in places {
+        let (_, preset) = Preset::load(name).unwrap();
+        let Land { heights, water } = land(&World::new(preset, Some(seed)).unwrap(), area);
+        let kinds = water.unwrap().kind;
+        let mut rivers = 0;
+        for y in area.y0 + 1..area.y1 - 1 {
+            for x in area.x0 + 1..area.x1 - 1 {
+                if kinds.at(x, y) != WaterKind::River {
+                    continue;
+                }
+                rivers += 1;
+                let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy)));
+                let lowest = around.map(|(x, y)| heights.at(x, y)).fold(f32::INFINITY, f32::min);
+                assert!(lowest < heights.at(x, y), "{name}, seed {seed}: a pit in the river at {x}, {y}");
+            }
+        }
+        assert!(rivers > 20, "{name}, seed {seed}: {rivers} vertices of rivers in {area:?}");
+    }
+}
+
+#[test]
+fn the_bed_of_a_wide_river_falls_to_its_middle() {
+    let (_, preset) = Preset::load("plains").unwrap();
+    let area = Area::new(700, 1780, 40, 32);
+    let Land { heights, water } = land(&World::new(preset, Some(3)).unwrap(), area);
+    let kinds = water.unwrap().kind;
+    for x in area.x0..area.x1 {
+        // It runs to the west.
+        let across: Vec<i64> = (area.y0..area.y1).filter(|y| kinds.at(x, *y) == WaterKind::River).collect();
+        let lowest = across.iter().min_by(|a, b| heights.at(x, **a).total_cmp(&heights.at(x, **b))).unwrap();
+        let middle = i64::midpoint(across[0], across[across.len() - 1]);
+        assert!((lowest - middle).abs() <= 2, "at {x} it is lowest at {lowest}, and {across:?} are in the river");
+    }
+}
+
+#[test]
 fn rivers_that_end_in_the_sea_reach_it() {
     for (seed, x, y) in [(1, 501, 618), (1, 528, 1888), (2, 1052, 57), (2, 1260, 71)] {
         let (_, preset) = Preset::load("archipelago").unwrap();

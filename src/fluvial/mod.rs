@@ -30,6 +30,7 @@ mod valley;
 mod wander;
 mod warp;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::area::Area;
@@ -40,10 +41,11 @@ use crate::preset::Preset;
 use crate::simd::dispatch;
 use fields::{COAST_STEP, Fields};
 use gullies::Gullies;
-use network::{Network, Pieces, mix};
+use network::{Network, Piece, Pieces, mix};
 use point::Point;
 use rivers::Rivers;
 use settings::{FluvialSettings, Strata};
+use trunk::NodeId;
 use valley::{FillValleys, LEAST_HALF_WIDTH, PATCH, Valleys};
 use warp::Warp;
 
@@ -124,6 +126,16 @@ const SLOPE_STEP: i64 = 32;
 /// No river is deeper, in metres.
 const DEEPEST_RIVER_M: f32 = 40.0;
 
+/// Half width in vertices of the widest bed that a brook has where the warp draws vertices apart.
+const MOST_HALF_WIDTH: f64 = 3.0;
+
+/// Half width of a brook's bed at least, as a share of the way from a vertex to the next: a half, and some more for bends.
+const BED_SHARE: f32 = 0.6;
+
+/// What the floor of a wide river falls from its banks to its middle line, as a share of its depth: the water of a wide
+/// bed runs there, and not along a bank.
+const BED_FALL: f32 = 0.3;
+
 /// Depth of a lake as a share of its half width.
 const LAKE_DEPTH: f32 = 0.1;
 
@@ -196,8 +208,8 @@ impl Fluvial {
     fn land_of(&self, pieces: &Pieces, area: Area, step: i64, clock: &Clock) -> Land {
         // Between nodes far apart nobody sees gullies.
         let gullies = self.gullies.as_ref().filter(|_| step == 1);
-        // They look one vertex further, at the warp alone.
-        let aligned = aligned(if gullies.is_some() { area.padded(1) } else { area });
+        // They and beds look one vertex further, at the warp alone.
+        let aligned = aligned(area.padded(1));
         // Where the valleys are read.
         let [east, south] = clock.time("warp", || self.warp.fill(aligned, step));
         let slope = self.slopes(aligned, step);
@@ -218,7 +230,7 @@ impl Fluvial {
             clock.time("gullies", || gullies.carve(aligned, [&east, &south], &slope, &mut valleys));
         }
         let coast = clock.time("coast", || self.coast(aligned, step, &east, &south, &valleys.height_m));
-        clock.time("water", || self.finish(area, aligned, pieces, &valleys, coast.as_deref()))
+        clock.time("water", || self.finish(area, aligned, step, pieces, [&east, &south], &valleys, coast.as_deref()))
     }
 
     /// The pieces of channels that matter to an area of nodes, `step` vertices apart.
@@ -308,7 +320,17 @@ impl Fluvial {
     }
 
     /// Heights and water from the valleys and the coast.
-    fn finish(&self, area: Area, aligned: Area, pieces: &Pieces, valleys: &Valleys, coast: Option<&[f32]>) -> Land {
+    #[allow(clippy::too_many_arguments)] // each of them a raster or what it lies on
+    fn finish(
+        &self,
+        area: Area,
+        aligned: Area,
+        step: i64,
+        pieces: &Pieces,
+        [east, south]: [&[f32]; 2],
+        valleys: &Valleys,
+        coast: Option<&[f32]>,
+    ) -> Land {
         let settings = self.fields.settings();
         let spacing_m = self.spacing_m as f32;
         let sea_m = self.fields.sea_level_m() as f32;
@@ -318,14 +340,31 @@ impl Fluvial {
         let mut depths = Grid::filled(area, 0.0);
         let mut flows = Grid::filled(area, 0.0);
         let least_half = LEAST_HALF_WIDTH as f32 * spacing_m;
+        // Metres, in the warped plane, to the furthest of the vertices beside one. A line that runs between two vertices
+        // comes within half of that to one of them: with all such ones in its bed, it is unbroken also where the warp has
+        // vertices far apart.
+        let apart = |index: usize| {
+            let width = aligned.width();
+            let around = [(index - 1, [-1.0, 0.0]), (index + 1, [1.0, 0.0])];
+            let around = around.into_iter().chain([(index - width, [0.0, -1.0]), (index + width, [0.0, 1.0])]);
+            let ways = around.map(|(other, vertices)| {
+                let way = [0, 1].map(|axis| vertices[axis] * spacing_m);
+                let warped = [east, south].map(|metres| (metres[other] - metres[index]) / step as f32);
+                let [x, y] = [way[0] + warped[0], way[1] + warped[1]];
+                x * x + y * y
+            });
+            ways.fold(0.0, f32::max).sqrt()
+        };
+        let most_half = MOST_HALF_WIDTH as f32 * spacing_m;
         let widest: Vec<f32> = pieces
             .all
             .iter()
             .map(|piece| {
                 let lake_m = (piece.widest_lake() * self.fields.metres_a_grain()) as f32;
-                (self.fields.river_width_m(mix(piece.area, 1.0)) as f32 / 2.0).max(lake_m).max(least_half)
+                (self.fields.river_width_m(mix(piece.area, 1.0)) as f32).max(lake_m).max(most_half)
             })
             .collect();
+        let upper = UpperPieces::new(pieces);
         for y in area.y0..area.y1 {
             let start = (y - aligned.y0) as usize * aligned.width() + (area.x0 - aligned.x0) as usize;
             let row = start..start + area.width();
@@ -337,53 +376,84 @@ impl Fluvial {
             for (column, index) in row.enumerate() {
                 let land_m = valleys.height_m[index];
                 let coast_m = coast.map_or(f32::INFINITY, |coast| coast[index]);
-                if coast_m < sea_m {
-                    heights[column] = coast_m.min(land_m);
-                    kinds[column] = WaterKind::Sea;
-                    depths[column] = sea_m - heights[column];
-                    continue;
-                }
+                let in_sea = coast_m < sea_m;
+                let mut sea = |floor_m: f32| {
+                    (heights[column], kinds[column], depths[column]) = (floor_m, WaterKind::Sea, sea_m - floor_m);
+                };
                 let number = valleys.piece[index] as usize;
-                if number >= pieces.all.len() {
-                    heights[column] = self.lift.at(coast_m.min(land_m) as f64) as f32;
+                if number >= pieces.all.len() || valleys.distance_m[index] > widest[number] {
+                    let lowest_m = coast_m.min(land_m);
+                    if in_sea {
+                        sea(lowest_m)
+                    } else {
+                        heights[column] = self.lift.at(lowest_m as f64) as f32
+                    }
                     continue;
                 }
-                if valleys.distance_m[index] > widest[number] {
-                    heights[column] = self.lift.at(land_m.min(coast_m) as f64) as f32;
-                    continue;
-                }
-                // In the channel.
+                // In the channel, or not far from it.
+                let least_half = (BED_SHARE * apart(index)).clamp(least_half, most_half);
+                let half_m = |piece: &Piece, share: f64| {
+                    (self.fields.river_width_m(mix(piece.area, share)) as f32 / 2.0).max(least_half)
+                };
+                let own = (number, valleys.share[index] as f64, valleys.distance_m[index]);
+                // Above a bend the water below it may be lower than that beside the vertex, whose bed is there all the same.
+                let beside = || {
+                    let vertex = Point::at_vertex((area.x0 + column as i64) * step, y * step).from(pieces.origin);
+                    let warped = [east, south].map(|metres| metres[index] as f64 / self.fields.metres_a_grain());
+                    upper.of(pieces, number).find_map(|number| {
+                        let piece = &pieces.all[number];
+                        // Exact whatever the origin, but for the last sum.
+                        let off = [0, 1].map(|axis| (vertex[axis] - piece.from[axis]) + warped[axis]);
+                        let (share, square) = piece.nearest_off(off);
+                        let distance_m = (square.sqrt() * self.fields.metres_a_grain()) as f32;
+                        (distance_m <= half_m(piece, share)).then_some((number, share, distance_m))
+                    })
+                };
+                let inside = own.2 <= half_m(&pieces.all[number], own.1);
+                let (number, share, distance_m) = if inside { own } else { beside().unwrap_or(own) };
                 let piece = &pieces.all[number];
-                let share = valleys.share[index] as f64;
                 let channel = &pieces.channels[piece.channel as usize];
                 // At its mouth a channel is as deep as what it runs into: a dry one is a notch in its bank.
                 let last = piece.knot as usize + 2 == channel.knots.len();
-                let left = (1.0 - share) * point::length(piece.along);
-                let at_mouth = last && left <= 2.0 * point::GRAINS as f64;
+                let left_m = (1.0 - share) * point::length(piece.along) * self.fields.metres_a_grain();
+                let at_mouth = last && left_m <= 2.0 * least_half as f64;
                 let own_area = mix(piece.area, share);
                 let area_here = if at_mouth { channel.mouth_area } else { own_area };
                 let discharge = self.fields.discharge_m3s(area_here);
                 let half_m = self.fields.river_width_m(area_here) as f32 / 2.0;
                 let lake_m = (mix(piece.lake, share) * self.fields.metres_a_grain()) as f32;
-                let surface_m = mix(piece.level_m, share);
-                let distance_m = valleys.distance_m[index];
-                beds[column] = distance_m <= half_m.max(least_half);
+                let surface = self.lift.at(mix(piece.level_m, share)) as f32;
+                let in_bed = distance_m <= half_m.max(least_half);
                 let ground_m = self.lift.at((land_m.min(coast_m)) as f64) as f32;
-                let surface = self.lift.at(surface_m) as f32;
+                let river_bed = || {
+                    let deepest = river_depth_m(discharge);
+                    // A floor that falls to the middle line, and banks, where the river is wide enough to have them.
+                    let beyond = distance_m - least_half;
+                    let depth = if half_m > least_half && beyond > 0.0 {
+                        let bank = ((half_m - distance_m) / (0.3 * half_m)).clamp(0.1, 1.0);
+                        deepest * bank * (1.0 - BED_FALL * beyond / (half_m - least_half))
+                    } else {
+                        deepest
+                    };
+                    // No two vertices beside each other are equally high: what the land rises, but next to nothing.
+                    let risen = (ground_m - surface).max(0.0);
+                    surface - depth + risen / (1.0 + risen / (0.05 * deepest))
+                };
+                if in_sea {
+                    let carved = in_bed && self.is_wet(own_area);
+                    sea(coast_m.min(land_m).min(if carved { river_bed() } else { f32::INFINITY }));
+                    continue;
+                }
+                beds[column] = in_bed;
                 if distance_m < lake_m && lake_m > half_m.max(least_half) {
                     let out = distance_m / lake_m;
                     let depth = LAKE_DEPTH * lake_m * (1.0 - out * out);
                     (heights[column], kinds[column], depths[column]) = (surface - depth, WaterKind::Lake, depth);
                     flows[column] = discharge as f32;
-                } else if discharge >= settings.spring_m3s && distance_m <= half_m.max(least_half) {
-                    let deepest = river_depth_m(discharge);
-                    // A flat floor, and banks where the river is wide enough to have them.
-                    let bank =
-                        if half_m > least_half { ((half_m - distance_m) / (0.3 * half_m)).min(1.0) } else { 1.0 };
-                    let depth = deepest * bank.max(0.1);
-                    heights[column] = surface - depth;
+                } else if discharge >= settings.spring_m3s && in_bed {
+                    heights[column] = river_bed();
                     if self.is_wet(own_area) {
-                        (kinds[column], depths[column]) = (WaterKind::River, depth);
+                        (kinds[column], depths[column]) = (WaterKind::River, surface - heights[column]);
                         flows[column] = discharge as f32;
                     }
                 } else {
@@ -392,6 +462,37 @@ impl Fluvial {
             }
         }
         Land { heights, water: Some(Water { kind: kinds, bed: beds, depth_m: depths, flow_m3s: flows }) }
+    }
+}
+
+/// The pieces that lead to others.
+struct UpperPieces {
+    /// Those that end a trunk, by the node that they come to.
+    at_nodes: BTreeMap<NodeId, Vec<usize>>,
+}
+
+impl UpperPieces {
+    fn new(pieces: &Pieces) -> UpperPieces {
+        let mut at_nodes: BTreeMap<NodeId, Vec<usize>> = BTreeMap::new();
+        for (number, piece) in pieces.all.iter().enumerate() {
+            let channel = &pieces.channels[piece.channel as usize];
+            if let Some((node, _)) = channel.next.filter(|_| piece.knot as usize + 2 == channel.knots.len()) {
+                at_nodes.entry(node).or_default().push(number);
+            }
+        }
+        UpperPieces { at_nodes }
+    }
+
+    /// The numbers of the pieces that lead to one.
+    fn of(&self, pieces: &Pieces, number: usize) -> impl Iterator<Item = usize> {
+        let piece = &pieces.all[number];
+        let before = number.checked_sub(1).filter(|before| {
+            let before = &pieces.all[*before];
+            before.channel == piece.channel && before.knot + 1 == piece.knot
+        });
+        let (level, x, y) = pieces.channels[piece.channel as usize].id;
+        let above = if level == 0 && piece.knot == 0 { self.at_nodes.get(&(x, y)) } else { None };
+        before.into_iter().chain(above.into_iter().flatten().copied())
     }
 }
 

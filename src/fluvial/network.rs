@@ -176,7 +176,11 @@ pub fn mix([from, change]: [f64; 2], share: f64) -> f64 {
 impl Piece {
     /// The share of the piece at which it is nearest to a point, and the square of the distance in grains.
     pub(super) fn nearest(&self, to: [f64; 2]) -> (f64, f64) {
-        let off = [to[0] - self.from[0], to[1] - self.from[1]];
+        self.nearest_off([to[0] - self.from[0], to[1] - self.from[1]])
+    }
+
+    /// The same for a point so far from where the piece begins.
+    pub(super) fn nearest_off(&self, off: [f64; 2]) -> (f64, f64) {
         let t = ((off[0] * self.along[0] + off[1] * self.along[1]) * self.per_square).clamp(0.0, 1.0);
         let off = [off[0] - self.along[0] * t, off[1] - self.along[1] * t];
         (t, off[0] * off[0] + off[1] * off[1])
@@ -655,14 +659,14 @@ impl Network {
             knots.push(Knot { at: origin.moved(here), level_m: ground_m.max(least_m), area: area(share), lake: 0.0 });
         }
         knots.reverse();
-        let channel = Channel::new((level, id.0, id.1), knots, mouth, hill_slope);
-        Channel { mouth_area: channel.mouth_area.max(mouth_area), ..channel }
-    }
-}
         if foot != shore {
             let drowned_m = shore.distance(foot) * fields.metres_a_grain() * DROWNED_SLOPE;
             knots.push(Knot { at: foot, level_m: level_m - drowned_m, area: area_end, lake: 0.0 });
         }
+        let channel = Channel::new((level, id.0, id.1), knots, mouth, hill_slope);
+        Channel { mouth_area: channel.mouth_area.max(mouth_area), ..channel }
+    }
+}
 
 /// Where a tributary begins, and where it ends if it runs straight to the nearest channel or if it runs aslant.
 #[derive(Debug)]
@@ -685,12 +689,12 @@ struct Course {
 #[derive(Clone, Copy, Debug)]
 struct End {
     foot: Point,
+    /// Where its course ends; beyond it, it runs straight on to its foot in the sea.
+    shore: Point,
     /// Height of the water there in metres.
     level_m: f64,
     mouth: Mouth,
     mouth_area: f64,
-    /// Where its course ends; beyond it, it runs straight on to its foot in the sea.
-    shore: Point,
 }
 
 impl End {
