@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::places::ground::{Ground, Rivers, Window};
-use crate::places::land::{FIXED, Land};
+use crate::places::land::{FIXED, Land, Water};
 use crate::places::line::{Line, length_m};
 use crate::places::profile::Demands;
 use crate::places::road::{Road, RoadClass, RoadKind, RoadPoint, bounds};
@@ -121,12 +121,13 @@ impl Builder<'_> {
         let scale = &self.ground.scale;
         let origin = window.at.map(|at| at * scale.step);
         let legs = |points: &[usize]| points.iter().map(|point| line.leg(*point, way, scale)).collect::<BTreeSet<_>>();
-        let wet = line.wet(self.land, origin, scale);
-        let drowned: Vec<usize> = (0..wet.len()).filter(|point| wet[*point] && !line.bridged[*point]).collect();
+        let waters = line.waters(self.land, origin, scale);
+        let is_drowned = |point: &usize| waters[*point].is_open() && !line.bridged[*point];
+        let drowned: Vec<usize> = (0..waters.len()).filter(is_drowned).collect();
         if !drowned.is_empty() {
             return Err(legs(&drowned));
         }
-        let mut spans = self.spans(line, rivers, &wet, standard).map_err(|points| legs(&points))?;
+        let mut spans = self.spans(line, rivers, &waters, standard).map_err(|points| legs(&points))?;
         let heights_m = line.heights_m(self.land, origin, scale);
         for span in &mut spans {
             let shore_m = heights_m[span.first].min(heights_m[span.last]);
@@ -153,12 +154,21 @@ impl Builder<'_> {
     }
 
     /// Where a line is carried over water, from its start on, or the points that run along a river.
-    fn spans(&self, line: &Line, rivers: &Rivers, wet: &[bool], standard: &Standard) -> Result<Vec<Span>, Vec<usize>> {
+    fn spans(
+        &self,
+        line: &Line,
+        rivers: &Rivers,
+        waters: &[Water],
+        standard: &Standard,
+    ) -> Result<Vec<Span>, Vec<usize>> {
         let points = &line.points;
         let (count, last) = (points.len(), points.len() - 1);
         let fixed_m = self.ground.scale.spacing_m / FIXED as f64;
         // For each point whether it is in a river, or over it; for each piece what it crosses.
-        let (mut inside, mut over) = (vec![false; count], wet.to_vec());
+        // Where rivers meet or widen they are drawn wider than their lines are.
+        let mut inside: Vec<bool> = waters.iter().map(|water| *water == Water::River).collect();
+        let mut over: Vec<bool> = waters.iter().map(|water| *water != Water::Dry).collect();
+        let is_open = |points: std::ops::RangeInclusive<usize>| waters[points].iter().any(|water| water.is_open());
         let mut crossed: Vec<Option<(f64, f64)>> = vec![None; last];
         let mut near = Vec::new();
         for index in 0..last {
@@ -192,7 +202,7 @@ impl Builder<'_> {
                 continue;
             }
             let under: Vec<(f64, f64)> = (from..to).filter_map(|piece| crossed[piece]).collect();
-            if under.is_empty() && !wet[from..=to].contains(&true) {
+            if under.is_empty() && !is_open(from..=to) {
                 if inside[from..=to].contains(&true) {
                     return Err((from..=to).collect());
                 }
@@ -204,7 +214,7 @@ impl Builder<'_> {
                 return Err((from..=to).collect());
             }
             let width_m = under.iter().map(|(width_m, _)| *width_m).fold(0.0, f64::max);
-            let is_ford = !under.is_empty() && width_m <= standard.ford_m && !wet[from..=to].contains(&true);
+            let is_ford = !under.is_empty() && width_m <= standard.ford_m && !is_open(from..=to);
             let level_m = under.iter().map(|(_, level_m)| *level_m).reduce(f64::max);
             let kind = if is_ford { RoadKind::Ford } else { RoadKind::Bridge };
             match spans.last_mut() {

@@ -1,7 +1,7 @@
 //! The middle line of a road: a way with its corners rounded, as points that lie evenly along it.
 
 use crate::places::ground::{Scale, distance2};
-use crate::places::land::{FIXED, Land};
+use crate::places::land::{FIXED, Land, Water};
 use crate::places::route::{Way, bend_m};
 
 /// Nodes by which a rounded corner may miss the way's own.
@@ -93,12 +93,23 @@ impl Line {
         (0..way.bridges.len()).min_by(|a, b| far(*a).total_cmp(&far(*b))).expect("a way has legs")
     }
 
-    /// Whether a lake or the sea lies at any corner of the cell, [`Scale::fine`] vertices a side, of each point.
-    /// `origin` is the window's first vertex.
-    pub fn wet(&self, land: &dyn Land, origin: [i64; 2], scale: &Scale) -> Vec<bool> {
+    /// What each point lies in: a lake or the sea if any corner of its cell, [`Scale::fine`] vertices a side, does, and a
+    /// river if a nearest corner does. `origin` is the window's first vertex.
+    pub fn waters(&self, land: &dyn Land, origin: [i64; 2], scale: &Scale) -> Vec<Water> {
         self.asked(origin, scale, |x0, y0, cols, rows| {
             let waters = land.waters(x0, y0, scale.fine, cols, rows);
-            move |corners: [usize; 4], _: [f64; 2]| corners.iter().any(|corner| waters[*corner].is_open())
+            move |corners: [usize; 4], [east, south]: [f64; 2]| {
+                let waters = corners.map(|corner| waters[corner]);
+                let is_near = |corner: usize| {
+                    let half = |share: f64, is_past: bool| if is_past { share >= 0.5 } else { share <= 0.5 };
+                    half(east, corner % 2 == 1) && half(south, corner >= 2)
+                };
+                let river = (0..4).find(|corner| waters[*corner] == Water::River && is_near(*corner));
+                match waters.iter().find(|water| water.is_open()) {
+                    Some(open) => *open,
+                    None => river.map_or(Water::Dry, |corner| waters[corner]),
+                }
+            }
         })
     }
 

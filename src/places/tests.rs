@@ -21,6 +21,10 @@ const RIVERS_M: f64 = 8000.0;
 const PIECE_M: f64 = 64.0;
 const VALLEY_M: f64 = 900.0;
 
+/// Metres from a pool of a river to the next, and by how much a river is wider there than its line says, to either side.
+const POOLS_M: f64 = 1500.0;
+const POOL_M: f64 = 30.0;
+
 /// Heights of the sea, of lakes and of rivers.
 const SEA_M: f64 = 0.0;
 const LAKE_M: f64 = 120.0;
@@ -92,10 +96,16 @@ impl TestLand {
         hills_m + (floor_m - hills_m) * near
     }
 
+    /// Metres by which rivers are wider at a column than their lines say.
+    fn pool_m(&self, x: i64) -> f64 {
+        let middle = (x.rem_euclid(self.vertices(POOLS_M)) as f64 * self.spacing_m - POOLS_M / 2.0).abs();
+        if middle < POOLS_M / 12.0 { POOL_M } else { 0.0 }
+    }
+
     fn water(&self, at: [i64; 2]) -> Water {
         let (river_m, band) = self.river(at);
         match self.height_by(at, (river_m, band)) {
-            _ if river_m < Self::river_width_m(band) / 2.0 => Water::River,
+            _ if river_m < Self::river_width_m(band) / 2.0 + self.pool_m(at[0]) => Water::River,
             height_m if height_m < SEA_M => Water::Sea,
             height_m if height_m < LAKE_M => Water::Lake,
             _ => Water::Dry,
@@ -278,9 +288,15 @@ fn roads_keep_out_of_lakes_and_are_carried_over_rivers() {
         let crossings = road.crossings();
         for point in &road.points {
             let vertex = point.at.map(|at| (at + FIXED / 2).div_euclid(FIXED));
-            if land.water(vertex).is_open() {
+            let water = land.water(vertex);
+            if water.is_open() {
                 assert_eq!(point.kind, RoadKind::Bridge, "{:?} {vertex:?}", road.id);
             }
+            // The water is asked about every few metres.
+            let step = places().ground.scale.fine;
+            let nearest = point.at.map(|at| (at + step * FIXED / 2).div_euclid(step * FIXED) * step);
+            let is_wet = land.water(nearest) == Water::River;
+            assert!(!is_wet || point.kind != RoadKind::Ground, "{:?} is in a river at {vertex:?}", road.id);
         }
         let crosses = |a: [i64; 2], b: [i64; 2]| {
             let relative = |at: [i64; 2]| [at[0] - a[0], at[1] - a[1]];
