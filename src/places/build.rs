@@ -130,8 +130,9 @@ impl Builder<'_> {
         let mut spans = self.spans(line, rivers, &waters, standard).map_err(|points| legs(&points))?;
         let heights_m = line.heights_m(self.land, origin, scale);
         for span in &mut spans {
-            let shore_m = heights_m[span.first].min(heights_m[span.last]);
-            span.level_m = Some(span.level_m.unwrap_or(shore_m));
+            let (from_m, to_m) = (heights_m[span.first], heights_m[span.last]);
+            // Near the sea a river's line may be told to lie far above the land that the sea has worn down.
+            span.level_m = Some(span.level_m.map_or(from_m.min(to_m), |level_m| level_m.min(from_m.max(to_m))));
         }
         let ends_m = [a.height_m as f64, b.height_m as f64];
         let Some(levels_m) = self.levels_m(line, &heights_m, &mut spans, ends_m, standard) else {

@@ -14,6 +14,8 @@ struct TestLand {
     spacing_m: f64,
     /// Metres from the lowest to the highest hill.
     relief_m: f64,
+    /// Metres by which the levels of rivers are told too high.
+    lifted_m: f64,
 }
 
 /// Metres from a river to the next, from a place that its line is told for to the next, and across its valley.
@@ -133,7 +135,7 @@ impl Land for TestLand {
                 if low < area.y1 && high >= area.y0 {
                     let [from, to] = ends.map(|at| at.map(|at| at * FIXED));
                     let width_m = Self::river_width_m(band) as f32;
-                    pieces.push(RiverPiece { from, to, width_m, level_m: RIVER_M as f32 });
+                    pieces.push(RiverPiece { from, to, width_m, level_m: (RIVER_M + self.lifted_m) as f32 });
                 }
             }
         }
@@ -149,7 +151,7 @@ fn sampled<T>(x0: i64, y0: i64, step: i64, cols: usize, rows: usize, at: impl Fn
 const SPACING_M: f64 = 2.0;
 
 fn land() -> TestLand {
-    TestLand { spacing_m: SPACING_M, relief_m: 1300.0 }
+    TestLand { spacing_m: SPACING_M, relief_m: 1300.0, lifted_m: 0.0 }
 }
 
 fn places() -> Places {
@@ -328,6 +330,17 @@ fn roads_keep_out_of_lakes_and_are_carried_over_rivers() {
 }
 
 #[test]
+fn bridges_rest_on_the_banks_however_high_a_river_is_told_to_be() {
+    let land = TestLand { lifted_m: 100.0, ..land() };
+    let roads = places().roads(&land, &near());
+    assert!(roads.iter().flat_map(|road| road.crossings()).count() > 3);
+    for (road, point) in roads.iter().flat_map(|road| road.points.iter().map(move |point| (road, point))) {
+        let land_m = land.height_m(point.at.map(|at| (at + FIXED / 2).div_euclid(FIXED)));
+        assert!(point.level_m as f64 - land_m < 20.0, "{:?} {point:?} {land_m}", road.id);
+    }
+}
+
+#[test]
 fn far_from_the_origin_there_are_places_too() {
     let (land, places) = (land(), places());
     let area = Area::new(10_000_000_000, -10_000_000_000, 3000, 3000);
@@ -360,7 +373,7 @@ fn any_spacing_has_roads_within_their_grades() {
 #[test]
 fn steep_land_has_roads_that_wind() {
     let straight_m = |road: &Road| line::length_m(road.points[0].at, road.points[road.points.len() - 1].at, SPACING_M);
-    let steep = TestLand { spacing_m: SPACING_M, relief_m: 2400.0 };
+    let steep = TestLand { relief_m: 2400.0, ..land() };
     let roads = places().roads(&steep, &near());
     assert!(!roads.is_empty());
     assert!(roads.iter().any(|road| road.length_m > 1.3 * straight_m(road)), "a switchback at least");
