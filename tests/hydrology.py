@@ -487,7 +487,7 @@ def check_roads(world, checks):
         crossed.setdefault(properties["road"], []).append((place, reach, properties["kind"]))
     kinds = [kind for places in crossed.values() for _, _, kind in places]
     # As keys: each road once, and in their order.
-    loose, steep, wet, steepest = {}, {}, {}, 0.0
+    loose, steep, wet, bare, steepest = {}, {}, {}, {}, 0.0
     for road in roads:
         points, properties = np.array(road["geometry"]["coordinates"], dtype=np.float64), road["properties"]
         at, id = world.place(points), properties["id"]
@@ -507,12 +507,19 @@ def check_roads(world, checks):
             in_water &= np.hypot(*(at - place).T) > reach
         if in_water.any():
             wet[id] = True
+        line = shapely.LineString(np.column_stack([at, points[:, 2]]))
+        for place, _, kind in crossed.get(id, []):
+            if kind == "tunnel" and world.inside(place):
+                level = line.interpolate(line.project(shapely.Point(place))).z
+                if world.sample(world.heights, place[None])[0] <= level:
+                    bare[id] = True
     told = lambda wrong: f"{len(wrong)} of {len(roads)}" + (f", such as {', '.join(list(wrong)[:5])}" if wrong else "")
     checks.check(len(roads) > 0 and not loose, "roads that do not join two sites", told(loose))
     checks.check(len(roads) > 0 and not steep, "roads steeper than max_grade", f"{told(steep)}; {steepest:.4f} of it")
     kinds_told = ", ".join(f"{kind} {kinds.count(kind)}" for kind in sorted(set(kinds))) or "no crossings"
-    strange = (set(kinds) - {"bridge", "ford"}) or (set(crossed) - {road["properties"]["id"] for road in roads})
-    checks.check(not strange, "crossings that are a bridge or a ford of a road", strange or kinds_told)
+    strange = (set(kinds) - {"bridge", "ford", "tunnel"}) or (set(crossed) - {road["properties"]["id"] for road in roads})
+    checks.check(not strange, "crossings that are a bridge, a ford or a tunnel of a road", strange or kinds_told)
+    checks.check(not bare, "roads with tunnels above the land", told(bare))
     checks.check(len(roads) > 0 and not wet, "roads in the water away from their crossings", told(wet))
     world.figures["roads"] = str(len(roads))
 

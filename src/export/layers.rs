@@ -238,7 +238,7 @@ pub(crate) const FLUVIAL: &[Layer] = &[
     },
     Layer {
         name: "crossings",
-        about: "bridges and fords of the roads; metres",
+        about: "bridges, fords and tunnels of the roads; metres",
         shape: Shape::Point,
         columns: &[
             column("id", Kind::Text),
@@ -421,7 +421,11 @@ fn visit_crossings(road: &Road, spacing_m: f64, visit: &mut Visit<'_>) {
 }
 
 fn of_crossing(id: &str, road: &Road, crossing: &Crossing, spacing_m: f64) -> Feature {
-    let kind = if crossing.kind == RoadKind::Ford { "ford" } else { "bridge" };
+    let kind = match crossing.kind {
+        RoadKind::Ground | RoadKind::Bridge => "bridge",
+        RoadKind::Ford => "ford",
+        RoadKind::Tunnel => "tunnel",
+    };
     let (first, last) = crossing.points;
     let line: Vec<[f64; 3]> =
         road.points[first..=last].iter().map(|point| metres_of_fixed(point.at, spacing_m)).collect();

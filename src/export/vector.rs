@@ -72,9 +72,9 @@ fn fluvial_bytes_at_most(world: &World, region: &Region) -> u64 {
 
 fn road_bytes_at_most(world: &World, region: &Region) -> f64 {
     const POINT_BYTES: f64 = 66.0 + 24.0;
-    // Of neighbours on a plane there are at most three pairs a place; some roads cross a few rivers.
+    // Of neighbours on a plane there are at most three pairs a place; in mountains some roads cross many dips and ridges.
     const ROADS: f64 = 3.0;
-    const CROSSINGS: f64 = 4.0;
+    const CROSSINGS: f64 = 12.0;
     let Some(places) = world.places() else { return 0.0 };
     let side = places.site_side() as f64;
     let cells = |vertices: u64| (vertices as f64 + 2.0 * places.reach() as f64) / side + 1.0;

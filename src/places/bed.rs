@@ -3,7 +3,7 @@
 //! Each piece of a road bounds the heights around it: at a distance d beyond the road's edge they lie at most d/2 under
 //! it, which is the batter of a fill, and at most d/1.5 above it, that of a cut. Bounds are combined by maximum and
 //! minimum, and where they contradict each other, as between two roads, their mean holds: so the order of roads and of
-//! pieces does not matter. Between two points of a bridge the land stays as it is.
+//! pieces does not matter. Between two points of a bridge, or of a tunnel, the land stays as it is.
 
 use crate::area::Area;
 use crate::grid::Grid;
@@ -64,9 +64,10 @@ impl Bounds {
 #[derive(Clone, Copy)]
 struct Here {
     bounds: Bounds,
-    /// Metres to the middle of the nearest piece on the ground, and of the nearest on a bridge.
+    /// Metres to the middle of the nearest piece on the ground, of the nearest on a bridge and of that in a tunnel.
     ground_m: f32,
     bridge_m: f32,
+    tunnel_m: f32,
 }
 
 impl Beds {
@@ -121,7 +122,7 @@ impl Beds {
         Beds { bounds: self.bounds.part(area), share: self.share.part(area), decks: self.decks.part(area) }
     }
 
-    /// Share of road at each vertex, 0 to 1. A bridge has none: what lies under it is the land.
+    /// Share of road at each vertex, 0 to 1. Bridges and tunnels have none: what lies under or over them is the land.
     pub fn share(&self) -> &Grid<f32> {
         &self.share
     }
@@ -132,13 +133,13 @@ impl Beds {
     }
 
     fn add(&mut self, road: &Road, part: Area, spacing_m: f32) {
-        let unseen = Here { bounds: FREE, ground_m: f32::INFINITY, bridge_m: f32::INFINITY };
+        let unseen = Here { bounds: FREE, ground_m: f32::INFINITY, bridge_m: f32::INFINITY, tunnel_m: f32::INFINITY };
         let mut seen = Grid::filled(part, unseen);
         let half_m = (road.width_m / 2.0) as f32;
         let bank_m = road.bank_m as f32;
         let reach = (road.reach_m() / spacing_m as f64) as i64 + 1;
         for pair in road.points.windows(2) {
-            let spanned = pair.iter().all(|point| point.kind == RoadKind::Bridge);
+            let carrier = if pair[0].kind == pair[1].kind { pair[0].kind } else { RoadKind::Ground };
             let low = |axis: usize| pair[0].at[axis].min(pair[1].at[axis]).div_euclid(FIXED) - reach;
             let high = |axis: usize| pair[0].at[axis].max(pair[1].at[axis]).div_euclid(FIXED) + reach + 2;
             let around = Area { x0: low(0), y0: low(1), x1: high(0), y1: high(1) };
@@ -153,11 +154,15 @@ impl Beds {
                     if beyond_m >= bank_m {
                         continue;
                     }
-                    if spanned {
-                        here.bridge_m = here.bridge_m.min(distance_m);
+                    let nearest_m = match carrier {
+                        RoadKind::Bridge => &mut here.bridge_m,
+                        RoadKind::Tunnel => &mut here.tunnel_m,
+                        RoadKind::Ground | RoadKind::Ford => &mut here.ground_m,
+                    };
+                    *nearest_m = nearest_m.min(distance_m);
+                    if matches!(carrier, RoadKind::Bridge | RoadKind::Tunnel) {
                         continue;
                     }
-                    here.ground_m = here.ground_m.min(distance_m);
                     let level_m = pair[0].level_m + rise_m * along;
                     let weight = ((1.0 - beyond_m / bank_m) / (1.0 - FADE)).min(1.0);
                     let bounds = Bounds { low_m: level_m - beyond_m / FILL, high_m: level_m + beyond_m / CUT, weight };
@@ -173,8 +178,8 @@ impl Beds {
             {
                 let covered = |half_m: f32, distance_m: f32| ((half_m - distance_m) / spacing_m + 0.5).clamp(0.0, 1.0);
                 *deck = deck.max(covered(half_m.max(spacing_m / 2.0), here.ground_m.min(here.bridge_m)));
-                // What is nearest to a bridge belongs to it; at its ends the ground has the last word.
-                if here.bridge_m < here.ground_m || here.ground_m == f32::INFINITY {
+                // What is nearest to a bridge or a tunnel belongs to it; at its ends the ground has the last word.
+                if here.bridge_m.min(here.tunnel_m) < here.ground_m || here.ground_m == f32::INFINITY {
                     continue;
                 }
                 *bounds = bounds.and(here.bounds);
@@ -215,5 +220,43 @@ impl Piece {
             _ => (along, [start[0] - along * self.parts[0], start[1] - along * self.parts[1]]),
         };
         (along, (dx * dx + dy * dy).sqrt() * self.part_m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::places::road::{RoadClass, RoadPoint, bounds};
+    use crate::places::site::SiteId;
+
+    #[test]
+    fn under_viaducts_and_over_tunnels_the_land_stays_as_it_is() {
+        // 8 m between vertices and from point to point, level at 50 m in land that is level at 30 m or 80 m.
+        for (kind, land_m) in [(RoadKind::Bridge, 30.0), (RoadKind::Tunnel, 80.0)] {
+            let carrier = |x: i64| if (10..=20).contains(&x) { kind } else { RoadKind::Ground };
+            let point = |x: i64| RoadPoint { at: [x * FIXED, 10 * FIXED], level_m: 50.0, kind: carrier(x) };
+            let points: Vec<RoadPoint> = (0..=30).map(point).collect();
+            let places: Vec<[i64; 2]> = points.iter().map(|point| point.at).collect();
+            let road = Road {
+                id: (SiteId { i: 0, j: 0 }, SiteId { i: 1, j: 0 }),
+                class: RoadClass::Highway,
+                points,
+                width_m: 9.0,
+                length_m: 240.0,
+                max_grade: 0.0,
+                bank_m: 32.0,
+                bounds: bounds(&places, 36.5, 8.0),
+            };
+            let area = Area::new(0, 0, 31, 21);
+            let beds = Beds::new(area, [&road], 8.0).expect("the road is here");
+            let mut heights = Grid::filled(area, land_m);
+            beds.shape(&mut heights);
+            for x in 0..31 {
+                let is_carried = (11..20).contains(&x);
+                assert_eq!(heights.at(x, 10), if is_carried { land_m } else { 50.0 }, "{kind:?} {x}");
+                assert_eq!(beds.share().at(x, 10) > 0.5, !is_carried, "{kind:?} {x}");
+                assert_eq!(beds.decks().at(x, 10) > 0.5, !is_carried || kind == RoadKind::Bridge, "{kind:?} {x}");
+            }
+        }
     }
 }

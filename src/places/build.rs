@@ -1,4 +1,5 @@
-//! A road is built: a way is found, rounded, checked, carried over the waters and given its heights.
+//! A road is built: a way is found, rounded, checked, carried over the waters, given its heights and carried over what
+//! these are too high above, or bored through what they are too deep under.
 
 use std::collections::BTreeSet;
 
@@ -10,6 +11,7 @@ use crate::places::road::{Road, RoadClass, RoadKind, RoadPoint, bounds};
 use crate::places::route::{Domain, Node, Nodes, Search, Way, shore_m};
 use crate::places::settings::{PlacesSettings, Standard};
 use crate::places::site::Site;
+use crate::places::structure::{carry, wished_m};
 
 /// How far corners are rounded; the next is tried where a rounder line would run into water.
 const SOFTNESS: [f64; 3] = [1.0, 0.5, 0.0];
@@ -138,20 +140,17 @@ impl Builder<'_> {
         let Some(levels_m) = self.levels_m(line, &heights_m, &mut spans, ends_m, standard) else {
             return Err(spans.iter().flat_map(|span| legs(&[span.first, span.last])).collect());
         };
-        let mut points: Vec<RoadPoint> = line
-            .points
-            .iter()
-            .zip(&levels_m)
-            .map(|(at, level_m)| RoadPoint {
-                at: [at[0] + origin[0] * FIXED, at[1] + origin[1] * FIXED],
-                level_m: *level_m as f32,
-                kind: RoadKind::Ground,
-            })
-            .collect();
+        let mut kinds = vec![RoadKind::Ground; levels_m.len()];
         for span in &spans {
-            points[span.first..=span.last].iter_mut().for_each(|point| point.kind = span.kind);
+            kinds[span.first..=span.last].fill(span.kind);
         }
-        Ok(points)
+        carry(&mut kinds, &levels_m, &heights_m);
+        let points = line.points.iter().zip(levels_m.iter().zip(kinds)).map(|(at, (level_m, kind))| RoadPoint {
+            at: [at[0] + origin[0] * FIXED, at[1] + origin[1] * FIXED],
+            level_m: *level_m as f32,
+            kind,
+        });
+        Ok(points.collect())
     }
 
     /// Where a line is carried over water, from its start on, or the points that run along a river.
@@ -231,7 +230,8 @@ impl Builder<'_> {
         Ok(spans)
     }
 
-    /// The heights of a road along a line. A ford that is too low to be reached becomes a bridge.
+    /// The heights of a road along a line. A ford that is too low to be reached becomes a bridge, and so does one in a dip
+    /// that is gone over.
     fn levels_m(
         &self,
         line: &Line,
@@ -242,15 +242,22 @@ impl Builder<'_> {
     ) -> Option<Vec<f64>> {
         let grade = standard.max_grade * GRADE_SHARE;
         let clearances_m = [self.settings.clearance_m, LEAST_CLEARANCE_M.min(self.settings.clearance_m)];
+        let wished_m = wished_m(heights_m, &line.lengths_m, grade, standard.bridge_m);
+        for span in spans.iter_mut() {
+            if (span.first..=span.last).any(|point| wished_m[point] > heights_m[point]) {
+                span.kind = RoadKind::Bridge;
+            }
+        }
+        let land = Profiled { line, heights_m, wished_m: &wished_m, ends_m };
         for clearance_m in clearances_m {
-            if let Some(levels_m) = demands(line, heights_m, spans, ends_m, clearance_m).profile(grade) {
+            if let Some(levels_m) = land.demands(spans, clearance_m).profile(grade) {
                 return Some(levels_m);
             }
         }
         for span in spans.iter_mut() {
             span.kind = RoadKind::Bridge;
         }
-        demands(line, heights_m, spans, ends_m, clearances_m[1]).profile(grade)
+        land.demands(spans, clearances_m[1]).profile(grade)
     }
 
     fn finished(&self, class: RoadClass, standard: &Standard, points: Vec<RoadPoint>, a: &Site, b: &Site) -> Road {
@@ -276,38 +283,51 @@ impl Builder<'_> {
     }
 }
 
-/// What the heights of a road must keep to.
-fn demands(line: &Line, heights_m: &[f64], spans: &[Span], ends_m: [f64; 2], clearance_m: f64) -> Demands {
-    let count = heights_m.len();
-    let mut demands = Demands {
-        lengths_m: line.lengths_m.clone(),
-        wished_m: heights_m.to_vec(),
-        least_m: vec![f64::NEG_INFINITY; count],
-        most_m: vec![f64::INFINITY; count],
-    };
-    for span in spans {
-        let (first, last) = (span.first, span.last);
-        let level_m = span.level_m.expect("shores have told it");
-        if span.kind == RoadKind::Ford {
-            // Nowhere higher than the lowest of its bed, banks and all: a ramp leads down to the water.
-            let bed_m = (first..=last).map(|point| heights_m[point]).fold(level_m - FORD_M[0], f64::min);
-            for point in first..=last {
-                (demands.least_m[point], demands.most_m[point]) = (bed_m - FORD_M[1], bed_m);
-                demands.wished_m[point] = bed_m;
-            }
-        } else {
-            let (from_m, to_m) = (heights_m[first], heights_m[last]);
-            for point in first..=last {
-                demands.least_m[point] = level_m + clearance_m;
-                // From bank to bank, whatever lies between.
-                let share = (point - first) as f64 / (last - first).max(1) as f64;
-                demands.wished_m[point] = from_m + (to_m - from_m) * share;
+/// A line that is given heights.
+struct Profiled<'a> {
+    line: &'a Line,
+    /// Of the land under its points.
+    heights_m: &'a [f64],
+    /// That it should have where nothing else is asked.
+    wished_m: &'a [f64],
+    /// That it must have at its ends.
+    ends_m: [f64; 2],
+}
+
+impl Profiled<'_> {
+    /// What the heights must keep to, with so many metres of air under bridges.
+    fn demands(&self, spans: &[Span], clearance_m: f64) -> Demands {
+        let (heights_m, count) = (self.heights_m, self.heights_m.len());
+        let mut demands = Demands {
+            lengths_m: self.line.lengths_m.clone(),
+            wished_m: self.wished_m.to_vec(),
+            least_m: vec![f64::NEG_INFINITY; count],
+            most_m: vec![f64::INFINITY; count],
+        };
+        for span in spans {
+            let (first, last) = (span.first, span.last);
+            let level_m = span.level_m.expect("shores have told it");
+            if span.kind == RoadKind::Ford {
+                // Nowhere higher than the lowest of its bed, banks and all: a ramp leads down to the water.
+                let bed_m = (first..=last).map(|point| heights_m[point]).fold(level_m - FORD_M[0], f64::min);
+                for point in first..=last {
+                    (demands.least_m[point], demands.most_m[point]) = (bed_m - FORD_M[1], bed_m);
+                    demands.wished_m[point] = bed_m;
+                }
+            } else {
+                let (from_m, to_m) = (self.wished_m[first], self.wished_m[last]);
+                for point in first..=last {
+                    demands.least_m[point] = level_m + clearance_m;
+                    // From bank to bank, whatever lies between.
+                    let share = (point - first) as f64 / (last - first).max(1) as f64;
+                    demands.wished_m[point] = from_m + (to_m - from_m) * share;
+                }
             }
         }
+        for (end, height_m) in [(0, self.ends_m[0]), (count - 1, self.ends_m[1])] {
+            (demands.least_m[end], demands.most_m[end]) = (height_m, height_m);
+            demands.wished_m[end] = height_m;
+        }
+        demands
     }
-    for (end, height_m) in [(0, ends_m[0]), (count - 1, ends_m[1])] {
-        (demands.least_m[end], demands.most_m[end]) = (height_m, height_m);
-        demands.wished_m[end] = height_m;
-    }
-    demands
 }

@@ -9,7 +9,8 @@
 //!             |
 //!          route.rs    the way of least cost between two neighbours, within an ellipse
 //!             |
-//!          line.rs     rounded, build.rs  carried over rivers, profile.rs  given heights: road.rs
+//!          line.rs     rounded, build.rs  carried over rivers, profile.rs  given heights,
+//!             |        structure.rs  and carried over dips and bored through ridges: road.rs
 //!             |
 //!          bed.rs      heights of an area -> cut and filled        thin.rs    the points that suffice to draw a road
 //!             |
@@ -26,6 +27,7 @@ mod ground;
 mod line;
 mod profile;
 mod route;
+mod structure;
 mod thin;
 
 pub mod bed;

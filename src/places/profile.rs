@@ -24,28 +24,30 @@ const SMOOTHING: usize = 3;
 impl Demands {
     /// The heights of a road that keeps to the demands and is nowhere steeper than `grade`, if there is one.
     pub fn profile(&self, grade: f64) -> Option<Vec<f64>> {
-        let most_m = self.swept(self.most_m.clone(), grade, f64::min);
-        let least_m = self.swept(self.least_m.clone(), -grade, f64::max);
+        let swept = |values: &[f64], grade, extreme| swept(&self.lengths_m, values.to_vec(), grade, extreme);
+        let most_m = swept(&self.most_m, grade, f64::min);
+        let least_m = swept(&self.least_m, -grade, f64::max);
         if most_m.iter().zip(&least_m).any(|(most_m, least_m)| least_m > most_m) {
             return None;
         }
         let wished_m = averaged(&averaged(&self.wished_m));
-        let under_m = self.swept(wished_m.clone(), grade, f64::min);
-        let above_m = self.swept(wished_m, -grade, f64::max);
+        let under_m = swept(&wished_m, grade, f64::min);
+        let above_m = swept(&wished_m, -grade, f64::max);
         let mean_m = under_m.iter().zip(&above_m).map(|(under_m, above_m)| f64::midpoint(*under_m, *above_m));
         Some(mean_m.zip(least_m.iter().zip(&most_m)).map(|(z, (least, most))| z.max(*least).min(*most)).collect())
     }
+}
 
-    /// At each point the extreme of all points' values, each moved by `grade` times the distance.
-    fn swept(&self, mut values: Vec<f64>, grade: f64, extreme: fn(f64, f64) -> f64) -> Vec<f64> {
-        for index in 1..values.len() {
-            values[index] = extreme(values[index], values[index - 1] + grade * self.lengths_m[index - 1]);
-        }
-        for index in (1..values.len()).rev() {
-            values[index - 1] = extreme(values[index - 1], values[index] + grade * self.lengths_m[index - 1]);
-        }
-        values
+/// At each point the extreme of all points' values, each moved by `grade` times the distance. `lengths_m` are the metres
+/// from each point to the next.
+pub(super) fn swept(lengths_m: &[f64], mut values: Vec<f64>, grade: f64, extreme: fn(f64, f64) -> f64) -> Vec<f64> {
+    for index in 1..values.len() {
+        values[index] = extreme(values[index], values[index - 1] + grade * lengths_m[index - 1]);
     }
+    for index in (1..values.len()).rev() {
+        values[index - 1] = extreme(values[index - 1], values[index] + grade * lengths_m[index - 1]);
+    }
+    values
 }
 
 fn averaged(values: &[f64]) -> Vec<f64> {

@@ -36,8 +36,10 @@ impl RoadClass {
 pub enum RoadKind {
     /// The land, cut or filled.
     Ground,
-    /// A bridge; between two neighbouring points of this kind the land stays as it is.
+    /// A bridge, over water or over a dip; between two neighbouring points of this kind the land stays as it is.
     Bridge,
+    /// A tunnel, likewise.
+    Tunnel,
     /// A river's bed, which wheels and hooves go through.
     Ford,
 }
@@ -74,10 +76,10 @@ pub struct Road {
     pub bounds: Area,
 }
 
-/// A place where a road crosses water.
+/// A place where a road crosses water, or leaves the land.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// A ford or a bridge.
+    /// A ford, a bridge or a tunnel.
     pub kind: RoadKind,
     /// Its first and last point in [`Road::points`].
     pub points: (usize, usize),
@@ -103,7 +105,7 @@ impl Road {
         self.points.windows(2).any(|pair| crosses(from(pair[0].at), from(pair[1].at), corner))
     }
 
-    /// Its fords and bridges, from its start on.
+    /// Its fords, bridges and tunnels, from its start on.
     pub fn crossings(&self) -> Vec<Crossing> {
         let mut crossings = Vec::new();
         let mut first = 0;

@@ -16,6 +16,8 @@ struct TestLand {
     relief_m: f64,
     /// Metres by which the levels of rivers are told too high.
     lifted_m: f64,
+    /// Depth in metres of narrow gullies that run south, high over the rivers; of ridges where it is negative.
+    gully_m: f64,
 }
 
 /// Metres from a river to the next, from a place that its line is told for to the next, and across its valley.
@@ -26,6 +28,10 @@ const VALLEY_M: f64 = 900.0;
 /// Metres from a pool of a river to the next, and by how much a river is wider there than its line says, to either side.
 const POOLS_M: f64 = 1500.0;
 const POOL_M: f64 = 30.0;
+
+/// Metres from a gully to the next, and from its middle to its rim.
+const GULLIES_M: f64 = 700.0;
+const GULLY_M: f64 = 24.0;
 
 /// Heights of the sea, of lakes and of rivers.
 const SEA_M: f64 = 0.0;
@@ -82,7 +88,10 @@ impl TestLand {
     }
 
     fn height_m(&self, at: [i64; 2]) -> f64 {
-        self.height_by(at, self.river(at))
+        let height_m = self.height_by(at, self.river(at));
+        let across_m = (at[0].rem_euclid(self.vertices(GULLIES_M)) as f64 * self.spacing_m - GULLIES_M / 2.0).abs();
+        let share = (1.0 - across_m / GULLY_M).max(0.0) * ((height_m - 150.0) / 50.0).clamp(0.0, 1.0);
+        height_m - share * self.gully_m
     }
 
     fn height_by(&self, at: [i64; 2], (river_m, band): (f64, i64)) -> f64 {
@@ -151,7 +160,7 @@ fn sampled<T>(x0: i64, y0: i64, step: i64, cols: usize, rows: usize, at: impl Fn
 const SPACING_M: f64 = 2.0;
 
 fn land() -> TestLand {
-    TestLand { spacing_m: SPACING_M, relief_m: 1300.0, lifted_m: 0.0 }
+    TestLand { spacing_m: SPACING_M, relief_m: 1300.0, lifted_m: 0.0, gully_m: 0.0 }
 }
 
 fn places() -> Places {
@@ -337,6 +346,28 @@ fn bridges_rest_on_the_banks_however_high_a_river_is_told_to_be() {
     for (road, point) in roads.iter().flat_map(|road| road.points.iter().map(move |point| (road, point))) {
         let land_m = land.height_m(point.at.map(|at| (at + FIXED / 2).div_euclid(FIXED)));
         assert!(point.level_m as f64 - land_m < 20.0, "{:?} {point:?} {land_m}", road.id);
+    }
+}
+
+#[test]
+fn gullies_are_bridged_and_ridges_bored_through() {
+    for (gully_m, kind) in [(40.0, RoadKind::Bridge), (-70.0, RoadKind::Tunnel)] {
+        let land = TestLand { gully_m, ..land() };
+        let roads = places().roads(&land, &near());
+        let (mut carried, mut off_m) = (0, [0.0_f64; 2]);
+        for point in roads.iter().flat_map(|road| &road.points) {
+            let [x, y] = point.at.map(|at| at.div_euclid(4 * FIXED) * 4);
+            let corners = [[x, y], [x + 4, y], [x, y + 4], [x + 4, y + 4]].map(|at| land.height_m(at));
+            let level_m = point.level_m as f64;
+            let above_m = level_m - corners.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            let under_m = corners.into_iter().fold(f64::INFINITY, f64::min) - level_m;
+            if point.kind == RoadKind::Ground {
+                off_m = [off_m[0].max(above_m), off_m[1].max(under_m)];
+            }
+            carried += usize::from(point.kind == kind && above_m.max(under_m) > 10.0);
+        }
+        assert!(off_m[0] <= 12.0 && off_m[1] <= 25.0, "{gully_m} m: fills and cuts of {off_m:?} m");
+        assert!(carried > 5, "{gully_m} m: {carried} points of {kind:?}");
     }
 }
 

@@ -1,0 +1,132 @@
+//! Viaducts and tunnels: where a road leaves the land, since no bank is built so high and no cut dug so deep.
+//!
+//! Dips and ridges that the land itself could not be climbed through are found first, and those short enough for a bridge
+//! are gone straight over, or through. Of what is left, earthworks take most; where they would have to be too high or too
+//! deep, the road is carried, or bored, after all.
+
+use crate::places::profile::swept;
+use crate::places::road::RoadKind;
+
+/// Metres of a fill from which on there is a viaduct, and of the fill that it ends at.
+///
+/// A bank of 12 m is 50 m wide at its foot, and the batters of a road end before those of a higher one do.
+const FILL_M: Limits = Limits { carried_m: 12.0, end_m: 4.0 };
+
+/// Metres of a cut from which on there is a tunnel, and of the cut that it ends at.
+const CUT_M: Limits = Limits { carried_m: 25.0, end_m: 8.0 };
+
+/// From how far off the land a road needs a structure, and how near it comes to it before that ends.
+struct Limits {
+    carried_m: f64,
+    end_m: f64,
+}
+
+impl Limits {
+    /// The first and last points of all structures, from the start on, for a road so far off the land at each point.
+    fn runs(&self, off_m: &[f64]) -> Vec<(usize, usize)> {
+        let (mut runs, mut first) = (Vec::new(), 0);
+        for run in off_m.chunk_by(|a, b| (*a > self.end_m) == (*b > self.end_m)) {
+            if run.iter().any(|off_m| *off_m > self.carried_m) {
+                runs.push((first, first + run.len() - 1));
+            }
+            first += run.len();
+        }
+        runs
+    }
+}
+
+/// The heights that a road should have, given those of the land and the metres from each point to the next: the land's,
+/// but straight over dips and through ridges with sides steeper than `grade`, if they are no longer than `most_m`.
+pub(super) fn wished_m(heights_m: &[f64], lengths_m: &[f64], grade: f64, most_m: f64) -> Vec<f64> {
+    let mut wished_m = heights_m.to_vec();
+    let over_m = swept(lengths_m, heights_m.to_vec(), -grade, f64::max);
+    straighten(&mut wished_m, lengths_m, &FILL_M.runs(&off_m(&over_m, heights_m)), most_m);
+    let under_m = swept(lengths_m, wished_m.clone(), grade, f64::min);
+    let ridges = CUT_M.runs(&off_m(&wished_m, &under_m));
+    straighten(&mut wished_m, lengths_m, &ridges, most_m);
+    wished_m
+}
+
+/// Replaces the heights of runs of points by straight lines between the points before and after.
+fn straighten(heights_m: &mut [f64], lengths_m: &[f64], runs: &[(usize, usize)], most_m: f64) {
+    for &(first, last) in runs {
+        let (Some(before), after) = (first.checked_sub(1), last + 1) else { continue };
+        let length_m: f64 = lengths_m[before..after.min(lengths_m.len())].iter().sum();
+        if after == heights_m.len() || length_m > most_m {
+            continue;
+        }
+        let (from_m, to_m, mut along_m) = (heights_m[before], heights_m[after], 0.0);
+        for point in first..=last {
+            along_m += lengths_m[point - 1];
+            heights_m[point] = from_m + (to_m - from_m) * along_m / length_m;
+        }
+    }
+}
+
+/// What carries a road whose levels are given, with the heights of the land under it: where it lies on the ground and too
+/// far above or below the land, that becomes a bridge or a tunnel.
+pub(super) fn carry(kinds: &mut [RoadKind], levels_m: &[f64], heights_m: &[f64]) {
+    let structures = [
+        (RoadKind::Bridge, FILL_M.runs(&off_m(levels_m, heights_m))),
+        (RoadKind::Tunnel, CUT_M.runs(&off_m(heights_m, levels_m))),
+    ];
+    for (kind, runs) in structures {
+        for (first, last) in runs {
+            // A point alone would carry nothing.
+            let last = if first == last { (last + 1).min(kinds.len() - 1) } else { last };
+            let ground = kinds[first..=last].iter_mut().filter(|kind| **kind == RoadKind::Ground);
+            ground.for_each(|ground| *ground = kind);
+        }
+    }
+}
+
+fn off_m(upper_m: &[f64], lower_m: &[f64]) -> Vec<f64> {
+    upper_m.iter().zip(lower_m).map(|(upper_m, lower_m)| upper_m - lower_m).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 8 m from point to point, level at 100 m but for `dip_m` below that from 400 m to 480 m.
+    fn land(dip_m: f64) -> (Vec<f64>, Vec<f64>) {
+        let heights_m = (0..100).map(|point| if (50..=60).contains(&point) { 100.0 - dip_m } else { 100.0 });
+        (heights_m.collect(), vec![8.0; 99])
+    }
+
+    #[test]
+    fn deep_dips_are_gone_over_and_high_ridges_through() {
+        for dip_m in [30.0, -30.0] {
+            let (heights_m, lengths_m) = land(dip_m);
+            assert_eq!(wished_m(&heights_m, &lengths_m, 0.1, 160.0), [100.0; 100], "{dip_m}");
+            // Nobody builds a bridge or a tunnel as long.
+            assert_eq!(wished_m(&heights_m, &lengths_m, 0.1, 80.0), heights_m, "{dip_m}");
+        }
+        for dip_m in [10.0, -20.0] {
+            let (heights_m, lengths_m) = land(dip_m);
+            assert_eq!(wished_m(&heights_m, &lengths_m, 0.1, 160.0), heights_m, "{dip_m}");
+        }
+        // What the road can climb is neither.
+        let slope_m: Vec<f64> = (0..100).map(|point| f64::from(point) * 0.7).collect();
+        assert_eq!(wished_m(&slope_m, &[8.0; 99], 0.1, 1000.0), slope_m);
+    }
+
+    #[test]
+    fn no_bank_is_high_and_no_cut_deep() {
+        for (dip_m, kind) in [(30.0, RoadKind::Bridge), (-30.0, RoadKind::Tunnel)] {
+            let (heights_m, _) = land(dip_m);
+            let mut kinds = [RoadKind::Ground; 100];
+            kinds[55] = RoadKind::Ford;
+            carry(&mut kinds, &[100.0; 100], &heights_m);
+            for (point, carrier) in kinds.iter().enumerate() {
+                let expected = if (50..=60).contains(&point) { kind } else { RoadKind::Ground };
+                assert_eq!(*carrier, if point == 55 { RoadKind::Ford } else { expected }, "{point}");
+            }
+        }
+        for dip_m in [10.0, -20.0] {
+            let mut kinds = [RoadKind::Ground; 100];
+            carry(&mut kinds, &[100.0; 100], &land(dip_m).0);
+            assert_eq!(kinds, [RoadKind::Ground; 100], "{dip_m}");
+        }
+    }
+}
