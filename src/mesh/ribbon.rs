@@ -102,8 +102,12 @@ impl Builder<'_> {
                 height_m: point.level_m as f64 + LIFT_M,
             })
             .collect();
-        let is_deck = |piece: usize| road.points[piece..piece + 2].iter().all(|point| point.kind == RoadKind::Bridge);
-        self.add(&points, |piece| if is_deck(piece) { RibbonKind::Bridge } else { RibbonKind::Road });
+        let kind = |piece: usize| match [0, 1].map(|end| road.points[piece + end].kind) {
+            [RoadKind::Bridge, RoadKind::Bridge] => Some(RibbonKind::Bridge),
+            [RoadKind::Tunnel, RoadKind::Tunnel] => None,
+            _ => Some(RibbonKind::Road),
+        };
+        self.add(&points, kind);
     }
 
     fn add_way(&mut self, way: &Way) {
@@ -118,30 +122,34 @@ impl Builder<'_> {
             })
             .collect();
         let kind = if way.kind() == WayKind::Road { RibbonKind::Road } else { RibbonKind::River };
-        self.add(&points, |_| kind);
+        self.add(&points, |_| Some(kind));
     }
 
-    /// Adds the pieces of a line that are the tile's, as one ribbon for each run of the same kind.
-    fn add(&mut self, line: &[Point], kind: impl Fn(usize) -> RibbonKind) {
+    /// Adds the pieces of a line that are the tile's, as one ribbon for each run of the same kind. Those without a kind, in
+    /// the land, are not seen.
+    fn add(&mut self, line: &[Point], kind: impl Fn(usize) -> Option<RibbonKind>) {
         let side = (self.area.width() - 1) as f64;
         // On the ground a piece is no longer than a cell, so that it follows it.
         let (mut points, mut kinds) = (Vec::new(), Vec::new());
         for (piece, pair) in line.windows(2).enumerate() {
             let kind = kind(piece);
             let way = [0, 1].map(|axis| pair[1].place[axis] - pair[0].place[axis]);
-            let parts = if kind == RibbonKind::Bridge { 1 } else { (length(way).ceil() as usize).max(1) };
+            let parts = if kind == Some(RibbonKind::Bridge) { 1 } else { (length(way).ceil() as usize).max(1) };
             for part in 0..parts {
                 points.push(pair[0].towards(&pair[1], part as f64 / parts as f64));
                 kinds.push(kind);
             }
         }
         points.extend(line.last());
-        let (points, kind) = (&points[..], |piece: usize| kinds[piece]);
+        let points = &points[..];
+        // Next to a tunnel's mouth the ground rises between two vertices, in front of what is above it.
+        let is_mouth = |index: usize| kinds[index.saturating_sub(2)..(index + 2).min(kinds.len())].contains(&None);
         let is_ours = |piece: usize| {
             let middle = [0, 1].map(|axis| points[piece].place[axis].midpoint(points[piece + 1].place[axis]));
             middle.into_iter().all(|at| (0.0..side).contains(&at))
         };
-        let ours: Vec<usize> = (0..points.len().saturating_sub(1)).filter(|piece| is_ours(*piece)).collect();
+        let ours: Vec<usize> =
+            (0..points.len().saturating_sub(1)).filter(|piece| kinds[*piece].is_some() && is_ours(*piece)).collect();
         if ours.is_empty() {
             return;
         }
@@ -151,11 +159,11 @@ impl Builder<'_> {
             *sum += length([0, 1].map(|axis| pair[1].place[axis] - pair[0].place[axis])) * self.spacing_m;
             Some(*sum)
         }));
-        for run in ours.chunk_by(|a, b| a + 1 == *b && kind(*a) == kind(*b)) {
+        for run in ours.chunk_by(|a, b| a + 1 == *b && kinds[*a] == kinds[*b]) {
             let (first, last) = (run[0], run[run.len() - 1] + 1);
-            let kind = kind(first);
+            let kind = kinds[first].expect("what has no kind has been left out");
             let sections: Vec<Section> =
-                (first..=last).map(|index| self.section(points, &along_m, index, kind)).collect();
+                (first..=last).map(|index| self.section(points, &along_m, index, kind, is_mouth(index))).collect();
             self.all.push(match kind {
                 RibbonKind::Bridge => deck(&sections),
                 _ => strip(kind, &sections),
@@ -164,7 +172,7 @@ impl Builder<'_> {
     }
 
     /// The line across a point: left and right seen along the line, at right angles to where its neighbours lie.
-    fn section(&self, points: &[Point], along_m: &[f64], index: usize, kind: RibbonKind) -> Section {
+    fn section(&self, points: &[Point], along_m: &[f64], index: usize, kind: RibbonKind, is_mouth: bool) -> Section {
         let point = points[index];
         let (before, after) = (points[index.saturating_sub(1)], points[(index + 1).min(points.len() - 1)]);
         let way = [0, 1].map(|axis| after.place[axis] - before.place[axis]);
@@ -178,6 +186,7 @@ impl Builder<'_> {
         let right = [0, 1].map(|axis| point.place[axis] - aside[axis]);
         let under = |place: [f64; 2]| self.ground.between(place) + LIFT_M;
         let height_m = match kind {
+            RibbonKind::Road if is_mouth => point.height_m,
             // Between two vertices the land may be higher than at either side of a road or in its middle.
             RibbonKind::Road => [left, point.place, right].map(under).into_iter().fold(f64::NEG_INFINITY, f64::max),
             RibbonKind::River => point.height_m.max(under(point.place)),
@@ -285,4 +294,49 @@ fn quad([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
 
 fn length([x, y]: [f64; 2]) -> f64 {
     (x * x + y * y).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::Grid;
+    use crate::mesh::Surface;
+    use crate::places::bed::Beds;
+    use crate::places::road::{RoadClass, RoadPoint};
+    use crate::places::site::SiteId;
+
+    #[test]
+    fn a_road_ends_at_a_tunnel_and_goes_on_behind_it() {
+        // Level at 50 m, 8 m between vertices, through a ridge of 90 m, with mouths between two of them.
+        let area = Area::new(-70, 9, 33, 33);
+        let ridge_m = |x: i64| if (-59..=-50).contains(&x) { 90.0 } else { 50.0 };
+        let kind = |x: i64| if (-60..=-49).contains(&x) { RoadKind::Tunnel } else { RoadKind::Ground };
+        let point = |x: i64| RoadPoint { at: [x * FIXED + FIXED / 2, 20 * FIXED], level_m: 50.0, kind: kind(x) };
+        let road = Road {
+            id: (SiteId { i: 0, j: 0 }, SiteId { i: 1, j: 0 }),
+            class: RoadClass::Road,
+            points: (-70..=-39).map(point).collect(),
+            width_m: 5.0,
+            length_m: 256.0,
+            max_grade: 0.0,
+            bank_m: 32.0,
+            bounds: area,
+        };
+        let mut heights = Grid::filled(area, 50.0);
+        for y in area.y0..area.y1 {
+            (area.x0..area.x1).for_each(|x| heights.row_mut(y, x, x + 1)[0] = ridge_m(x));
+        }
+        Beds::new(area, [&road], 8.0).expect("the road is here").shape(&mut heights);
+        let ground = Drape::new(&Surface::full(32), &heights, area);
+        let mut builder = Builder { area, spacing_m: 8.0, ground: &ground, all: Vec::new() };
+        builder.add_road(&road);
+        let columns = |ribbon: &Ribbon| {
+            let columns = || ribbon.vertices.iter().map(|vertex| vertex.place[0] + area.x0 as f64);
+            (columns().fold(f64::INFINITY, f64::min), columns().fold(f64::NEG_INFINITY, f64::max))
+        };
+        assert_eq!(builder.all.iter().map(columns).collect::<Vec<_>>(), [(-69.5, -59.5), (-48.5, -38.5)]);
+        for vertex in builder.all.iter().flat_map(|ribbon| &ribbon.vertices) {
+            assert!((vertex.height_m - 50.0 - LIFT_M).abs() < 1e-9, "{vertex:?}");
+        }
+    }
 }
