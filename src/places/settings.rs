@@ -24,7 +24,8 @@ pub struct PlacesSettings {
     pub radius_m: [f64; 3],
     /// Width in metres of the widest river that is forded, 0 to 50; wider ones have bridges. Default: [8, 3, 0].
     pub ford_m: [f64; 3],
-    /// Length in metres of the longest bridge, 0 to 2000. Default: [80, 160, 320].
+    /// Length in metres of the longest bridge over water, 0 to 2000, and of the longest dip or ridge that a road goes
+    /// straight over or through; where a bank would be too high, a viaduct may be longer. Default: [80, 160, 320].
     pub bridge_m: [f64; 3],
     /// Metres from the water to a bridge, 0.5 to 50. Default: 2.
     pub clearance_m: f64,
