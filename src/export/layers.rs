@@ -422,7 +422,8 @@ fn visit_crossings(road: &Road, spacing_m: f64, visit: &mut Visit<'_>) {
 
 fn of_crossing(id: &str, road: &Road, crossing: &Crossing, spacing_m: f64) -> Feature {
     let kind = match crossing.kind {
-        RoadKind::Ground | RoadKind::Bridge => "bridge",
+        RoadKind::Ground => unreachable!("what crosses something is not on the ground"),
+        RoadKind::Bridge => "bridge",
         RoadKind::Ford => "ford",
         RoadKind::Tunnel => "tunnel",
     };
