@@ -50,6 +50,8 @@ JOIN_VERTICES, TOUCH_VERTICES = 1.0, 1e-3
 GRADE_TOLERANCE = 1.001
 # Past half of a crossing's length a road may be in the water for so many vertices.
 CROSSING_VERTICES = 2.0
+# Metres from a road's middle to where it cuts no more: the widest road's half, and its bank.
+CUT_M = 4.5 + 32.0
 NODATA = -9999.0
 PIT, OUTSIDE = 0, 247  # in pyflwdir's D8
 EIGHT = np.ones((3, 3), dtype=bool)
@@ -487,7 +489,9 @@ def check_roads(world, checks):
         crossed.setdefault(properties["road"], []).append((place, reach, properties["kind"]))
     kinds = [kind for places in crossed.values() for _, _, kind in places]
     # As keys: each road once, and in their order.
-    loose, steep, wet, bare, steepest = {}, {}, {}, {}, 0.0
+    drawn = lambda road: shapely.LineString(world.place(road["geometry"]["coordinates"]))
+    lines = {road["properties"]["id"]: drawn(road) for road in roads}
+    loose, steep, wet, bare, opened, steepest = {}, {}, {}, {}, 0, 0.0
     for road in roads:
         points, properties = np.array(road["geometry"]["coordinates"], dtype=np.float64), road["properties"]
         at, id = world.place(points), properties["id"]
@@ -511,15 +515,22 @@ def check_roads(world, checks):
         for place, _, kind in crossed.get(id, []):
             if kind == "tunnel" and world.inside(place):
                 level = line.interpolate(line.project(shapely.Point(place))).z
-                if world.sample(world.heights, place[None])[0] <= level:
+                if world.sample(world.heights, place[None])[0] > level:
+                    continue
+                # Where two roads run together the cut of one may open the tunnel of the other.
+                beside = (other.distance(shapely.Point(place)) for key, other in lines.items() if key != id)
+                if min(beside, default=np.inf) * world.spacing_m <= CUT_M:
+                    opened += 1
+                else:
                     bare[id] = True
     told = lambda wrong: f"{len(wrong)} of {len(roads)}" + (f", such as {', '.join(list(wrong)[:5])}" if wrong else "")
     checks.check(len(roads) > 0 and not loose, "roads that do not join two sites", told(loose))
     checks.check(len(roads) > 0 and not steep, "roads steeper than max_grade", f"{told(steep)}; {steepest:.4f} of it")
     kinds_told = ", ".join(f"{kind} {kinds.count(kind)}" for kind in sorted(set(kinds))) or "no crossings"
-    strange = (set(kinds) - {"bridge", "ford", "tunnel"}) or (set(crossed) - {road["properties"]["id"] for road in roads})
+    strange = (set(kinds) - {"bridge", "ford", "tunnel"}) or (set(crossed) - set(lines))
     checks.check(not strange, "crossings that are a bridge, a ford or a tunnel of a road", strange or kinds_told)
-    checks.check(not bare, "roads with tunnels above the land", told(bare))
+    figure = f"{told(bare)}; {opened} tunnels opened by another road"
+    checks.check(not bare, "roads with tunnels above the land", figure)
     checks.check(len(roads) > 0 and not wet, "roads in the water away from their crossings", told(wet))
     world.figures["roads"] = str(len(roads))
 

@@ -10,6 +10,7 @@ use crate::places::land::{FIXED, RiverPiece, Water};
 use crate::places::road::RoadKind;
 
 /// A land without an end, the same at any distance.
+#[expect(clippy::struct_field_names, reason = "the unit is a part of the name")]
 struct TestLand {
     spacing_m: f64,
     /// Metres from the lowest to the highest hill.
