@@ -507,7 +507,7 @@ def check_roads(world, checks):
             steep[id] = True
         in_water = world.inside(at)
         in_water[in_water] = world.sample(world.water, at[in_water]) != DRY
-        for place, reach, _ in crossed.get(id, []):
+        for place, reach, _ in (crossing for crossing in crossed.get(id, []) if crossing[2] != "tunnel"):
             in_water &= np.hypot(*(at - place).T) > reach
         if in_water.any():
             wet[id] = True
