@@ -230,7 +230,8 @@ impl Fluvial {
             clock.time("gullies", || gullies.carve(aligned, [&east, &south], &slope, &mut valleys));
         }
         let coast = clock.time("coast", || self.coast(aligned, step, &east, &south, &valleys.height_m));
-        clock.time("water", || self.finish(area, aligned, step, pieces, [&east, &south], &valleys, coast.as_deref()))
+        let nodes = Nodes { area: aligned, step, warp: [&east, &south], valleys: &valleys, coast_m: coast.as_deref() };
+        clock.time("water", || self.finish(area, pieces, &nodes))
     }
 
     /// The pieces of channels that matter to an area of nodes, `step` vertices apart.
@@ -319,18 +320,15 @@ impl Fluvial {
         any.then_some(coast_m)
     }
 
+    /// Metres from a piece beyond which it has neither water nor a bed, `most_half` being a brook's widest.
+    fn widest_m(&self, piece: &Piece, most_half: f32) -> f32 {
+        let lake_m = (piece.widest_lake() * self.fields.metres_a_grain()) as f32;
+        (self.fields.river_width_m(mix(piece.area, 1.0)) as f32).max(lake_m).max(most_half)
+    }
+
     /// Heights and water from the valleys and the coast.
-    #[allow(clippy::too_many_arguments)] // each of them a raster or what it lies on
-    fn finish(
-        &self,
-        area: Area,
-        aligned: Area,
-        step: i64,
-        pieces: &Pieces,
-        [east, south]: [&[f32]; 2],
-        valleys: &Valleys,
-        coast: Option<&[f32]>,
-    ) -> Land {
+    fn finish(&self, area: Area, pieces: &Pieces, nodes: &Nodes<'_>) -> Land {
+        let &Nodes { area: aligned, step, warp: [east, south], valleys, coast_m: coast } = nodes;
         let settings = self.fields.settings();
         let spacing_m = self.spacing_m as f32;
         let sea_m = self.fields.sea_level_m() as f32;
@@ -340,30 +338,8 @@ impl Fluvial {
         let mut depths = Grid::filled(area, 0.0);
         let mut flows = Grid::filled(area, 0.0);
         let least_half = LEAST_HALF_WIDTH as f32 * spacing_m;
-        // Metres, in the warped plane, to the furthest of the vertices beside one. A line that runs between two vertices
-        // comes within half of that to one of them: with all such ones in its bed, it is unbroken also where the warp has
-        // vertices far apart.
-        let apart = |index: usize| {
-            let width = aligned.width();
-            let around = [(index - 1, [-1.0, 0.0]), (index + 1, [1.0, 0.0])];
-            let around = around.into_iter().chain([(index - width, [0.0, -1.0]), (index + width, [0.0, 1.0])]);
-            let ways = around.map(|(other, vertices)| {
-                let way = [0, 1].map(|axis| vertices[axis] * spacing_m);
-                let warped = [east, south].map(|metres| (metres[other] - metres[index]) / step as f32);
-                let [x, y] = [way[0] + warped[0], way[1] + warped[1]];
-                x * x + y * y
-            });
-            ways.fold(0.0, f32::max).sqrt()
-        };
         let most_half = MOST_HALF_WIDTH as f32 * spacing_m;
-        let widest: Vec<f32> = pieces
-            .all
-            .iter()
-            .map(|piece| {
-                let lake_m = (piece.widest_lake() * self.fields.metres_a_grain()) as f32;
-                (self.fields.river_width_m(mix(piece.area, 1.0)) as f32).max(lake_m).max(most_half)
-            })
-            .collect();
+        let widest: Vec<f32> = pieces.all.iter().map(|piece| self.widest_m(piece, most_half)).collect();
         let upper = UpperPieces::new(pieces);
         for y in area.y0..area.y1 {
             let start = (y - aligned.y0) as usize * aligned.width() + (area.x0 - aligned.x0) as usize;
@@ -384,14 +360,14 @@ impl Fluvial {
                 if number >= pieces.all.len() || valleys.distance_m[index] > widest[number] {
                     let lowest_m = coast_m.min(land_m);
                     if in_sea {
-                        sea(lowest_m)
+                        sea(lowest_m);
                     } else {
-                        heights[column] = self.lift.at(lowest_m as f64) as f32
+                        heights[column] = self.lift.at(lowest_m as f64) as f32;
                     }
                     continue;
                 }
                 // In the channel, or not far from it.
-                let least_half = (BED_SHARE * apart(index)).clamp(least_half, most_half);
+                let least_half = (BED_SHARE * nodes.apart_m(index, spacing_m)).clamp(least_half, most_half);
                 let half_m = |piece: &Piece, share: f64| {
                     (self.fields.river_width_m(mix(piece.area, share)) as f32 / 2.0).max(least_half)
                 };
@@ -427,14 +403,7 @@ impl Fluvial {
                 let ground_m = self.lift.at((land_m.min(coast_m)) as f64) as f32;
                 let river_bed = || {
                     let deepest = river_depth_m(discharge);
-                    // A floor that falls to the middle line, and banks, where the river is wide enough to have them.
-                    let beyond = distance_m - least_half;
-                    let depth = if half_m > least_half && beyond > 0.0 {
-                        let bank = ((half_m - distance_m) / (0.3 * half_m)).clamp(0.1, 1.0);
-                        deepest * bank * (1.0 - BED_FALL * beyond / (half_m - least_half))
-                    } else {
-                        deepest
-                    };
+                    let depth = bed_depth_m(deepest, distance_m, half_m, least_half);
                     // No two vertices beside each other are equally high: what the land rises, but next to nothing.
                     let risen = (ground_m - surface).max(0.0);
                     surface - depth + risen / (1.0 + risen / (0.05 * deepest))
@@ -462,6 +431,37 @@ impl Fluvial {
             }
         }
         Land { heights, water: Some(Water { kind: kinds, bed: beds, depth_m: depths, flow_m3s: flows }) }
+    }
+}
+
+/// What is known at the nodes of an area before there is water on it.
+struct Nodes<'a> {
+    area: Area,
+    /// Vertices from a node to the next.
+    step: i64,
+    /// Metres east and south to where each node is read in the plane.
+    warp: [&'a [f32]; 2],
+    valleys: &'a Valleys,
+    /// Height of the coast in metres, if it is anywhere.
+    coast_m: Option<&'a [f32]>,
+}
+
+impl Nodes<'_> {
+    /// Metres, in the warped plane, from a node to the furthest of those beside it, as if these were a vertex away.
+    ///
+    /// A line that runs between two vertices comes within half of that to one of them: with all such ones in its bed, it
+    /// is unbroken also where the warp has vertices far apart.
+    fn apart_m(&self, index: usize, spacing_m: f32) -> f32 {
+        let width = self.area.width();
+        let around = [(index - 1, [-1.0, 0.0]), (index + 1, [1.0, 0.0])];
+        let around = around.into_iter().chain([(index - width, [0.0, -1.0]), (index + width, [0.0, 1.0])]);
+        let ways = around.map(|(other, vertices)| {
+            let way = [0, 1].map(|axis| vertices[axis] * spacing_m);
+            let warped = self.warp.map(|metres| (metres[other] - metres[index]) / self.step as f32);
+            let [x, y] = [way[0] + warped[0], way[1] + warped[1]];
+            x * x + y * y
+        });
+        ways.fold(0.0, f32::max).sqrt()
     }
 }
 
@@ -500,6 +500,17 @@ impl UpperPieces {
 fn river_depth_m(discharge_m3s: f64) -> f32 {
     let fourth = discharge_m3s.sqrt().sqrt();
     ((0.35 * fourth * fourth.sqrt()) as f32).min(DEEPEST_RIVER_M)
+}
+
+/// Depth of a bed in metres at a distance from its middle line: a floor that falls to that line, and banks, where the river
+/// is wide enough to have them.
+fn bed_depth_m(deepest_m: f32, distance_m: f32, half_m: f32, least_half: f32) -> f32 {
+    let beyond = distance_m - least_half;
+    if half_m <= least_half || beyond <= 0.0 {
+        return deepest_m;
+    }
+    let bank = ((half_m - distance_m) / (0.3 * half_m)).clamp(0.1, 1.0);
+    deepest_m * bank * (1.0 - BED_FALL * beyond / (half_m - least_half))
 }
 
 /// The smallest area that is whole patches and holds another.
