@@ -143,7 +143,7 @@ pub struct Land {
     pub floor_m: f64,
 }
 
-/// Which ground lies where: grass, with dirt and rock by slope, sand and snow by height.
+/// Which ground lies where: grass, with dirt and rock by slope, sand by height, snow by height and aspect.
 ///
 /// Slope enters as the thesis has it, `slope_scale * (1 - n.up)` for the normal n, cut off at 1. With the thesis' scale
 /// of 5, steepness 0.1 is a slope of 11 degrees, 0.5 is 26 and 1 is 37.
@@ -166,6 +166,10 @@ pub struct Ground {
     /// Steepness at which snow begins to slide off and at which none is left. Default: [0.6, 1].
     #[serde(default = "default_snow_slope")]
     pub snow_slope: [f64; 2],
+    /// Metres by which snow reaches further down a slope of 45 degrees that faces north than down level ground, and less
+    /// far down one that faces south, -2000 to 2000: below 0 the sun stands in the north. Default: 0.
+    #[serde(default)]
+    pub snow_aspect_m: f64,
 }
 
 impl Default for Ground {
@@ -177,6 +181,7 @@ impl Default for Ground {
             sand_m: None,
             snow_m: None,
             snow_slope: default_snow_slope(),
+            snow_aspect_m: 0.0,
         }
     }
 }
@@ -710,8 +715,11 @@ impl Ground {
         }
         if let Some(snow) = self.snow_m {
             path.key("snow_m").rising(snow, -HEIGHT_LIMIT_M..=HEIGHT_LIMIT_M)?;
+        } else if self.snow_aspect_m != 0.0 {
+            let message = "there is no snow that could reach further down";
+            return Err(path.key("snow_aspect_m").fault(message, "give snow_m, or leave it out"));
         }
-        Ok(())
+        path.key("snow_aspect_m").within(self.snow_aspect_m, -2000.0..=2000.0)
     }
 }
 

@@ -1,5 +1,7 @@
 //! The blend map: what the ground of each vertex is made of.
 
+use std::f64::consts::SQRT_2;
+
 use crate::agents::way::Imprint;
 use crate::area::Area;
 use crate::fluvial::{Water, WaterKind};
@@ -19,7 +21,7 @@ pub enum Material {
     Rock,
     /// Sand by the sea.
     Sand,
-    /// Snow on heights.
+    /// Snow on heights, further down where the sun does not reach.
     Snow,
 }
 
@@ -144,6 +146,8 @@ pub struct GroundRule {
     rock: Ramp,
     no_sand: Ramp,
     snow: Ramp,
+    /// Metres by which snow lies lower for each part of the normal that points north.
+    snow_north_m: f32,
     snow_slides: Ramp,
 }
 
@@ -179,6 +183,7 @@ impl GroundRule {
                 None => Ramp::always(1.0),
             },
             snow: ground.snow_m.map_or(Ramp::always(0.0), Ramp::between),
+            snow_north_m: (ground.snow_aspect_m * SQRT_2) as f32,
             snow_slides: Ramp::between(ground.snow_slope),
         }
     }
@@ -202,7 +207,7 @@ impl Kernel for Weigh<'_> {
         let one = simd.splat(1.0);
         for y in y0..y1 {
             let heights = self.heights.row(y, x0, x1);
-            let ups = self.normals.up().row(y, x0, x1);
+            let [_, ups, souths] = self.normals.row(y, x0, x1);
             let ground = self.blend.ground.row_mut(y, x0, x1);
             let cover = self.blend.cover.row_mut(y, x0, x1);
             let mut at = 0;
@@ -213,7 +218,8 @@ impl Kernel for Weigh<'_> {
                 let steepness = (one - simd.load(&ups[from..])) * simd.splat(rule.slope_scale);
                 let steepness = simd.min(steepness, one);
                 // Each material takes its share of what the ones above it have left.
-                let snow = ramp(simd, height, rule.snow) * (one - ramp(simd, steepness, rule.snow_slides));
+                let snow_height = height - simd.load(&souths[from..]) * simd.splat(rule.snow_north_m);
+                let snow = ramp(simd, snow_height, rule.snow) * (one - ramp(simd, steepness, rule.snow_slides));
                 let (snow, left) = take(simd, simd.splat_u32(255), snow);
                 let (rock, left) = take(simd, left, ramp(simd, steepness, rule.rock));
                 let (sand, left) = take(simd, left, one - ramp(simd, height, rule.no_sand));
@@ -251,4 +257,35 @@ fn covered(ground: u32, cover: u32, material: Material, share: f32) -> (u32, u32
     }
     weights[0][material as usize] += given;
     (u32::from_le_bytes(weights[0]), u32::from_le_bytes(weights[1]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::preset::Preset;
+
+    #[test]
+    fn snow_lies_lower_where_the_sun_does_not_reach() {
+        // A ridge from west to east whose sides are as steep as they are wide, 1 m between vertices.
+        let area = Area::new(0, -400, 16, 801);
+        let mut heights = Grid::filled(area.padded(1), 0.0);
+        for y in area.y0 - 1..=area.y1 {
+            heights.row_mut(y, area.x0 - 1, area.x1 + 1).fill(1000.0 - y.abs() as f32);
+        }
+        let normals = Normals::new(&heights, area, 1.0);
+        let lowest_snow_m = |aspect_m: f64| {
+            let mut preset = Preset::load("hills").unwrap().1;
+            preset.ground.slope_scale = 1.0;
+            preset.ground.snow_m = Some([800.0, 801.0]);
+            preset.ground.snow_aspect_m = aspect_m;
+            let blend = Blend::new(&GroundRule::new(&preset), &heights, &normals);
+            let snowy = |y: &i64| blend.weight(Material::Snow, 3, *y) > 127;
+            // On the northern side and on the southern one.
+            [(-400..0).find(snowy), (1..=400).rev().find(snowy)].map(|y| heights.at(3, y.unwrap()))
+        };
+        let [[north, south], [shady, sunny], [hot, cold]] = [0.0, 100.0, -100.0].map(lowest_snow_m);
+        assert_eq!(north, south);
+        assert_eq!([shady, sunny], [north - 100.0, south + 100.0]);
+        assert_eq!([hot, cold], [sunny, shady]);
+    }
 }
