@@ -87,6 +87,7 @@ impl Warp {
     pub fn undo(&self, network: Point) -> Point {
         const STEPS: usize = 40;
         const SHORTEST: f64 = 1.0 / 64.0;
+        const LEAST_AREA: f64 = 1.0 / 64.0;
         let missing = |world: Point, by: [f64; 2]| {
             let off = network.from(world);
             [off[0] - by[0], off[1] - by[1]]
@@ -101,7 +102,8 @@ impl Warp {
                 let there = self.at(world.moved(step));
                 [0, 1].map(|axis| (step[axis] + there[axis] - by[axis]) / vertex)
             });
-            let area = east[0] * south[1] - east[1] * south[0];
+            // Not so little, even where the plane is nearly folded, that the way would lead out of the world.
+            let area = (east[0] * south[1] - east[1] * south[0]).max(LEAST_AREA);
             let way =
                 [(south[1] * left[0] - south[0] * left[1]) / area, (east[0] * left[1] - east[1] * left[0]) / area];
             // Less far where the whole way leads past it.
