@@ -105,7 +105,7 @@ pub(crate) fn crosses(from: [f64; 2], to: [f64; 2], corner: [f64; 2]) -> bool {
 const STEP: f64 = 3.0 * GRAINS as f64;
 
 /// Grains that a river runs on into the sea: else the rasters' nearest vertex of the sea could be more than one away.
-const INTO_SEA: f64 = 0.5 * GRAINS as f64;
+const PAST_COAST: f64 = 0.5 * GRAINS as f64;
 
 /// What is remembered of rivers.
 #[derive(Debug)]
@@ -327,7 +327,7 @@ impl Fluvial {
                     open.push(edge);
                     if here == Ground::Sea {
                         let left = edge.at.distance(sample.at);
-                        open.push(edge.towards(&sample, (INTO_SEA / left.max(1.0)).min(1.0)));
+                        open.push(edge.towards(&sample, (PAST_COAST / left.max(1.0)).min(1.0)));
                     }
                     if here != Ground::Bed {
                         // What it is cut by is known just behind the edge.
