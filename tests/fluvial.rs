@@ -96,6 +96,26 @@ fn heights_stay_within_a_range_that_they_use() {
     }
 }
 
+fn world(name: &str, seed: u64) -> World {
+    worlds(seed).find(|(other, _)| *other == name).expect("a preset of that name").1
+}
+
+#[test]
+fn the_floor_of_a_wide_valley_ends_where_the_hills_are_as_high() {
+    // Here a river whose floor is round over kilometres comes out of the mountains.
+    let world = world("alps", 4);
+    let area = Area::new(0, 1700, 300, 400);
+    let heights = land(&world, area).heights;
+    let steepest = fluvial(&world).fields().hill_slope(1.0) * world.preset().spacing_m;
+    for y in area.y0..area.y1 - 1 {
+        for x in area.x0..area.x1 - 1 {
+            let step =
+                (heights.at(x, y) - heights.at(x + 1, y)).abs().max((heights.at(x, y) - heights.at(x, y + 1)).abs());
+            assert!(f64::from(step) < 4.0 * steepest, "{step} m from ({x}, {y}) to the next vertex");
+        }
+    }
+}
+
 /// All channels whose bounds touch a square at the origin of some vertices a side.
 fn channels(world: &World, side: i64) -> BTreeMap<(u32, i64, i64), Arc<Channel>> {
     let mut all = BTreeMap::new();

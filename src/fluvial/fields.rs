@@ -31,6 +31,9 @@ pub const COAST_STEP: i64 = 16;
 /// Vertices that a brook runs on into the sea where there is room: there its bed is deeper than the sea's floor at first.
 const INTO_SEA: f64 = 6.0;
 
+/// What the rounding of a valley's floor is less wide than, as a share of a trunk cell's side.
+const WIDEST_TROUGH: f64 = 0.3;
+
 /// Streams of chance.
 mod stream {
     pub const POTENTIAL: u64 = 6 << 32;
@@ -123,7 +126,13 @@ impl Fields {
 
     /// Half width in grains of the rounding of a valley's floor, by the area that drains there.
     pub fn trough(&self, area: f64) -> f64 {
-        self.settings.valley * area.sqrt() * self.side(0) as f64
+        let share = self.settings.valley * area.sqrt() / WIDEST_TROUGH;
+        self.widest_trough() * share / (1.0 + share * share).sqrt()
+    }
+
+    /// What it is less than, however much drains there.
+    pub fn widest_trough(&self) -> f64 {
+        WIDEST_TROUGH * self.side(0) as f64
     }
 
     /// Discharge in cubic metres a second, by area.

@@ -62,7 +62,7 @@ impl Land for Fluvial {
         let (low, high) = (Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1, area.y1));
         let rectangle =
             [Point { x: low.x - pad[0], y: low.y - pad[1] }, Point { x: high.x + pad[0], y: high.y + pad[1] }];
-        let pieces = self.network().pieces(fields.levels(), rectangle, low);
+        let pieces = self.network().pieces(fields.levels(), rectangle, low, 0.0);
         let lakes: Vec<&Piece> = pieces.all.iter().filter(|piece| piece.widest_lake() > 0.0).collect();
         let spring_m3s = fields.settings().spring_m3s;
         let mut rivers = Vec::new();

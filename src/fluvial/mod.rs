@@ -117,7 +117,7 @@ mod stream {
     pub const NETWORK: u64 = 10 << 32;
 }
 
-/// Cells of the finest level within which a channel can matter to a vertex.
+/// Cells of the finest level within which a brook can matter to a vertex.
 const REACH_CELLS: i64 = 8;
 
 /// Vertices from one place to the next at which the slope of the hills is known.
@@ -191,8 +191,9 @@ impl Fluvial {
         ((lowest_m - deepest_m) as f32, (ceiling_m + 1.0) as f32)
     }
 
-    /// Metres from a vertex within which channels matter, the warp included.
-    pub fn reach_m(&self) -> f64 {
+    /// Metres from a vertex, once it is warped, within which brooks matter; other channels do as far as their sides rise
+    /// no more than that.
+    fn brook_reach_m(&self) -> f64 {
         let finest = self.fields.side(self.fields.levels() - 1);
         (REACH_CELLS * finest) as f64 * self.fields.metres_a_grain()
     }
@@ -222,7 +223,7 @@ impl Fluvial {
                 warp: [&east, &south],
                 slope: &slope,
                 pieces,
-                reach_m: self.reach_m() as f32,
+                brook_reach_m: self.brook_reach_m(),
                 out: &mut valleys,
             });
         });
@@ -236,12 +237,12 @@ impl Fluvial {
 
     /// The pieces of channels that matter to an area of nodes, `step` vertices apart.
     fn pieces(&self, area: Area, step: i64) -> Pieces {
-        let pad =
-            self.warp.most_m().map(|metres| ((metres + self.reach_m()) / self.fields.metres_a_grain()).ceil() as i64);
+        let metres = self.fields.metres_a_grain();
+        let pad = self.warp.most_m().map(|most_m| (most_m / metres).ceil() as i64);
         let [low, high] = [(area.x0, area.y0), (area.x1, area.y1)].map(|(x, y)| Point::at_vertex(x * step, y * step));
         let rectangle =
             [Point { x: low.x - pad[0], y: low.y - pad[1] }, Point { x: high.x + pad[0], y: high.y + pad[1] }];
-        self.network.pieces(self.fields.levels(), rectangle, low)
+        self.network.pieces(self.fields.levels(), rectangle, low, self.brook_reach_m() / metres)
     }
 
     /// The slope of the hillsides at the nodes of an area, from a coarse lattice.

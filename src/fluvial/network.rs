@@ -168,6 +168,12 @@ pub struct Piece {
     pub lake: [f64; 2],
 }
 
+/// Grains from a channel beyond which its side has risen more than that of a brook does within `brook` grains, by the half
+/// widths of the rounding of its floor and of its lake.
+fn reach(brook: f64, trough: f64, lake: f64) -> f64 {
+    (brook * (brook + 2.0 * trough) + lake * lake).sqrt()
+}
+
 /// The value at a share of the way along a piece.
 pub fn mix([from, change]: [f64; 2], share: f64) -> f64 {
     from + change * share
@@ -189,6 +195,13 @@ impl Piece {
     /// The largest half width of its lake in grains.
     pub fn widest_lake(&self) -> f64 {
         self.lake[0].max(self.lake[0] + self.lake[1])
+    }
+
+    /// Grains from the piece beyond which its side has risen more than that of a brook without a floor does within
+    /// `brook` grains.
+    #[inline]
+    pub fn reach(&self, brook: f64) -> f64 {
+        reach(brook, self.trough[0].max(self.trough[0] + self.trough[1]), self.widest_lake())
     }
 
     /// Its lowest water in metres.
@@ -249,15 +262,20 @@ impl Network {
         chunk.channels.iter().find(|channel| channel.id == (level, x, y)).cloned()
     }
 
-    /// The pieces of the first `levels` levels that touch a rectangle, relative to `origin`.
-    pub fn pieces(&self, levels: u32, rectangle: [Point; 2], origin: Point) -> Pieces {
+    /// The pieces of the first `levels` levels whose [reach](Piece::reach) touches a rectangle, relative to `origin`.
+    pub fn pieces(&self, levels: u32, rectangle: [Point; 2], origin: Point, brook: f64) -> Pieces {
         let [low, high] = rectangle.map(|corner| corner.from(origin));
         let (mut channels, mut all) = (Vec::new(), Vec::new());
         for level in 0..levels {
-            self.channels(level, rectangle, |channel| {
+            let widest = match level {
+                0 => reach(brook, self.fields.widest_trough(), self.fields.lake_half_width()),
+                _ => reach(brook, self.fields.trough(most_area(level)), 0.0),
+            };
+            let around = [rectangle[0].moved([-widest; 2]), rectangle[1].moved([widest; 2])];
+            self.channels(level, around, |channel| {
                 let before = all.len();
                 let touches = |piece: &Piece| {
-                    let reach = piece.widest_lake();
+                    let reach = piece.reach(brook);
                     [0, 1].into_iter().all(|axis| {
                         let (from, to) = (piece.from[axis], piece.from[axis] + piece.along[axis]);
                         from.max(to) + reach >= low[axis] && from.min(to) - reach <= high[axis]
@@ -482,9 +500,8 @@ impl Network {
         let side = chunk_cells(level) * cell;
         let origin = Point { x: x * side, y: y * side };
         // Beyond where a tributary may end it may be under the valley side of what is still further.
-        let pad = ((JOIN_CELLS + 3.0) * cell as f64) as i64;
-        let corner = |offset: i64| Point { x: origin.x + offset, y: origin.y + offset };
-        self.pieces(level, [corner(-pad), corner(side + pad)], origin)
+        let brook = (JOIN_CELLS + 3.0) * cell as f64;
+        self.pieces(level, [origin, Point { x: origin.x + side, y: origin.y + side }], origin, brook)
     }
 
     /// Where the tributaries of a chunk's cells begin and end.
@@ -612,11 +629,12 @@ impl Network {
         let reach = length(way);
         let from = shore.from(origin);
         let middle = [0, 1].map(|axis| from[axis] + way[axis] / 2.0);
-        let near_square = {
-            let near = 1.5 * reach + 1.5 * cell as f64;
-            near * near
+        let brook = 1.5 * reach + 1.5 * cell as f64;
+        let is_near = |piece: &&Piece| {
+            let reach = piece.reach(brook);
+            piece.nearest(middle).1 < reach * reach
         };
-        let near: Vec<&Piece> = above.all.iter().filter(|piece| piece.nearest(middle).1 < near_square).collect();
+        let near: Vec<&Piece> = above.all.iter().filter(is_near).collect();
         // Where it goes, from its foot up.
         let pieces = self.pieces_of(level);
         let straight: Vec<[f64; 2]> = (0..=pieces)

@@ -81,6 +81,7 @@ struct Columns {
     river: [Vec<f32>; 2],
     lake: [Vec<f32>; 2],
     steepness: Vec<f32>,
+    reach: Vec<f32>,
     channel: Vec<u32>,
     number: Vec<u32>,
 }
@@ -99,24 +100,25 @@ pub struct FillValleys<'a> {
     pub slope: &'a [f32],
     /// The pieces around the area.
     pub pieces: &'a Pieces,
-    /// Metres that pieces matter from: those of all pieces closer than this to a patch must be there.
-    pub reach_m: f32,
+    /// Metres from which a brook matters: all pieces must be there whose [reach](Piece::reach) by that holds a vertex.
+    pub brook_reach_m: f64,
     /// Where it is written.
     pub out: &'a mut Valleys,
 }
 
 impl Columns {
     fn clear(&mut self) {
-        let Columns { from, along, per_square, level, trough, river, lake, steepness, channel, number } = self;
-        for column in [from, along, level, trough, river, lake].into_iter().flatten().chain([per_square, steepness]) {
+        let Columns { from, along, per_square, level, trough, river, lake, steepness, reach, channel, number } = self;
+        let pairs = [from, along, level, trough, river, lake];
+        for column in pairs.into_iter().flatten().chain([per_square, steepness, reach]) {
             column.clear();
         }
         channel.clear();
         number.clear();
     }
 
-    /// Adds a piece that is given in grains.
-    fn push(&mut self, fields: &Fields, piece: &Piece, number: u32, origin: [f64; 2]) {
+    /// Adds a piece that is given in grains, but for its reach in metres.
+    fn push(&mut self, fields: &Fields, piece: &Piece, reach: f32, number: u32, origin: [f64; 2]) {
         let metres = fields.metres_a_grain();
         let Piece { from, along, .. } = piece;
         let pair = |[upper, change]: [f64; 2]| [upper as f32, change as f32];
@@ -143,6 +145,7 @@ impl Columns {
         self.per_square.push(1.0 / square);
         let change = |pair: [f32; 2]| pair[1].abs() / square.sqrt();
         self.steepness.push(change(level) + change(trough) + change(river) + change(lake));
+        self.reach.push(reach);
         self.channel.push(piece.channel);
         self.number.push(number);
     }
@@ -158,6 +161,7 @@ impl Columns {
         }
         self.per_square.push(other.per_square[index]);
         self.steepness.push(other.steepness[index]);
+        self.reach.push(other.reach[index]);
         self.channel.push(other.channel[index]);
         self.number.push(other.number[index]);
     }
@@ -175,6 +179,7 @@ impl Columns {
             }
             self.per_square.push(0.0);
             self.steepness.push(0.0);
+            self.reach.push(0.0);
             self.channel.push(u32::MAX);
             self.number.push(u32::MAX);
         }
@@ -221,7 +226,7 @@ impl Kernel for FillValleys<'_> {
 #[derive(Default)]
 struct Bounds {
     low: Vec<f32>,
-    square: Vec<f32>,
+    left: Vec<f32>,
 }
 
 impl FillValleys<'_> {
@@ -243,26 +248,26 @@ impl FillValleys<'_> {
         let corner_point = Point::at_vertex(corner[0] * self.step, corner[1] * self.step);
         let offset = corner_point.from(self.pieces.origin);
         let spread = self.spread(corner, part);
-        // Pieces near enough, in metres from the block's corner.
+        // Pieces that may reach it, in metres from the block's corner.
         block.clear();
         let metres = self.fields.metres_a_grain();
-        let reach = (self.reach_m + spread.radius * 1.01) as f64;
+        let around = (spread.radius * 1.01) as f64;
         for (number, piece) in self.pieces.all.iter().enumerate() {
             let Piece { from, along, .. } = piece;
-            let lake = piece.widest_lake();
+            let reach = piece.reach(self.brook_reach_m / metres) * metres;
             let near = |axis: usize| {
                 let start = (from[axis] - offset[axis]) * metres - spread.middle[axis] as f64;
                 let end = start + along[axis] * metres;
-                start.min(end) <= reach + lake * metres && start.max(end) >= -reach - lake * metres
+                start.min(end) <= reach + around && start.max(end) >= -reach - around
             };
             if near(0) && near(1) {
-                block.push(self.fields, piece, number as u32, offset);
+                block.push(self.fields, piece, reach as f32, number as u32, offset);
             }
         }
         block.pad();
-        self.measure(simd, block, &spread, bounds);
+        self.measure(simd, block, &spread, around as f32, bounds);
         patch.clear();
-        keep(block, bounds, f32::INFINITY, patch);
+        keep(block, bounds, f32::NEG_INFINITY, patch);
         patch.pad();
         std::mem::swap(block, patch);
         let mut y = part.y0;
@@ -271,9 +276,9 @@ impl FillValleys<'_> {
             while x < part.x1 {
                 let vertices = Area { x0: x, y0: y, x1: x + PATCH.0 as i64, y1: y + PATCH.1 as i64 };
                 let spread = self.spread(corner, vertices);
-                self.measure(simd, block, &spread, bounds);
+                self.measure(simd, block, &spread, 0.0, bounds);
                 patch.clear();
-                keep(block, bounds, self.reach_m, patch);
+                keep(block, bounds, 0.0, patch);
                 self.patch(simd, corner, vertices, patch);
                 x += PATCH.0 as i64;
             }
@@ -312,28 +317,31 @@ impl FillValleys<'_> {
     }
 
     /// Bounds of each piece's side over a group of vertices: the lowest that it can be, less the highest that the lowest
-    /// of all can be; and the square of its distance from the middle.
+    /// of all can be; and what is left of its reach, in metres, once it has come to the middle. The lowest is one of those
+    /// whose reach goes on for `beyond_m` from there: of a block's pieces, one that matters to all of its patches.
     #[inline(always)]
-    fn measure<S: Simd>(&self, simd: S, pieces: &Columns, spread: &Spread, bounds: &mut Bounds) {
+    fn measure<S: Simd>(&self, simd: S, pieces: &Columns, spread: &Spread, beyond_m: f32, bounds: &mut Bounds) {
         let len = pieces.number.len();
         bounds.low.resize(len, 0.0);
-        bounds.square.resize(len, 0.0);
+        bounds.left.resize(len, 0.0);
         let middle = [simd.splat(spread.middle[0]), simd.splat(spread.middle[1])];
         let (gentle, steep) = (simd.splat(spread.slope[0]), simd.splat(spread.slope[1]));
         // A little more than the true one, for what rounding does.
         let radius = simd.splat(spread.radius * (1.001 + 1.1 * CROSS_FALL) + 0.01);
         let level_floor = self.level_floor_m();
-        let zero = simd.splat(0.0);
-        let mut lowest = simd.splat(f32::INFINITY);
+        let (zero, infinity, beyond) = (simd.splat(0.0), simd.splat(f32::INFINITY), simd.splat(beyond_m));
+        let mut lowest = infinity;
         for start in (0..len).step_by(S::LANES) {
             let piece = LanePiece::load(simd, pieces, start, level_floor);
             let side = piece.side(simd, middle);
             // In a lake it falls.
             let (risen, fallen) = (simd.max(side.rise, zero), simd.min(side.rise, zero));
             let slack = (steep + simd.load(&pieces.steepness[start..]) * (simd.splat(1.0) + steep)) * radius;
-            lowest = simd.min(lowest, side.level + steep * risen + gentle * fallen + slack);
+            let left = simd.load(&pieces.reach[start..]) - simd.sqrt(side.square);
+            let highest = side.level + steep * risen + gentle * fallen + slack;
+            lowest = simd.min(lowest, simd.select(simd.lt(left, beyond), infinity, highest));
             simd.store(side.level + gentle * risen + steep * fallen - slack, &mut bounds.low[start..]);
-            simd.store(side.square, &mut bounds.square[start..]);
+            simd.store(left, &mut bounds.left[start..]);
         }
         let mut lanes = [0.0; crate::simd::MAX_LANES];
         simd.store(lowest, &mut lanes);
@@ -412,11 +420,11 @@ impl FillValleys<'_> {
     }
 }
 
-/// Copies the pieces that may be lowest, or nearly so, and are within a distance.
+/// Copies the pieces that may be lowest, or nearly so, and of whose reach at least so much is left.
 #[inline(always)]
-fn keep(pieces: &Columns, bounds: &Bounds, reach_m: f32, into: &mut Columns) {
+fn keep(pieces: &Columns, bounds: &Bounds, least_m: f32, into: &mut Columns) {
     for index in 0..pieces.number.len() {
-        if bounds.low[index] <= 0.0 && bounds.square[index] <= reach_m * reach_m && pieces.number[index] != u32::MAX {
+        if bounds.low[index] <= 0.0 && bounds.left[index] >= least_m && pieces.number[index] != u32::MAX {
             into.push_from(pieces, index);
         }
     }
