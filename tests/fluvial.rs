@@ -116,6 +116,29 @@ fn the_floor_of_a_wide_valley_ends_where_the_hills_are_as_high() {
     }
 }
 
+#[test]
+fn rivers_cut_into_the_lowlands_of_the_coast() {
+    let world = world("archipelago", 5);
+    let area = Area::new(440, 580, 260, 240);
+    let Land { heights, water } = land(&world, area);
+    let kinds = water.unwrap().kind;
+    let (mut rivers, mut above) = (0, 0);
+    for y in area.y0 + 4..area.y1 - 4 {
+        for x in area.x0 + 4..area.x1 - 4 {
+            if kinds.at(x, y) != WaterKind::River {
+                continue;
+            }
+            rivers += 1;
+            let around = (-4..=4).flat_map(|dy| (-4..=4).map(move |dx| (x + dx, y + dy)));
+            let banks = around.filter(|&(x, y)| kinds.at(x, y) == WaterKind::Dry);
+            let highest = banks.map(|(x, y)| heights.at(x, y)).fold(f32::NEG_INFINITY, f32::max);
+            above += u32::from(heights.at(x, y) > highest + 0.5);
+        }
+    }
+    assert!(rivers > 500, "{rivers} vertices of rivers");
+    assert!(above * 50 < rivers, "{above} of {rivers} vertices of rivers are higher than both banks");
+}
+
 /// All channels whose bounds touch a square at the origin of some vertices a side.
 fn channels(world: &World, side: i64) -> BTreeMap<(u32, i64, i64), Arc<Channel>> {
     let mut all = BTreeMap::new();

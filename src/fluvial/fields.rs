@@ -31,6 +31,9 @@ pub const COAST_STEP: i64 = 16;
 /// Vertices that a brook runs on into the sea where there is room: there its bed is deeper than the sea's floor at first.
 const INTO_SEA: f64 = 6.0;
 
+/// Share of the coast's height above the sea that a bed has at most.
+const COAST_INCISION: f64 = 0.7;
+
 /// What the rounding of a valley's floor is less wide than, as a share of a trunk cell's side.
 const WIDEST_TROUGH: f64 = 0.3;
 
@@ -90,6 +93,11 @@ impl Fields {
     /// Where the potential is lower than this the sea is.
     pub fn sea_potential(&self) -> f64 {
         if self.sea.is_some() { self.settings.coast.below } else { f64::NEG_INFINITY }
+    }
+
+    /// Whether there is a sea.
+    pub fn has_sea(&self) -> bool {
+        self.sea.is_some()
     }
 
     /// Height of the sea; without one, negative infinity.
@@ -194,16 +202,29 @@ impl Fields {
         }
     }
 
-    /// The share of the straight way from a point on land to one in the sea that is on land.
-    pub fn dry_share(&self, from: Point, to: Point) -> f64 {
-        let [east, south] = to.from(from);
-        let (mut dry, mut wet) = (0.0, 1.0);
-        for _ in 0..24 {
-            let middle = f64::midpoint(dry, wet);
-            let at = from.moved([east * middle, south * middle]);
-            if self.potential(at) < self.sea_potential() { wet = middle } else { dry = middle }
+    /// Height in metres that no bed exceeds at a place, so that it cuts into the coast; infinite without a sea.
+    pub fn below_coast_m(&self, at: Point) -> f64 {
+        if self.sea.is_none() {
+            return f64::INFINITY;
         }
-        dry
+        let sea_m = self.sea_level_m();
+        sea_m + COAST_INCISION * (self.coast_m(self.inland_m(at).max(0.0) as f32) as f64 - sea_m)
+    }
+
+    /// The share of the straight way from a point on land at which it comes to the sea, if it does.
+    pub fn dry_share(&self, from: Point, to: Point) -> Option<f64> {
+        const PLACES: usize = 16;
+        self.sea.as_ref()?;
+        let [east, south] = to.from(from);
+        let in_sea = |share: f64| self.potential(from.moved([east * share, south * share])) < self.sea_potential();
+        let step = 1.0 / PLACES as f64;
+        let mut wet = (1..=PLACES).map(|place| place as f64 * step).find(|share| in_sea(*share))?;
+        let mut dry = wet - step;
+        for _ in 0..20 {
+            let middle = f64::midpoint(dry, wet);
+            if in_sea(middle) { wet = middle } else { dry = middle }
+        }
+        Some(dry)
     }
 
     /// The nearest point of the coast from a point on land, about, if it is no further than `most` grains, and a point of

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use super::fields::Fields;
 use super::point::{GRAINS, Point, chance, length};
-use super::trunk::{Drained, NodeId, Trunks};
+use super::trunk::{Drained, LEAST_SLOPE, NodeId, Trunks};
 use super::wander::{self, Line};
 use crate::memory::Memory;
 
@@ -61,7 +61,7 @@ pub struct Channel {
     pub hill_slope: f64,
     /// Area that drains through what it runs into, there, in cells of the trunk lattice; its own for the sea and lakes.
     pub mouth_area: f64,
-    /// For a trunk, the next node and whether this is that river's own upper course.
+    /// For a trunk, the next node and whether this is that river's own upper course; not for one that the sea cuts short.
     pub next: Option<(NodeId, bool)>,
     bounds: [Point; 2],
 }
@@ -365,6 +365,14 @@ impl Network {
 
     fn make_free_trunk(&self, id: NodeId) -> Option<Channel> {
         let mut trunk = self.smooth_trunk(id)?.as_ref().clone();
+        if trunk.next.is_none() {
+            let in_sea = |knot: &Knot| self.fields.in_sea(knot.at);
+            let wet = trunk.knots.iter().position(in_sea).unwrap_or(trunk.knots.len());
+            let after = trunk.knots[wet..].iter().take_while(|knot| in_sea(knot)).count();
+            trunk.knots.truncate((wet + after).max(2));
+            self.cut_into_coast(&mut trunk.knots);
+            return Some(Channel { bounds: bounds(&trunk.knots), ..trunk });
+        }
         let origin = trunk.knots[0].at;
         let relative = |trunk: &Channel| trunk.knots.iter().map(|knot| knot.at.from(origin)).collect::<Vec<_>>();
         let course = relative(&trunk);
@@ -372,7 +380,8 @@ impl Network {
         let nodes = (-2..=2).flat_map(|y| (-2..=2).map(move |x| (id.0 + x, id.1 + y)));
         let others = nodes.filter(|node| *node != id).filter_map(|node| self.smooth_trunk(node));
         let around: Vec<Line> = others.flat_map(|other| lines(&relative(&other), 8)).collect();
-        let whole = trunk.knots[0].at.distance(trunk.knots[course.len() - 1].at);
+        let (from, to) = (trunk.knots[0].at, trunk.knots[course.len() - 1].at);
+        let whole = from.distance(to) * self.bend(&self.trunks.drained(id), from, to);
         let mut offsets = wander::offsets(self.seed, id, course.len() - 1);
         for (offset, knot) in offsets.iter_mut().zip(&trunk.knots) {
             *offset *= if knot.lake > 0.0 { 0.0 } else { whole };
@@ -381,7 +390,34 @@ impl Network {
         for (knot, place) in trunk.knots.iter_mut().zip(wander::wandered(&course, &offsets, &around)) {
             knot.at = origin.moved(place);
         }
+        self.cut_into_coast(&mut trunk.knots);
         Some(Channel { bounds: bounds(&trunk.knots), ..trunk })
+    }
+
+    /// Lowers the bed of a trunk on land to where it cuts into the coast.
+    fn cut_into_coast(&self, knots: &mut [Knot]) {
+        if !self.fields.has_sea() {
+            return;
+        }
+        let (sea_m, metres) = (self.fields.sea_level_m(), self.fields.metres_a_grain());
+        let most_m = self.below_coast_m(knots.iter().map(|knot| knot.at));
+        for index in (0..knots.len() - 1).rev() {
+            let (below, here) = (knots[index + 1], &mut knots[index]);
+            if below.level_m >= sea_m && here.lake == 0.0 {
+                let least_m = here.at.distance(below.at) * metres * LEAST_SLOPE;
+                let least_m = below.level_m + (here.level_m - below.level_m).min(least_m);
+                here.level_m = here.level_m.min(most_m[index]).max(least_m);
+            }
+        }
+    }
+
+    /// The height in metres that the coast leaves the bed of a channel, from its head down: no more than further up.
+    fn below_coast_m(&self, course: impl Iterator<Item = Point>) -> Vec<f64> {
+        let lower = |most_m: &mut f64, at: Point| {
+            *most_m = most_m.min(self.fields.below_coast_m(at));
+            Some(*most_m)
+        };
+        course.scan(f64::INFINITY, lower).collect()
     }
 
     /// The course of the trunk from a node to the next: a smooth curve.
@@ -411,11 +447,16 @@ impl Network {
             None => straight,
         };
         let pieces = self.pieces_of(0).max(16);
-        let dry = if there.sea { self.fields.dry_share(here.at, there.at) } else { 1.0 };
+        let bend = self.bend(&drained, here.at, there.at);
+        // Where the sea comes in between, it ends there.
+        let dry = drained.sea_at.unwrap_or(1.0);
+        let in_bay = drained.sea_at.is_some() && !there.sea;
+        let (below_m, below_lake) =
+            if drained.sea_at.is_some() { (self.fields.sea_level_m(), 0.0) } else { (below.level_m, below.lake) };
         let lake_share = LAKE_SHAPE.len() as f64 / pieces as f64;
         let falls =
-            [if drained.lake > 0.0 { lake_share } else { 0.0 }, if below.lake > 0.0 { 1.0 - lake_share } else { dry }];
-        let fall_m = drained.level_m - below.level_m;
+            [if drained.lake > 0.0 { lake_share } else { 0.0 }, if below_lake > 0.0 { 1.0 - lake_share } else { dry }];
+        let fall_m = drained.level_m - below_m;
         let length_m = length(straight) * self.fields.metres_a_grain();
         // What comes from above; a spring has a quarter of its cell.
         let area_above = (drained.area as f64 - 1.0).max(0.25);
@@ -428,7 +469,8 @@ impl Network {
             let t = step as f64 / pieces as f64;
             let (t2, t3) = (t * t, t * t * t);
             // Hermite's cubic, a little less curved.
-            let (leave, go, arrive) = (0.8 * (t3 - 2.0 * t2 + t), 3.0 * t2 - 2.0 * t3, 0.8 * (t3 - t2));
+            let (leave, arrive) = (0.8 * bend * (t3 - 2.0 * t2 + t), 0.8 * bend * (t3 - t2));
+            let go = t + bend * (3.0 * t2 - 2.0 * t3 - t);
             let way = [0, 1].map(|axis| start[axis] * leave + straight[axis] * go + end[axis] * arrive);
             let fallen = ((t - falls[0]) / (falls[1] - falls[0])).clamp(0.0, 1.0);
             // On the floor of the sea it goes on falling a little.
@@ -439,17 +481,38 @@ impl Network {
                 at: here.at.moved(way),
                 level_m: drained.level_m - fall_m * fallen - drowned_m,
                 area,
-                lake: lake(step, drained.lake, least).max(lake(pieces - step, below.lake, least)),
+                lake: lake(step, drained.lake, least).max(lake(pieces - step, below_lake, least)),
             }
         };
         let knots: Vec<Knot> = (0..=pieces).map(knot).collect();
         let mouth = match below.to {
-            _ if there.sea => Mouth::Sea,
+            _ if drained.sea_at.is_some() => Mouth::Sea,
             Some(_) => Mouth::Channel((0, to.0, to.1)),
             None => Mouth::Sink(to),
         };
         let hill_slope = self.fields.hill_slope(self.fields.uplift(here.at));
-        Some(Channel { next: Some((to, is_main)), ..Channel::new((0, id.0, id.1), knots, mouth, hill_slope) })
+        let next = (!in_bay).then_some((to, is_main));
+        Some(Channel { next, ..Channel::new((0, id.0, id.1), knots, mouth, hill_slope) })
+    }
+
+    /// How much a trunk may bend, 0 to 1: the closer the straight way comes to the sea before it ends, the less, for the
+    /// lattice judges by that way where it comes into it.
+    fn bend(&self, drained: &Drained, from: Point, to: Point) -> f64 {
+        const PLACES: u32 = 16;
+        // Of its length, to the side.
+        const BULGE: f64 = 0.2;
+        let way = to.from(from);
+        let in_bay = drained.sea_at.is_some() && self.fields.potential(to) >= self.fields.sea_potential();
+        if !self.fields.has_sea() || in_bay {
+            return if in_bay { 0.0 } else { 1.0 };
+        }
+        let bulge_m = BULGE * length(way) * self.fields.metres_a_grain();
+        let room = |place: u32| {
+            let share = place as f64 / PLACES as f64;
+            let at = from.moved(way.map(|part| part * share * drained.sea_at.unwrap_or(1.0)));
+            self.fields.inland_m(at) / (4.0 * share * (1.0 - share) * bulge_m)
+        };
+        (1..PLACES).map(room).fold(1.0, f64::min).max(0.0)
     }
 
     /// Adds meanders to the offsets of a trunk, in grains, where it is flat enough for that.
@@ -614,9 +677,17 @@ impl Network {
             let mouth = Mouth::Channel(above.channels[piece.channel as usize].id);
             End { foot, shore: foot, level_m: mix(piece.level_m, t), mouth, mouth_area: mix(piece.area, t) }
         };
+        // Not where the coast is lower than that.
+        let falls = |end: &End| {
+            let places = self.pieces_of(level);
+            let way = head.from(end.foot).map(|part| part / places as f64);
+            let mut places = (1..=places).map(|place| end.foot.moved(way.map(|part| part * place as f64)));
+            !fields.has_sea() || places.all(|at| fields.below_coast_m(at) > end.level_m)
+        };
+        let direct = Some(end(piece, t)).filter(falls)?;
         let slant = (SLANT.0 + SLANT.1 * finer).min(SLANT.2);
         let aslant = downstream(&above.all, piece, t, slant * distance);
-        Some(Draft { cell: id, head, direct: end(piece, t), aslant: Some(end(aslant.0, aslant.1)) })
+        Some(Draft { cell: id, head, direct, aslant: Some(end(aslant.0, aslant.1)).filter(falls) })
     }
 
     /// A tributary along its course, given the pieces of the levels above and the courses of its own around it.
@@ -662,6 +733,7 @@ impl Network {
         let side_slope = INCISION * gentlest * fields.metres_a_grain();
         let area_end = most_area(level);
         let area = |share: f64| area_end * (1.0 - 0.75 * share);
+        let coast_m = self.below_coast_m(places.iter().rev().map(|place| origin.moved(*place)));
         let mut knots = vec![Knot { at: shore, level_m, area: area_end, lake: 0.0 }];
         for step in 1..=pieces {
             let share = step as f64 / pieces as f64;
@@ -673,7 +745,8 @@ impl Network {
             let lower = near.iter().filter(|piece| piece.lowest_m() < free_m);
             let ground_m = lower.map(|piece| piece.side_m(here, side_slope)).fold(free_m, f64::min);
             // Across a lake or the floor of a larger valley it rises no more than that does, but always a little.
-            let least_m = below_m + rise_m.min(step_m * 0.0004);
+            let least_m = below_m + rise_m.min(step_m * LEAST_SLOPE);
+            let ground_m = ground_m.min(coast_m[pieces - step]);
             knots.push(Knot { at: origin.moved(here), level_m: ground_m.max(least_m), area: area(share), lake: 0.0 });
         }
         knots.reverse();

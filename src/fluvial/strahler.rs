@@ -87,7 +87,7 @@ impl Strahler {
         let donors = |id: NodeId| {
             neighbours(id).filter(move |other| {
                 let drained = network.trunks().drained(*other);
-                drained.to == Some(id) && fluvial.is_wet(drained.area as f64)
+                drained.to == Some(id) && drained.sea_at.is_none() && fluvial.is_wet(drained.area as f64)
             })
         };
         let mut above = vec![node];

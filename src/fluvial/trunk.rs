@@ -33,6 +33,12 @@ const PATCH: i64 = 16;
 /// cross below a quarter, but for the two diagonals of a square of nodes.
 const JITTER: f64 = 0.24;
 
+/// How steep a bed is at least where larger valleys or the coast keep it low.
+pub(super) const LEAST_SLOPE: f64 = 0.0004;
+
+/// Parts of the way from a node to the next between which the coast is looked at.
+const COAST_PLACES: usize = 8;
+
 /// What is known of a node before any water flows.
 #[derive(Clone, Copy, Debug)]
 pub struct Node {
@@ -55,6 +61,8 @@ pub struct Basin {
 pub struct Drained {
     /// Where its water goes; `None` for the sink of the basin.
     pub to: Option<NodeId>,
+    /// The share of the way there at which it comes to the sea, if it does: it goes no further, though land may follow.
+    pub sea_at: Option<f64>,
     /// Of the nodes that drain to it, the one with the most area: the river's own upper course.
     pub main: Option<NodeId>,
     /// Cells of the trunk lattice that drain through it, its own among them.
@@ -252,13 +260,12 @@ impl Trunks {
     fn basin(&self, sink: NodeId) -> Arc<Basin> {
         self.basins.get(sink, || {
             let ids = self.flood(SPILL_ROUNDS, sink);
-            let mut nodes: Vec<(NodeId, Drained)> = ids
-                .iter()
-                .map(|id| {
-                    let to = if *id == sink { None } else { self.receiver(SPILL_ROUNDS, *id) };
-                    (*id, Drained { to, main: None, area: 1, level_m: 0.0, lake: self.lake(*id) })
-                })
-                .collect();
+            let drained = |id: &NodeId| {
+                let to = if *id == sink { None } else { self.receiver(SPILL_ROUNDS, *id) };
+                let sea_at = to.and_then(|to| self.fields.dry_share(self.node(*id).at, self.node(to).at));
+                (*id, Drained { to, sea_at, main: None, area: 1, level_m: 0.0, lake: self.lake(*id) })
+            };
+            let mut nodes: Vec<(NodeId, Drained)> = ids.iter().map(drained).collect();
             nodes.sort_unstable_by_key(|(id, _)| *id);
             let place = |nodes: &[(NodeId, Drained)], id: NodeId| {
                 nodes.binary_search_by_key(&id, |(id, _)| *id).expect("a link stays in its basin")
@@ -266,7 +273,7 @@ impl Trunks {
             // Areas from the springs down: the reverse of the flood.
             for id in ids.iter().rev() {
                 let here = nodes[place(&nodes, *id)].1;
-                if let Some(to) = here.to {
+                if let Some(to) = here.to.filter(|_| here.sea_at.is_none()) {
                     let to = place(&nodes, to);
                     nodes[to].1.area += here.area;
                     let larger = nodes[to].1.main.is_none_or(|main| {
@@ -283,20 +290,39 @@ impl Trunks {
                     here.lake = 0.0;
                 }
             }
+            // What the coast leaves them, from the springs down: what comes from lower land is lower still.
+            let mut most_m: Vec<f64> =
+                nodes.iter().map(|(id, _)| self.fields.below_coast_m(self.node(*id).at)).collect();
+            for id in ids.iter().rev().filter(|_| self.fields.has_sea()) {
+                let here = place(&nodes, *id);
+                let Drained { to: Some(to), sea_at: None, .. } = nodes[here].1 else { continue };
+                let (from, there) = (self.node(*id).at, place(&nodes, to));
+                let way = self.node(to).at.from(from);
+                let places = (1..COAST_PLACES).map(|n| way.map(|part| part * n as f64 / COAST_PLACES as f64));
+                let lowest_m =
+                    places.map(|way| self.fields.below_coast_m(from.moved(way))).fold(most_m[here], f64::min);
+                most_m[there] = most_m[there].min(lowest_m);
+            }
             // Levels from the sink up.
             for id in &ids {
                 let here = place(&nodes, *id);
                 let node = self.node(*id);
-                nodes[here].1.level_m = match nodes[here].1.to {
-                    None => self.fields.sink_level_m(node.sea),
-                    Some(to) => {
-                        let (below_m, there) = (nodes[place(&nodes, to)].1.level_m, self.node(to));
-                        let dry = if there.sea { self.fields.dry_share(node.at, there.at) } else { 1.0 };
-                        let length_m = node.at.distance(there.at) * dry * self.fields.metres_a_grain();
-                        let area = nodes[here].1.area as f64;
-                        below_m + length_m * self.fields.river_slope(self.fields.uplift(node.at), area)
-                    }
+                let Some(to) = nodes[here].1.to else {
+                    nodes[here].1.level_m = self.fields.sink_level_m(node.sea);
+                    continue;
                 };
+                let (below_m, dry) = match nodes[here].1.sea_at {
+                    Some(dry) => (self.fields.sea_level_m(), dry),
+                    None => (nodes[place(&nodes, to)].1.level_m, 1.0),
+                };
+                let length_m = node.at.distance(self.node(to).at) * dry * self.fields.metres_a_grain();
+                let slope = self.fields.river_slope(self.fields.uplift(node.at), nodes[here].1.area as f64);
+                let free_m = below_m + length_m * slope;
+                nodes[here].1.level_m = free_m.min(most_m[here]).max(below_m + length_m * slope.min(LEAST_SLOPE));
+                if most_m[here] < free_m {
+                    // The land falls away on the sea's side.
+                    nodes[here].1.lake = 0.0;
+                }
             }
             Basin { nodes }
         })
