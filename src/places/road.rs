@@ -83,7 +83,7 @@ pub struct Crossing {
     pub kind: RoadKind,
     /// Its first and last point in [`Road::points`].
     pub points: (usize, usize),
-    /// Its middle in 1/256 vertex.
+    /// The point of the road half of the crossing's length from its first, in 1/256 vertex.
     pub at: [i64; 2],
 }
 
@@ -112,14 +112,32 @@ impl Road {
         for run in self.points.chunk_by(|a, b| a.kind == b.kind) {
             let last = first + run.len() - 1;
             if run[0].kind != RoadKind::Ground {
-                let (from, to) = (run[0].at, run[run.len() - 1].at);
-                let at = [(from[0] + to[0]).div_euclid(2), (from[1] + to[1]).div_euclid(2)];
-                crossings.push(Crossing { kind: run[0].kind, points: (first, last), at });
+                crossings.push(Crossing { kind: run[0].kind, points: (first, last), at: halfway(run) });
             }
             first = last + 1;
         }
         crossings
     }
+}
+
+/// The place half of the length along some points.
+fn halfway(points: &[RoadPoint]) -> [i64; 2] {
+    let way = |pair: &[RoadPoint]| [0, 1].map(|axis| (pair[1].at[axis] - pair[0].at[axis]) as f64);
+    let length = |pair: &[RoadPoint]| {
+        let [x, y] = way(pair);
+        (x * x + y * y).sqrt()
+    };
+    let mut left = points.windows(2).map(length).sum::<f64>() / 2.0;
+    for pair in points.windows(2) {
+        let own = length(pair);
+        if left <= own {
+            let share = if own > 0.0 { left / own } else { 0.0 };
+            let [x, y] = way(pair).map(|part| (part * share).round() as i64);
+            return [pair[0].at[0] + x, pair[0].at[1] + y];
+        }
+        left -= own;
+    }
+    points[points.len() - 1].at
 }
 
 /// The vertices within `reach_m` of any of the points.
@@ -128,4 +146,17 @@ pub(super) fn bounds(points: &[[i64; 2]], reach_m: f64, spacing_m: f64) -> Area 
     let least = |axis: usize| points.iter().map(|at| at[axis]).min().expect("a road has points").div_euclid(FIXED);
     let most = |axis: usize| points.iter().map(|at| at[axis]).max().expect("a road has points").div_euclid(FIXED);
     Area { x0: least(0) - reach, y0: least(1) - reach, x1: most(0) + reach + 2, y1: most(1) + reach + 2 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_of_a_crossing_lies_on_the_road_also_where_it_bends() {
+        let point = |x: i64, y: i64| RoadPoint { at: [x, y], level_m: 0.0, kind: RoadKind::Tunnel };
+        assert_eq!(halfway(&[point(0, 0), point(100, 0), point(100, 300)]), [100, 100]);
+        assert_eq!(halfway(&[point(7, -9)]), [7, -9]);
+        assert_eq!(halfway(&[point(7, -9), point(7, -9)]), [7, -9]);
+    }
 }
