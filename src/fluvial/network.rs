@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use super::fields::Fields;
 use super::point::{GRAINS, Point, chance, length};
-use super::trunk::{Drained, LEAST_SLOPE, NodeId, Trunks};
+use super::trunk::{Drained, LEAST_SLOPE, NodeId, Trunks, neighbours};
 use super::wander::{self, Line};
 use crate::memory::Memory;
 
@@ -128,6 +128,7 @@ pub struct Network {
     trunks: Trunks,
     seed: u64,
     smooth: Memory<NodeId, Option<Arc<Channel>>>,
+    apart: Memory<NodeId, Option<Arc<Channel>>>,
     free: Memory<NodeId, Option<Arc<Channel>>>,
     drafts: Memory<ChannelId, Vec<Draft>>,
     courses: Memory<ChannelId, Vec<Course>>,
@@ -226,6 +227,7 @@ impl Network {
             fields,
             seed,
             smooth: Memory::new(1 << 10),
+            apart: Memory::new(1 << 10),
             free: Memory::new(1 << 10),
             drafts: Memory::new(1 << 11),
             courses: Memory::new(1 << 11),
@@ -364,7 +366,7 @@ impl Network {
     }
 
     fn make_free_trunk(&self, id: NodeId) -> Option<Channel> {
-        let mut trunk = self.smooth_trunk(id)?.as_ref().clone();
+        let mut trunk = self.apart_trunk(id)?.as_ref().clone();
         if trunk.next.is_none() {
             let in_sea = |knot: &Knot| self.fields.in_sea(knot.at);
             let wet = trunk.knots.iter().position(in_sea).unwrap_or(trunk.knots.len());
@@ -378,7 +380,7 @@ impl Network {
         let course = relative(&trunk);
         // Those that start from the nodes around, as smooth as this one.
         let nodes = (-2..=2).flat_map(|y| (-2..=2).map(move |x| (id.0 + x, id.1 + y)));
-        let others = nodes.filter(|node| *node != id).filter_map(|node| self.smooth_trunk(node));
+        let others = nodes.filter(|node| *node != id).filter_map(|node| self.apart_trunk(node));
         let around: Vec<Line> = others.flat_map(|other| lines(&relative(&other), 8)).collect();
         let (from, to) = (trunk.knots[0].at, trunk.knots[course.len() - 1].at);
         let whole = from.distance(to) * self.bend(&self.trunks.drained(id), from, to);
@@ -420,12 +422,35 @@ impl Network {
         course.scan(f64::INFINITY, lower).collect()
     }
 
-    /// The course of the trunk from a node to the next: a smooth curve.
-    fn smooth_trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
-        self.smooth.get(id, || self.make_smooth_trunk(id).map(Arc::new)).as_ref().clone()
+    /// The course of the trunk from a node to the next: a smooth curve, or a straight line where that comes too close to
+    /// another one with which it shares a node.
+    fn apart_trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
+        let make = || {
+            let smooth = self.smooth_trunk(id)?;
+            let to = self.trunks.drained(id).to?;
+            let from = |node: NodeId, to: NodeId| {
+                neighbours(to)
+                    .filter(move |other| *other != node && self.trunks.drained(*other).to == Some(to))
+                    .map(move |other| (other, to))
+            };
+            // Those that come to its head, those that come to its end with it, and the one that goes on from there.
+            let mut others = from(id, id).chain(from(id, to)).chain([(to, to)]);
+            let meets = |(other, node): (NodeId, NodeId)| {
+                let joint = self.trunks.node(node).at;
+                self.smooth_trunk(other).is_some_and(|other| too_close(&smooth.knots, &other.knots, joint))
+            };
+            if others.any(meets) { self.make_smooth_trunk(id, 0.0).map(Arc::new) } else { Some(smooth) }
+        };
+        self.apart.get(id, make).as_ref().clone()
     }
 
-    fn make_smooth_trunk(&self, id: NodeId) -> Option<Channel> {
+    /// The course of the trunk from a node to the next: a smooth curve.
+    fn smooth_trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
+        self.smooth.get(id, || self.make_smooth_trunk(id, 1.0).map(Arc::new)).as_ref().clone()
+    }
+
+    /// The trunk from a node to the next, which bends as much as it may by a share.
+    fn make_smooth_trunk(&self, id: NodeId, share: f64) -> Option<Channel> {
         let drained = self.trunks.drained(id);
         let to = drained.to?;
         let below = self.trunks.drained(to);
@@ -447,7 +472,7 @@ impl Network {
             None => straight,
         };
         let pieces = self.pieces_of(0).max(16);
-        let bend = self.bend(&drained, here.at, there.at);
+        let bend = share * self.bend(&drained, here.at, there.at);
         // Where the sea comes in between, it ends there.
         let dry = drained.sea_at.unwrap_or(1.0);
         let in_bay = drained.sea_at.is_some() && !there.sea;
@@ -798,6 +823,24 @@ impl End {
 fn cells((level, x, y): ChannelId) -> impl Iterator<Item = NodeId> {
     let side = chunk_cells(level);
     (0..side * side).map(move |n| (x * side + n % side, y * side + n / side))
+}
+
+/// Whether two trunks that share a node cross, or run side by side for long.
+fn too_close(trunk: &[Knot], other: &[Knot], joint: Point) -> bool {
+    const STEP: usize = 2;
+    // Of the way from the node, at least, and as much of the trunk's length from it on.
+    const APART: f64 = 0.1;
+    const FROM: f64 = 0.25;
+    let places = |knots: &[Knot]| knots.iter().map(|knot| knot.at.from(joint)).collect::<Vec<_>>();
+    let (trunk, other) = (places(trunk), places(other));
+    let (trunk_lines, other_lines) = (lines(&trunk, STEP), lines(&other, STEP));
+    let crosses = |line: &Line| other_lines.iter().any(|other| line.crosses(other));
+    let whole = length(trunk[0]).max(length(trunk[trunk.len() - 1]));
+    let beside = |place: &[f64; 2]| {
+        let way = length(*place);
+        way > FROM * whole && other_lines.iter().any(|line| line.distance(*place) < APART * way)
+    };
+    trunk_lines.iter().any(crosses) || trunk.iter().step_by(STEP).any(beside)
 }
 
 /// The lines from each `step`th place to the next.

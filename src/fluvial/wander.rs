@@ -65,7 +65,7 @@ impl Line {
     }
 
     /// The distance from a place.
-    fn distance(&self, to: [f64; 2]) -> f64 {
+    pub fn distance(&self, to: [f64; 2]) -> f64 {
         let off = [to[0] - self.from[0], to[1] - self.from[1]];
         let square = self.along[0] * self.along[0] + self.along[1] * self.along[1];
         let t = if square > 0.0 { (off[0] * self.along[0] + off[1] * self.along[1]) / square } else { 0.0 };
