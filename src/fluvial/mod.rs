@@ -118,7 +118,7 @@ mod stream {
 }
 
 /// Cells of the finest level within which a brook can matter to a vertex.
-const REACH_CELLS: i64 = 8;
+const REACH_CELLS: i64 = 6;
 
 /// Vertices from one place to the next at which the slope of the hills is known.
 const SLOPE_STEP: i64 = 32;

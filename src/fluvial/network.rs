@@ -276,14 +276,18 @@ impl Network {
             let around = [rectangle[0].moved([-widest; 2]), rectangle[1].moved([widest; 2])];
             self.channels(level, around, |channel| {
                 let before = all.len();
-                let touches = |piece: &Piece| {
-                    let reach = piece.reach(brook);
+                let touches = |[from, to]: [[f64; 2]; 2], reach: f64| {
                     [0, 1].into_iter().all(|axis| {
-                        let (from, to) = (piece.from[axis], piece.from[axis] + piece.along[axis]);
-                        from.max(to) + reach >= low[axis] && from.min(to) - reach <= high[axis]
+                        from[axis].max(to[axis]) + reach >= low[axis] && from[axis].min(to[axis]) - reach <= high[axis]
                     })
                 };
-                all.extend(self.pieces_between(channel, channels.len() as u32, origin).filter(touches));
+                // Most are further than any may be.
+                let pieces = self.pieces_where(channel, channels.len() as u32, origin, |ends| touches(ends, widest));
+                let reaches = |piece: &Piece| {
+                    let to = [0, 1].map(|axis| piece.from[axis] + piece.along[axis]);
+                    touches([piece.from, to], piece.reach(brook))
+                };
+                all.extend(pieces.filter(reaches));
                 if all.len() > before {
                     channels.push(Arc::clone(channel));
                 }
@@ -292,10 +296,19 @@ impl Network {
         Pieces { origin, channels, all }
     }
 
-    /// The pieces of a channel that has that number, but for those without a length.
-    fn pieces_between(&self, channel: &Channel, number: u32, origin: Point) -> impl Iterator<Item = Piece> {
+    /// The pieces of a channel that has that number, but for those without a length, of those whose ends are wanted.
+    fn pieces_where(
+        &self,
+        channel: &Channel,
+        number: u32,
+        origin: Point,
+        wanted: impl Fn([[f64; 2]; 2]) -> bool,
+    ) -> impl Iterator<Item = Piece> {
         channel.knots.windows(2).enumerate().filter_map(move |(knot, pair)| {
             let (from, to) = (pair[0].at.from(origin), pair[1].at.from(origin));
+            if !wanted([from, to]) {
+                return None;
+            }
             let along = [to[0] - from[0], to[1] - from[1]];
             let square = along[0] * along[0] + along[1] * along[1];
             let values = |value: &dyn Fn(&Knot) -> f64| {
@@ -347,7 +360,8 @@ impl Network {
         let main = self.trunks.drained(to).main;
         let others: Vec<Arc<Channel>> = main.into_iter().chain([to]).filter_map(|id| self.free_trunk(id)).collect();
         let origin = trunk.knots[0].at;
-        let pieces: Vec<Piece> = others.iter().flat_map(|other| self.pieces_between(other, 0, origin)).collect();
+        let pieces: Vec<Piece> =
+            others.iter().flat_map(|other| self.pieces_where(other, 0, origin, |_| true)).collect();
         for index in (0..trunk.knots.len() - 1).rev() {
             let (below, here) = (trunk.knots[index + 1], trunk.knots[index]);
             let hill_slope = self.fields.hill_slope(self.fields.uplift(here.at)).min(trunk.hill_slope);

@@ -117,10 +117,9 @@ impl Columns {
         number.clear();
     }
 
-    /// Adds a piece that is given in grains, but for its reach in metres.
-    fn push(&mut self, fields: &Fields, piece: &Piece, reach: f32, number: u32, origin: [f64; 2]) {
+    /// Adds a piece that is given in grains, from the pieces' own origin, by the reach of a brook in grains.
+    fn push(&mut self, fields: &Fields, piece: &Piece, number: u32, brook: f64) {
         let metres = fields.metres_a_grain();
-        let Piece { from, along, .. } = piece;
         let pair = |[upper, change]: [f64; 2]| [upper as f32, change as f32];
         let level = pair(piece.level_m);
         let trough = pair(piece.trough.map(|grains| grains * metres));
@@ -132,10 +131,10 @@ impl Columns {
         let upper = half_width(0.0);
         let river = pair([upper, half_width(1.0) - upper]);
         let lake = pair(piece.lake.map(|grains| grains * metres));
-        let along = along.map(|part| (part * metres) as f32);
+        let along = piece.along.map(|part| (part * metres) as f32);
         let square = along[0] * along[0] + along[1] * along[1];
         for axis in [0, 1] {
-            self.from[axis].push(((from[axis] - origin[axis]) * metres) as f32);
+            self.from[axis].push((piece.from[axis] * metres) as f32);
             self.along[axis].push(along[axis]);
             self.level[axis].push(level[axis]);
             self.trough[axis].push(trough[axis]);
@@ -145,14 +144,15 @@ impl Columns {
         self.per_square.push(1.0 / square);
         let change = |pair: [f32; 2]| pair[1].abs() / square.sqrt();
         self.steepness.push(change(level) + change(trough) + change(river) + change(lake));
-        self.reach.push(reach);
+        self.reach.push((piece.reach(brook) * metres) as f32);
         self.channel.push(piece.channel);
         self.number.push(number);
     }
 
-    fn push_from(&mut self, other: &Columns, index: usize) {
+    /// Adds a piece of others that begins there.
+    fn push_from(&mut self, other: &Columns, index: usize, from: [f32; 2]) {
         for axis in [0, 1] {
-            self.from[axis].push(other.from[axis][index]);
+            self.from[axis].push(from[axis]);
             self.along[axis].push(other.along[axis][index]);
             self.level[axis].push(other.level[axis][index]);
             self.trough[axis].push(other.trough[axis][index]);
@@ -200,8 +200,11 @@ impl Kernel for FillValleys<'_> {
     fn run<S: Simd>(self, simd: S) {
         let (across, down) = (BLOCK.0 * PATCH.0, BLOCK.1 * PATCH.1);
         let Area { x0, y0, x1, y1 } = self.area;
-        let mut bounds = Bounds::default();
-        let (mut block, mut patch) = (Columns::default(), Columns::default());
+        let mut work = Work::default();
+        let brook = self.brook_reach_m / self.fields.metres_a_grain();
+        for (number, piece) in self.pieces.all.iter().enumerate() {
+            work.all.push(self.fields, piece, number as u32, brook);
+        }
         let mut this = self;
         let mut y = y0.div_euclid(down as i64) * down as i64;
         while y < y1 {
@@ -214,12 +217,21 @@ impl Kernel for FillValleys<'_> {
                     x1: (x + across as i64).min(x1),
                     y1: (y + down as i64).min(y1),
                 };
-                this.block(simd, [x, y], part, &mut block, &mut patch, &mut bounds);
+                this.block(simd, [x, y], part, &mut work);
                 x += across as i64;
             }
             y += down as i64;
         }
     }
+}
+
+/// The pieces of an area, those that matter to a block and to a patch of it, and their bounds there.
+#[derive(Default)]
+struct Work {
+    all: Columns,
+    block: Columns,
+    patch: Columns,
+    bounds: Bounds,
 }
 
 /// The bounds of pieces over a group of vertices.
@@ -236,15 +248,8 @@ impl FillValleys<'_> {
     }
 
     #[inline(always)]
-    fn block<S: Simd>(
-        &mut self,
-        simd: S,
-        corner: [i64; 2],
-        part: Area,
-        block: &mut Columns,
-        patch: &mut Columns,
-        bounds: &mut Bounds,
-    ) {
+    fn block<S: Simd>(&mut self, simd: S, corner: [i64; 2], part: Area, work: &mut Work) {
+        let Work { all, block, patch, bounds } = work;
         let corner_point = Point::at_vertex(corner[0] * self.step, corner[1] * self.step);
         let offset = corner_point.from(self.pieces.origin);
         let spread = self.spread(corner, part);
@@ -253,15 +258,15 @@ impl FillValleys<'_> {
         let metres = self.fields.metres_a_grain();
         let around = (spread.radius * 1.01) as f64;
         for (number, piece) in self.pieces.all.iter().enumerate() {
-            let Piece { from, along, .. } = piece;
-            let reach = piece.reach(self.brook_reach_m / metres) * metres;
+            let reach = all.reach[number] as f64 + around;
+            let from = [0, 1].map(|axis| (piece.from[axis] - offset[axis]) * metres);
             let near = |axis: usize| {
-                let start = (from[axis] - offset[axis]) * metres - spread.middle[axis] as f64;
-                let end = start + along[axis] * metres;
-                start.min(end) <= reach + around && start.max(end) >= -reach - around
+                let start = from[axis] - spread.middle[axis] as f64;
+                let end = start + piece.along[axis] * metres;
+                start.min(end) <= reach && start.max(end) >= -reach
             };
             if near(0) && near(1) {
-                block.push(self.fields, piece, reach as f32, number as u32, offset);
+                block.push_from(all, number, from.map(|part| part as f32));
             }
         }
         block.pad();
@@ -425,7 +430,7 @@ impl FillValleys<'_> {
 fn keep(pieces: &Columns, bounds: &Bounds, least_m: f32, into: &mut Columns) {
     for index in 0..pieces.number.len() {
         if bounds.low[index] <= 0.0 && bounds.left[index] >= least_m && pieces.number[index] != u32::MAX {
-            into.push_from(pieces, index);
+            into.push_from(pieces, index, [pieces.from[0][index], pieces.from[1][index]]);
         }
     }
 }
