@@ -13,9 +13,9 @@
 //!                     coast, gullies, strata, ceiling, beds  -->  Land: heights and water
 //! ```
 //!
-//! Everything is a pure function of the seed and of lattice ids. A vertex depends on the pieces of channels within
-//! [`Fluvial::reach_m`] of it, a channel on those of coarser levels within a few cells, and a trunk on its whole basin,
-//! which is flooded and remembered.
+//! Everything is a pure function of the seed and of lattice ids. A vertex depends on the pieces of channels whose
+//! [reach](network::Piece::reach) holds it, a channel on those of coarser levels within a few cells, and a trunk on its
+//! whole basin, which is flooded and remembered.
 
 pub mod fields;
 mod ground;
@@ -117,7 +117,7 @@ mod stream {
     pub const NETWORK: u64 = 10 << 32;
 }
 
-/// Cells of the finest level within which a brook can matter to a vertex.
+/// Cells of the finest level within which a brook can matter to a vertex; among millions, a few are reached over five.
 const REACH_CELLS: i64 = 6;
 
 /// Vertices from one place to the next at which the slope of the hills is known.
