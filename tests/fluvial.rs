@@ -139,6 +139,22 @@ fn rivers_cut_into_the_lowlands_of_the_coast() {
     assert!(above * 50 < rivers, "{above} of {rivers} vertices of rivers are higher than both banks");
 }
 
+#[test]
+fn lakes_lie_along_their_main_river() {
+    let mut others = 0;
+    for (name, world) in worlds(4) {
+        let fluvial = fluvial(&world);
+        for channel in channels(&world, 6000).values() {
+            let Some((node, is_main)) = channel.next.filter(|(node, _)| fluvial.has_lake(*node)) else { continue };
+            let lower = &channel.knots[channel.knots.len() / 2..];
+            let wide = lower.iter().filter(|knot| knot.lake > 0.0).count();
+            assert_eq!(is_main, wide > 2, "{name}: {wide} knots of a trunk to {node:?} are lakes");
+            others += u32::from(!is_main);
+        }
+    }
+    assert!(others > 3, "{others} rivers come to lakes from the side");
+}
+
 /// All channels whose bounds touch a square at the origin of some vertices a side.
 fn channels(world: &World, side: i64) -> BTreeMap<(u32, i64, i64), Arc<Channel>> {
     let mut all = BTreeMap::new();

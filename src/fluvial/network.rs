@@ -104,8 +104,8 @@ const LEFT_OUT: f64 = 0.15;
 /// `JOIN_CELLS * sqrt(1 + SLANT^2)`, and wanders by less than a cell.
 const REACH_CELLS: (f64, f64) = (2.5, 5.0);
 
-/// Half widths of a lake, as shares of that at its node, from there on along the trunks on either side; at the next knot
-/// it is as narrow as their rivers. So the water is level just as far as there is a lake.
+/// Half widths of a lake, as shares of that at its node, from there on along the main river on either side; at the next
+/// knot it is as narrow as that. So the water is level just as far as there is a lake.
 const LAKE_SHAPE: [f64; 4] = [1.0, 0.94, 0.78, 0.5];
 
 /// Half width of a lake where it ends, as a share of the least that a lake has: of two that are equal rounding would choose.
@@ -264,7 +264,8 @@ impl Network {
         chunk.channels.iter().find(|channel| channel.id == (level, x, y)).cloned()
     }
 
-    /// The pieces of the first `levels` levels whose [reach](Piece::reach) touches a rectangle, relative to `origin`.
+    /// The pieces of the first `levels` levels whose [reach](Piece::reach), by `brook` grains, touches a rectangle, relative
+    /// to `origin`.
     pub fn pieces(&self, levels: u32, rectangle: [Point; 2], origin: Point, brook: f64) -> Pieces {
         let [low, high] = rectangle.map(|corner| corner.from(origin));
         let (mut channels, mut all) = (Vec::new(), Vec::new());
@@ -499,8 +500,10 @@ impl Network {
         let length_m = length(straight) * self.fields.metres_a_grain();
         // What comes from above; a spring has a quarter of its cell.
         let area_above = (drained.area as f64 - 1.0).max(0.25);
-        let lake = |step: usize, half_width: f64, least: f64| match LAKE_SHAPE.get(step) {
-            _ if half_width == 0.0 || step > LAKE_SHAPE.len() => 0.0,
+        // A lake lies along the main river; in the mouths of the others it soon ends, so that it is no star.
+        let mouth_shape = if is_main { &LAKE_SHAPE[..] } else { &LAKE_SHAPE[..1] };
+        let lake = |shape: &[f64], step: usize, half_width: f64, least: f64| match shape.get(step) {
+            _ if half_width == 0.0 || step > shape.len() => 0.0,
             Some(share) => share * half_width,
             None => LAKE_END * least,
         };
@@ -516,11 +519,13 @@ impl Network {
             let drowned_m = (t - dry).max(0.0) * length_m * DROWNED_SLOPE;
             let area = area_above + (drained.area as f64 - area_above) * t;
             let least = self.fields.least_lake(area);
+            let lakes =
+                [lake(&LAKE_SHAPE, step, drained.lake, least), lake(mouth_shape, pieces - step, below_lake, least)];
             Knot {
                 at: here.at.moved(way),
                 level_m: drained.level_m - fall_m * fallen - drowned_m,
                 area,
-                lake: lake(step, drained.lake, least).max(lake(pieces - step, below_lake, least)),
+                lake: lakes[0].max(lakes[1]),
             }
         };
         let knots: Vec<Knot> = (0..=pieces).map(knot).collect();
@@ -541,9 +546,12 @@ impl Network {
         // Of its length, to the side.
         const BULGE: f64 = 0.2;
         let way = to.from(from);
-        let in_bay = drained.sea_at.is_some() && self.fields.potential(to) >= self.fields.sea_potential();
-        if !self.fields.has_sea() || in_bay {
-            return if in_bay { 0.0 } else { 1.0 };
+        if !self.fields.has_sea() {
+            return 1.0;
+        }
+        if drained.sea_at.is_some() && self.fields.potential(to) >= self.fields.sea_potential() {
+            // To a bay.
+            return 0.0;
         }
         let bulge_m = BULGE * length(way) * self.fields.metres_a_grain();
         let room = |place: u32| {
