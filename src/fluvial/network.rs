@@ -493,15 +493,17 @@ impl Network {
         let in_bay = drained.sea_at.is_some() && !there.sea;
         let (below_m, below_lake) =
             if drained.sea_at.is_some() { (self.fields.sea_level_m(), 0.0) } else { (below.level_m, below.lake) };
-        let lake_share = LAKE_SHAPE.len() as f64 / pieces as f64;
-        let falls =
-            [if drained.lake > 0.0 { lake_share } else { 0.0 }, if below_lake > 0.0 { 1.0 - lake_share } else { dry }];
+        // A lake lies along the main river; in the mouths of the others it soon ends, so that it is no star.
+        let mouth_shape = if is_main { &LAKE_SHAPE[..] } else { &LAKE_SHAPE[..1] };
+        let part = |shape: &[f64]| shape.len() as f64 / pieces as f64;
+        let falls = [
+            if drained.lake > 0.0 { part(&LAKE_SHAPE) } else { 0.0 },
+            if below_lake > 0.0 { 1.0 - part(mouth_shape) } else { dry },
+        ];
         let fall_m = drained.level_m - below_m;
         let length_m = length(straight) * self.fields.metres_a_grain();
         // What comes from above; a spring has a quarter of its cell.
         let area_above = (drained.area as f64 - 1.0).max(0.25);
-        // A lake lies along the main river; in the mouths of the others it soon ends, so that it is no star.
-        let mouth_shape = if is_main { &LAKE_SHAPE[..] } else { &LAKE_SHAPE[..1] };
         let lake = |shape: &[f64], step: usize, half_width: f64, least: f64| match shape.get(step) {
             _ if half_width == 0.0 || step > shape.len() => 0.0,
             Some(share) => share * half_width,
