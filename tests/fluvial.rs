@@ -140,6 +140,23 @@ fn rivers_cut_into_the_lowlands_of_the_coast() {
 }
 
 #[test]
+fn dry_brooks_leave_no_land_between_the_banks_of_a_wide_river() {
+    let area = Area::new(1736, 2198, 350, 350);
+    let kinds = land(&world("plains", 4), area).water.unwrap().kind;
+    let (mut rivers, mut spurs) = (0, 0);
+    for y in area.y0 + 2..area.y1 - 2 {
+        for x in area.x0 + 2..area.x1 - 2 {
+            let is_river = |dx: i64, dy: i64| kinds.at(x + dx, y + dy) == WaterKind::River;
+            rivers += u32::from(is_river(0, 0));
+            let between = is_river(-2, 0) && is_river(2, 0) || is_river(0, -2) && is_river(0, 2);
+            spurs += u32::from(kinds.at(x, y) == WaterKind::Dry && between);
+        }
+    }
+    assert!(rivers > 5000, "{rivers} vertices of rivers");
+    assert!(spurs * 300 < rivers, "{spurs} vertices of land between {rivers} of rivers");
+}
+
+#[test]
 fn lakes_lie_along_their_main_river() {
     let mut others = 0;
     for (name, world) in worlds(4) {

@@ -390,11 +390,13 @@ impl Fluvial {
                 let (number, share, distance_m) = if inside { own } else { beside().unwrap_or(own) };
                 let piece = &pieces.all[number];
                 let channel = &pieces.channels[piece.channel as usize];
-                // At its mouth a channel is as deep as what it runs into: a dry one is a notch in its bank.
+                // At its mouth a channel is as deep as what it runs into: a dry one is a notch in its bank, and between
+                // the banks there is only that.
                 let last = piece.knot as usize + 2 == channel.knots.len();
                 let left_m = (1.0 - share) * point::length(piece.along) * self.fields.metres_a_grain();
-                let at_mouth = last && left_m <= 2.0 * least_half as f64;
-                let own_area = mix(piece.area, share);
+                let between_banks = last && left_m <= self.fields.river_width_m(channel.mouth_area) / 2.0;
+                let at_mouth = between_banks || last && left_m <= 2.0 * least_half as f64;
+                let own_area = if between_banks { channel.mouth_area } else { mix(piece.area, share) };
                 let area_here = if at_mouth { channel.mouth_area } else { own_area };
                 let discharge = self.fields.discharge_m3s(area_here);
                 let half_m = self.fields.river_width_m(area_here) as f32 / 2.0;
