@@ -277,7 +277,7 @@ fn blender_gets_meshes_and_a_script() {
         "mesh/tile_lod1_x1_y0.glb",
     ];
     assert_eq!(bake.files(), expected.into());
-    assert_eq!(bake.read("import_terrane.py"), include_bytes!("../src/export/profile/import_terrane.py"));
+    assert_eq!(bake.read("import_terrane.py"), include_bytes!("../../src/export/profile/import_terrane.py"));
 }
 
 /// Runs the command in a folder and gives exit code, and what it said.

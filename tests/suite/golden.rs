@@ -1,6 +1,6 @@
 //! The bytes of every preset, as hashes: no change to them goes unnoticed, on no machine and in no build.
 //!
-//! `TERRANE_ACCEPT=1 cargo test --release --test golden` writes the hashes of today into `tests/golden.txt`. A change there is a
+//! `TERRANE_ACCEPT=1 cargo test --release --test suite golden` writes the hashes of today into `tests/golden.txt`. A change there is a
 //! change of every world that users have: it belongs in CHANGELOG.md.
 
 use std::fmt::Write;
@@ -37,10 +37,10 @@ fn every_preset_has_its_golden_bytes() {
     }
     let golden = fs::read_to_string(&path).unwrap_or_default();
     for (line, expected) in lines.lines().zip(golden.lines()) {
-        assert_eq!(line, expected, "if the change is meant: TERRANE_ACCEPT=1 cargo test --release --test golden");
+        assert_eq!(line, expected, "if the change is meant: TERRANE_ACCEPT=1 cargo test --release --test suite golden");
     }
     if !cfg!(debug_assertions) {
-        let hint = "TERRANE_ACCEPT=1 cargo test --release --test golden";
+        let hint = "TERRANE_ACCEPT=1 cargo test --release --test suite golden";
         assert_eq!(lines.lines().count(), golden.lines().count(), "{hint}");
     }
 }

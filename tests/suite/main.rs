@@ -1,0 +1,18 @@
+//! All integration tests in one binary, so that they link once: a file a subject.
+
+mod agents;
+mod cli;
+mod far;
+mod features;
+mod fluvial;
+mod golden;
+mod meshes;
+mod places;
+mod presets;
+mod profiles;
+mod range;
+mod seams;
+mod simd;
+mod vector;
+mod walker;
+mod water;
