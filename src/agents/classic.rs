@@ -15,7 +15,7 @@ use crate::agents::way::{Imprint, Way, WayKind};
 use crate::agents::{Direction, Ground};
 use crate::area::{Area, TileId};
 use crate::grid::Grid;
-use crate::hash;
+use crate::hash::{self, Stream};
 use crate::world::World;
 
 /// Nodes that an agent may have in one tile, per cell of the tile's side: one that has more walks in circles. Times
@@ -29,9 +29,6 @@ const MARGIN_CELLS: u32 = 12;
 
 /// Cells that a step over an edge is drawn out to both sides, so that it closes the gap that faded ways leave.
 const CROSSING_CELLS: i64 = 3;
-
-/// Streams of chance for rivers and roads, far from those of the relief.
-const CHANCE: u64 = 4 << 32;
 
 /// A tile that is being made, as agents need it.
 pub(super) struct Site<'a> {
@@ -129,10 +126,9 @@ impl<'a> Site<'a> {
             WayKind::River => preset.rivers.as_ref()?.density,
             WayKind::Road => preset.roads.as_ref()?.density,
         };
-        let chance = hash::stream(self.world.seed(), CHANCE + kind as u64);
-        let chance = hash::stream(hash::stream(chance, self.id.x as u64), self.id.y as u64);
-        // The upper 53 bits are a share from 0 to 1, 1 excluded.
-        if (chance >> 11) as f64 / (1u64 << 53) as f64 >= density {
+        let stream = hash::stream(self.world.seed(), Stream::WalkerAgent.of(kind as u64));
+        let chance = hash::lattice(stream, self.id.x, self.id.y);
+        if hash::share(chance) >= density {
             return None;
         }
         let start = match kind {

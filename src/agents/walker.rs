@@ -21,7 +21,7 @@ use crate::error::Error;
 use crate::export::DeviceProfile;
 use crate::fluvial::Land;
 use crate::grid::Grid;
-use crate::hash;
+use crate::hash::{self, Stream};
 use crate::tile::Tile;
 use crate::world::{HEIGHT_PAD, World};
 
@@ -305,7 +305,8 @@ impl<'w> Walker<'w> {
         match (along_south, east.signum(), south.signum()) {
             // The first tile of all grows to all sides.
             (_, 0, 0) => {
-                Direction::ALL[(hash::stream(self.world.seed(), hash::mix(id.x as u64) ^ id.y as u64) % 4) as usize]
+                let stream = hash::stream(self.world.seed(), Stream::WalkerGrowth);
+                Direction::ALL[(hash::lattice(stream, id.x, id.y) % 4) as usize]
             }
             (true, _, 1) => Direction::South,
             (true, ..) => Direction::North,

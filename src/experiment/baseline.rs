@@ -44,7 +44,7 @@ impl TableNoise {
         let mut order: [u8; 256] = std::array::from_fn(|index| index as u8);
         // Fisher and Yates.
         for last in (1..order.len()).rev() {
-            let other = hash::stream(seed, last as u64) % (last as u64 + 1);
+            let other = hash::combine(seed, last as u64) % (last as u64 + 1);
             order.swap(last, other as usize);
         }
         let permutation: [u8; 512] = std::array::from_fn(|index| order[index & 255]);

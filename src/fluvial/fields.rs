@@ -2,7 +2,7 @@
 
 use super::point::{GRAINS, Point, PointNoise};
 use super::settings::FluvialSettings;
-use crate::hash;
+use crate::hash::{self, Stream};
 use crate::preset::Preset;
 
 /// The slowly varying fields, and the laws that make slopes and widths of them.
@@ -37,19 +37,13 @@ const COAST_INCISION: f64 = 0.7;
 /// What the rounding of a valley's floor is less wide than, as a share of a trunk cell's side.
 const WIDEST_TROUGH: f64 = 0.3;
 
-/// Streams of chance.
-mod stream {
-    pub const POTENTIAL: u64 = 6 << 32;
-    pub const UPLIFT: u64 = 7 << 32;
-}
-
 impl Fields {
     /// The fields of a checked preset that has fluvial relief, its defaults filled in.
     pub fn new(preset: &Preset, settings: &FluvialSettings, seed: u64) -> Fields {
         let metres_a_grain = preset.spacing_m / GRAINS as f64;
         let finest_vertices = (settings.trunk_m / preset.spacing_m / (1u64 << settings.levels) as f64).round().max(1.0);
         let basin_m = settings.basin_m.unwrap_or(5.0 * settings.trunk_m);
-        let noise = |wavelength_m: f64, octaves, stream| {
+        let noise = |wavelength_m: f64, octaves, stream: Stream| {
             PointNoise::new((wavelength_m / metres_a_grain).round() as i64, octaves, hash::stream(seed, stream))
         };
         let mask = &settings.uplift.mask;
@@ -58,8 +52,8 @@ impl Fields {
             settings: settings.clone(),
             metres_a_grain,
             finest: finest_vertices as i64 * GRAINS,
-            potential: noise(basin_m, octaves, stream::POTENTIAL),
-            uplift: noise(mask.wavelength_m, mask.octaves, stream::UPLIFT),
+            potential: noise(basin_m, octaves, Stream::Potential),
+            uplift: noise(mask.wavelength_m, mask.octaves, Stream::Uplift),
             sea: preset.sea_level_m.map(|level_m| Sea { level_m, metres_a_unit: basin_m / 2.0 }),
             base_m: preset.sea_level_m.unwrap_or(0.0) + settings.base_m,
         }

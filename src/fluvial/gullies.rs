@@ -9,7 +9,7 @@
 use crate::area::Area;
 use crate::fluvial::fields::Fields;
 use crate::fluvial::valley::Valleys;
-use crate::hash;
+use crate::hash::{self, Stream};
 use crate::noise::{Fractal, FractalKind, FractalSpec, Stripes};
 use crate::simd::{Kernel, Simd, dispatch};
 
@@ -29,12 +29,6 @@ struct Octave {
     depth_m: f32,
     /// What `flank` is multiplied by to give the slope across the stripes where the hillside's slope is 1.
     slope: f32,
-}
-
-/// Streams of chance: the octaves follow on from the first.
-mod stream {
-    pub const STRIPES: u64 = 11 << 32;
-    pub const ROUGHNESS: u64 = 12 << 32;
 }
 
 /// Wavelength of the first octave in cells of the finest level, and how many times shorter each further one is.
@@ -63,7 +57,7 @@ impl Gullies {
         while wave_m >= SHORTEST * spacing_m && octaves.len() < 3 {
             let depth_m = strength * DEPTH * wave_m;
             octaves.push(Octave {
-                stripes: Stripes::new(wave_m, spacing_m, hash::stream(seed, stream::STRIPES + octaves.len() as u64)),
+                stripes: Stripes::new(wave_m, spacing_m, hash::stream(seed, Stream::Gullies.of(octaves.len() as u64))),
                 depth_m: depth_m as f32,
                 slope: (depth_m * std::f64::consts::PI / wave_m) as f32,
             });
@@ -76,7 +70,7 @@ impl Gullies {
             FractalSpec { kind: FractalKind::Fbm, octaves: count, wavelength_m: rough_wave_m, lacunarity: 2.0, h: 1.0 };
         Some(Gullies {
             octaves,
-            roughness: Fractal::new(&spec, spacing_m, hash::stream(seed, stream::ROUGHNESS)),
+            roughness: Fractal::new(&spec, spacing_m, hash::stream(seed, Stream::Roughness)),
             rough_m: (strength * ROUGHNESS * rough_wave_m) as f32,
             spacing_m: spacing_m as f32,
         })

@@ -36,7 +36,7 @@ use std::sync::Arc;
 use crate::area::Area;
 use crate::clock::Clock;
 use crate::grid::Grid;
-use crate::hash;
+use crate::hash::{self, Stream};
 use crate::preset::Preset;
 use crate::simd::dispatch;
 use fields::{COAST_STEP, Fields};
@@ -112,11 +112,6 @@ pub enum WaterKind {
     Sea,
 }
 
-/// Streams of chance.
-mod stream {
-    pub const NETWORK: u64 = 10 << 32;
-}
-
 /// Cells of the finest level within which a brook can matter to a vertex; among millions, a few are reached over five.
 const REACH_CELLS: i64 = 6;
 
@@ -145,7 +140,7 @@ impl Fluvial {
         let fields = Arc::new(Fields::new(preset, settings, seed));
         Fluvial {
             spacing_m: preset.spacing_m,
-            network: Network::new(Arc::clone(&fields), hash::stream(seed, stream::NETWORK)),
+            network: Network::new(Arc::clone(&fields), hash::stream(seed, Stream::Network)),
             warp: Warp::new(&fields, preset.spacing_m, seed),
             gullies: Gullies::new(&fields, preset.spacing_m, seed),
             lift: Lift::new(settings, seed),
@@ -562,6 +557,7 @@ struct Lift {
 impl Lift {
     fn new(settings: &FluvialSettings, seed: u64) -> Lift {
         let knee_m = settings.knee * settings.ceiling_m;
+        let seed = hash::stream(seed, Stream::Strata);
         Lift { strata: settings.strata.clone(), seed, knee_m, room_m: settings.ceiling_m - knee_m }
     }
 
@@ -573,7 +569,7 @@ impl Lift {
                 let layer = layers.floor();
                 let within = layers - layer;
                 // No two layers are alike.
-                let cliff = strata.cliff * (0.4 + 0.6 * point::chance(self.seed, (layer as i64, 0), 0));
+                let cliff = strata.cliff * (0.4 + 0.6 * hash::share(hash::lattice(self.seed, layer as i64, 0)));
                 let bench = 1.0 - cliff / strata.steepness;
                 let risen = if within < bench {
                     within * ((1.0 - cliff) / bench)

@@ -19,6 +19,7 @@ use super::fields::Fields;
 use super::point::{GRAINS, Point, chance, length};
 use super::trunk::{Drained, LEAST_SLOPE, NodeId, Trunks, neighbours};
 use super::wander::{self, Line};
+use crate::hash::{self, Draw};
 use crate::memory::Memory;
 
 /// The id of a channel: its level, and the cell of that level's lattice that holds its head.
@@ -117,9 +118,6 @@ const INCISION: f64 = 0.7;
 
 /// How steep a bed is that goes on under the sea.
 const DROWNED_SLOPE: f64 = 0.002;
-
-/// Streams of chance: a level's begin at its multiple of this.
-const CHANNELS_A_LEVEL: u64 = 1 << 8;
 
 /// The channels of a world.
 #[derive(Debug)]
@@ -577,10 +575,10 @@ impl Network {
         let width = self.fields.river_width_m(knots[pieces].area) / self.fields.metres_a_grain();
         let wave = (11.0 * width).max(5.0 * piece);
         let id = (trunk.id.1, trunk.id.2);
-        let mut phase = chance(self.seed, id, 8);
+        let mut phase = chance(self.seed, id, Draw::MeanderPhase, 0);
         for step in 1..pieces {
             // Waves differ in length from one to the next.
-            phase += piece / wave * (0.7 + 0.6 * chance(self.seed.wrapping_add(step as u64), id, 9));
+            phase += piece / wave * (0.7 + 0.6 * chance(self.seed.wrapping_add(step as u64), id, Draw::MeanderWave, 0));
             // Straight where it begins and ends, and in lakes.
             let ends = (8.0 * step.min(pieces - step) as f64 / pieces as f64).min(1.0);
             let shore = if knots[step].lake > 0.0 { 0.0 } else { 1.0 };
@@ -681,12 +679,12 @@ impl Network {
     /// Where the tributary of a cell begins and may end, if there is one, given the pieces of the levels above around it.
     fn draft(&self, level: u32, id: NodeId, above: &Pieces) -> Option<Draft> {
         let (fields, cell) = (&self.fields, self.fields.side(level));
-        let seed = self.seed.wrapping_add(level as u64 * CHANNELS_A_LEVEL);
-        if chance(seed, id, 2) < LEFT_OUT {
+        let seed = hash::network_level(self.seed, level);
+        if chance(seed, id, Draw::Choice, 0) < LEFT_OUT {
             return None;
         }
         let corner = Point { x: id.0 * cell, y: id.1 * cell };
-        let head = corner.moved([0, 1].map(|axis| (0.1 + 0.8 * chance(seed, id, axis)) * cell as f64));
+        let head = corner.moved([0, 1].map(|axis| (0.1 + 0.8 * chance(seed, id, Draw::Head, axis)) * cell as f64));
         if fields.potential(head) < fields.sea_potential() {
             return None;
         }
@@ -742,7 +740,7 @@ impl Network {
     /// A tributary along its course, given the pieces of the levels above and the courses of its own around it.
     fn tributary(&self, level: u32, course: &Course, above: &Pieces, courses: &[(NodeId, Line)]) -> Channel {
         let (fields, cell) = (&self.fields, self.fields.side(level));
-        let seed = self.seed.wrapping_add(level as u64 * CHANNELS_A_LEVEL);
+        let seed = hash::network_level(self.seed, level);
         let origin = above.origin;
         let &Course { cell: id, head, end: End { foot, shore, level_m, mouth, mouth_area } } = course;
         let way = head.from(shore);

@@ -15,6 +15,7 @@ use std::sync::Arc;
 
 use super::fields::Fields;
 use super::point::{Point, chance};
+use crate::hash::Draw;
 use crate::memory::Memory;
 
 /// A node of the trunk lattice: column and row.
@@ -124,7 +125,7 @@ impl Trunks {
 
     fn make_node(&self, id: NodeId) -> Node {
         let side = self.fields.side(0);
-        let offset = |channel| 0.5 + 2.0 * JITTER * (chance(self.seed, id, channel) - 0.5);
+        let offset = |axis| 0.5 + 2.0 * JITTER * (chance(self.seed, id, Draw::Head, axis) - 0.5);
         let corner = Point { x: id.0 * side, y: id.1 * side };
         let at = corner.moved([offset(0) * side as f64, offset(1) * side as f64]);
         let potential = self.fields.potential(at);
@@ -250,10 +251,10 @@ impl Trunks {
     fn lake(&self, id: NodeId) -> f64 {
         let node = self.node(id);
         let hollow = self.lowest_neighbour(id).is_none();
-        if node.sea || !(hollow || chance(self.seed, id, 2) < self.fields.settings().lakes) {
+        if node.sea || !(hollow || chance(self.seed, id, Draw::Choice, 0) < self.fields.settings().lakes) {
             return 0.0;
         }
-        self.fields.lake_half_width() * (0.4 + 0.6 * chance(self.seed, id, 3))
+        self.fields.lake_half_width() * (0.4 + 0.6 * chance(self.seed, id, Draw::LakeWidth, 0))
     }
 
     /// All nodes of a sink with their areas and levels.

@@ -7,6 +7,7 @@
 //! displacement).
 
 use super::point::{chance, length};
+use crate::hash::Draw;
 
 /// How far the middle of a stretch lies to the side at most, as a share of its length.
 ///
@@ -26,7 +27,7 @@ pub fn offsets(seed: u64, id: (i64, i64), pieces: usize) -> Vec<f64> {
         let swing = SWING * stretch as f64 / pieces as f64;
         for from in (0..pieces).step_by(stretch) {
             let middle = from + stretch / 2;
-            let side = 2.0 * chance(seed, id, 16 + middle as u64) - 1.0;
+            let side = 2.0 * chance(seed, id, Draw::Swing, middle as u64) - 1.0;
             offsets[middle] = f64::midpoint(offsets[from], offsets[from + stretch]) + swing * side;
         }
         stretch /= 2;

@@ -7,7 +7,7 @@
 use crate::area::Area;
 use crate::fluvial::fields::Fields;
 use crate::fluvial::point::{GRAINS, Point, length};
-use crate::hash;
+use crate::hash::{self, Stream};
 use crate::memory::Memory;
 use crate::noise::{Fractal, FractalKind, FractalSpec};
 
@@ -19,12 +19,6 @@ pub struct Warp {
     distance_m: f32,
     spacing_m: f64,
     patches: Memory<(i64, i64), [Vec<f32>; 2]>,
-}
-
-/// Streams of chance.
-mod stream {
-    pub const EAST: u64 = 8 << 32;
-    pub const SOUTH: u64 = 9 << 32;
 }
 
 /// Powers of two up to which the nodes of a lattice may lie apart and still be displaced at once.
@@ -40,8 +34,8 @@ impl Warp {
         let spec =
             FractalSpec { kind: FractalKind::Fbm, octaves: 5, wavelength_m: 16.0 * finest_m, lacunarity: 2.0, h: 1.6 };
         let axes = |step: i64| {
-            let fractal = |stream| Fractal::new(&spec, spacing_m * step as f64, hash::stream(seed, stream));
-            [fractal(stream::EAST), fractal(stream::SOUTH)]
+            let fractal = |stream: Stream| Fractal::new(&spec, spacing_m * step as f64, hash::stream(seed, stream));
+            [fractal(Stream::FluvialWarpEast), fractal(Stream::FluvialWarpSouth)]
         };
         let steps = (0..COARSEST).map(|power| 1 << power).take_while(|step| *step as f64 * spacing_m <= finest_m);
         Warp {

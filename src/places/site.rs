@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::hash;
+use crate::hash::{self, Stream, StreamNumber};
 use crate::places::ground::{Ground, Rivers, Window};
 use crate::places::land::{FIXED, Land, Water};
 use crate::places::names;
@@ -19,8 +19,8 @@ pub struct SiteId {
 
 impl SiteId {
     /// The hash of the cell in a stream of chance.
-    pub(super) fn hash(self, seed: u64, stream: u64) -> u64 {
-        hash::mix(hash::mix(hash::stream(seed, stream) ^ self.i as u64) ^ (self.j as u64).rotate_left(32))
+    pub(super) fn hash(self, seed: u64, stream: impl Into<StreamNumber>) -> u64 {
+        hash::lattice(hash::stream(seed, stream), self.i, self.j)
     }
 }
 
@@ -82,17 +82,10 @@ impl WaterRange {
     }
 }
 
-/// Streams of chance of sites.
-mod stream {
-    pub const POSITION: u64 = 21 << 32;
-    pub const SETTLED: u64 = 22 << 32;
-    pub const CLASS: u64 = 23 << 32;
-}
-
 /// The settlement of a cell, if it has one.
 pub(super) fn site(settings: &PlacesSettings, seed: u64, ground: &Ground, land: &dyn Land, id: SiteId) -> Option<Site> {
     // Many cells are empty however good they are; of those nothing needs to be known.
-    let luck = share(id.hash(seed, stream::SETTLED));
+    let luck = hash::share(id.hash(seed, Stream::Settled));
     if luck >= settings.density {
         return None;
     }
@@ -107,7 +100,7 @@ pub(super) fn site(settings: &PlacesSettings, seed: u64, ground: &Ground, land: 
     let rivers = Rivers::new(&window, scale, range.far_m);
     // The best of all; of equals the first.
     let positions = (0..POSITIONS).map(|number| {
-        let hash = id.hash(seed, stream::POSITION | number);
+        let hash = id.hash(seed, Stream::SitePosition.of(number));
         [hash & 0xFFFF_FFFF, hash >> 32].map(|bits| edge + (bits % inner) as i64)
     });
     let worth = |at: [i64; 2]| Some((suitability(settings, ground, &window, &rivers, at.map(|at| at + around))?, at));
@@ -117,7 +110,7 @@ pub(super) fn site(settings: &PlacesSettings, seed: u64, ground: &Ground, land: 
         return None;
     }
     // Good land and luck make a town.
-    let rank = 0.5 * worth + 0.5 * share(id.hash(seed, stream::CLASS));
+    let rank = 0.5 * worth + 0.5 * hash::share(id.hash(seed, Stream::SiteClass));
     let (class, people) = match rank {
         ..0.55 => (SiteClass::Hamlet, 20.0 + 200.0 * rank),
         0.55..0.78 => (SiteClass::Village, 200.0 + 6000.0 * (rank - 0.55)),
@@ -133,11 +126,6 @@ pub(super) fn site(settings: &PlacesSettings, seed: u64, ground: &Ground, land: 
         population: people as u32,
         name: names::settlement(seed, id),
     })
-}
-
-/// A hash as a number from 0 to 1, 1 excluded.
-fn share(hash: u64) -> f64 {
-    (hash >> 11) as f64 / (1u64 << 53) as f64
 }
 
 /// How good a node is to live on, 0 to 1, or `None` where nobody could.

@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 
 use super::*;
 use crate::grid::Grid;
+use crate::hash;
 use crate::places::bed::Beds;
 use crate::places::land::{FIXED, RiverPiece, Water};
 use crate::places::road::RoadKind;
@@ -54,7 +55,7 @@ impl TestLand {
         });
         let value = |dx: i64, dy: i64| {
             let id = SiteId { i: cell[0] + dx, j: cell[1] + dy };
-            (id.hash(5, number) >> 11) as f64 / (1u64 << 53) as f64
+            hash::share(hash::lattice(hash::combine(5, number), id.i, id.j))
         };
         let north = value(0, 0) + (value(1, 0) - value(0, 0)) * east;
         let below = value(0, 1) + (value(1, 1) - value(0, 1)) * east;
@@ -65,7 +66,7 @@ impl TestLand {
     fn bends(&self, x: i64, wave_m: f64, band: i64) -> f64 {
         let wave = self.vertices(wave_m);
         let (cell, share) = (x.div_euclid(wave), x.rem_euclid(wave) as f64 / wave as f64);
-        let value = |i: i64| (SiteId { i, j: band }.hash(5, wave as u64) >> 11) as f64 / (1u64 << 53) as f64;
+        let value = |i: i64| hash::share(hash::lattice(hash::combine(5, wave as u64), i, band));
         let [a, b] = [value(cell), value(cell + 1)];
         a + (b - a) * (share * share * (3.0 - 2.0 * share))
     }
