@@ -86,6 +86,7 @@ pub mod error;
 pub mod area;
 pub mod grid;
 pub mod hash;
+pub mod geometry;
 
 mod memory;
 pub mod clock;

@@ -2,6 +2,7 @@
 
 use super::point::{GRAINS, Point, PointNoise};
 use super::settings::FluvialSettings;
+use crate::geometry::length;
 use crate::hash::{self, Stream};
 use crate::preset::Preset;
 
@@ -77,6 +78,11 @@ impl Fields {
     /// The number of levels, trunks among them.
     pub fn levels(&self) -> u32 {
         self.settings.levels + 1
+    }
+
+    /// Straight segments of a channel of a level, each about as long as the finest level's cells.
+    pub fn segments_a_channel(&self, level: u32) -> usize {
+        1 << (self.levels() - 1 - level).max(2)
     }
 
     /// Water flows from high potential to low, -1 to 1.
@@ -205,6 +211,15 @@ impl Fields {
         sea_m + COAST_INCISION * (self.coast_m(self.inland_m(at).max(0.0) as f32) as f64 - sea_m)
     }
 
+    /// The height in metres that the coast leaves the bed of a channel, from its head down: no more than further up.
+    pub fn below_coast_along_m(&self, course: impl Iterator<Item = Point>) -> Vec<f64> {
+        let lower = |most_m: &mut f64, at: Point| {
+            *most_m = most_m.min(self.below_coast_m(at));
+            Some(*most_m)
+        };
+        course.scan(f64::INFINITY, lower).collect()
+    }
+
     /// The share of the straight way from a point on land at which it comes to the sea, if it does.
     pub fn dry_share(&self, from: Point, to: Point) -> Option<f64> {
         const PLACES: usize = 16;
@@ -233,7 +248,7 @@ impl Fields {
             let difference = above(at.moved([x, y])) - above(at.moved([-x, -y]));
             difference / (2.0 * step)
         });
-        let steepness = super::point::length(slope);
+        let steepness = length(slope);
         if here <= 0.0 || here > steepness * most {
             return None;
         }

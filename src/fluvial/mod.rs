@@ -13,37 +13,44 @@
 //!                     coast, gullies, strata, ceiling, beds  -->  Land: heights and water
 //! ```
 //!
-//! Everything is a pure function of the seed and of lattice ids. A vertex depends on the pieces of channels whose
-//! [reach](network::Piece::reach) holds it, a channel on those of coarser levels within a few cells, and a trunk on its
+//! Everything is a pure function of the seed and of lattice ids. A vertex depends on the segments of channels whose
+//! [reach](Segment::reach) holds it, a channel on those of coarser levels within a few cells, and a trunk on its
 //! whole basin, which is flooded and remembered.
 
-pub mod fields;
-mod ground;
-mod gullies;
-pub mod network;
-pub mod point;
-pub mod rivers;
 pub mod settings;
-mod strahler;
-pub mod trunk;
-mod valley;
+pub mod point;
+pub mod fields;
 mod wander;
+pub mod trunk;
+pub mod channel;
+mod chunk;
+pub mod segment;
+mod trunk_course;
+mod tributary;
+pub mod network;
 mod warp;
+mod valley;
+mod gullies;
+pub mod rivers;
+mod strahler;
+mod ground;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::area::Area;
 use crate::clock::Clock;
+use crate::geometry::{length, lerp};
 use crate::grid::Grid;
 use crate::hash::{self, Stream};
 use crate::preset::Preset;
 use crate::simd::dispatch;
 use fields::{COAST_STEP, Fields};
 use gullies::Gullies;
-use network::{Network, Piece, Pieces, mix};
+use network::Network;
 use point::Point;
 use rivers::Rivers;
+use segment::{Segment, Segments};
 use settings::{FluvialSettings, Strata};
 use trunk::NodeId;
 use valley::{FillValleys, LEAST_HALF_WIDTH, PATCH, Valleys};
@@ -195,13 +202,13 @@ impl Fluvial {
 
     /// The land at all vertices of an area, with the time of each stage booked on `clock`.
     pub fn land(&self, area: Area, clock: &Clock) -> Land {
-        let pieces = clock.time("network", || self.pieces(aligned(area), 1));
-        self.land_of(&pieces, area, 1, clock)
+        let segments = clock.time("network", || self.segments(aligned(area), 1));
+        self.land_of(&segments, area, 1, clock)
     }
 
-    /// The land at the nodes of an area, which are `step` vertices apart, given the pieces of channels around it and
+    /// The land at the nodes of an area, which are `step` vertices apart, given the segments of channels around it and
     /// perhaps more.
-    fn land_of(&self, pieces: &Pieces, area: Area, step: i64, clock: &Clock) -> Land {
+    fn land_of(&self, segments: &Segments, area: Area, step: i64, clock: &Clock) -> Land {
         // Between nodes far apart nobody sees gullies.
         let gullies = self.gullies.as_ref().filter(|_| step == 1);
         // They and beds look one vertex further, at the warp alone.
@@ -217,7 +224,7 @@ impl Fluvial {
                 step,
                 warp: [&east, &south],
                 slope: &slope,
-                pieces,
+                segments,
                 brook_reach_m: self.brook_reach_m(),
                 out: &mut valleys,
             });
@@ -227,17 +234,17 @@ impl Fluvial {
         }
         let coast = clock.time("coast", || self.coast(aligned, step, &east, &south, &valleys.height_m));
         let nodes = Nodes { area: aligned, step, warp: [&east, &south], valleys: &valleys, coast_m: coast.as_deref() };
-        clock.time("water", || self.finish(area, pieces, &nodes))
+        clock.time("water", || self.finish(area, segments, &nodes))
     }
 
-    /// The pieces of channels that matter to an area of nodes, `step` vertices apart.
-    fn pieces(&self, area: Area, step: i64) -> Pieces {
+    /// The segments of channels that matter to an area of nodes, `step` vertices apart.
+    fn segments(&self, area: Area, step: i64) -> Segments {
         let metres = self.fields.metres_a_grain();
         let pad = self.warp.most_m().map(|most_m| (most_m / metres).ceil() as i64);
         let [low, high] = [(area.x0, area.y0), (area.x1, area.y1)].map(|(x, y)| Point::at_vertex(x * step, y * step));
         let rectangle =
             [Point { x: low.x - pad[0], y: low.y - pad[1] }, Point { x: high.x + pad[0], y: high.y + pad[1] }];
-        self.network.pieces(self.fields.levels(), rectangle, low, self.brook_reach_m() / metres)
+        self.network.segments(self.fields.levels(), rectangle, low, self.brook_reach_m() / metres)
     }
 
     /// The slope of the hillsides at the nodes of an area, from a coarse lattice.
@@ -316,14 +323,14 @@ impl Fluvial {
         any.then_some(coast_m)
     }
 
-    /// Metres from a piece beyond which it has neither water nor a bed, `most_half` being a brook's widest.
-    fn widest_m(&self, piece: &Piece, most_half: f32) -> f32 {
-        let lake_m = (piece.widest_lake() * self.fields.metres_a_grain()) as f32;
-        (self.fields.river_width_m(mix(piece.area, 1.0)) as f32).max(lake_m).max(most_half)
+    /// Metres from a segment beyond which it has neither water nor a bed, `most_half` being a brook's widest.
+    fn widest_m(&self, segment: &Segment, most_half: f32) -> f32 {
+        let lake_m = (segment.widest_lake() * self.fields.metres_a_grain()) as f32;
+        (self.fields.river_width_m(lerp(segment.area, 1.0)) as f32).max(lake_m).max(most_half)
     }
 
     /// Heights and water from the valleys and the coast.
-    fn finish(&self, area: Area, pieces: &Pieces, nodes: &Nodes<'_>) -> Land {
+    fn finish(&self, area: Area, segments: &Segments, nodes: &Nodes<'_>) -> Land {
         let &Nodes { area: aligned, step, warp: [east, south], valleys, coast_m: coast } = nodes;
         let settings = self.fields.settings();
         let spacing_m = self.spacing_m as f32;
@@ -335,8 +342,8 @@ impl Fluvial {
         let mut flows = Grid::filled(area, 0.0);
         let least_half = LEAST_HALF_WIDTH as f32 * spacing_m;
         let most_half = MOST_HALF_WIDTH as f32 * spacing_m;
-        let widest: Vec<f32> = pieces.all.iter().map(|piece| self.widest_m(piece, most_half)).collect();
-        let upper = UpperPieces::new(pieces);
+        let widest: Vec<f32> = segments.all.iter().map(|segment| self.widest_m(segment, most_half)).collect();
+        let upper = UpperSegments::new(segments);
         for y in area.y0..area.y1 {
             let start = (y - aligned.y0) as usize * aligned.width() + (area.x0 - aligned.x0) as usize;
             let row = start..start + area.width();
@@ -352,8 +359,8 @@ impl Fluvial {
                 let mut sea = |floor_m: f32| {
                     (heights[column], kinds[column], depths[column]) = (floor_m, WaterKind::Sea, sea_m - floor_m);
                 };
-                let number = valleys.piece[index] as usize;
-                if number >= pieces.all.len() || valleys.distance_m[index] > widest[number] {
+                let number = valleys.segment[index] as usize;
+                if number >= segments.all.len() || valleys.distance_m[index] > widest[number] {
                     let lowest_m = coast_m.min(land_m);
                     if in_sea {
                         sea(lowest_m);
@@ -364,39 +371,39 @@ impl Fluvial {
                 }
                 // In the channel, or not far from it.
                 let least_half = (BED_SHARE * nodes.apart_m(index, spacing_m)).clamp(least_half, most_half);
-                let half_m = |piece: &Piece, share: f64| {
-                    (self.fields.river_width_m(mix(piece.area, share)) as f32 / 2.0).max(least_half)
+                let half_m = |segment: &Segment, share: f64| {
+                    (self.fields.river_width_m(lerp(segment.area, share)) as f32 / 2.0).max(least_half)
                 };
                 let own = (number, valleys.share[index] as f64, valleys.distance_m[index]);
                 // Above a bend the water below it may be lower than that beside the vertex, whose bed is there all the same.
                 let beside = || {
-                    let vertex = Point::at_vertex((area.x0 + column as i64) * step, y * step).from(pieces.origin);
+                    let vertex = Point::at_vertex((area.x0 + column as i64) * step, y * step).from(segments.origin);
                     let warped = [east, south].map(|metres| metres[index] as f64 / self.fields.metres_a_grain());
-                    upper.of(pieces, number).find_map(|number| {
-                        let piece = &pieces.all[number];
+                    upper.of(segments, number).find_map(|number| {
+                        let segment = &segments.all[number];
                         // Exact whatever the origin, but for the last sum.
-                        let off = [0, 1].map(|axis| (vertex[axis] - piece.from[axis]) + warped[axis]);
-                        let (share, square) = piece.nearest_off(off);
+                        let off = [0, 1].map(|axis| (vertex[axis] - segment.from[axis]) + warped[axis]);
+                        let (share, square) = segment.nearest_off(off);
                         let distance_m = (square.sqrt() * self.fields.metres_a_grain()) as f32;
-                        (distance_m <= half_m(piece, share)).then_some((number, share, distance_m))
+                        (distance_m <= half_m(segment, share)).then_some((number, share, distance_m))
                     })
                 };
-                let inside = own.2 <= half_m(&pieces.all[number], own.1);
+                let inside = own.2 <= half_m(&segments.all[number], own.1);
                 let (number, share, distance_m) = if inside { own } else { beside().unwrap_or(own) };
-                let piece = &pieces.all[number];
-                let channel = &pieces.channels[piece.channel as usize];
+                let segment = &segments.all[number];
+                let channel = &segments.channels[segment.channel as usize];
                 // At its mouth a channel is as deep as what it runs into: a dry one is a notch in its bank, and between
                 // the banks there is only that.
-                let last = piece.knot as usize + 2 == channel.knots.len();
-                let left_m = (1.0 - share) * point::length(piece.along) * self.fields.metres_a_grain();
+                let last = segment.knot as usize + 2 == channel.knots.len();
+                let left_m = (1.0 - share) * length(segment.along) * self.fields.metres_a_grain();
                 let between_banks = last && left_m <= self.fields.river_width_m(channel.mouth_area) / 2.0;
                 let at_mouth = between_banks || last && left_m <= 2.0 * least_half as f64;
-                let own_area = if between_banks { channel.mouth_area } else { mix(piece.area, share) };
+                let own_area = if between_banks { channel.mouth_area } else { lerp(segment.area, share) };
                 let area_here = if at_mouth { channel.mouth_area } else { own_area };
                 let discharge = self.fields.discharge_m3s(area_here);
                 let half_m = self.fields.river_width_m(area_here) as f32 / 2.0;
-                let lake_m = (mix(piece.lake, share) * self.fields.metres_a_grain()) as f32;
-                let surface = self.lift.at(mix(piece.level_m, share)) as f32;
+                let lake_m = (lerp(segment.lake, share) * self.fields.metres_a_grain()) as f32;
+                let surface = self.lift.at(lerp(segment.level_m, share)) as f32;
                 let in_bed = distance_m <= half_m.max(least_half);
                 let ground_m = self.lift.at((land_m.min(coast_m)) as f64) as f32;
                 let river_bed = || {
@@ -463,33 +470,33 @@ impl Nodes<'_> {
     }
 }
 
-/// The pieces that lead to others.
-struct UpperPieces {
+/// The segments that lead to others.
+struct UpperSegments {
     /// Those that end a trunk, by the node that they come to.
     at_nodes: BTreeMap<NodeId, Vec<usize>>,
 }
 
-impl UpperPieces {
-    fn new(pieces: &Pieces) -> UpperPieces {
+impl UpperSegments {
+    fn new(segments: &Segments) -> UpperSegments {
         let mut at_nodes: BTreeMap<NodeId, Vec<usize>> = BTreeMap::new();
-        for (number, piece) in pieces.all.iter().enumerate() {
-            let channel = &pieces.channels[piece.channel as usize];
-            if let Some((node, _)) = channel.next.filter(|_| piece.knot as usize + 2 == channel.knots.len()) {
+        for (number, segment) in segments.all.iter().enumerate() {
+            let channel = &segments.channels[segment.channel as usize];
+            if let Some((node, _)) = channel.next.filter(|_| segment.knot as usize + 2 == channel.knots.len()) {
                 at_nodes.entry(node).or_default().push(number);
             }
         }
-        UpperPieces { at_nodes }
+        UpperSegments { at_nodes }
     }
 
-    /// The numbers of the pieces that lead to one.
-    fn of(&self, pieces: &Pieces, number: usize) -> impl Iterator<Item = usize> {
-        let piece = &pieces.all[number];
+    /// The numbers of the segments that lead to one.
+    fn of(&self, segments: &Segments, number: usize) -> impl Iterator<Item = usize> {
+        let segment = &segments.all[number];
         let before = number.checked_sub(1).filter(|before| {
-            let before = &pieces.all[*before];
-            before.channel == piece.channel && before.knot + 1 == piece.knot
+            let before = &segments.all[*before];
+            before.channel == segment.channel && before.knot + 1 == segment.knot
         });
-        let (level, x, y) = pieces.channels[piece.channel as usize].id;
-        let above = if level == 0 && piece.knot == 0 { self.at_nodes.get(&(x, y)) } else { None };
+        let (level, x, y) = segments.channels[segment.channel as usize].id;
+        let above = if level == 0 && segment.knot == 0 { self.at_nodes.get(&(x, y)) } else { None };
         before.into_iter().chain(above.into_iter().flatten().copied())
     }
 }
@@ -586,7 +593,6 @@ impl Lift {
 
 #[cfg(test)]
 mod tests {
-    use super::network::Piece;
     use super::*;
 
     /// What lies further than the declared reach, warp included, is never looked at: there may be anything.
@@ -597,22 +603,23 @@ mod tests {
             let fluvial = Fluvial::new(&preset, preset.fluvial.as_ref().unwrap(), 4);
             let area = Area::new(-130, 70, 64, 48);
             let expected = fluvial.land(area, &Clock::default());
-            let wide = fluvial.pieces(aligned(area.padded(600)), 1);
-            let near = fluvial.pieces(aligned(area), 1);
-            let key = |pieces: &Pieces, piece: &Piece| (pieces.channels[piece.channel as usize].id, piece.knot);
-            let known: std::collections::BTreeSet<_> = near.all.iter().map(|piece| key(&near, piece)).collect();
+            let wide = fluvial.segments(aligned(area.padded(600)), 1);
+            let near = fluvial.segments(aligned(area), 1);
+            let key =
+                |segments: &Segments, segment: &Segment| (segments.channels[segment.channel as usize].id, segment.knot);
+            let known: std::collections::BTreeSet<_> = near.all.iter().map(|segment| key(&near, segment)).collect();
             let mut poisoned = wide.all.clone();
             let mut beyond = 0;
-            for piece in &mut poisoned {
-                if !known.contains(&key(&wide, piece)) {
-                    piece.level_m = [f64::NAN; 2];
-                    piece.area = [f64::NAN; 2];
+            for segment in &mut poisoned {
+                if !known.contains(&key(&wide, segment)) {
+                    segment.level_m = [f64::NAN; 2];
+                    segment.area = [f64::NAN; 2];
                     beyond += 1;
                 }
             }
-            assert!(beyond > 1000, "{name}: {beyond} pieces lie beyond the reach");
-            let pieces = Pieces { origin: wide.origin, channels: wide.channels, all: poisoned };
-            let land = fluvial.land_of(&pieces, area, 1, &Clock::default());
+            assert!(beyond > 1000, "{name}: {beyond} segments lie beyond the reach");
+            let segments = Segments { origin: wide.origin, channels: wide.channels, all: poisoned };
+            let land = fluvial.land_of(&segments, area, 1, &Clock::default());
             assert_eq!(land.heights, expected.heights, "{name}");
         }
     }

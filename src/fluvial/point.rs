@@ -1,5 +1,6 @@
 //! Points finer than the lattice of vertices, and what varies slowly from point to point.
 
+use crate::geometry::length;
 use crate::hash::{self, Draw};
 
 /// Grains a vertex: points of networks stand on a lattice that much finer than that of the vertices.
@@ -42,11 +43,6 @@ impl Point {
 /// To the nearest whole number, halves up.
 fn round(value: f64) -> i64 {
     (value + 0.5).floor() as i64
-}
-
-/// The length of a vector.
-pub fn length([x, y]: [f64; 2]) -> f64 {
-    (x * x + y * y).sqrt()
 }
 
 /// A number from 0 to 1, 1 excluded, for each id of a lattice and each part of what is left to chance there.

@@ -9,12 +9,14 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::Fluvial;
+use super::channel::{Channel, ChannelId, Mouth};
 use super::fields::COAST_STEP;
-use super::network::{Channel, ChannelId, Mouth, most_area};
 use super::point::{GRAINS, Point};
 use super::strahler::{Join, Strahler, locate};
+use super::tributary::most_area;
 use super::trunk::NodeId;
 use crate::area::Area;
+use crate::geometry::LineSegment;
 use crate::memory::Memory;
 
 /// The id of a river: the channel in which it begins, and its number among those that begin there.
@@ -79,26 +81,10 @@ impl River {
     /// Whether a part of it lies in the rectangle that the outer vertices of an area span.
     pub fn touches(&self, area: &Area) -> bool {
         let (low, high) = (Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1 - 1, area.y1 - 1));
-        self.line.windows(2).any(|pair| crosses(pair[0].at.from(low), pair[1].at.from(low), high.from(low)))
+        self.line.windows(2).any(|pair| {
+            LineSegment::between(pair[0].at.from(low), pair[1].at.from(low)).touches_rectangle(high.from(low))
+        })
     }
-}
-
-/// Whether a straight line touches the rectangle from the origin to a corner.
-pub(crate) fn crosses(from: [f64; 2], to: [f64; 2], corner: [f64; 2]) -> bool {
-    let (mut enters, mut leaves) = (0.0f64, 1.0f64);
-    for axis in [0, 1] {
-        let way = to[axis] - from[axis];
-        if way == 0.0 {
-            if from[axis] < 0.0 || from[axis] > corner[axis] {
-                return false;
-            }
-            continue;
-        }
-        let (a, b) = (-from[axis] / way, (corner[axis] - from[axis]) / way);
-        enters = enters.max(a.min(b));
-        leaves = leaves.min(a.max(b));
-    }
-    enters <= leaves
 }
 
 /// Grains from one point of a river to the next at most: the world bends what is straight between two knots.

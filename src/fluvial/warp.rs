@@ -6,7 +6,8 @@
 
 use crate::area::Area;
 use crate::fluvial::fields::Fields;
-use crate::fluvial::point::{GRAINS, Point, length};
+use crate::fluvial::point::{GRAINS, Point};
+use crate::geometry::length;
 use crate::hash::{self, Stream};
 use crate::memory::Memory;
 use crate::noise::{Fractal, FractalKind, FractalSpec};

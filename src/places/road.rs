@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::area::Area;
-use crate::fluvial::rivers::crosses;
+use crate::geometry::LineSegment;
 use crate::places::land::FIXED;
 use crate::places::site::{Site, SiteClass, SiteId};
 
@@ -102,7 +102,9 @@ impl Road {
     pub fn touches(&self, area: &Area) -> bool {
         let from = |at: [i64; 2]| [(at[0] - area.x0 * FIXED) as f64, (at[1] - area.y0 * FIXED) as f64];
         let corner = from([area.x1 - 1, area.y1 - 1].map(|side| side * FIXED));
-        self.points.windows(2).any(|pair| crosses(from(pair[0].at), from(pair[1].at), corner))
+        self.points
+            .windows(2)
+            .any(|pair| LineSegment::between(from(pair[0].at), from(pair[1].at)).touches_rectangle(corner))
     }
 
     /// Its fords, bridges and tunnels, from its start on.
