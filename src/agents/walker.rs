@@ -16,7 +16,7 @@ use crate::agents::classic::Site;
 use crate::agents::record::{Records, TileRecord};
 use crate::agents::way::Way;
 use crate::area::{Area, MAX_COORDINATE, TileId};
-use crate::clock::Clock;
+use crate::clock::{Clock, stage};
 use crate::error::Error;
 use crate::export::DeviceProfile;
 use crate::fluvial::Land;
@@ -261,11 +261,13 @@ impl<'w> Walker<'w> {
         let jobs: Vec<_> = ids.iter().zip(heights).zip(ways).collect();
         let made = jobs.into_par_iter().map(|((&id, heights), ways)| {
             let ways = ways.unwrap_or_else(|| match records.find(id) {
-                Some(record) if options.agents => clock.time("agents", || Site::new(world, id, &heights).ways(record)),
+                Some(record) if options.agents => {
+                    clock.time(stage::AGENTS, || Site::new(world, id, &heights).ways(record))
+                }
                 _ => Vec::new(),
             });
             let imprint = if options.agents {
-                clock.time("carve", || Site::new(world, id, &heights).imprint(records, &ways))
+                clock.time(stage::CARVE, || Site::new(world, id, &heights).imprint(records, &ways))
             } else {
                 None
             };
@@ -288,7 +290,7 @@ impl<'w> Walker<'w> {
         }
         let growth = self.growth(id);
         let site = Site::new(self.world, id, heights);
-        let (record, ways) = self.clock.time("agents", || site.settle(&self.records, growth));
+        let (record, ways) = self.clock.time(stage::AGENTS, || site.settle(&self.records, growth));
         self.records.add(record);
         Some(ways)
     }
@@ -331,7 +333,7 @@ impl<'w> Walker<'w> {
             })
             .collect();
         bands.into_par_iter().for_each(|(area, band)| {
-            self.clock.time("relief", || band.copy_from_slice(self.world.relief().heights(area).values()));
+            self.clock.time(stage::RELIEF, || band.copy_from_slice(self.world.relief().heights(area).values()));
         });
         heights
     }

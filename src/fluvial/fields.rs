@@ -150,6 +150,11 @@ impl Fields {
         area * side_m * side_m * self.settings.runoff_m / SECONDS_A_YEAR
     }
 
+    /// Whether a channel holds water where it drains that area: it has a spring above.
+    pub fn is_wet(&self, area: f64) -> bool {
+        self.discharge_m3s(area) >= self.settings.spring_m3s
+    }
+
     /// Width of a river in metres, by area.
     pub fn river_width_m(&self, area: f64) -> f64 {
         self.settings.river_width_m * self.discharge_m3s(area).sqrt()

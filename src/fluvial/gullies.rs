@@ -9,6 +9,7 @@
 use crate::area::Area;
 use crate::fluvial::fields::Fields;
 use crate::fluvial::valley::Valleys;
+use crate::fluvial::warp::Displaced;
 use crate::hash::{self, Stream};
 use crate::noise::{Fractal, FractalKind, FractalSpec, Stripes};
 use crate::simd::{Kernel, Simd, dispatch};
@@ -44,6 +45,11 @@ const ROUGHNESS: f64 = 0.03;
 /// Waves shorter than this many vertices cannot be seen.
 const SHORTEST: f64 = 3.0;
 
+/// The area whose warp gullies read: the fall line of a vertex goes by that of the vertices beside it.
+pub fn input(area: Area) -> Area {
+    area.padded(1)
+}
+
 impl Gullies {
     /// The gullies of a world with these fields; `None` if it has none.
     pub fn new(fields: &Fields, spacing_m: f64, seed: u64) -> Option<Gullies> {
@@ -76,9 +82,11 @@ impl Gullies {
         })
     }
 
-    /// Carves the heights of an area; vertices at its edge are left as they come, one vertex wide.
-    pub fn carve(&self, area: Area, warp: [&[f32]; 2], slope: &[f32], valleys: &mut Valleys) {
+    /// Carves the heights of all nodes, and rightly those whose [`input`] is within them. Rows must be whole patches.
+    pub fn carve(&self, nodes: &Displaced, slope: &[f32], valleys: &mut Valleys) {
+        let area = nodes.area;
         let len = area.len();
+        let warp = nodes.metres.each_ref().map(|metres| &metres[..]);
         let mut fall = [vec![0.0; len], vec![0.0; len]];
         dispatch(FallLine { area, spacing_m: self.spacing_m, warp, valleys, fall: &mut fall });
         let (mut across, mut crest, mut flank) = ([vec![0.0; len], vec![0.0; len]], vec![0.0; len], vec![0.0; len]);

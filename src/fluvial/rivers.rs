@@ -263,7 +263,7 @@ impl Fluvial {
 
     /// Whether a channel holds water where it drains that area.
     pub(super) fn is_wet(&self, area: f64) -> bool {
-        self.fields.discharge_m3s(area) >= self.fields.settings().spring_m3s
+        self.fields.is_wet(area)
     }
 
     /// The channel in which the course of a channel begins: at a spring or in a lake.

@@ -33,6 +33,27 @@ const FLOOR_FALL: f32 = 0.001;
 /// stretches lengths.
 pub const LEAST_HALF_WIDTH: f64 = 1.0;
 
+/// Cells of the finest level within which a brook can matter to a vertex; measured: among millions, a few are reached over
+/// five.
+const BROOK_CELLS: i64 = 6;
+
+/// Grains from a vertex, once it is displaced, within which brooks matter; other channels do as far as their sides rise no
+/// more than that.
+pub fn brook_reach(fields: &Fields) -> f64 {
+    (BROOK_CELLS * fields.side(fields.levels() - 1)) as f64
+}
+
+/// The area of nodes that valleys are made for together with those of an area: whole patches.
+pub fn input(area: Area) -> Area {
+    let (across, down) = (PATCH.0 as i64, PATCH.1 as i64);
+    Area {
+        x0: area.x0.div_euclid(across) * across,
+        y0: area.y0.div_euclid(down) * down,
+        x1: (area.x1 + across - 1).div_euclid(across) * across,
+        y1: (area.y1 + down - 1).div_euclid(down) * down,
+    }
+}
+
 /// What the valleys are around each node of an area whose sides are multiples of a patch's.
 #[derive(Debug, Default)]
 pub struct Valleys {
@@ -99,10 +120,9 @@ pub struct FillValleys<'a> {
     pub warp: [&'a [f32]; 2],
     /// Slope of the hillsides at each vertex.
     pub slope: &'a [f32],
-    /// The segments around the area.
+    /// The segments around the area, at least all whose [reach](Segment::reach) by that of a [brook](brook_reach) holds a
+    /// displaced node.
     pub segments: &'a Segments,
-    /// Metres from which a brook matters: all segments must be there whose [reach](Segment::reach) by that holds a vertex.
-    pub brook_reach_m: f64,
     /// Where it is written.
     pub out: &'a mut Valleys,
 }
@@ -202,7 +222,7 @@ impl Kernel for FillValleys<'_> {
         let (across, down) = (BLOCK.0 * PATCH.0, BLOCK.1 * PATCH.1);
         let Area { x0, y0, x1, y1 } = self.area;
         let mut work = Work::default();
-        let brook = self.brook_reach_m / self.fields.metres_a_grain();
+        let brook = brook_reach(self.fields);
         for (number, segment) in self.segments.all.iter().enumerate() {
             work.all.push(self.fields, segment, number as u32, brook);
         }

@@ -13,7 +13,7 @@ use bytemuck::{Pod, Zeroable};
 use crate::agents::paths::PathList;
 use crate::agents::way::{Imprint, Way};
 use crate::area::{Area, TileId};
-use crate::clock::Clock;
+use crate::clock::{Clock, stage};
 use crate::fluvial::{Land, Water, WaterKind};
 use crate::grid::Grid;
 use crate::places::bed::Beds;
@@ -69,18 +69,19 @@ impl Tile {
         let area = id.area(world.tile_cells()).padded(HEIGHT_PAD);
         let wide = area.padded(drain::PAD);
         // Settlements, and the roads between them.
-        let (mut roads, sites) = clock.time("roads", || (world.roads(&wide), world.sites(&area.padded(SITE_PAD))));
+        let (mut roads, sites) = clock.time(stage::ROADS, || (world.roads(&wide), world.sites(&area.padded(SITE_PAD))));
         // The bare heights and the water on them.
         let mut land = world.relief().land(if roads.is_empty() { area } else { wide }, clock);
         // The roads' beds are cut into the land and fill it.
-        let beds = clock.time("grade", || graded(&mut land, &roads, world.spacing_m()).map(|beds| beds.part(area)));
+        let beds =
+            clock.time(stage::GRADE, || graded(&mut land, &roads, world.spacing_m()).map(|beds| beds.part(area)));
         if land.heights.area() != area {
             land = land.part(area);
         }
         roads.retain(|road| road.overlaps(&area));
         // The rivers and roads whose reach touches them.
-        let paths = clock.time("agents", || world.ways(&area));
-        let imprint = clock.time("carve", || Imprint::new(&land.heights, paths.iter().map(|path| &path.way)));
+        let paths = clock.time(stage::AGENTS, || world.ways(&area));
+        let imprint = clock.time(stage::CARVE, || Imprint::new(&land.heights, paths.iter().map(|path| &path.way)));
         Tile { paths, roads, sites, ..Tile::imprinted(world, id, land, imprint, beds, clock) }
     }
 
@@ -100,7 +101,7 @@ impl Tile {
         ways: impl IntoIterator<Item = &'a Way>,
         clock: &Clock,
     ) -> Tile {
-        let imprint = clock.time("carve", || Imprint::new(&heights, ways));
+        let imprint = clock.time(stage::CARVE, || Imprint::new(&heights, ways));
         Tile::imprinted(world, id, Land { heights, water: None }, imprint, None, clock)
     }
 
@@ -122,12 +123,12 @@ impl Tile {
         let spacing_m = world.spacing_m();
         // The land as the ways leave it.
         if let Some(imprint) = &imprint {
-            clock.time("carve", || imprint.shape(&mut heights));
+            clock.time(stage::CARVE, || imprint.shape(&mut heights));
         }
         // Normals and slopes from differences across the edge.
-        let normals = clock.time("normals", || Normals::new(&heights, area, spacing_m));
+        let normals = clock.time(stage::NORMALS, || Normals::new(&heights, area, spacing_m));
         // What the ground is made of.
-        let blend = clock.time("blend", || {
+        let blend = clock.time(stage::BLEND, || {
             let mut blend = Blend::new(&GroundRule::new(world.preset()), &heights, &normals);
             if let Some(water) = &water {
                 blend.wet(water);
