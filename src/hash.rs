@@ -174,11 +174,21 @@ register! {
     Swing = 16, PARTS;
 }
 
+/// Knots for which a level of the network has room.
+const KNOTS: u64 = 1 << 8;
+
 /// The seed of a level of the network, whose channels then have their [`Draw`]s.
 pub const fn network_level(network: u64, level: u32) -> u64 {
-    // A level has room for the knots of its longest channel, by which meanders differ.
-    const KNOTS: u64 = 1 << 8;
     network.wrapping_add(level as u64 * KNOTS)
+}
+
+/// The seed of a knot of the channels of a level: where what is drawn differs from knot to knot.
+///
+/// # Panics
+/// When the knot is one for which a level has no room.
+pub const fn network_knot(level: u64, knot: usize) -> u64 {
+    assert!(knot < KNOTS as usize, "a channel has more knots than there are streams for");
+    level.wrapping_add(knot as u64)
 }
 
 #[cfg(test)]

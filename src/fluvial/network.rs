@@ -19,7 +19,8 @@ use super::chunk::ChunkId;
 use super::fields::Fields;
 use super::point::Point;
 use super::segment::{Segment, Segments, reach, segments_of};
-use super::tributary::{self, Tributaries, most_area};
+use super::tributary::{Tributaries, most_area};
+use super::tributary_course;
 use super::trunk::Trunks;
 use super::trunk_course::{self, TrunkCourses};
 use crate::memory::Memory;
@@ -57,7 +58,7 @@ impl Network {
 
     /// The rectangle that holds the heads of all channels of a level that may touch a rectangle.
     pub fn input(&self, level: u32, [low, high]: [Point; 2]) -> [Point; 2] {
-        let cells = if level == 0 { trunk_course::REACH_CELLS } else { tributary::REACH_CELLS };
+        let cells = if level == 0 { trunk_course::REACH_CELLS } else { tributary_course::REACH_CELLS };
         let reach = cells * self.fields.side(level) as f64;
         [low.moved([-reach; 2]), high.moved([reach; 2])]
     }
@@ -127,7 +128,7 @@ impl Network {
     /// The segments of the levels above a chunk's that matter to its tributaries, relative to its corner.
     fn above(&self, id: ChunkId) -> Segments {
         let square = id.square(&self.fields);
-        let brook = tributary::ABOVE_CELLS * self.fields.side(id.level) as f64;
+        let brook = tributary_course::ABOVE_CELLS * self.fields.side(id.level) as f64;
         self.segments(id.level, square, square[0], brook)
     }
 }

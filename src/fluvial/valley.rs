@@ -4,34 +4,24 @@
 //! width f of its floor, then straight. The lowest of all sides has no pits: away from a channel its own side falls to
 //! it, and along a channel the bed falls. Where two sides meet is a crest, sharp or rounded.
 //!
-//! Vertices, or every so many of them, are done in patches aligned with the world, each with the segments that can be lowest in it: a bound on how
-//! steep sides are tells which cannot, so leaving them out changes nothing.
+//! Vertices, or every so many of them, are done in patches aligned with the world, each with the segments that can be lowest
+//! in it: a bound on how steep sides are tells which cannot, so leaving them out changes nothing. In three steps, each with
+//! what the one before has left: segments by their reach and those that may be lowest in a block of patches, those that may
+//! be lowest in a patch, the lowest at a vertex.
 
 use super::fields::Fields;
 use super::point::{GRAINS, Point};
-use super::segment::{Segment, Segments};
+use super::segment::Segments;
+use super::valley_side::{CROSS_FALL, Columns, LEAST_HALF_WIDTH, LaneSegment};
 use crate::area::Area;
-use crate::geometry::lerp;
-use crate::simd::{Kernel, Simd};
+use crate::simd::{Kernel, MAX_LANES, Simd};
 
 /// Vertices of a patch: across, and down. As wide as the widest lanes.
 pub const PATCH: (usize, usize) = (16, 4);
 
-/// Patches of a block, for which segments are picked before they are for each patch.
+/// Patches of a block, for which segments are picked before they are for each patch: 32 x 32 vertices. Larger ones
+/// would leave more segments to each patch, smaller ones look at all segments more often.
 const BLOCK: (usize, usize) = (2, 8);
-
-/// What wide water rises sideways, as a share of the hillside's slope: enough for a vertex to belong to the nearest
-/// place of a river and not to one further down.
-const CROSS_FALL: f32 = 0.02;
-
-/// What all floors rise sideways, likewise: next to nothing, so that no two vertices are equally high. In a lake they
-/// fall so from the shore to the middle: what runs into it is never lower, and where lakes overlap the deepest counts.
-const FLOOR_FALL: f32 = 0.001;
-
-/// Half width in vertices of the least bed: its floor is level across, so that in whichever direction it runs an
-/// unbroken line of vertices lies in it, each lower than the one before. More than half a diagonal, for the warp
-/// stretches lengths.
-pub const LEAST_HALF_WIDTH: f64 = 1.0;
 
 /// Cells of the finest level within which a brook can matter to a vertex; measured: among millions, a few are reached over
 /// five.
@@ -92,22 +82,6 @@ impl Valleys {
     }
 }
 
-/// Segments in columns, in metres from the origin of a block.
-#[derive(Debug, Default)]
-struct Columns {
-    from: [Vec<f32>; 2],
-    along: [Vec<f32>; 2],
-    per_square: Vec<f32>,
-    level: [Vec<f32>; 2],
-    trough: [Vec<f32>; 2],
-    river: [Vec<f32>; 2],
-    lake: [Vec<f32>; 2],
-    steepness: Vec<f32>,
-    reach: Vec<f32>,
-    channel: Vec<u32>,
-    number: Vec<u32>,
-}
-
 /// The computation of the valleys of an area.
 pub struct FillValleys<'a> {
     /// The fields.
@@ -127,90 +101,11 @@ pub struct FillValleys<'a> {
     pub out: &'a mut Valleys,
 }
 
-impl Columns {
-    fn clear(&mut self) {
-        let Columns { from, along, per_square, level, trough, river, lake, steepness, reach, channel, number } = self;
-        let pairs = [from, along, level, trough, river, lake];
-        for column in pairs.into_iter().flatten().chain([per_square, steepness, reach]) {
-            column.clear();
-        }
-        channel.clear();
-        number.clear();
-    }
-
-    /// Adds a segment that is given in grains, from the segments' own origin, by the reach of a brook in grains.
-    fn push(&mut self, fields: &Fields, segment: &Segment, number: u32, brook: f64) {
-        let metres = fields.metres_a_grain();
-        let pair = |[upper, change]: [f64; 2]| [upper as f32, change as f32];
-        let level = pair(segment.level_m);
-        let trough = pair(segment.trough.map(|grains| grains * metres));
-        let least_m = LEAST_HALF_WIDTH * GRAINS as f64 * metres;
-        let half_width = |end: f64| {
-            let river_m = fields.river_width_m(lerp(segment.area, end)) / 2.0;
-            river_m.max(least_m)
-        };
-        let upper = half_width(0.0);
-        let river = pair([upper, half_width(1.0) - upper]);
-        let lake = pair(segment.lake.map(|grains| grains * metres));
-        let along = segment.along.map(|part| (part * metres) as f32);
-        let square = along[0] * along[0] + along[1] * along[1];
-        for axis in [0, 1] {
-            self.from[axis].push((segment.from[axis] * metres) as f32);
-            self.along[axis].push(along[axis]);
-            self.level[axis].push(level[axis]);
-            self.trough[axis].push(trough[axis]);
-            self.river[axis].push(river[axis]);
-            self.lake[axis].push(lake[axis]);
-        }
-        self.per_square.push(1.0 / square);
-        let change = |pair: [f32; 2]| pair[1].abs() / square.sqrt();
-        self.steepness.push(change(level) + change(trough) + change(river) + change(lake));
-        self.reach.push((segment.reach(brook) * metres) as f32);
-        self.channel.push(segment.channel);
-        self.number.push(number);
-    }
-
-    /// Adds a segment of others that begins there.
-    fn push_from(&mut self, other: &Columns, index: usize, from: [f32; 2]) {
-        for axis in [0, 1] {
-            self.from[axis].push(from[axis]);
-            self.along[axis].push(other.along[axis][index]);
-            self.level[axis].push(other.level[axis][index]);
-            self.trough[axis].push(other.trough[axis][index]);
-            self.river[axis].push(other.river[axis][index]);
-            self.lake[axis].push(other.lake[axis][index]);
-        }
-        self.per_square.push(other.per_square[index]);
-        self.steepness.push(other.steepness[index]);
-        self.reach.push(other.reach[index]);
-        self.channel.push(other.channel[index]);
-        self.number.push(other.number[index]);
-    }
-
-    /// Whole lanes of segments: copies of nothing, too far and too high to matter.
-    fn pad(&mut self) {
-        while !self.number.len().is_multiple_of(crate::simd::MAX_LANES) {
-            for axis in [0, 1] {
-                self.from[axis].push(1e18);
-                self.along[axis].push(0.0);
-                self.level[axis].push(0.0);
-                self.trough[axis].push(0.0);
-                self.river[axis].push(0.0);
-                self.lake[axis].push(0.0);
-            }
-            self.per_square.push(0.0);
-            self.steepness.push(0.0);
-            self.reach.push(0.0);
-            self.channel.push(u32::MAX);
-            self.number.push(u32::MAX);
-        }
-    }
-}
-
-/// Where a group of vertices is once warped, and how steep its hillsides are.
+/// Where a group of vertices is once warped: all within a circle, whose middle and radius are in metres.
 struct Spread {
     middle: [f32; 2],
     radius: f32,
+    /// The gentlest and the steepest slope of their hillsides.
     slope: [f32; 2],
 }
 
@@ -246,19 +141,21 @@ impl Kernel for FillValleys<'_> {
     }
 }
 
-/// The segments of an area, those that matter to a block and to a patch of it, and their bounds there.
+/// The segments of an area, those that matter to a block and to a patch of it, and their limits there.
 #[derive(Default)]
 struct Work {
     all: Columns,
     block: Columns,
     patch: Columns,
-    bounds: Bounds,
+    limits: Limits,
 }
 
-/// The bounds of segments over a group of vertices.
+/// The limits of segments over a group of vertices.
 #[derive(Default)]
-struct Bounds {
+struct Limits {
+    /// Metres by which a segment's side is lower, at its lowest, than what is lowest can be: above 0 it never is.
     low: Vec<f32>,
+    /// Metres that are left of its reach at the middle of the group.
     left: Vec<f32>,
 }
 
@@ -268,15 +165,18 @@ impl FillValleys<'_> {
         (self.fields.metres_a_grain() * (GRAINS * self.step) as f64) as f32
     }
 
+    /// The valleys of a part of a block whose north-western vertex is `corner`, patch by patch.
     #[inline(always)]
     fn block<S: Simd>(&mut self, simd: S, corner: [i64; 2], part: Area, work: &mut Work) {
-        let Work { all, block, patch, bounds } = work;
+        let Work { all, block, patch, limits } = work;
         let corner_point = Point::at_vertex(corner[0] * self.step, corner[1] * self.step);
         let offset = corner_point.from(self.segments.origin);
         let spread = self.spread(corner, part);
-        // Segments that may reach it, in metres from the block's corner.
+        // Segments that may reach it, by their bounding rectangles; from here on in metres from the block's corner, which
+        // are exact enough in f32 wherever in the world that is.
         block.clear();
         let metres = self.fields.metres_a_grain();
+        // A little more than the radius, for its rounding.
         let around = (spread.radius * 1.01) as f64;
         for (number, segment) in self.segments.all.iter().enumerate() {
             let reach = all.reach[number] as f64 + around;
@@ -291,20 +191,23 @@ impl FillValleys<'_> {
             }
         }
         block.pad();
-        self.measure(simd, block, &spread, around as f32, bounds);
+        // Of those the ones that may be lowest somewhere in the block. A segment whose reach ends within it bounds nothing:
+        // in some of its patches it does not count.
+        self.measure(simd, block, &spread, around as f32, limits);
         patch.clear();
-        keep(block, bounds, f32::NEG_INFINITY, patch);
+        keep(block, limits, f32::NEG_INFINITY, patch);
         patch.pad();
         std::mem::swap(block, patch);
+        // The same again for each patch, whose circle is smaller.
         let mut y = part.y0;
         while y < part.y1 {
             let mut x = part.x0;
             while x < part.x1 {
                 let vertices = Area { x0: x, y0: y, x1: x + PATCH.0 as i64, y1: y + PATCH.1 as i64 };
                 let spread = self.spread(corner, vertices);
-                self.measure(simd, block, &spread, 0.0, bounds);
+                self.measure(simd, block, &spread, 0.0, limits);
                 patch.clear();
-                keep(block, bounds, 0.0, patch);
+                keep(block, limits, 0.0, patch);
                 self.patch(simd, corner, vertices, patch);
                 x += PATCH.0 as i64;
             }
@@ -338,18 +241,19 @@ impl FillValleys<'_> {
         Spread { middle: [least[0] + half[0], least[1] + half[1]], radius, slope }
     }
 
+    /// Half width in metres of the part of a river that is level across.
     fn level_floor_m(&self) -> f32 {
         (LEAST_HALF_WIDTH * GRAINS as f64 * self.fields.metres_a_grain()) as f32
     }
 
-    /// Bounds of each segment's side over a group of vertices: the lowest that it can be, less the highest that the lowest
+    /// Limits of each segment's side over a group of vertices: the lowest that it can be, less the highest that the lowest
     /// of all can be; and what is left of its reach, in metres, once it has come to the middle. The lowest is one of those
     /// whose reach goes on for `beyond_m` from there: of a block's segments, one that matters to all of its patches.
     #[inline(always)]
-    fn measure<S: Simd>(&self, simd: S, segments: &Columns, spread: &Spread, beyond_m: f32, bounds: &mut Bounds) {
+    fn measure<S: Simd>(&self, simd: S, segments: &Columns, spread: &Spread, beyond_m: f32, limits: &mut Limits) {
         let len = segments.number.len();
-        bounds.low.resize(len, 0.0);
-        bounds.left.resize(len, 0.0);
+        limits.low.resize(len, 0.0);
+        limits.left.resize(len, 0.0);
         let middle = [simd.splat(spread.middle[0]), simd.splat(spread.middle[1])];
         let (gentle, steep) = (simd.splat(spread.slope[0]), simd.splat(spread.slope[1]));
         // A little more than the true one, for what rounding does.
@@ -360,20 +264,23 @@ impl FillValleys<'_> {
         for start in (0..len).step_by(S::LANES) {
             let segment = LaneSegment::load(simd, segments, start, level_floor);
             let side = segment.side(simd, middle);
-            // In a lake it falls.
+            // By how much a side may differ from what it is in the middle: no more than it changes in a radius, along the
+            // segment and across it. In a lake it falls, so there the gentlest hillside is the highest.
             let (risen, fallen) = (simd.max(side.rise, zero), simd.min(side.rise, zero));
             let slack = (steep + simd.load(&segments.steepness[start..]) * (simd.splat(1.0) + steep)) * radius;
             let left = simd.load(&segments.reach[start..]) - simd.sqrt(side.square);
+            // The lowest of the highest: what is always higher than that is never lowest.
             let highest = side.level + steep * risen + gentle * fallen + slack;
             lowest = simd.min(lowest, simd.select(simd.lt(left, beyond), infinity, highest));
-            simd.store(side.level + gentle * risen + steep * fallen - slack, &mut bounds.low[start..]);
-            simd.store(left, &mut bounds.left[start..]);
+            simd.store(side.level + gentle * risen + steep * fallen - slack, &mut limits.low[start..]);
+            simd.store(left, &mut limits.left[start..]);
         }
-        let mut lanes = [0.0; crate::simd::MAX_LANES];
+        let mut lanes = [0.0; MAX_LANES];
         simd.store(lowest, &mut lanes);
         let lowest = lanes[..S::LANES].iter().fold(f32::INFINITY, |a, b| a.min(*b));
+        // What is a little higher than the lowest still rounds its crest.
         let limit = lowest + self.fields.settings().crest_m as f32;
-        for low in &mut bounds.low {
+        for low in &mut limits.low {
             *low -= limit;
         }
     }
@@ -396,6 +303,8 @@ impl FillValleys<'_> {
                     simd.splat((y - corner[1]) as f32) * spacing_m + simd.load(&self.warp[1][index..]),
                 ];
                 let slope = simd.load(&self.slope[index..]);
+                // The lowest side and the second-lowest of another channel, between which the crest is; and the room that
+                // there is to round it.
                 let far = simd.splat(f32::MAX);
                 let (mut best, mut second, mut room) = (far, far, far);
                 let (mut level, mut off, mut share) = (zero, [zero, zero], zero);
@@ -407,7 +316,8 @@ impl FillValleys<'_> {
                     let own = simd.splat_u32(segments.channel[segment]);
                     let same = simd.eq_u32(own, channel);
                     let lower = simd.lt(height, best);
-                    // What is not lowest, of another channel than what is.
+                    // What is not lowest, of another channel than what is: segments of one channel have no crest between
+                    // them. They come one after the other, so what was second stays.
                     let rest = simd.select(lower, best, height);
                     second = simd.select(same, second, simd.min(rest, second));
                     room = simd.min(room, three * height - side.level);
@@ -448,89 +358,10 @@ impl FillValleys<'_> {
 
 /// Copies the segments that may be lowest, or nearly so, and of whose reach at least so much is left.
 #[inline(always)]
-fn keep(segments: &Columns, bounds: &Bounds, least_m: f32, into: &mut Columns) {
+fn keep(segments: &Columns, limits: &Limits, least_m: f32, into: &mut Columns) {
     for index in 0..segments.number.len() {
-        if bounds.low[index] <= 0.0 && bounds.left[index] >= least_m && segments.number[index] != u32::MAX {
+        if limits.low[index] <= 0.0 && limits.left[index] >= least_m && segments.number[index] != u32::MAX {
             into.push_from(segments, index, [segments.from[0][index], segments.from[1][index]]);
         }
-    }
-}
-
-/// Segments in lanes, or one in all of them.
-#[derive(Clone, Copy)]
-struct LaneSegment<S: Simd> {
-    from: [S::F32; 2],
-    along: [S::F32; 2],
-    per_square: S::F32,
-    level: [S::F32; 2],
-    trough: [S::F32; 2],
-    river: [S::F32; 2],
-    lake: [S::F32; 2],
-    /// Half width of the part of a river that is level across.
-    level_floor: S::F32,
-}
-
-/// The side of a segment's valley at a point.
-struct LaneSide<S: Simd> {
-    level: S::F32,
-    /// What the slope of the hillside is multiplied by.
-    rise: S::F32,
-    off: [S::F32; 2],
-    square: S::F32,
-    share: S::F32,
-}
-
-impl<S: Simd> LaneSegment<S> {
-    #[inline(always)]
-    fn load(simd: S, segments: &Columns, start: usize, level_floor: f32) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, trough, river, lake, .. } = segments;
-        LaneSegment {
-            from: [simd.load(&from[0][start..]), simd.load(&from[1][start..])],
-            along: [simd.load(&along[0][start..]), simd.load(&along[1][start..])],
-            per_square: simd.load(&per_square[start..]),
-            level: [simd.load(&level[0][start..]), simd.load(&level[1][start..])],
-            trough: [simd.load(&trough[0][start..]), simd.load(&trough[1][start..])],
-            river: [simd.load(&river[0][start..]), simd.load(&river[1][start..])],
-            lake: [simd.load(&lake[0][start..]), simd.load(&lake[1][start..])],
-            level_floor: simd.splat(level_floor),
-        }
-    }
-
-    #[inline(always)]
-    fn splat(simd: S, segments: &Columns, index: usize, level_floor: f32) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, trough, river, lake, .. } = segments;
-        LaneSegment {
-            from: [simd.splat(from[0][index]), simd.splat(from[1][index])],
-            along: [simd.splat(along[0][index]), simd.splat(along[1][index])],
-            per_square: simd.splat(per_square[index]),
-            level: [simd.splat(level[0][index]), simd.splat(level[1][index])],
-            trough: [simd.splat(trough[0][index]), simd.splat(trough[1][index])],
-            river: [simd.splat(river[0][index]), simd.splat(river[1][index])],
-            lake: [simd.splat(lake[0][index]), simd.splat(lake[1][index])],
-            level_floor: simd.splat(level_floor),
-        }
-    }
-
-    #[inline(always)]
-    fn side(&self, simd: S, at: [S::F32; 2]) -> LaneSide<S> {
-        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
-        let off = [at[0] - self.from[0], at[1] - self.from[1]];
-        let share = (off[0] * self.along[0] + off[1] * self.along[1]) * self.per_square;
-        let share = simd.min(simd.max(share, zero), one);
-        let off = [off[0] - self.along[0] * share, off[1] - self.along[1] * share];
-        let square = off[0] * off[0] + off[1] * off[1];
-        let trough = self.trough[0] + self.trough[1] * share;
-        let river = self.river[0] + self.river[1] * share;
-        let lake = self.lake[0] + self.lake[1] * share;
-        let water = simd.max(river, lake);
-        let beyond = simd.max(square - water * water, zero);
-        // About the distance; exact along the axes.
-        let (x, y) = (simd.abs(off[0]), simd.abs(off[1]));
-        let distance = simd.max(x, y) + simd.min(x, y) * simd.splat(0.4);
-        let rise = simd.sqrt(beyond + trough * trough) - trough;
-        let inland = distance - lake;
-        let sideways = (simd.min(inland, river) - self.level_floor) * simd.splat(CROSS_FALL);
-        let rise = rise + simd.max(sideways, inland * simd.splat(FLOOR_FALL));
-        LaneSide { level: self.level[0] + self.level[1] * share, rise, off, square, share }
     }
 }

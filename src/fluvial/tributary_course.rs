@@ -1,0 +1,245 @@
+//! The straight courses of tributaries: which cells of a level have one, and where it begins and ends.
+//!
+//! Straight lines to the nearest channel do not cross, nor do they cross channels; aslant they may. So each cell makes a
+//! draft with both ends, of which neighbours know nothing, and then takes one by what the drafts around it might do.
+
+use std::sync::Arc;
+
+use super::channel::Mouth;
+use super::chunk::ChunkId;
+use super::fields::Fields;
+use super::point::{Point, chance};
+use super::segment::{Segment, Segments, downstream};
+use super::trunk::NodeId;
+use crate::geometry::{LineSegment, length, lerp};
+use crate::hash::{self, Draw};
+use crate::memory::Memory;
+
+/// Cells that a tributary is long at most, before it runs aslant: a head that is further from all channels has none. With
+/// two and a half hardly a cell is, and what a channel depends on stays near.
+const JOIN_CELLS: f64 = 2.5;
+
+/// Cells that lie between a head and the nearest channel at least: at the finest level, and more at each level above it. What
+/// begins nearer would be a short stub. Chosen by eye.
+const LEAST_CELLS: (f64, f64) = (0.45, 0.12);
+
+/// How far downstream of the nearest point a tributary ends, as a share of the distance: at the finest level, and more at
+/// each level above it, up to a most.
+///
+/// Longer and more slanting tributaries at the coarser levels make large basins longer than wide: Hack's law.
+const SLANT: (f64, f64, f64) = (0.35, 0.2, 1.3);
+
+/// How far from all channels a tributary that runs aslant keeps, as a share of the way to where it ends, and at how many
+/// places: one that comes nearer brushes past a bend of what it runs to, or along it, and in the world they would cross.
+const GRAZES: f64 = 0.15;
+const GRAZES_AT: u32 = 16;
+
+/// Share of the cells that are left without a channel, so that confluences are not spaced too evenly. Chosen by eye.
+const LEFT_OUT: f64 = 0.15;
+
+/// Share of a cell's side that its head keeps off each edge, and what is left between. Chosen by eye.
+const EDGE: f64 = 0.1;
+const INNER: f64 = 0.8;
+
+/// How far from a tributary's foot others are looked at that it might come across, in lengths of its direct way. One that
+/// runs aslant is less than twice as long.
+const AROUND: f64 = 3.0;
+
+/// Cells that a tributary sticks out of the cell of its head at most: it ends within `JOIN_CELLS * sqrt(1 + SLANT^2)`, and
+/// wanders by less than a cell.
+pub const REACH_CELLS: f64 = 5.0;
+
+/// Cells around a chunk beyond which no channel of the levels above it matters: further than a tributary may end, it may be
+/// under the valley side of what is still further.
+pub const ABOVE_CELLS: f64 = JOIN_CELLS + 3.0;
+
+/// Where a tributary begins, and where it ends if it runs straight to the nearest channel or if it runs aslant.
+#[derive(Debug)]
+struct Draft {
+    cell: NodeId,
+    head: Point,
+    direct: End,
+    aslant: Option<End>,
+}
+
+/// Where a tributary begins and where it ends.
+#[derive(Debug)]
+pub struct Course {
+    /// The cell of its head.
+    pub cell: NodeId,
+    /// Where it begins.
+    pub head: Point,
+    /// Where it ends.
+    pub end: End,
+}
+
+/// Where a tributary ends.
+#[derive(Clone, Copy, Debug)]
+pub struct End {
+    /// Where it comes to the channel, or ends in the sea.
+    pub foot: Point,
+    /// Where its course ends; beyond it, it runs straight on to its foot in the sea.
+    pub shore: Point,
+    /// Height of the water there in metres.
+    pub level_m: f64,
+    /// What it runs into.
+    pub mouth: Mouth,
+    /// Area that drains through that, in cells of the trunk lattice; 0 for the sea.
+    pub mouth_area: f64,
+}
+
+impl Course {
+    /// The line along it, from its foot up.
+    pub fn line(&self, origin: Point) -> LineSegment {
+        self.end.line(self.head, origin)
+    }
+}
+
+impl End {
+    fn line(&self, head: Point, origin: Point) -> LineSegment {
+        LineSegment { from: self.foot.from(origin), along: head.from(self.foot) }
+    }
+}
+
+/// The courses of a world's tributaries. What they join, the segments of the levels above a chunk and around it, relative
+/// to its corner, is asked of whoever asks for them.
+#[derive(Debug)]
+pub struct Courses {
+    seed: u64,
+    fields: Arc<Fields>,
+    drafts: Memory<ChunkId, Vec<Draft>>,
+    courses: Memory<ChunkId, Vec<Course>>,
+}
+
+impl Courses {
+    /// The courses of a world with these fields.
+    pub fn new(fields: Arc<Fields>, seed: u64) -> Courses {
+        Courses { seed, fields, drafts: Memory::new(1 << 11), courses: Memory::new(1 << 11) }
+    }
+
+    /// Where the tributaries of a chunk's cells begin and end.
+    pub fn of(&self, id: ChunkId, above: &impl Fn(ChunkId) -> Segments) -> Arc<Vec<Course>> {
+        self.courses.get(id, || {
+            let own = self.drafts(id, above);
+            let around: Vec<Arc<Vec<Draft>>> = id.with_neighbours().map(|chunk| self.drafts(chunk, above)).collect();
+            let above = above(id);
+            let course = |draft: &Draft| {
+                // Those that may come across its line.
+                let line = draft.direct.line(draft.head, above.origin);
+                let reach = length(line.along) * AROUND;
+                let others = around.iter().flat_map(|drafts| drafts.iter()).filter(|other| {
+                    other.cell != draft.cell && other.direct.line(other.head, above.origin).touches(line.from, reach)
+                });
+                Some(Course { cell: draft.cell, head: draft.head, end: taken(draft, others, &above)? })
+            };
+            own.iter().filter_map(course).collect()
+        })
+    }
+
+    /// Where the tributaries of a chunk's cells begin and may end.
+    fn drafts(&self, id: ChunkId, above: &impl Fn(ChunkId) -> Segments) -> Arc<Vec<Draft>> {
+        self.drafts.get(id, || {
+            let above = above(id);
+            id.cells().filter_map(|cell| self.draft(id.level, cell, &above)).collect()
+        })
+    }
+
+    /// Where the tributary of a cell begins and may end, if there is one, given the segments of the levels above around it.
+    fn draft(&self, level: u32, id: NodeId, above: &Segments) -> Option<Draft> {
+        let (fields, cell) = (&self.fields, self.fields.side(level));
+        let seed = hash::network_level(self.seed, level);
+        if chance(seed, id, Draw::Choice, 0) < LEFT_OUT {
+            return None;
+        }
+        // Not at the edge of its cell, so that heads of neighbours keep apart.
+        let corner = Point { x: id.0 * cell, y: id.1 * cell };
+        let head = corner.moved([0, 1].map(|axis| (EDGE + INNER * chance(seed, id, Draw::Head, axis)) * cell as f64));
+        if fields.potential(head) < fields.sea_potential() {
+            return None;
+        }
+        let origin = above.origin;
+        let from = head.from(origin);
+        let in_lake = |segment: &Segment| {
+            segment.widest_lake() > 0.0 && {
+                let (t, square) = segment.nearest(from);
+                let shore = lerp(segment.lake, t);
+                square < shore * shore
+            }
+        };
+        if above.all.iter().any(in_lake) {
+            return None;
+        }
+        // At the nearest channel, or at the coast if that is nearer.
+        let nearest = above
+            .all
+            .iter()
+            .map(|segment| (segment.nearest(from), segment))
+            .min_by(|a, b| a.0.1.partial_cmp(&b.0.1).expect("distances are numbers"));
+        let distance = nearest.map_or(f64::INFINITY, |((_, square), _)| square.sqrt());
+        let most = JOIN_CELLS * cell as f64;
+        if let Some([shore, beyond]) = fields.coast_near(head, distance.min(most)) {
+            // On into the sea where no channel is in the way.
+            let line = LineSegment { from: beyond.from(origin), along: head.from(beyond) };
+            let crosses = |segment: &Segment| segment.line().crosses(&line);
+            let foot = if above.all.iter().any(crosses) { shore } else { beyond };
+            let direct = End { foot, shore, level_m: fields.sea_level_m(), mouth: Mouth::Sea, mouth_area: 0.0 };
+            return Some(Draft { cell: id, head, direct, aslant: None });
+        }
+        // By how many levels there is room for finer ones in between.
+        let finer = (fields.levels() - 1 - level) as f64;
+        let least = (LEAST_CELLS.0 + LEAST_CELLS.1 * finer) * cell as f64;
+        let ((t, _), segment) = nearest.filter(|_| least <= distance && distance <= most)?;
+        let end = |segment: &Segment, t: f64| {
+            let foot = origin.moved([0, 1].map(|axis| segment.from[axis] + segment.along[axis] * t));
+            let mouth = Mouth::Channel(above.channels[segment.channel as usize].id);
+            End { foot, shore: foot, level_m: lerp(segment.level_m, t), mouth, mouth_area: lerp(segment.area, t) }
+        };
+        // Only where the land is higher than its end all the way: the coast may be lower.
+        let falls = |end: &End| {
+            let places = fields.segments_a_channel(level);
+            let way = head.from(end.foot).map(|part| part / places as f64);
+            let mut places = (1..=places).map(|place| end.foot.moved(way.map(|part| part * place as f64)));
+            !fields.has_sea() || places.all(|at| fields.below_coast_m(at) > end.level_m)
+        };
+        let direct = Some(end(segment, t)).filter(falls)?;
+        let slant = (SLANT.0 + SLANT.1 * finer).min(SLANT.2);
+        let aslant = downstream(&above.all, segment, t, slant * distance);
+        Some(Draft { cell: id, head, direct, aslant: Some(end(aslant.0, aslant.1)).filter(falls) })
+    }
+}
+
+/// The end that a tributary takes, given the drafts around it and the segments of the levels above; `None` if it has to
+/// give way.
+fn taken<'a>(draft: &Draft, mut others: impl Iterator<Item = &'a Draft>, above: &Segments) -> Option<End> {
+    let origin = above.origin;
+    let direct = draft.direct.line(draft.head, origin);
+    if draft.direct.mouth == Mouth::Sea {
+        // The coast is no channel, so lines to it may cross others: those that do give way.
+        let gives_way = |other: &Draft| {
+            let stays = other.direct.mouth != Mouth::Sea || other.cell < draft.cell;
+            stays && other.direct.line(other.head, origin).crosses(&direct)
+        };
+        return (!others.any(gives_way)).then_some(draft.direct);
+    }
+    let Some(aslant) = draft.aslant else { return Some(draft.direct) };
+    let line = aslant.line(draft.head, origin);
+    // Whichever end the others take: so it does not matter who takes first.
+    let blocked = |other: &Draft| {
+        let ends = [Some(other.direct), other.aslant];
+        ends.into_iter().flatten().any(|end| end.line(other.head, origin).crosses(&line))
+    };
+    let crosses = |segment: &Segment| segment.line().crosses(&line);
+    let whole = length(line.along);
+    // From the foot up it may come as near to a channel as it is far from its foot, by a share.
+    let grazes = |segment: &Segment| {
+        segment.line().touches(line.from, whole)
+            && (1..=GRAZES_AT).any(|step| {
+                let share = step as f64 / GRAZES_AT as f64;
+                let place = [0, 1].map(|axis| line.from[axis] + line.along[axis] * share);
+                let least = GRAZES * share * whole;
+                segment.nearest(place).1 < least * least
+            })
+    };
+    let free = !others.any(blocked) && !above.all.iter().any(|segment| crosses(segment) || grazes(segment));
+    Some(if free { aslant } else { draft.direct })
+}

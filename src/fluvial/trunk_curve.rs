@@ -1,0 +1,158 @@
+//! The curves of trunks from node to node, before they meander: their knots with level, area and lake.
+
+use super::channel::{Channel, Knot, Mouth};
+use super::fields::Fields;
+use super::point::Point;
+use super::trunk::{Drained, NodeId, Trunks};
+use crate::geometry::{LineSegment, length, lines};
+
+/// Half widths of a lake, as shares of that at its node, from there on along the main river on either side; at the next
+/// knot it is as narrow as that. So the water is level just as far as there is a lake. A spindle by
+/// eye.
+const LAKE_SHAPE: [f64; 4] = [1.0, 0.94, 0.78, 0.5];
+
+/// Half width of a lake where it ends, as a share of the least that a lake has: of two that are equal rounding would choose.
+const LAKE_END: f64 = 0.99;
+
+/// How steep a bed is that goes on under the sea: enough that it falls. Chosen by eye.
+pub const DROWNED_SLOPE: f64 = 0.002;
+
+/// Straight segments of a trunk at least, so that a curve of a coarse network is still one. Chosen by eye.
+const LEAST_SEGMENTS: usize = 16;
+
+/// How long the curve's tangents at the nodes are, as a share of those that Hermite's cubic has: a little less curved, so
+/// that a trunk bulges by less than its length. Chosen by eye.
+const TANGENT: f64 = 0.8;
+
+/// Area that drains through a spring, in cells of the trunk lattice: a quarter of its own cell. Chosen by eye.
+const SPRING_AREA: f64 = 0.25;
+
+/// How far a trunk bulges to the side at most, as a share of its length: a bound for the cubic.
+const BULGE: f64 = 0.2;
+
+/// How far apart two trunks that share a node are at least, as a share of the way from the node, and from which share of
+/// the trunk's length on. Closer ones could come across
+/// each other where the warp draws them together. Chosen by eye.
+const APART: f64 = 0.1;
+const APART_FROM: f64 = 0.25;
+
+/// The trunk from a node to the next, which bends as much as it may by a share; `None` for a sink.
+pub fn curve(fields: &Fields, nodes: &Trunks, id: NodeId, share: f64) -> Option<Channel> {
+    let drained = nodes.drained(id);
+    let to = drained.to?;
+    let below = nodes.drained(to);
+    let (here, there) = (nodes.node(id), nodes.node(to));
+    let straight = there.at.from(here.at);
+    // A river runs through a node in the direction from the one before to the one after.
+    let through = |id: NodeId, drained: &Drained| {
+        let to = nodes.node(drained.to?).at;
+        Some(match drained.main {
+            Some(main) => to.from(nodes.node(main).at).map(|part| part * 0.5),
+            None => to.from(nodes.node(id).at),
+        })
+    };
+    // The others join aslant.
+    let is_main = below.main == Some(id);
+    let start = through(id, &drained).unwrap_or(straight);
+    let end = match through(to, &below) {
+        Some(end) if is_main => end,
+        Some(end) => [0, 1].map(|axis| 0.5 * (end[axis] + straight[axis])),
+        None => straight,
+    };
+    let segments = fields.segments_a_channel(0).max(LEAST_SEGMENTS);
+    let bend = share * bend_share(fields, &drained, here.at, there.at);
+    // Where the sea comes in between, the trunk ends there.
+    let dry = drained.sea_at.unwrap_or(1.0);
+    let in_bay = drained.sea_at.is_some() && !there.sea;
+    let (below_m, below_lake) =
+        if drained.sea_at.is_some() { (fields.sea_level_m(), 0.0) } else { (below.level_m, below.lake) };
+    // A lake lies along the main river; in the mouths of the others it soon ends, so that it is no star.
+    let mouth_shape = if is_main { &LAKE_SHAPE[..] } else { &LAKE_SHAPE[..1] };
+    // In a lake the water is level: it falls from the lower end of the one to the upper end of the other.
+    let part = |shape: &[f64]| shape.len() as f64 / segments as f64;
+    let falls = [
+        if drained.lake > 0.0 { part(&LAKE_SHAPE) } else { 0.0 },
+        if below_lake > 0.0 { 1.0 - part(mouth_shape) } else { dry },
+    ];
+    let fall_m = drained.level_m - below_m;
+    let length_m = length(straight) * fields.metres_a_grain();
+    // The node's own cell comes in on the way.
+    let area_above = (drained.area as f64 - 1.0).max(SPRING_AREA);
+    let lake = |shape: &[f64], step: usize, half_width: f64, least: f64| match shape.get(step) {
+        _ if half_width == 0.0 || step > shape.len() => 0.0,
+        Some(share) => share * half_width,
+        None => LAKE_END * least,
+    };
+    let knot = |step: usize| {
+        let t = step as f64 / segments as f64;
+        let (t2, t3) = (t * t, t * t * t);
+        // Hermite's cubic between the nodes, from the straight line with `bend` 0 to the whole curve with 1.
+        let (leave, arrive) = (TANGENT * bend * (t3 - 2.0 * t2 + t), TANGENT * bend * (t3 - t2));
+        let go = t + bend * (3.0 * t2 - 2.0 * t3 - t);
+        let way = [0, 1].map(|axis| start[axis] * leave + straight[axis] * go + end[axis] * arrive);
+        let fallen = ((t - falls[0]) / (falls[1] - falls[0])).clamp(0.0, 1.0);
+        // On the floor of the sea it goes on falling a little.
+        let drowned_m = (t - dry).max(0.0) * length_m * DROWNED_SLOPE;
+        let area = area_above + (drained.area as f64 - area_above) * t;
+        let least = fields.least_lake(area);
+        let lakes =
+            [lake(&LAKE_SHAPE, step, drained.lake, least), lake(mouth_shape, segments - step, below_lake, least)];
+        Knot {
+            at: here.at.moved(way),
+            level_m: drained.level_m - fall_m * fallen - drowned_m,
+            area,
+            lake: lakes[0].max(lakes[1]),
+        }
+    };
+    let knots: Vec<Knot> = (0..=segments).map(knot).collect();
+    let mouth = match below.to {
+        _ if drained.sea_at.is_some() => Mouth::Sea,
+        Some(_) => Mouth::Channel((0, to.0, to.1)),
+        None => Mouth::Sink(to),
+    };
+    let hill_slope = fields.hill_slope(fields.uplift(here.at));
+    let next = (!in_bay).then_some((to, is_main));
+    let mut trunk = Channel::new((0, id.0, id.1), knots, mouth, hill_slope);
+    trunk.next = next;
+    Some(trunk)
+}
+
+/// How much a trunk may bend, 0 to 1: the closer the straight way comes to the sea before it ends, the less, for the
+/// lattice judges by that way where it comes into it.
+pub fn bend_share(fields: &Fields, drained: &Drained, from: Point, to: Point) -> f64 {
+    // As far apart as the lattice looks for the sea.
+    const PLACES: u32 = 16;
+    let way = to.from(from);
+    if !fields.has_sea() {
+        return 1.0;
+    }
+    if drained.sea_at.is_some() && fields.potential(to) >= fields.sea_potential() {
+        // To a bay: its shores are closer to each other than a curve is to its chord.
+        return 0.0;
+    }
+    let bulge_m = BULGE * length(way) * fields.metres_a_grain();
+    // The room at a place by what a bulge as round as a parabola takes there.
+    let room = |place: u32| {
+        let share = place as f64 / PLACES as f64;
+        let at = from.moved(way.map(|part| part * share * drained.sea_at.unwrap_or(1.0)));
+        fields.inland_m(at) / (4.0 * share * (1.0 - share) * bulge_m)
+    };
+    (1..PLACES).map(room).fold(1.0, f64::min).max(0.0)
+}
+
+/// Whether two trunks that share a node cross, or run side by side for long.
+pub fn too_close(trunk: &[Knot], other: &[Knot], joint: Point) -> bool {
+    // Every second knot tells: from one to the next a curve turns little.
+    const STEP: usize = 2;
+    let places = |knots: &[Knot]| knots.iter().map(|knot| knot.at.from(joint)).collect::<Vec<_>>();
+    let (trunk, other) = (places(trunk), places(other));
+    let (trunk_lines, other_lines) = (lines(&trunk, STEP), lines(&other, STEP));
+    let crosses = |line: &LineSegment| other_lines.iter().any(|other| line.crosses(other));
+    let whole = length(trunk[0]).max(length(trunk[trunk.len() - 1]));
+    // Near the node they are side by side anyway, so the distance is measured by the way from it.
+    let beside = |place: &[f64; 2]| {
+        let way = length(*place);
+        way > APART_FROM * whole && other_lines.iter().any(|line| line.distance(*place) < APART * way)
+    };
+    trunk_lines.iter().any(crosses) || trunk.iter().step_by(STEP).any(beside)
+}

@@ -1,0 +1,200 @@
+//! The sides of valleys in lanes: segments in columns, and how high the side that rises from one is at a point.
+
+use super::fields::Fields;
+use super::point::GRAINS;
+use super::segment::Segment;
+use crate::geometry::lerp;
+use crate::simd::{MAX_LANES, Simd};
+
+/// What wide water rises sideways, as a share of the hillside's slope: enough for a vertex to belong to the nearest
+/// place of a river and not to one further down.
+pub const CROSS_FALL: f32 = 0.02;
+
+/// What all floors rise sideways, as a share of the hillside's slope: next to nothing, so that no two vertices are equally high. In a lake they
+/// fall so from the shore to the middle: what runs into it is never lower, and where lakes overlap the deepest counts.
+const FLOOR_FALL: f32 = 0.001;
+
+/// Half width in vertices of the least bed: its floor is level across, so that in whichever direction it runs an
+/// unbroken line of vertices lies in it, each lower than the one before. More than half a diagonal, for the warp
+/// stretches lengths.
+pub const LEAST_HALF_WIDTH: f64 = 1.0;
+
+/// Segments in columns, in metres from the origin of a block.
+#[derive(Debug, Default)]
+pub struct Columns {
+    pub from: [Vec<f32>; 2],
+    pub along: [Vec<f32>; 2],
+    pub per_square: Vec<f32>,
+    pub level: [Vec<f32>; 2],
+    pub trough: [Vec<f32>; 2],
+    pub river: [Vec<f32>; 2],
+    pub lake: [Vec<f32>; 2],
+    pub steepness: Vec<f32>,
+    pub reach: Vec<f32>,
+    pub channel: Vec<u32>,
+    pub number: Vec<u32>,
+}
+
+impl Columns {
+    pub fn clear(&mut self) {
+        let Columns { from, along, per_square, level, trough, river, lake, steepness, reach, channel, number } = self;
+        let pairs = [from, along, level, trough, river, lake];
+        for column in pairs.into_iter().flatten().chain([per_square, steepness, reach]) {
+            column.clear();
+        }
+        channel.clear();
+        number.clear();
+    }
+
+    /// Adds a segment that is given in grains, from the segments' own origin, by the reach of a brook in grains.
+    pub fn push(&mut self, fields: &Fields, segment: &Segment, number: u32, brook: f64) {
+        let metres = fields.metres_a_grain();
+        let pair = |[upper, change]: [f64; 2]| [upper as f32, change as f32];
+        let level = pair(segment.level_m);
+        let trough = pair(segment.trough.map(|grains| grains * metres));
+        let least_m = LEAST_HALF_WIDTH * GRAINS as f64 * metres;
+        let half_width = |end: f64| {
+            let river_m = fields.river_width_m(lerp(segment.area, end)) / 2.0;
+            river_m.max(least_m)
+        };
+        let upper = half_width(0.0);
+        let river = pair([upper, half_width(1.0) - upper]);
+        let lake = pair(segment.lake.map(|grains| grains * metres));
+        let along = segment.along.map(|part| (part * metres) as f32);
+        let square = along[0] * along[0] + along[1] * along[1];
+        for axis in [0, 1] {
+            self.from[axis].push((segment.from[axis] * metres) as f32);
+            self.along[axis].push(along[axis]);
+            self.level[axis].push(level[axis]);
+            self.trough[axis].push(trough[axis]);
+            self.river[axis].push(river[axis]);
+            self.lake[axis].push(lake[axis]);
+        }
+        self.per_square.push(1.0 / square);
+        let change = |pair: [f32; 2]| pair[1].abs() / square.sqrt();
+        // What its side changes along a metre of it at most, where the hillside's slope is 1.
+        self.steepness.push(change(level) + change(trough) + change(river) + change(lake));
+        self.reach.push((segment.reach(brook) * metres) as f32);
+        self.channel.push(segment.channel);
+        self.number.push(number);
+    }
+
+    /// Adds a segment of others that begins there.
+    pub fn push_from(&mut self, other: &Columns, index: usize, from: [f32; 2]) {
+        for axis in [0, 1] {
+            self.from[axis].push(from[axis]);
+            self.along[axis].push(other.along[axis][index]);
+            self.level[axis].push(other.level[axis][index]);
+            self.trough[axis].push(other.trough[axis][index]);
+            self.river[axis].push(other.river[axis][index]);
+            self.lake[axis].push(other.lake[axis][index]);
+        }
+        self.per_square.push(other.per_square[index]);
+        self.steepness.push(other.steepness[index]);
+        self.reach.push(other.reach[index]);
+        self.channel.push(other.channel[index]);
+        self.number.push(other.number[index]);
+    }
+
+    /// Fills the last lanes with segments that do not matter: they are too far, and their reach is 0.
+    pub fn pad(&mut self) {
+        while !self.number.len().is_multiple_of(MAX_LANES) {
+            for axis in [0, 1] {
+                self.from[axis].push(1e18);
+                self.along[axis].push(0.0);
+                self.level[axis].push(0.0);
+                self.trough[axis].push(0.0);
+                self.river[axis].push(0.0);
+                self.lake[axis].push(0.0);
+            }
+            self.per_square.push(0.0);
+            self.steepness.push(0.0);
+            self.reach.push(0.0);
+            self.channel.push(u32::MAX);
+            self.number.push(u32::MAX);
+        }
+    }
+}
+
+/// Segments in lanes, or one in all of them.
+#[derive(Clone, Copy)]
+pub struct LaneSegment<S: Simd> {
+    from: [S::F32; 2],
+    along: [S::F32; 2],
+    per_square: S::F32,
+    level: [S::F32; 2],
+    trough: [S::F32; 2],
+    river: [S::F32; 2],
+    lake: [S::F32; 2],
+    /// Half width of the part of a river that is level across.
+    level_floor: S::F32,
+}
+
+/// The side of a segment's valley at a point.
+pub struct LaneSide<S: Simd> {
+    pub level: S::F32,
+    /// What the slope of the hillside is multiplied by.
+    pub rise: S::F32,
+    pub off: [S::F32; 2],
+    pub square: S::F32,
+    pub share: S::F32,
+}
+
+impl<S: Simd> LaneSegment<S> {
+    #[inline(always)]
+    pub fn load(simd: S, segments: &Columns, start: usize, level_floor: f32) -> LaneSegment<S> {
+        let Columns { from, along, per_square, level, trough, river, lake, .. } = segments;
+        LaneSegment {
+            from: [simd.load(&from[0][start..]), simd.load(&from[1][start..])],
+            along: [simd.load(&along[0][start..]), simd.load(&along[1][start..])],
+            per_square: simd.load(&per_square[start..]),
+            level: [simd.load(&level[0][start..]), simd.load(&level[1][start..])],
+            trough: [simd.load(&trough[0][start..]), simd.load(&trough[1][start..])],
+            river: [simd.load(&river[0][start..]), simd.load(&river[1][start..])],
+            lake: [simd.load(&lake[0][start..]), simd.load(&lake[1][start..])],
+            level_floor: simd.splat(level_floor),
+        }
+    }
+
+    #[inline(always)]
+    pub fn splat(simd: S, segments: &Columns, index: usize, level_floor: f32) -> LaneSegment<S> {
+        let Columns { from, along, per_square, level, trough, river, lake, .. } = segments;
+        LaneSegment {
+            from: [simd.splat(from[0][index]), simd.splat(from[1][index])],
+            along: [simd.splat(along[0][index]), simd.splat(along[1][index])],
+            per_square: simd.splat(per_square[index]),
+            level: [simd.splat(level[0][index]), simd.splat(level[1][index])],
+            trough: [simd.splat(trough[0][index]), simd.splat(trough[1][index])],
+            river: [simd.splat(river[0][index]), simd.splat(river[1][index])],
+            lake: [simd.splat(lake[0][index]), simd.splat(lake[1][index])],
+            level_floor: simd.splat(level_floor),
+        }
+    }
+
+    #[inline(always)]
+    pub fn side(&self, simd: S, at: [S::F32; 2]) -> LaneSide<S> {
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+        // The nearest place of the segment.
+        let off = [at[0] - self.from[0], at[1] - self.from[1]];
+        let share = (off[0] * self.along[0] + off[1] * self.along[1]) * self.per_square;
+        let share = simd.min(simd.max(share, zero), one);
+        let off = [off[0] - self.along[0] * share, off[1] - self.along[1] * share];
+        let square = off[0] * off[0] + off[1] * off[1];
+        // What the channel is like there.
+        let trough = self.trough[0] + self.trough[1] * share;
+        let river = self.river[0] + self.river[1] * share;
+        let lake = self.lake[0] + self.lake[1] * share;
+        let water = simd.max(river, lake);
+        let beyond = simd.max(square - water * water, zero);
+        // The side: level as far as the water is wide, rounded over the floor, then straight.
+        let rise = simd.sqrt(beyond + trough * trough) - trough;
+        // About the distance, within a tenth and exact along the axes: enough for what follows, without a root.
+        let (x, y) = (simd.abs(off[0]), simd.abs(off[1]));
+        let distance = simd.max(x, y) + simd.min(x, y) * simd.splat(0.4);
+        // Water is level, but for next to nothing: less than 0 in a lake, so that its middle is lowest.
+        let inland = distance - lake;
+        let sideways = (simd.min(inland, river) - self.level_floor) * simd.splat(CROSS_FALL);
+        let rise = rise + simd.max(sideways, inland * simd.splat(FLOOR_FALL));
+        LaneSide { level: self.level[0] + self.level[1] * share, rise, off, square, share }
+    }
+}
