@@ -26,16 +26,18 @@ struct Sea {
     metres_a_unit: f64,
 }
 
-/// Vertices from one place to the next at which rasters know the coast.
+/// Vertices from one place to the next at which rasters know the coast: the potential varies over kilometres, and to ask for
+/// it at each vertex would cost more than all else.
 pub const COAST_STEP: i64 = 16;
 
 /// Vertices that a brook runs on into the sea where there is room: there its bed is deeper than the sea's floor at first.
 const INTO_SEA: f64 = 6.0;
 
-/// Share of the coast's height above the sea that a bed has at most.
+/// Share of the coast's height above the sea that a bed has at most, so that it lies in a valley. Chosen by eye.
 const COAST_INCISION: f64 = 0.7;
 
-/// What the rounding of a valley's floor is less wide than, as a share of a trunk cell's side.
+/// What the rounding of a valley's floor is less wide than, as a share of a trunk cell's side: two of them side by side leave
+/// room for a ridge.
 const WIDEST_TROUGH: f64 = 0.3;
 
 impl Fields {
@@ -129,21 +131,23 @@ impl Fields {
     /// The slope of a river, by uplift and by the area that it drains, in cells of the trunk lattice.
     pub fn river_slope(&self, uplift: f64, area: f64) -> f64 {
         let slope = self.settings.trunk_slope * uplift / area.sqrt();
+        // Never as steep as a share of the hillsides: else these would not rise from the channel.
         slope / (1.0 + slope / (self.settings.channel_slope * self.hill_slope(uplift)))
     }
 
     /// Half width in grains of the rounding of a valley's floor, by the area that drains there.
     pub fn trough(&self, area: f64) -> f64 {
+        // As wide as the river goes with its discharge, and for large ones less and less.
         let share = self.settings.valley * area.sqrt() / WIDEST_TROUGH;
         self.widest_trough() * share / (1.0 + share * share).sqrt()
     }
 
-    /// What it is less than, however much drains there.
+    /// Half width in grains of the rounding of a valley's floor that none comes to, however much drains there.
     pub fn widest_trough(&self) -> f64 {
         WIDEST_TROUGH * self.side(0) as f64
     }
 
-    /// Discharge in cubic metres a second, by area.
+    /// Discharge in cubic metres a second, by area: what runs off it in a year.
     pub fn discharge_m3s(&self, area: f64) -> f64 {
         const SECONDS_A_YEAR: f64 = 31_556_952.0;
         let side_m = self.side(0) as f64 * self.metres_a_grain;
@@ -156,6 +160,8 @@ impl Fields {
     }
 
     /// Width of a river in metres, by area.
+    ///
+    /// Based on: L. B. Leopold, T. Maddock, The hydraulic geometry of stream channels, 1953 (the root of the discharge).
     pub fn river_width_m(&self, area: f64) -> f64 {
         self.settings.river_width_m * self.discharge_m3s(area).sqrt()
     }
@@ -199,6 +205,8 @@ impl Fields {
         let (sea_m, deepest_m) = (self.sea_level_m() as f32, self.settings.coast.depth_m as f32);
         if inland_m > 0.0 {
             let rise_m = inland_m * land;
+            // Steeper and steeper, so that the coast ends where the land has become as high: where it would be 100 m
+            // high it is 200 m.
             sea_m + rise_m * (1.0 + rise_m / 100.0)
         } else {
             // Asymptotically the greatest depth.
@@ -227,6 +235,7 @@ impl Fields {
 
     /// The share of the straight way from a point on land at which it comes to the sea, if it does.
     pub fn dry_share(&self, from: Point, to: Point) -> Option<f64> {
+        // So many looks on the way, then halving: a narrower arm of the sea is crossed unseen.
         const PLACES: usize = 16;
         self.sea.as_ref()?;
         let [east, south] = to.from(from);
@@ -254,6 +263,7 @@ impl Fields {
             difference / (2.0 * step)
         });
         let steepness = length(slope);
+        // By the slope it would be further than that.
         if here <= 0.0 || here > steepness * most {
             return None;
         }

@@ -32,14 +32,17 @@ struct Octave {
     slope: f32,
 }
 
-/// Wavelength of the first octave in cells of the finest level, and how many times shorter each further one is.
+/// Wavelength of the first octave in cells of the finest level, so that gullies go on from the brooks; and how many times
+/// shorter each further one is: not twice, or crests of two octaves would fall together.
 const FIRST_WAVE: f64 = 0.9;
 const WAVE_RATIO: f64 = 2.1;
 
-/// Depth of gullies as a share of their wavelength, where the settings ask for whole gullies on a slope of 1.
+/// Depth of gullies as a share of their wavelength, where the settings ask for whole gullies on a slope of 1: so shallow that
+/// their flanks are less steep than the hillside, and fall along it.
 const DEPTH: f64 = 0.2;
 
-/// Height of the roughness as a share of its first wavelength, likewise.
+/// Height of the roughness as a share of its first wavelength, where the settings ask for whole gullies on a slope of 1: so
+/// low that the land still falls along the fall line.
 const ROUGHNESS: f64 = 0.03;
 
 /// Waves shorter than this many vertices cannot be seen.
@@ -58,6 +61,7 @@ impl Gullies {
         if strength == 0.0 {
             return None;
         }
+        // Three octaves: a fourth would cost as much as each and be lower than the roughness.
         let mut octaves = Vec::new();
         let mut wave_m = FIRST_WAVE * finest_m;
         while wave_m >= SHORTEST * spacing_m && octaves.len() < 3 {
@@ -65,6 +69,7 @@ impl Gullies {
             octaves.push(Octave {
                 stripes: Stripes::new(wave_m, spacing_m, hash::stream(seed, Stream::Gullies.of(octaves.len() as u64))),
                 depth_m: depth_m as f32,
+                // Of `depth / 2 * cos(2 pi x / wave)`, along x.
                 slope: (depth_m * std::f64::consts::PI / wave_m) as f32,
             });
             wave_m /= WAVE_RATIO;
@@ -90,6 +95,7 @@ impl Gullies {
         let mut fall = [vec![0.0; len], vec![0.0; len]];
         dispatch(FallLine { area, spacing_m: self.spacing_m, warp, valleys, fall: &mut fall });
         let (mut across, mut crest, mut flank) = ([vec![0.0; len], vec![0.0; len]], vec![0.0; len], vec![0.0; len]);
+        // Octaves add up what they carve, and only then is it taken off: all know the hillside as the valleys made it.
         let Valleys { height_m, level_m, crest_m, steepness, .. } = valleys;
         let hillside = Hillside { height_m, level_m, crest_m, steepness, slope };
         let mut carved = vec![0.0; len];
@@ -140,6 +146,7 @@ impl Kernel for FallLine<'_> {
             let east_y = (simd.load(&east[down..]) - simd.load(&east[up..])) * per_metre;
             let south_x = (simd.load(&south[right..]) - simd.load(&south[left..])) * per_metre;
             let south_y = (simd.load(&south[down..]) - simd.load(&south[up..])) * per_metre;
+            // By the chain rule: the height's gradient in the plane, times how the plane is bent here.
             let away = [simd.load(&self.valleys.away[0][at..]), simd.load(&self.valleys.away[1][at..])];
             let x = away[0] * (one + east_x) + away[1] * south_x;
             let y = away[0] * east_y + away[1] * (one + south_y);
@@ -163,6 +170,7 @@ impl Kernel for Across<'_> {
     fn run<S: Simd>(self, simd: S) {
         for at in (0..self.fall[0].len()).step_by(S::LANES) {
             let (x, y) = (simd.load(&self.fall[0][at..]), simd.load(&self.fall[1][at..]));
+            // On a crest or a floor there is no direction; the least length keeps the vector short instead of undefined.
             let length = simd.sqrt(x * x + y * y);
             let scale = simd.splat(1.0) / simd.max(length, simd.splat(1e-6));
             simd.store(-y * scale, &mut self.across[0][at..]);
@@ -188,6 +196,7 @@ fn share<S: Simd>(simd: S, place: &Hillside<'_>, at: usize, detail_m: S::F32) ->
     let rise_m = simd.max(rise_m, simd.splat(0.0));
     let crest_m = simd.load(&place.crest_m[at..]);
     let least = simd.splat(1e-3);
+    // Both are hyperbolas that are a half where the place is a few details high, and smooth everywhere.
     let channel = rise_m / (rise_m + detail_m * simd.splat(3.0) + least);
     let crest = crest_m / (crest_m + detail_m * simd.splat(2.0) + least);
     channel * crest * simd.load(&place.steepness[at..])

@@ -66,7 +66,7 @@ impl Segment {
         self.nearest_off([to[0] - self.from[0], to[1] - self.from[1]])
     }
 
-    /// The same for a point so far from where the segment begins.
+    /// [`Segment::nearest`] to a point so far from where the segment begins.
     ///
     /// [`LineSegment::nearest`] but for a division, which is done once for all points.
     pub fn nearest_off(&self, off: [f64; 2]) -> (f64, f64) {

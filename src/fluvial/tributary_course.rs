@@ -15,8 +15,8 @@ use crate::geometry::{LineSegment, length, lerp};
 use crate::hash::{self, Draw};
 use crate::memory::Memory;
 
-/// Cells that a tributary is long at most, before it runs aslant: a head that is further from all channels has none. With
-/// two and a half hardly a cell is, and what a channel depends on stays near.
+/// Cells that a tributary is long at most, before it runs aslant: a head that is further from all channels has none, so
+/// that what a channel depends on stays near.
 const JOIN_CELLS: f64 = 2.5;
 
 /// Cells that lie between a head and the nearest channel at least: at the finest level, and more at each level above it. What

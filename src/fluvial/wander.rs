@@ -13,15 +13,17 @@ use crate::hash::Draw;
 /// How far the middle of a stretch lies to the side at most, as a share of its length.
 ///
 /// What each halving adds to the length of a channel is what makes long rivers longer than their basins are wide: Hack's
-/// law.
+/// law. Half is a corner of 90 degrees, at most.
 const SWING: f64 = 0.5;
 
-/// How much of the way to the next course a channel may take.
+/// How much of the way to the next course a channel may take: less than a half, so that two never meet, with some room for
+/// their widths.
 const TUBE: f64 = 0.4;
 
 /// Shares of a channel's length by which it lies to the side at the ends of its segments, whose number is a power of two;
 /// 0 at both ends.
 pub fn offsets(seed: u64, id: (i64, i64), segments: usize) -> Vec<f64> {
+    // Midpoint displacement: the middle of each stretch moves to the side, then the middles of its halves.
     let mut offsets = vec![0.0; segments + 1];
     let mut stretch = segments;
     while stretch > 1 {
@@ -39,6 +41,7 @@ pub fn offsets(seed: u64, id: (i64, i64), segments: usize) -> Vec<f64> {
 /// The places at the ends of the segments of a course once they are moved to the side by `offsets`, in the unit of the
 /// course, or by as much of it as the lines of the courses around leave room for.
 pub fn wandered(course: &[[f64; 2]], offsets: &[f64], around: &[LineSegment]) -> Vec<[f64; 2]> {
+    // Half of the way to the nearest line around would be a place as near to that as to its own course.
     let room = |place: [f64; 2]| around.iter().map(|line| line.distance(place)).fold(f64::INFINITY, f64::min);
     let within = |a: [f64; 2], b: [f64; 2], t: f64| [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t];
     let last = course.len() - 1;
@@ -57,6 +60,7 @@ pub fn wandered(course: &[[f64; 2]], offsets: &[f64], around: &[LineSegment]) ->
             }
             let room = at_knots[knot].min(between[knot - 1]).min(between[knot]);
             let side = offsets[knot].clamp(-TUBE * room, TUBE * room);
+            // At right angles to the way from the knot before to the one after.
             let (before, after) = (course[knot - 1], course[knot + 1]);
             let way = [after[0] - before[0], after[1] - before[1]];
             let scale = side / length(way).max(1.0);

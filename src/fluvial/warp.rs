@@ -42,7 +42,8 @@ const PATCH: i64 = 64;
 impl Warp {
     pub fn new(fields: &Fields, spacing_m: f64, seed: u64) -> Warp {
         let finest_m = fields.side(fields.levels() - 1) as f64 * fields.metres_a_grain();
-        // From the valleys of the middle levels down to little more than those of the finest.
+        // From the valleys of the middle levels down to little more than those of the finest. With H above 1 each octave
+        // bends the plane less than the one before.
         let spec =
             FractalSpec { kind: FractalKind::Fbm, octaves: 5, wavelength_m: 16.0 * finest_m, lacunarity: 2.0, h: 1.6 };
         let axes = |step: i64| {
