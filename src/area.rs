@@ -66,6 +66,17 @@ impl Area {
         (!area.is_empty()).then_some(area)
     }
 
+    /// The least area that holds both.
+    #[must_use]
+    pub fn hull(&self, other: &Area) -> Area {
+        Area {
+            x0: self.x0.min(other.x0),
+            y0: self.y0.min(other.y0),
+            x1: self.x1.max(other.x1),
+            y1: self.y1.max(other.y1),
+        }
+    }
+
     /// Whether every vertex of `other` is in this area.
     pub const fn contains(&self, other: &Area) -> bool {
         self.x0 <= other.x0 && self.y0 <= other.y0 && other.x1 <= self.x1 && other.y1 <= self.y1

@@ -65,7 +65,7 @@ pub fn rows_in_flight(region: &Region, threads: usize) -> u64 {
 /// # Errors
 /// The first error of a sink, or [`Error::Interrupted`].
 pub fn bake(world: &World, region: &Region, sinks: &[Box<dyn Sink + '_>], watch: &Watch) -> Result<(), Error> {
-    world.paths().prepare_for(region.cols());
+    world.agents().prepare_for(region.cols());
     let batch_rows = rows_in_flight(region, rayon::current_num_threads());
     let mut made: Option<Batch> = None;
     let mut first_row = 0;

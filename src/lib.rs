@@ -86,11 +86,14 @@ pub mod error;
 pub mod area;
 pub mod grid;
 pub mod hash;
+pub mod geometry;
 
 mod memory;
 pub mod clock;
 pub mod simd;
 pub mod noise;
+pub mod lines;
+pub mod names;
 pub mod places;
 pub mod fluvial;
 pub mod preset;
@@ -104,6 +107,7 @@ pub mod registry;
 pub mod map;
 pub mod bake;
 pub mod export;
+pub mod walker;
 pub mod experiment;
 #[cfg(feature = "cli")]
 pub mod cli;

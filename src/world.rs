@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::agents::paths::{PathList, Paths};
+use crate::agents::order_free::Agents;
 use crate::area::Area;
 use crate::error::Error;
-use crate::fluvial::rivers::River;
+use crate::lines::{Lines, SiteId};
+use crate::names::Names;
 use crate::places::Places;
-use crate::places::road::Road;
-use crate::places::site::{Site, SiteId};
+use crate::places::site::Site;
 use crate::preset::Preset;
 use crate::relief::Relief;
 use crate::vectors::Vectors;
@@ -16,19 +16,15 @@ use crate::vectors::coast::Coast;
 use crate::vectors::lakes::Lake;
 use crate::vectors::peaks::Peak;
 
-/// How many vertices around a tile its heights must be known: normals look one vertex past the tile's edge.
-///
-/// The one place where the pad stands: a [`Grid`](crate::grid::Grid) panics for a stage that reaches further.
-pub const HEIGHT_PAD: usize = 1;
-
 /// A world, ready to be baked: any tile of it is a pure function of this and the tile's place.
 #[derive(Debug)]
 pub struct World {
     preset: Preset,
     seed: u64,
     relief: Relief,
-    paths: Paths,
+    agents: Agents,
     places: Option<Places>,
+    names: Option<Names>,
     vectors: Vectors,
 }
 
@@ -41,11 +37,12 @@ impl World {
         preset.fill_defaults();
         preset.check().map_err(|fault| fault.into_error(None))?;
         let seed = seed.unwrap_or(preset.seed);
-        let relief = Relief::new(&preset, seed);
-        let paths = Paths::new(&preset, seed);
         let settle = |settings| Places::new(settings, preset.spacing_m, seed);
         let places = preset.places.as_ref().map(settle).transpose()?;
-        Ok(World { preset, seed, relief, paths, places, vectors: Vectors::default() })
+        let names = places.as_ref().map(|places| Names::new(seed, places.site_side()));
+        let relief = Relief::new(&preset, seed, names.clone());
+        let agents = Agents::new(&preset, seed);
+        Ok(World { preset, seed, relief, agents, places, names, vectors: Vectors::default() })
     }
 
     /// The recipe, with every default filled in.
@@ -73,14 +70,13 @@ impl World {
         &self.relief
     }
 
-    /// All rivers and roads whose effect may touch a vertex of `area`, whole, sorted by kind and owner.
-    pub fn ways(&self, area: &Area) -> PathList {
-        self.paths.touching(&self.relief, area)
-    }
-
-    /// All rivers of a fluvial world of which a part lies in `area`, whole, sorted by id.
-    pub fn rivers(&self, area: &Area) -> Vec<Arc<River>> {
-        self.vectors.rivers(&self.relief, area)
+    /// All rivers and roads that lie on `area` or may have an effect on a vertex of it, whole, sorted by id.
+    pub fn lines(&self, area: &Area) -> Lines {
+        let Some(land) = self.relief.fluvial() else { return self.agents.touching(&self.relief, area) };
+        let mut lines = land.rivers(area);
+        // Ids of rivers are less than those of roads.
+        lines.extend(self.places.iter().flat_map(|places| places.roads(land, area)));
+        lines
     }
 
     /// All lakes of a fluvial world of which a part lies in `area`, whole, sorted by id.
@@ -96,13 +92,6 @@ impl World {
     /// All peaks of a fluvial world on vertices of `area`, sorted by id.
     pub fn peaks(&self, area: &Area) -> Vec<Peak> {
         self.vectors.peaks(&self.relief, area)
-    }
-
-    /// All roads between settlements whose effect may touch a vertex of `area`, whole, sorted by id; none in a world
-    /// without places.
-    pub fn roads(&self, area: &Area) -> Vec<Arc<Road>> {
-        let settled = self.places.as_ref().zip(self.relief.fluvial());
-        settled.map_or_else(Vec::new, |(places, land)| places.roads(land, area))
     }
 
     /// All settlements that stand on a vertex of `area`, sorted by id; none in a world without places.
@@ -122,9 +111,14 @@ impl World {
         self.places.as_ref()
     }
 
-    /// The rivers and roads of this world, and what is remembered of them.
-    pub(crate) fn paths(&self) -> &Paths {
-        &self.paths
+    /// What things of this world are called; none in a world without places.
+    pub fn names(&self) -> Option<&Names> {
+        self.names.as_ref()
+    }
+
+    /// The agents of this world, and what is remembered of them.
+    pub(crate) fn agents(&self) -> &Agents {
+        &self.agents
     }
 
     /// Bounds that no height of this world can leave: (lowest, highest) in metres. 16-bit heights are encoded in them.

@@ -37,7 +37,7 @@ use std::time::{Duration, Instant};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::agents::walker::{Walker, WalkerOptions};
+use crate::walker::{Walker, WalkerOptions};
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::DeviceProfile;

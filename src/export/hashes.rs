@@ -1,4 +1,4 @@
-//! A list of what each tile is, as hashes: the cheapest proof that two bakes agree.
+//! A list of what each tile is, as hashes ([`Digest`](crate::tile::Digest)): the cheapest proof that two bakes agree.
 
 use std::io::Write;
 use std::path::Path;
@@ -9,12 +9,15 @@ use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::manifest::FileRecord;
-use crate::tile::Tile;
+use crate::tile::{Channel, Tile};
 
 /// The file in the folder of the bake.
 pub(crate) const PATH: &str = "hashes.txt";
 
-/// One line a tile: its number and the BLAKE3 of all its bytes.
+/// The most bytes of a tile's line: two numbers of at most 20 characters, a hash of 64 for each channel, and separators.
+pub(crate) const LINE_BYTES: u64 = 2 * 21 + 65 * Channel::ALL.len() as u64;
+
+/// One line a tile: its number and the hash of each of its channels; the first line names them.
 pub(crate) struct TileHashes {
     region: Region,
     file: Mutex<Option<PartFile>>,
@@ -23,21 +26,10 @@ pub(crate) struct TileHashes {
 impl TileHashes {
     /// Begins the list in the folder of the bake.
     pub fn create(region: Region, out: &Path) -> Result<TileHashes, Error> {
-        Ok(TileHashes { region, file: Mutex::new(Some(PartFile::create(out.join(PATH))?)) })
-    }
-}
-
-impl Tile {
-    /// The hash of everything that the tile holds: heights with their pad, normals and blend weights.
-    pub fn hash(&self) -> blake3::Hash {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(bytemuck::cast_slice(self.heights().values()));
-        for axis in self.normals().axes() {
-            hasher.update(bytemuck::cast_slice(axis.values()));
-        }
-        hasher.update(bytemuck::cast_slice(self.blend().ground().values()));
-        hasher.update(bytemuck::cast_slice(self.blend().cover().values()));
-        hasher.finalize()
+        let mut file = PartFile::create(out.join(PATH))?;
+        let names = Channel::ALL.map(Channel::name).join(" ");
+        writeln!(file, "# x y {names}").map_err(Error::io(file.path()))?;
+        Ok(TileHashes { region, file: Mutex::new(Some(file)) })
     }
 }
 
@@ -47,7 +39,7 @@ impl Sink for TileHashes {
     }
 
     fn take(&self, tile: &Tile, _place: Place) -> Result<Vec<u8>, Error> {
-        Ok(tile.hash().as_bytes().to_vec())
+        Ok(tile.digest().to_string().into_bytes())
     }
 
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
@@ -55,8 +47,8 @@ impl Sink for TileHashes {
         let file = file.as_mut().expect("rows come before the end");
         for (col, piece) in (0..).zip(pieces) {
             let id = self.region.tile(Place { row, col });
-            let hash = blake3::Hash::from_slice(piece).expect("take keeps whole hashes");
-            writeln!(file, "{} {} {hash}", id.x, id.y).map_err(Error::io(file.path()))?;
+            write!(file, "{} {} ", id.x, id.y).map_err(Error::io(file.path()))?;
+            file.write_all(piece).and_then(|()| writeln!(file)).map_err(Error::io(file.path()))?;
         }
         Ok(())
     }

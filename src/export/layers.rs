@@ -8,17 +8,10 @@
 
 use rusqlite::types::Value;
 
-use crate::agents::paths::{Path, PathEnding};
-use crate::agents::way::WayKind;
 use crate::area::{Area, TileId};
-use crate::fluvial::point::{GRAINS, Point};
-use crate::fluvial::rivers::{River, RiverEnding};
-use crate::fluvial::trunk::NodeId;
-use crate::hash;
-use crate::places::land::FIXED;
-use crate::places::names;
-use crate::places::road::{Crossing, Road, RoadClass, RoadKind, RoadPoint};
-use crate::places::site::{Site, SiteClass, SiteId};
+use crate::fluvial::point::GRAINS;
+use crate::lines::{FIXED, Line, LineClass, LineEnd, LineId, LineKind, LinePoint, NodeId, RoadClass, Structure};
+use crate::places::site::{Site, SiteClass};
 use crate::tile::Tile;
 use crate::vectors::coast::Coast;
 use crate::vectors::lakes::Lake;
@@ -121,13 +114,6 @@ fn optional_text(value: Option<impl ToString>) -> Value {
     value.map_or(Value::Null, text)
 }
 
-/// The name that a feature has on a map: one of the names of the site cell that a vertex of it lies in, by the numbers
-/// of its id. Worlds without places have no names.
-fn name(world: &World, of: fn(u64, SiteId, u64) -> String, at: [i64; 2], id: &[i64]) -> Value {
-    let number = id.iter().fold(0, |number, part| hash::mix(number ^ *part as u64));
-    world.places().map_or(Value::Null, |places| text(of(world.seed(), places.cell(at), number)))
-}
-
 /// About where a node of a lattice of the network is, in vertices.
 fn vertex_of_node(world: &World, level: u32, x: i64, y: i64) -> [i64; 2] {
     let side = world.relief().fluvial().map_or(0, |fluvial| fluvial.fields().side(level));
@@ -159,8 +145,8 @@ pub(crate) const FLUVIAL: &[Layer] = &[
             optional("joins", Kind::Text),
         ],
         visit: |world, tile, visit| {
-            for river in world.rivers(&tile.area()) {
-                visit(river.id.to_string().into(), &|| of_river(world, &river));
+            for river in lines(tile, LineKind::River) {
+                visit(river.id.to_string().into(), &|| of_river(world, river));
             }
         },
     },
@@ -231,8 +217,8 @@ pub(crate) const FLUVIAL: &[Layer] = &[
             column("length_m", Kind::Real),
         ],
         visit: |world, tile, visit| {
-            for road in roads(tile) {
-                visit(road_id(road).into(), &|| of_road(road, world.spacing_m()));
+            for road in lines(tile, LineKind::Road) {
+                visit(road.id.to_string().into(), &|| of_road(road));
             }
         },
     },
@@ -246,7 +232,7 @@ pub(crate) const FLUVIAL: &[Layer] = &[
             column("road", Kind::Text),
             column("length_m", Kind::Real),
         ],
-        visit: |world, tile, visit| roads(tile).for_each(|road| visit_crossings(road, world.spacing_m(), visit)),
+        visit: |_, tile, visit| lines(tile, LineKind::Road).for_each(|road| visit_crossings(road, visit)),
     },
 ];
 
@@ -279,35 +265,36 @@ fn length_m(line: &[[f64; 3]]) -> f64 {
     line.windows(2).map(step_m).fold(0.0, |sum, step| sum + step)
 }
 
-fn of_river(world: &World, river: &River) -> Feature {
-    let vertices = |at: Point| [at.x, at.y].map(|grains| grains as f64 / GRAINS as f64);
-    let line: Vec<[f64; 3]> = river
-        .line
-        .iter()
-        .map(|point| {
-            let [east, north, _] = metres(vertices(point.at), world.spacing_m());
-            [east, north, point.level_m]
-        })
-        .collect();
-    let (level, x, y) = river.course;
-    let (ending, joins) = match river.ending {
-        RiverEnding::River(other) => ("river", Some(other.to_string())),
-        RiverEnding::Lake(node) => ("lake", Some(lake_id(node))),
-        RiverEnding::Sea => ("sea", None),
-        RiverEnding::Sink => ("sink", None),
+/// The middle of a line in metres, with the levels of its points.
+fn line_m<'a>(line: &Line, points: impl IntoIterator<Item = &'a LinePoint>) -> Vec<[f64; 3]> {
+    let place = |point: &LinePoint| {
+        let [east, north, _] = metres(line.place_from([0, 0], point), line.spacing_m);
+        [east, north, point.level_m]
     };
-    let source = vertex_of_node(world, level, x, y);
+    points.into_iter().map(place).collect()
+}
+
+fn of_river(world: &World, river: &Line) -> Feature {
+    _ = world;
+    let line = line_m(river, &river.points);
+    let (start, end) = (river.points[0], river.points[river.points.len() - 1]);
+    let (ending, joins) = match river.end {
+        LineEnd::Line(other) => ("river", Some(other.to_string())),
+        LineEnd::Lake(node) => ("lake", Some(lake_id(node))),
+        LineEnd::Sea => ("sea", None),
+        _ => ("sink", None),
+    };
+    let order = if let LineClass::Order(order) = river.class { i64::from(order) } else { 0 };
     let values = vec![
         text(river.id),
-        // All parts of a course have one name.
-        name(world, names::river, source, &[i64::from(level), x, y]),
-        text(format!("r{level}:{x}:{y}")),
-        Value::Integer(river.order as i64),
+        optional_text(river.name.as_ref()),
+        text(river.course),
+        Value::Integer(order),
         Value::Real(length_m(&line)),
-        Value::Real(river.width_m[0]),
-        Value::Real(river.width_m[1]),
-        Value::Real(river.discharge_m3s[0]),
-        Value::Real(river.discharge_m3s[1]),
+        Value::Real(2.0 * start.half_width_m),
+        Value::Real(2.0 * end.half_width_m),
+        Value::Real(start.discharge_m3s),
+        Value::Real(end.discharge_m3s),
         Value::Real(line[0][2]),
         Value::Real(line[line.len() - 1][2]),
         text(ending),
@@ -320,7 +307,7 @@ fn of_lake(world: &World, lake: &Lake) -> Feature {
     let (x, y) = lake.id;
     let values = vec![
         text(lake_id(lake.id)),
-        name(world, names::lake, vertex_of_node(world, 0, x, y), &[x, y]),
+        optional_text(world.names().map(|names| names.lake(vertex_of_node(world, 0, x, y), &[x, y]))),
         Value::Real(lake.level_m),
         Value::Real(lake.area_m2),
         optional_text(lake.outlet),
@@ -337,7 +324,7 @@ fn of_coast(coast: &Coast, spacing_m: f64) -> Feature {
 fn of_peak(world: &World, peak: &Peak) -> Feature {
     let values = vec![
         text(peak_id(peak)),
-        name(world, names::peak, peak.at, &[peak.id.0, peak.id.1]),
+        optional_text(world.names().map(|names| names.peak(peak.at, &[peak.id.0, peak.id.1]))),
         Value::Real(peak.height_m as f64),
     ];
     Feature { values, lines: vec![vec![metres(peak.at.map(|at| at as f64), world.spacing_m())]] }
@@ -345,26 +332,18 @@ fn of_peak(world: &World, peak: &Peak) -> Feature {
 
 /// Shows the settlements of a tile, and those elsewhere that its roads end at.
 fn visit_sites(world: &World, tile: &Tile, visit: &mut Visit<'_>) {
-    let mut show = |site: &Site| visit(site_id(site.id).into(), &|| of_site(site, world.spacing_m()));
+    let mut show = |site: &Site| visit(site.id.to_string().into(), &|| of_site(site, world.spacing_m()));
     let here = |at: [i64; 2]| tile.area().contains(&Area::new(at[0], at[1], 1, 1));
     tile.sites().iter().filter(|site| here(site.at)).for_each(|site| show(site));
-    for road in roads(tile) {
-        [road.id.0, road.id.1].into_iter().filter_map(|id| world.site(id)).for_each(|site| show(&site));
+    for road in lines(tile, LineKind::Road) {
+        let LineId::Road { from, to } = road.id else { continue };
+        [from, to].into_iter().filter_map(|id| world.site(id)).for_each(|site| show(&site));
     }
 }
 
-/// The roads of which the middle line touches a tile.
-fn roads(tile: &Tile) -> impl Iterator<Item = &Road> {
-    tile.roads().iter().map(|road| &**road).filter(|road| road.touches(&tile.area()))
-}
-
-fn site_id(SiteId { i, j }: SiteId) -> String {
-    format!("s:{i}:{j}")
-}
-
-fn road_id(road: &Road) -> String {
-    let (from, to) = road.id;
-    format!("w:{}:{}:{}:{}", from.i, from.j, to.i, to.j)
+/// The lines of a kind that touch a tile.
+fn lines(tile: &Tile, kind: LineKind) -> impl Iterator<Item = &Line> {
+    tile.lines().iter().map(AsRef::as_ref).filter(move |line| line.kind == kind && line.touches(&tile.area()))
 }
 
 /// Metres east and north of a place in 1/256 vertex.
@@ -379,7 +358,7 @@ fn of_site(site: &Site, spacing_m: f64) -> Feature {
         SiteClass::Town => "town",
     };
     let values = vec![
-        text(site_id(site.id)),
+        text(site.id),
         text(&site.name),
         text(class),
         Value::Integer(i64::from(site.population)),
@@ -388,50 +367,39 @@ fn of_site(site: &Site, spacing_m: f64) -> Feature {
     Feature { values, lines: vec![vec![metres(site.at.map(|at| at as f64), spacing_m)]] }
 }
 
-fn of_road(road: &Road, spacing_m: f64) -> Feature {
+fn of_road(road: &Line) -> Feature {
     let class = match road.class {
-        RoadClass::Track => "track",
-        RoadClass::Road => "road",
-        RoadClass::Highway => "highway",
+        LineClass::Road(RoadClass::Track) => "track",
+        LineClass::Road(RoadClass::Highway) => "highway",
+        _ => "road",
     };
-    let place = |point: &RoadPoint| {
-        let [east, north, _] = metres_of_fixed(point.at, spacing_m);
-        [east, north, point.level_m as f64]
-    };
-    let line: Vec<[f64; 3]> = road.outline(spacing_m).iter().map(place).collect();
+    let line = line_m(road, &road.outline());
+    let (from, to) = if let LineId::Road { from, to } = road.id { (text(from), text(to)) } else { (Value::Null, Value::Null) };
     let values = vec![
-        text(road_id(road)),
+        text(road.id),
         text(class),
-        text(site_id(road.id.0)),
-        text(site_id(road.id.1)),
-        Value::Real(road.max_grade),
-        Value::Real(road.width_m),
+        from,
+        to,
+        Value::Real(road.max_grade()),
+        Value::Real(2.0 * road.points[0].half_width_m),
         Value::Real(length_m(&line)),
     ];
     Feature { values, lines: vec![line] }
 }
 
 /// Shows the crossings of a road.
-fn visit_crossings(road: &Road, spacing_m: f64, visit: &mut Visit<'_>) {
-    for (number, crossing) in road.crossings().iter().enumerate() {
+fn visit_crossings(road: &Line, visit: &mut Visit<'_>) {
+    for (number, structure) in road.structures.iter().enumerate() {
         // Numbers of a road sort as text.
-        let id = format!("x{}:{number:03}", &road_id(road)[1..]);
-        visit(id.clone().into(), &|| of_crossing(&id, road, crossing, spacing_m));
+        let id = format!("x{}:{number:03}", &road.id.to_string()[1..]);
+        visit(id.clone().into(), &|| of_crossing(&id, road, structure));
     }
 }
 
-fn of_crossing(id: &str, road: &Road, crossing: &Crossing, spacing_m: f64) -> Feature {
-    let kind = match crossing.kind {
-        RoadKind::Ground => unreachable!("what crosses something is not on the ground"),
-        RoadKind::Bridge => "bridge",
-        RoadKind::Ford => "ford",
-        RoadKind::Tunnel => "tunnel",
-    };
-    let (first, last) = crossing.points;
-    let line: Vec<[f64; 3]> =
-        road.points[first..=last].iter().map(|point| metres_of_fixed(point.at, spacing_m)).collect();
-    let values = vec![text(id), text(kind), text(road_id(road)), Value::Real(length_m(&line))];
-    Feature { values, lines: vec![vec![metres_of_fixed(crossing.at, spacing_m)]] }
+fn of_crossing(id: &str, road: &Line, structure: &Structure) -> Feature {
+    let line = line_m(road, &road.points[structure.first..=structure.last]);
+    let values = vec![text(id), text(structure.kind.name()), text(road.id), Value::Real(length_m(&line))];
+    Feature { values, lines: vec![vec![metres_of_fixed(structure.middle(road), road.spacing_m)]] }
 }
 
 // ---------------------------------------------------------------------------------------------------------------------
@@ -457,60 +425,64 @@ pub(crate) const AGENTS: &[Layer] = &[
         about: "rivers, from source to end; metres",
         shape: Shape::Line,
         columns: PATH_COLUMNS,
-        visit: |world, tile, visit| visit_paths(world, tile, WayKind::River, visit),
+        visit: |_, tile, visit| visit_paths(tile, LineKind::River, visit),
     },
     Layer {
         name: "roads",
         about: "roads, from the middle of the tile that owns each; metres",
         shape: Shape::Line,
         columns: PATH_COLUMNS,
-        visit: |world, tile, visit| visit_paths(world, tile, WayKind::Road, visit),
+        visit: |_, tile, visit| visit_paths(tile, LineKind::Road, visit),
     },
 ];
 
-fn visit_paths(world: &World, tile: &Tile, kind: WayKind, visit: &mut Visit<'_>) {
-    // A tile has all paths that may touch its pad too.
-    let touching = tile.paths().iter().filter(|path| path.way.kind() == kind && path.way.touches(&tile.area()));
-    for path in touching {
-        visit(path_key(path.owner), &|| of_path(path, world.spacing_m()));
+fn visit_paths(tile: &Tile, kind: LineKind, visit: &mut Visit<'_>) {
+    for line in lines(tile, kind) {
+        visit(path_key(owner(line.id)), &|| of_path(line));
     }
 }
 
-/// The key of the path that a tile owns: bytes in the order of the tiles' numbers.
+/// The tile that an agent's line belongs to.
+fn owner(id: LineId) -> TileId {
+    match id {
+        LineId::Agent { owner, .. } => owner,
+        LineId::River { .. } | LineId::Road { .. } => unreachable!("worlds of noise have lines of agents only"),
+    }
+}
+
+/// The key of the line that a tile owns: bytes in the order of the tiles' numbers.
 pub(crate) fn path_key(owner: TileId) -> Vec<u8> {
     [owner.x, owner.y].map(|number| (number as u64 ^ (1 << 63)).to_be_bytes()).concat()
 }
 
-/// A path as a row.
-pub(crate) fn of_path(path: &Path, spacing_m: f64) -> Feature {
-    let (points, origin) = (path.way.points(), path.way.origin());
-    let vertices = |east: f32, south: f32| [origin.0 as f64 + east as f64, origin.1 as f64 + south as f64];
-    let mut line: Vec<[f64; 3]> =
-        points.iter().map(|point| metres(vertices(point.east, point.south), spacing_m)).collect();
+/// An agent's line as a row.
+pub(crate) fn of_path(path: &Line) -> Feature {
+    let mut line: Vec<[f64; 3]> = line_m(path, &path.points);
+    line.iter_mut().for_each(|place| place[2] = 0.0);
     let length_m = length_m(&line);
-    // A line has two points in every format, and a way may be one place.
+    // A line has two points in every format, and a pool may be one place.
     if line.len() == 1 {
         line.push(line[0]);
     }
-    let (first, last) = (points[0], points[points.len() - 1]);
-    let (ending, joins) = match path.ending {
-        PathEnding::Sea => ("sea", None),
-        PathEnding::River(other) => ("river", Some(other)),
-        PathEnding::Pond => ("pond", None),
-        PathEnding::Nothing => ("nothing", None),
+    let (first, last) = (path.points[0], path.points[path.points.len() - 1]);
+    let (ending, joins) = match path.end {
+        LineEnd::Sea => ("sea", None),
+        LineEnd::Line(other) => ("river", Some(owner(other))),
+        LineEnd::Pond => ("pond", None),
+        _ => ("nothing", None),
     };
     let number = |number: Option<i64>| number.map_or(Value::Null, Value::Integer);
     let values = vec![
-        Value::Integer(path.owner.x),
-        Value::Integer(path.owner.y),
+        Value::Integer(owner(path.id).x),
+        Value::Integer(owner(path.id).y),
         text(ending),
         number(joins.map(|tile| tile.x)),
         number(joins.map(|tile| tile.y)),
         Value::Real(length_m),
-        Value::Real((2.0 * first.half_width_m) as f64),
-        Value::Real((2.0 * last.half_width_m) as f64),
-        Value::Real(first.floor_m as f64),
-        Value::Real(last.floor_m as f64),
+        Value::Real(2.0 * first.half_width_m),
+        Value::Real(2.0 * last.half_width_m),
+        Value::Real(first.floor_m),
+        Value::Real(last.floor_m),
     ];
     Feature { values, lines: vec![line] }
 }

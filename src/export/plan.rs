@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use crate::agents::paths::BYTES_A_REMEMBERED_TILE;
+use crate::agents::order_free::BYTES_A_REMEMBERED_TILE;
 use crate::area::Region;
 use crate::bake::{Sink, Watch, bake, rows_in_flight};
 use crate::error::Error;
@@ -14,8 +14,9 @@ use crate::export::file::{PartFile, remove_unfinished, sync_folder, write_whole}
 use crate::export::image::Image;
 use crate::export::manifest::{self, Manifest};
 use crate::export::registry::BakeRegistry;
-use crate::export::{Content, Export, Format, MeshOptions, Profile, mesh, profile, vector};
-use crate::world::{HEIGHT_PAD, World};
+use crate::export::{Content, Export, Format, MeshOptions, Profile, hashes, mesh, profile, vector};
+use crate::tile::shaped_input;
+use crate::world::World;
 
 /// A bake that has been thought through: the formats can hold the region.
 pub struct Plan<'a> {
@@ -160,8 +161,7 @@ impl<'a> Plan<'a> {
             };
             disk_bytes = disk_bytes.saturating_add(match export.0.content {
                 Content::Rasters { .. } | Content::Engine(_) => 0,
-                // Two tile numbers of at most 20 characters, a hash of 64 and three separators.
-                Content::Hashes => region.tiles().saturating_mul(107),
+                Content::Hashes => (region.tiles() + 1).saturating_mul(hashes::LINE_BYTES),
                 Content::GeoPackage | Content::GeoJson => vector::bytes_at_most(self.world, region),
                 // The region's file has some kilobytes of each tile.
                 Content::Gltf => of_meshes(mesh::GltfSink::bytes_at_most(region) + (16 << 10)),
@@ -192,16 +192,16 @@ impl<'a> Plan<'a> {
                 disk_bytes = disk_bytes.saturating_add(with_records.saturating_mul(count));
             }
         }
-        let padded = side + 2 * HEIGHT_PAD as u64;
+        let shaped = shaped_input(region.at().area(region.tile_cells())).len() as u64;
         // Heights, four floats of normal and slope and two words of weights a vertex, the relief's bands, and a file.
-        let a_thread = padded * padded * 4 + side * side * (16 + 8) + (5 << 18) + 2 * largest_tile_file;
+        let a_thread = shaped * 4 + side * side * (16 + 8) + (5 << 18) + 2 * largest_tile_file;
         // Two batches of rows: the one that is made and the one that is written.
         let tiles_in_flight = region.cols().saturating_mul(rows_in_flight(region, threads) * 2);
         let in_flight = tiles_in_flight.saturating_mul(side * side * kept_a_vertex);
         let records = files.saturating_mul(RECORD_BYTES);
         let rows = tiles_in_flight.saturating_mul(ROW_BYTES);
         let remembered =
-            self.world.paths().tiles_to_remember(region.cols()).saturating_mul(BYTES_A_REMEMBERED_TILE) as u64;
+            self.world.agents().tiles_to_remember(region.cols()).saturating_mul(BYTES_A_REMEMBERED_TILE) as u64;
         let parts = [in_flight, a_thread * threads as u64, remembered, records, rows, PROCESS_BYTES];
         Cost { files, disk_bytes, memory_bytes: parts.into_iter().fold(0, u64::saturating_add) }
     }

@@ -18,13 +18,13 @@
 //! whole basin, which is flooded and remembered.
 
 pub mod fields;
-mod ground;
 mod gullies;
 pub mod network;
 pub mod point;
 pub mod rivers;
 pub mod settings;
 mod strahler;
+pub mod survey;
 pub mod trunk;
 mod valley;
 mod wander;
@@ -37,13 +37,14 @@ use crate::area::Area;
 use crate::clock::Clock;
 use crate::grid::Grid;
 use crate::hash;
+use crate::names::Names;
 use crate::preset::Preset;
 use crate::simd::dispatch;
 use fields::{COAST_STEP, Fields};
 use gullies::Gullies;
 use network::{Network, Piece, Pieces, mix};
 use point::Point;
-use rivers::Rivers;
+use rivers::RiverMemories;
 use settings::{FluvialSettings, Strata};
 use trunk::NodeId;
 use valley::{FillValleys, LEAST_HALF_WIDTH, PATCH, Valleys};
@@ -58,8 +59,9 @@ pub struct Fluvial {
     warp: Warp,
     gullies: Option<Gullies>,
     lift: Lift,
-    rivers: Rivers,
-    ground: ground::Memories,
+    rivers: RiverMemories,
+    names: Option<Names>,
+    survey: survey::Memories,
 }
 
 /// The land of an area, and the water on it.
@@ -141,7 +143,7 @@ const LAKE_DEPTH: f32 = 0.1;
 
 impl Fluvial {
     /// The relief of a checked preset with those settings.
-    pub(crate) fn new(preset: &Preset, settings: &FluvialSettings, seed: u64) -> Fluvial {
+    pub(crate) fn new(preset: &Preset, settings: &FluvialSettings, seed: u64, names: Option<Names>) -> Fluvial {
         let fields = Arc::new(Fields::new(preset, settings, seed));
         Fluvial {
             spacing_m: preset.spacing_m,
@@ -149,8 +151,9 @@ impl Fluvial {
             warp: Warp::new(&fields, preset.spacing_m, seed),
             gullies: Gullies::new(&fields, preset.spacing_m, seed),
             lift: Lift::new(settings, seed),
-            rivers: Rivers::default(),
-            ground: ground::Memories::default(),
+            rivers: RiverMemories::default(),
+            names,
+            survey: survey::Memories::default(),
             fields,
         }
     }
@@ -598,7 +601,7 @@ mod tests {
     fn nothing_beyond_the_reach_matters() {
         for name in ["alps", "plains", "archipelago"] {
             let (_, preset) = Preset::load(name).unwrap();
-            let fluvial = Fluvial::new(&preset, preset.fluvial.as_ref().unwrap(), 4);
+            let fluvial = Fluvial::new(&preset, preset.fluvial.as_ref().unwrap(), 4, None);
             let area = Area::new(-130, 70, 64, 48);
             let expected = fluvial.land(area, &Clock::default());
             let wide = fluvial.pieces(aligned(area.padded(600)), 1);

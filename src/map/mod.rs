@@ -5,6 +5,7 @@ mod mark;
 mod tint;
 
 use crate::fluvial::WaterKind;
+use crate::lines::Imprint;
 use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::Tile;
 use crate::world::World;
@@ -81,23 +82,27 @@ impl MapPainter {
                     }
                 }
             }
-            if let Some(imprint) = tile.imprint() {
-                let roads = imprint.dirt().row(y, x0, x1).iter().map(|share| (share * ROAD_OPACITY, ROAD));
-                let rivers = imprint.water().row(y, x0, x1).iter().map(|share| (*share, RIVER));
-                for (pixel, (road, river)) in pixels.iter_mut().zip(roads.zip(rivers)) {
-                    mix(pixel, road);
-                    mix(pixel, river);
-                }
+            let imprint = tile.imprint();
+            if let Some(trodden) = imprint.and_then(Imprint::trodden) {
+                lay(pixels, trodden.dirt.row(y, x0, x1), (ROAD_OPACITY, ROAD));
             }
-            if let Some(beds) = tile.beds() {
-                for (pixel, share) in pixels.iter_mut().zip(beds.decks().row(y, x0, x1)) {
-                    mix(pixel, (share * WAY_OPACITY, WAY));
-                }
+            if let Some(dug) = imprint.and_then(Imprint::dug) {
+                lay(pixels, dug.water.row(y, x0, x1), (1.0, RIVER));
+            }
+            if let Some(built) = imprint.and_then(Imprint::built) {
+                lay(pixels, built.decks.row(y, x0, x1), (WAY_OPACITY, WAY));
             }
             for site in tile.sites() {
                 mark::paint_row(site, x0, y, pixels);
             }
         }
+    }
+}
+
+/// Lets a colour cover a share of each pixel.
+fn lay(pixels: &mut [[u8; 3]], shares: &[f32], (opacity, colour): (f32, [f32; 3])) {
+    for (pixel, share) in pixels.iter_mut().zip(shares) {
+        mix(pixel, (share * opacity, colour));
     }
 }
 

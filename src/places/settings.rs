@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::places::road::RoadClass;
+use crate::lines::RoadClass;
 use crate::preset::{Fault, KeyPath};
 
 /// Settlements and the roads between them. Lists of three are for tracks, roads and highways, in that order.

@@ -9,6 +9,7 @@ use crate::area::Area;
 use crate::clock::Clock;
 use crate::fluvial::{Fluvial, Land};
 use crate::grid::Grid;
+use crate::names::Names;
 use crate::preset::Preset;
 
 /// A world's relief. Heights are a pure function of the vertex: any area, the same bits.
@@ -21,10 +22,10 @@ pub enum Relief {
 }
 
 impl Relief {
-    /// The relief of a checked preset, whose defaults are filled in.
-    pub(crate) fn new(preset: &Preset, seed: u64) -> Relief {
+    /// The relief of a checked preset, whose defaults are filled in, and whose rivers have those names.
+    pub(crate) fn new(preset: &Preset, seed: u64, names: Option<Names>) -> Relief {
         match &preset.fluvial {
-            Some(settings) => Relief::Fluvial(Box::new(Fluvial::new(preset, settings, seed))),
+            Some(settings) => Relief::Fluvial(Box::new(Fluvial::new(preset, settings, seed, names))),
             None => Relief::Noise(Box::new(NoiseRelief::new(preset, seed))),
         }
     }

@@ -2,10 +2,10 @@
 
 use std::f64::consts::SQRT_2;
 
-use crate::agents::way::Imprint;
 use crate::area::Area;
 use crate::fluvial::{Water, WaterKind};
 use crate::grid::Grid;
+use crate::lines::Imprint;
 use crate::preset::Preset;
 use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::Normals;
@@ -41,6 +41,11 @@ impl Material {
     }
 }
 
+/// The area of land that the weights of an area are made of: mud lies beside water too.
+pub(super) const fn input(area: Area) -> Area {
+    area.padded(1)
+}
+
 /// How much of each material every vertex has; the weights of a vertex sum to exactly 255.
 #[derive(Debug)]
 pub struct Blend {
@@ -62,31 +67,23 @@ impl Blend {
 
     /// Lays the sand of rivers and then the dirt of roads over what is there.
     pub(super) fn cover_with(&mut self, imprint: &Imprint) {
-        let Area { x0, y0, x1, y1 } = self.ground.area();
-        for y in y0..y1 {
-            let sand = imprint.sand().row(y, x0, x1);
-            let dirt = imprint.dirt().row(y, x0, x1);
-            let ground = self.ground.row_mut(y, x0, x1);
-            let cover = self.cover.row_mut(y, x0, x1);
-            for (((ground, cover), sand), dirt) in ground.iter_mut().zip(cover).zip(sand).zip(dirt) {
-                for (material, share) in [(Material::Sand, *sand), (Material::Dirt, *dirt)] {
-                    if share > 0.0 {
-                        (*ground, *cover) = covered(*ground, *cover, material, share);
-                    }
-                }
-            }
+        if let Some(sand) = imprint.sand() {
+            self.lay(Material::Sand, sand);
+        }
+        for dirt in imprint.dirt() {
+            self.lay(Material::Dirt, dirt);
         }
     }
 
-    /// Lays the dirt of roads over what is there, as far as each vertex is road.
-    pub(super) fn pave(&mut self, road: &Grid<f32>) {
+    /// Lays a share of a material over what is there.
+    fn lay(&mut self, material: Material, shares: &Grid<f32>) {
         let Area { x0, y0, x1, y1 } = self.ground.area();
         for y in y0..y1 {
             let ground = self.ground.row_mut(y, x0, x1);
             let cover = self.cover.row_mut(y, x0, x1);
-            for ((ground, cover), share) in ground.iter_mut().zip(cover).zip(road.row(y, x0, x1)) {
+            for ((ground, cover), share) in ground.iter_mut().zip(cover).zip(shares.row(y, x0, x1)) {
                 if *share > 0.0 {
-                    (*ground, *cover) = covered(*ground, *cover, Material::Dirt, *share);
+                    (*ground, *cover) = covered(*ground, *cover, material, *share);
                 }
             }
         }

@@ -2,8 +2,8 @@
 
 use crate::area::Area;
 use crate::clock::Clock;
-use crate::fluvial::rivers::crosses;
 use crate::fluvial::{Fluvial, WaterKind};
+use crate::geometry::crosses;
 use crate::grid::Grid;
 use crate::vectors::contour::contours;
 

@@ -3,10 +3,11 @@
 use crate::area::Area;
 use crate::clock::Clock;
 use crate::fluvial::point::{GRAINS, Point};
-use crate::fluvial::rivers::{RiverId, crosses};
 use crate::fluvial::trunk::NodeId;
 use crate::fluvial::{Fluvial, WaterKind};
+use crate::geometry::crosses;
 use crate::grid::Grid;
+use crate::lines::LineId;
 use crate::vectors::contour::{contours, twice_area};
 
 /// A lake.
@@ -22,7 +23,7 @@ pub struct Lake {
     /// Square metres within the shore, without islands.
     pub area_m2: f64,
     /// The river that runs out of it.
-    pub outlet: Option<RiverId>,
+    pub outlet: Option<LineId>,
 }
 
 /// The least metres by which the shore is under or above the water at a vertex: no crossing lies on a vertex.

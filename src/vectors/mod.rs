@@ -19,7 +19,6 @@ pub mod peaks;
 use std::sync::Arc;
 
 use crate::area::Area;
-use crate::fluvial::rivers::River;
 use crate::fluvial::trunk::NodeId;
 use crate::memory::Memory;
 use crate::relief::Relief;
@@ -49,11 +48,6 @@ fn cells(area: &Area, side: i64, pad: i64) -> impl Iterator<Item = (i64, i64)> +
 }
 
 impl Vectors {
-    /// All rivers of which a part lies in an area, whole, sorted by id.
-    pub fn rivers(&self, relief: &Relief, area: &Area) -> Vec<Arc<River>> {
-        relief.fluvial().map(|fluvial| fluvial.rivers(area)).unwrap_or_default()
-    }
-
     /// All lakes of which a part lies in an area, whole, sorted by id.
     pub fn lakes(&self, relief: &Relief, area: &Area) -> Vec<Arc<Lake>> {
         let Some(fluvial) = relief.fluvial() else { return Vec::new() };

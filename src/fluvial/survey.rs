@@ -1,4 +1,5 @@
-//! Fluvial land as those find it who settle on it and build roads: sparse heights and waters, and rivers as lines.
+//! The survey: fluvial land as those know it who plan settlements and roads on it, with sparse heights and waters, and
+//! rivers as lines.
 //!
 //! The same kernel that fills tiles fills every `step`th vertex, at the cost of the nodes alone. Heights are those of a
 //! tile but for rounding. What has been found is remembered for a while, block by block, which changes nothing but time.
@@ -10,7 +11,7 @@ use crate::fluvial::network::{Piece, Pieces, mix};
 use crate::fluvial::point::{GRAINS, Point, length};
 use crate::fluvial::{Fluvial, WaterKind};
 use crate::memory::Memory;
-use crate::places::land::{FIXED, Land, RiverPiece, Water};
+use crate::lines::FIXED;
 
 /// Nodes a side of a block of sparse land.
 const BLOCK: i64 = 32;
@@ -24,11 +25,54 @@ const RIVER_VERTICES: f64 = 3.0;
 /// A grain is as fine as the parts in which lines are counted.
 const _: () = assert!(FIXED == GRAINS);
 
+/// What is known about the land before anything is planned on it.
+///
+/// Whatever is asked must be a pure function of the place and the step: the same vertex has the same height and water in
+/// every question with that step, and a piece of a river is the same in every area that it touches. With longer steps
+/// the land may be known less finely.
+pub trait Survey: Sync {
+    /// Height in metres of the bare land at the vertices `(x0 + i * step, y0 + j * step)`, row by row, `cols` x `rows`.
+    fn heights_m(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<f32>;
+
+    /// What stands on the land there, likewise. A river does where it is wide enough for a vertex to lie in it.
+    fn waters(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<WaterKind>;
+
+    /// All pieces of rivers whose middle line touches `area`, in any order.
+    fn rivers(&self, area: &Area) -> Vec<RiverPiece>;
+}
+
+impl WaterKind {
+    /// Whether it is a lake or the sea, which roads keep out of.
+    pub fn is_open(self) -> bool {
+        matches!(self, WaterKind::Lake | WaterKind::Sea)
+    }
+}
+
+/// A straight piece of a river's middle line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RiverPiece {
+    /// Upstream end in 1/256 vertex.
+    pub from: [i64; 2],
+    /// Downstream end in 1/256 vertex.
+    pub to: [i64; 2],
+    /// Width in metres.
+    pub width_m: f32,
+    /// Height in metres of the water's surface.
+    pub level_m: f32,
+}
+
+impl RiverPiece {
+    /// What pieces are sorted by, so that the order in which a survey lists them does not matter.
+    pub(crate) fn key(&self) -> ([i64; 2], [i64; 2], u32, u32) {
+        (self.from, self.to, self.width_m.to_bits(), self.level_m.to_bits())
+    }
+}
+
 /// What has been found lately.
 #[derive(Debug)]
 pub(super) struct Memories {
     /// By step, column and row.
-    blocks: Memory<(i64, i64, i64), Block>,
+    blocks: Memory<(i64, i64, i64), Sheet>,
     /// Channels around pages.
     pages: Memory<(i64, i64), Pieces>,
 }
@@ -41,18 +85,18 @@ impl Default for Memories {
 
 /// The land on `BLOCK` x `BLOCK` nodes.
 #[derive(Debug)]
-struct Block {
+struct Sheet {
     heights_m: Vec<f32>,
-    waters: Vec<Water>,
+    waters: Vec<WaterKind>,
 }
 
-impl Land for Fluvial {
+impl Survey for Fluvial {
     fn heights_m(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<f32> {
         self.sampled([x0, y0], step, (cols, rows), 0.0, |block| &block.heights_m)
     }
 
-    fn waters(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<Water> {
-        self.sampled([x0, y0], step, (cols, rows), Water::Dry, |block| &block.waters)
+    fn waters(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<WaterKind> {
+        self.sampled([x0, y0], step, (cols, rows), WaterKind::Dry, |block| &block.waters)
     }
 
     fn rivers(&self, area: &Area) -> Vec<RiverPiece> {
@@ -117,7 +161,7 @@ impl Fluvial {
         step: i64,
         (cols, rows): (usize, usize),
         value: T,
-        of: impl Fn(&Block) -> &[T],
+        of: impl Fn(&Sheet) -> &[T],
     ) -> Vec<T> {
         assert!(step > 0 && step & (step - 1) == 0, "{step} vertices between nodes is no power of two");
         assert!(first.iter().all(|at| at % step == 0), "{first:?} is not a node of every {step} vertices");
@@ -127,7 +171,7 @@ impl Fluvial {
         let blocks = |from: i64, to: i64| from.div_euclid(BLOCK)..=(to - 1).div_euclid(BLOCK);
         for by in blocks(nodes.y0, nodes.y1) {
             for bx in blocks(nodes.x0, nodes.x1) {
-                let block = self.ground.blocks.get((step, bx, by), || self.block(step, bx, by));
+                let block = self.survey.blocks.get((step, bx, by), || self.block(step, bx, by));
                 let own = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
                 let part = nodes.common(&own).expect("the block lies under the nodes");
                 for y in part.y0..part.y1 {
@@ -141,25 +185,19 @@ impl Fluvial {
         values
     }
 
-    fn block(&self, step: i64, bx: i64, by: i64) -> Block {
+    fn block(&self, step: i64, bx: i64, by: i64) -> Sheet {
         let area = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
         let clock = Clock::default();
         let land = if BLOCK * step <= PAGE {
             let [px, py] = [area.x0, area.y0].map(|at| (at * step).div_euclid(PAGE));
             let page = Area::new(px * PAGE, py * PAGE, PAGE as usize, PAGE as usize);
-            let pieces = self.ground.pages.get((px, py), || self.pieces(page, 1));
+            let pieces = self.survey.pages.get((px, py), || self.pieces(page, 1));
             self.land_of(&pieces, area, step, &clock)
         } else {
             self.land_of(&self.pieces(area, step), area, step, &clock)
         };
         let kinds = land.water.expect("fluvial land knows its water").kind;
-        let water = |kind: &WaterKind| match kind {
-            WaterKind::Dry => Water::Dry,
-            WaterKind::River => Water::River,
-            WaterKind::Lake => Water::Lake,
-            WaterKind::Sea => Water::Sea,
-        };
-        Block { heights_m: land.heights.values().to_vec(), waters: kinds.values().iter().map(water).collect() }
+        Sheet { heights_m: land.heights.values().to_vec(), waters: kinds.values().to_vec() }
     }
 }
 

@@ -3,8 +3,11 @@
 use std::sync::Arc;
 
 use crate::area::Area;
+use crate::fluvial::WaterKind;
+use crate::fluvial::survey::{RiverPiece, Survey};
+use crate::lines::FIXED;
 use crate::memory::Memory;
-use crate::places::land::{FIXED, Land, RiverPiece, Water};
+
 
 /// How far apart things are looked at. All lengths are whole vertices, and sites lie on nodes of the plan.
 #[derive(Clone, Copy, Debug)]
@@ -49,15 +52,15 @@ const BLOCKS: usize = 1024;
 
 /// The land on the nodes of the plan, remembered block by block.
 #[derive(Debug)]
-pub(super) struct Ground {
+pub(super) struct PlanLand {
     pub scale: Scale,
-    blocks: Memory<(i64, i64), Block>,
+    blocks: Memory<(i64, i64), PlanBlock>,
 }
 
 #[derive(Debug)]
-struct Block {
+struct PlanBlock {
     heights_m: Vec<f32>,
-    waters: Vec<Water>,
+    waters: Vec<WaterKind>,
     rivers: Vec<RiverPiece>,
 }
 
@@ -71,24 +74,24 @@ pub(super) struct Window {
     /// A height a node.
     pub heights_m: Vec<f32>,
     /// What stands on each.
-    pub waters: Vec<Water>,
+    pub waters: Vec<WaterKind>,
     /// Each piece that touches the rectangle once, sorted.
     pub rivers: Vec<RiverPiece>,
 }
 
-impl Ground {
-    pub fn new(scale: Scale) -> Ground {
-        Ground { scale, blocks: Memory::new(BLOCKS) }
+impl PlanLand {
+    pub fn new(scale: Scale) -> PlanLand {
+        PlanLand { scale, blocks: Memory::new(BLOCKS) }
     }
 
     /// The land on `cols` x `rows` nodes from node `at` on.
-    pub fn window(&self, land: &dyn Land, at: [i64; 2], cols: usize, rows: usize) -> Window {
+    pub fn window(&self, land: &dyn Survey, at: [i64; 2], cols: usize, rows: usize) -> Window {
         let mut window = Window {
             at,
             cols,
             rows,
             heights_m: vec![0.0; cols * rows],
-            waters: vec![Water::Dry; cols * rows],
+            waters: vec![WaterKind::Dry; cols * rows],
             rivers: Vec::new(),
         };
         let area = Area::new(at[0], at[1], cols, rows);
@@ -108,12 +111,12 @@ impl Ground {
         window
     }
 
-    fn block(&self, land: &dyn Land, (bx, by): (i64, i64)) -> Arc<Block> {
+    fn block(&self, land: &dyn Survey, (bx, by): (i64, i64)) -> Arc<PlanBlock> {
         self.blocks.get((bx, by), || {
             let Scale { step, .. } = self.scale;
             let (x0, y0, side) = (bx * BLOCK * step, by * BLOCK * step, BLOCK as usize);
             let area = Area::new(x0, y0, side * step as usize + 1, side * step as usize + 1);
-            Block {
+            PlanBlock {
                 heights_m: land.heights_m(x0, y0, step, side, side),
                 waters: land.waters(x0, y0, step, side, side),
                 rivers: land.rivers(&area),
@@ -144,10 +147,10 @@ impl Window {
     }
 
     /// The water at a node, counted from the window's first; what is outside is dry.
-    pub fn water(&self, col: i64, row: i64) -> Water {
+    pub fn water(&self, col: i64, row: i64) -> WaterKind {
         match self.holds(col, row) {
             true => self.waters[row as usize * self.cols + col as usize],
-            false => Water::Dry,
+            false => WaterKind::Dry,
         }
     }
 
@@ -163,8 +166,8 @@ impl Window {
 
 /// The river pieces of a window by place: in 1/256 vertex from the window's first node, so that products are exact.
 #[derive(Debug)]
-pub(super) struct Rivers {
-    pub pieces: Vec<Piece>,
+pub(super) struct RiverIndex {
+    pub pieces: Vec<PlanPiece>,
     buckets: Vec<Vec<u32>>,
     cols: i64,
     rows: i64,
@@ -173,7 +176,7 @@ pub(super) struct Rivers {
 
 /// A piece of a river, relative to a window.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Piece {
+pub(super) struct PlanPiece {
     pub from: [i64; 2],
     pub to: [i64; 2],
     pub width_m: f64,
@@ -183,20 +186,20 @@ pub(super) struct Piece {
 /// Nodes a side of a bucket of river pieces.
 const BUCKET: i64 = 2;
 
-impl Rivers {
+impl RiverIndex {
     /// The pieces of a window. `margin_m` is how far from a river's edge it is still found.
-    pub fn new(window: &Window, scale: &Scale, margin_m: f64) -> Rivers {
+    pub fn new(window: &Window, scale: &Scale, margin_m: f64) -> RiverIndex {
         let origin = window.at.map(|at| at * scale.step * FIXED);
         let side = BUCKET * scale.step * FIXED;
         let buckets = |nodes: usize| nodes as i64 / BUCKET + 1;
         let (cols, rows) = (buckets(window.cols), buckets(window.rows));
         let mut rivers =
-            Rivers { pieces: Vec::new(), buckets: vec![Vec::new(); (cols * rows) as usize], cols, rows, side };
+            RiverIndex { pieces: Vec::new(), buckets: vec![Vec::new(); (cols * rows) as usize], cols, rows, side };
         for piece in &window.rivers {
             let relative = |at: [i64; 2]| [at[0] - origin[0], at[1] - origin[1]];
             let width_m = piece.width_m as f64;
             let own =
-                Piece { from: relative(piece.from), to: relative(piece.to), width_m, level_m: piece.level_m as f64 };
+                PlanPiece { from: relative(piece.from), to: relative(piece.to), width_m, level_m: piece.level_m as f64 };
             let margin = ((width_m / 2.0 + margin_m) / scale.spacing_m * FIXED as f64) as i64 + 1;
             let index = rivers.pieces.len() as u32;
             for bucket in rivers.under(own.from, own.to, margin) {
@@ -229,7 +232,7 @@ impl Rivers {
     }
 }
 
-impl Piece {
+impl PlanPiece {
     /// Whether the line from `a` to `b` crosses the middle line. Of pieces that follow on each other, and of lines that
     /// do, exactly one is crossed where a crossing meets their common end.
     pub fn is_crossed(&self, a: [i64; 2], b: [i64; 2]) -> bool {

@@ -2,7 +2,7 @@
 //!
 //! Based on: Grelsson (2014), chapter 4. Its agents depend on the order in which tiles are made, and so on the walker's
 //! route: two walkers of one world who take different routes see different rivers. Such a world cannot keep the promise
-//! of one world, which is why a bake uses the order-free agents of [`paths`](crate::agents::paths) and why these stay
+//! of one world, which is why a bake uses the order-free agents of [`order_free`](crate::agents::order_free) and why these stay
 //! with the walker. They do keep the promise of no seams, at a price: a tile that stands never changes, so a bed that
 //! runs along an edge ends there, with a steep bank.
 
@@ -11,19 +11,20 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
+mod classic;
+
 use crate::agents::Direction;
-use crate::agents::classic::Site;
 use crate::agents::record::{Records, TileRecord};
-use crate::agents::way::Way;
 use crate::area::{Area, MAX_COORDINATE, TileId};
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::DeviceProfile;
-use crate::fluvial::Land;
 use crate::grid::Grid;
 use crate::hash;
-use crate::tile::Tile;
-use crate::world::{HEIGHT_PAD, World};
+use crate::lines::Line;
+use crate::tile::{self, Tile};
+use crate::world::World;
+use classic::TileAgents;
 
 /// How a walker's terrain is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,7 +73,7 @@ pub struct Expansion {
 /// every tile that it has made, [`TileRecord::BYTES`] each.
 ///
 /// ```
-/// use terrane::agents::walker::{Walker, WalkerOptions};
+/// use terrane::walker::{Walker, WalkerOptions};
 /// use terrane::{preset::Preset, world::World};
 ///
 /// let mut preset = Preset::load("thesis")?.1;
@@ -98,11 +99,11 @@ pub struct Walker<'w> {
     clock: Clock,
 }
 
-/// A tile and the ways that were carved into it.
+/// A tile and the lines that were carved into it.
 #[derive(Debug)]
 struct Standing {
     tile: Tile,
-    ways: Vec<Way>,
+    lines: Vec<Line>,
 }
 
 impl<'w> Walker<'w> {
@@ -218,8 +219,8 @@ impl<'w> Walker<'w> {
     }
 
     /// The rivers and roads of a tile, each as far as it lies in that tile; none where none stands.
-    pub fn ways(&self, id: TileId) -> &[Way] {
-        self.standing.get(&id).map_or(&[], |standing| &standing.ways)
+    pub fn lines(&self, id: TileId) -> &[Line] {
+        self.standing.get(&id).map_or(&[], |standing| &standing.lines)
     }
 
     /// The records of all tiles that were made with agents, sorted by place, and those that were given.
@@ -252,45 +253,36 @@ impl<'w> Walker<'w> {
         // The bare heights of all, in parallel.
         let heights = self.bare_heights(ids);
         // The agents, one tile after another: what one leaves at its edges is what the next begins with.
-        let mut ways = Vec::with_capacity(ids.len());
+        let mut lines = Vec::with_capacity(ids.len());
         for (&id, heights) in ids.iter().zip(&heights) {
-            ways.push(self.settle(id, heights));
+            lines.push(self.settle(id, heights));
         }
         // What is known from before, the beds, normals and blend weights, in parallel again.
         let Walker { world, options, records, clock, .. } = self;
-        let jobs: Vec<_> = ids.iter().zip(heights).zip(ways).collect();
-        let made = jobs.into_par_iter().map(|((&id, heights), ways)| {
-            let ways = ways.unwrap_or_else(|| match records.find(id) {
-                Some(record) if options.agents => clock.time("agents", || Site::new(world, id, &heights).ways(record)),
+        let jobs: Vec<_> = ids.iter().zip(heights).zip(lines).collect();
+        let made = jobs.into_par_iter().map(|((&id, heights), lines)| {
+            let agents = TileAgents::new(world, id, &heights);
+            let lines = lines.unwrap_or_else(|| match records.find(id) {
+                Some(record) if options.agents => clock.time("lines", || agents.lines(record)),
                 _ => Vec::new(),
             });
-            let imprint = if options.agents {
-                clock.time("carve", || Site::new(world, id, &heights).imprint(records, &ways))
-            } else {
-                None
-            };
-            (
-                id,
-                Standing {
-                    tile: Tile::imprinted(world, id, Land { heights, water: None }, imprint, None, clock),
-                    ways,
-                },
-            )
+            let imprint = options.agents.then(|| clock.time("imprint", || agents.imprint(records, &lines)));
+            (id, Standing { tile: Tile::imprinted(world, id, heights, imprint.flatten(), clock), lines })
         });
         let made: Vec<_> = made.collect();
         self.standing.extend(made);
     }
 
     /// The ways of a tile that is made for the first time, which is recorded; `None` for any other.
-    fn settle(&mut self, id: TileId, heights: &Grid<f32>) -> Option<Vec<Way>> {
+    fn settle(&mut self, id: TileId, heights: &Grid<f32>) -> Option<Vec<Line>> {
         if !self.options.agents || self.records.find(id).is_some() {
             return None;
         }
         let growth = self.growth(id);
-        let site = Site::new(self.world, id, heights);
-        let (record, ways) = self.clock.time("agents", || site.settle(&self.records, growth));
+        let agents = TileAgents::new(self.world, id, heights);
+        let (record, lines) = self.clock.time("lines", || agents.settle(&self.records, growth));
         self.records.add(record);
-        Some(ways)
+        Some(lines)
     }
 
     /// The direction in which the terrain grows at a tile: from the walker to it, and at a corner the axis along which
@@ -319,7 +311,7 @@ impl<'w> Walker<'w> {
         let DeviceProfile::Cpu = self.options.device;
         // Bands instead of tiles, so that no thread waits while another makes the last of three tiles.
         const BAND_ROWS: usize = 32;
-        let area = |id: &TileId| id.area(self.world.tile_cells()).padded(HEIGHT_PAD);
+        let area = |id: &TileId| tile::shaped_input(id.area(self.world.tile_cells()));
         let mut heights: Vec<Grid<f32>> = ids.iter().map(|id| Grid::filled(area(id), 0.0)).collect();
         let bands: Vec<(Area, &mut [f32])> = heights
             .iter_mut()

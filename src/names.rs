@@ -4,7 +4,7 @@
 //! one cell apart. The tongue changes from region to region, so that neighbours sound alike.
 
 use crate::hash;
-use crate::places::site::SiteId;
+use crate::lines::SiteId;
 
 /// The sounds of a tongue, and how it makes names of things.
 struct Tongue {
@@ -108,19 +108,59 @@ pub fn settlement(seed: u64, id: SiteId) -> String {
     })
 }
 
+/// The names of a world's things, by where they are.
+#[derive(Clone, Debug)]
+pub struct Names {
+    seed: u64,
+    /// Vertices a side of a site cell.
+    cell_side: i64,
+}
+
+impl Names {
+    /// The names of a world whose site cells have so many vertices a side.
+    pub fn new(seed: u64, cell_side: i64) -> Names {
+        Names { seed, cell_side }
+    }
+
+    /// The name of a river: one of those of the site cell that a vertex of it lies in, by the numbers of its id.
+    pub fn river(&self, at: [i64; 2], id: &[i64]) -> String {
+        river(self.seed, self.cell(at), number(id))
+    }
+
+    /// The name of a lake, likewise.
+    pub fn lake(&self, at: [i64; 2], id: &[i64]) -> String {
+        lake(self.seed, self.cell(at), number(id))
+    }
+
+    /// The name of a peak, likewise.
+    pub fn peak(&self, at: [i64; 2], id: &[i64]) -> String {
+        peak(self.seed, self.cell(at), number(id))
+    }
+
+    fn cell(&self, at: [i64; 2]) -> SiteId {
+        let [i, j] = at.map(|at| at.div_euclid(self.cell_side));
+        SiteId { i, j }
+    }
+}
+
+/// What tells things in one cell apart.
+fn number(id: &[i64]) -> u64 {
+    id.iter().fold(0, |number, part| hash::mix(number ^ *part as u64))
+}
+
 /// The name of a river: `cell` is the site cell of a place that belongs to it alone, its mouth, say, and `number` tells
 /// rivers of one cell apart.
-pub fn river(seed: u64, cell: SiteId, number: u64) -> String {
+fn river(seed: u64, cell: SiteId, number: u64) -> String {
     thing(seed, stream::RIVER, cell, number, |tongue| tongue.rivers)
 }
 
 /// The name of a lake; see [`river`].
-pub fn lake(seed: u64, cell: SiteId, number: u64) -> String {
+fn lake(seed: u64, cell: SiteId, number: u64) -> String {
     thing(seed, stream::LAKE, cell, number, |tongue| tongue.lakes)
 }
 
 /// The name of a peak; see [`river`].
-pub fn peak(seed: u64, cell: SiteId, number: u64) -> String {
+fn peak(seed: u64, cell: SiteId, number: u64) -> String {
     thing(seed, stream::PEAK, cell, number, |tongue| tongue.peaks)
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A tile owns an agent if its hash says so. The agent's trace runs over the un-carved lattice, straight across tile
 //! edges, so it is a pure function of the world and of that tile; it may cross `max_tiles` edges and so has a reach. A
-//! tile asks for the paths of all owners within that reach and is carved by those that touch it.
+//! tile asks for the lines of all owners within that reach and is carved by those that touch it.
 //!
 //! **Rivers that meet.** Owners have a rank, by hash. A river ends where it comes upon the bed of one with a higher
 //! rank. That one may itself end before the place, in a third; so a river is settled against settled rivers, each
@@ -15,40 +15,13 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 use crate::agents::greedy::{Node, Trace, search};
 use crate::agents::heuristic::{RiverHeuristic, RoadHeuristic};
-use crate::agents::way::Way;
-use crate::agents::{Direction, Ground};
+use crate::agents::{Direction, Terrain, bed};
 use crate::area::{Area, TileId};
 use crate::grid::Grid;
 use crate::hash;
+use crate::lines::{Line, LineEnd, LineId, LineKind, Lines};
 use crate::preset::{Aim, Ending, Preset, RiverAgents, RoadAgents};
 use crate::relief::Relief;
-
-/// A river or a road, whole.
-#[derive(Debug)]
-pub struct Path {
-    /// The tile whose hash has started it.
-    pub owner: TileId,
-    /// Its bed.
-    pub way: Way,
-    /// How it ends.
-    pub ending: PathEnding,
-}
-
-/// How a path ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PathEnding {
-    /// In the sea.
-    Sea,
-    /// In the bed of the river that this tile owns.
-    River(TileId),
-    /// In a pond.
-    Pond,
-    /// In nothing: a river has lost the last third of its way, a road stops.
-    Nothing,
-}
-
-/// Paths that touch an area, sorted by kind and owner.
-pub type PathList = Vec<Arc<Path>>;
 
 /// How many rivers, each settled against the next, are followed before one is taken as it was traced.
 const SETTLED_AGAINST: u32 = 3;
@@ -67,7 +40,7 @@ const LEAST_NODES: usize = 24;
 
 /// All order-free agents of a world. What has been traced is remembered for a while, which changes nothing but time.
 #[derive(Debug)]
-pub(crate) struct Paths {
+pub(crate) struct Agents {
     seed: u64,
     cells: i64,
     spacing_m: f64,
@@ -76,7 +49,7 @@ pub(crate) struct Paths {
     rivers: Option<RiverAgents>,
     roads: Option<RoadAgents>,
     traced: Memory<Option<TracedRiver>>,
-    settled: Memory<Vec<Arc<Path>>>,
+    settled: Memory<Lines>,
     remembered_tiles: AtomicUsize,
 }
 
@@ -93,7 +66,7 @@ struct TracedRiver {
 #[derive(Clone, Copy)]
 struct Settled {
     nodes: usize,
-    ending: PathEnding,
+    ending: LineEnd,
 }
 
 /// Streams of chance of the agents.
@@ -103,9 +76,9 @@ mod stream {
     pub const RANK: u64 = 5 << 32;
 }
 
-impl Paths {
-    pub(crate) fn new(preset: &Preset, seed: u64) -> Paths {
-        Paths {
+impl Agents {
+    pub(crate) fn new(preset: &Preset, seed: u64) -> Agents {
+        Agents {
             seed,
             cells: preset.tile_cells as i64,
             spacing_m: preset.spacing_m,
@@ -132,22 +105,22 @@ impl Paths {
         self.remembered_tiles.fetch_max(self.tiles_to_remember(cols), Ordering::Relaxed);
     }
 
-    /// All paths whose effect may touch `area`, sorted by kind and owner.
-    pub(crate) fn touching(&self, relief: &Relief, area: &Area) -> PathList {
+    /// All lines whose effect may touch `area`, sorted by id.
+    pub(crate) fn touching(&self, relief: &Relief, area: &Area) -> Lines {
         let crossed = |tiles: Option<u32>| tiles.map_or(0, |tiles| tiles as i64);
         let reach = crossed(self.rivers.as_ref().map(|rivers| rivers.max_tiles))
             .max(crossed(self.roads.as_ref().map(|roads| roads.max_tiles)));
         if self.rivers.is_none() && self.roads.is_none() {
             return Vec::new();
         }
-        let mut paths = Vec::new();
+        let mut lines = Vec::new();
         // A bed sticks out of the tiles that its nodes are in by at most a tile.
         for owner in self.tiles(area, reach + 1) {
             let own = self.settled.get(owner, &self.remembered_tiles, || self.settle(relief, owner));
-            paths.extend(own.iter().filter(|path| path.way.overlaps(area)).cloned());
+            lines.extend(own.iter().filter(|line| line.concerns(area)).cloned());
         }
-        paths.sort_by_key(|path| (path.way.kind(), path.owner));
-        paths
+        lines.sort_by_key(|line| line.id);
+        lines
     }
 
     /// All tiles that hold a vertex of `area`, and `more` around them, in order.
@@ -157,8 +130,8 @@ impl Paths {
         span(area.y0, area.y1).flat_map(move |y| columns.clone().map(move |x| TileId { x, y }))
     }
 
-    /// The paths of a tile, as they are in the end.
-    fn settle(&self, relief: &Relief, owner: TileId) -> Vec<Arc<Path>> {
+    /// The lines of a tile, as they are in the end.
+    fn settle(&self, relief: &Relief, owner: TileId) -> Lines {
         let river = self.rivers.as_ref().and_then(|agents| {
             let traced = self.traced(relief, owner);
             let river = traced.as_ref().as_ref()?;
@@ -175,7 +148,7 @@ impl Paths {
         let reach = self.rivers.as_ref().map_or(0, |rivers| rivers.max_tiles as i64);
         let mut end = Settled {
             nodes: river.nodes.len(),
-            ending: if river.ends_in_sea { PathEnding::Sea } else { PathEnding::Nothing },
+            ending: if river.ends_in_sea { LineEnd::Sea } else { LineEnd::Nothing },
         };
         let mut steps: Option<HashMap<Node, usize>> = None;
         for other in self.tiles(&river.bounds, reach) {
@@ -200,13 +173,13 @@ impl Paths {
                 }
             }
             // Where several meet at one place, the first owner in order has it: ties do not depend on history.
-            if step + 1 < end.nodes || (step + 1 == end.nodes && end.ending == PathEnding::Nothing) {
-                end = Settled { nodes: step + 1, ending: PathEnding::River(other) };
+            if step + 1 < end.nodes || (step + 1 == end.nodes && end.ending == LineEnd::Nothing) {
+                end = Settled { nodes: step + 1, ending: LineEnd::Line(river_id(other)) };
             }
         }
-        if end.ending == PathEnding::Nothing {
+        if end.ending == LineEnd::Nothing {
             match self.rivers.as_ref().map(|rivers| rivers.ending) {
-                Some(Ending::Pond) => end.ending = PathEnding::Pond,
+                Some(Ending::Pond) => end.ending = LineEnd::Pond,
                 _ => end.nodes -= end.nodes / 3,
             }
         }
@@ -263,16 +236,19 @@ impl Paths {
     }
 
     /// The bed of a river that keeps a part of its trace.
-    fn river(&self, agents: &RiverAgents, owner: TileId, river: &TracedRiver, settled: Settled) -> Path {
+    fn river(&self, agents: &RiverAgents, owner: TileId, river: &TracedRiver, settled: Settled) -> Line {
         let nodes = &river.nodes[..settled.nodes];
-        let reach_cells = (self.cells * (1 + agents.max_tiles as i64)) as f32;
-        let way = Way::river(nodes, &river.heights_m[..settled.nodes], agents, self.spacing_m, 0.0, reach_cells);
-        let way = if settled.ending == PathEnding::Pond { way.with_pond(POND_WIDTHS) } else { way };
-        Path { owner, way, ending: settled.ending }
+        let grown = [0.0, (self.cells * (1 + agents.max_tiles as i64)) as f32];
+        let heights_m = &river.heights_m[..settled.nodes];
+        let line = bed::river(river_id(owner), nodes, heights_m, agents, self.spacing_m, grown);
+        match settled.ending {
+            LineEnd::Pond => bed::with_pond(line, POND_WIDTHS),
+            end => Line { end, ..line },
+        }
     }
 
     /// A tile's road, from its middle on.
-    fn road(&self, relief: &Relief, owner: TileId, agents: &RoadAgents) -> Option<Path> {
+    fn road(&self, relief: &Relief, owner: TileId, agents: &RoadAgents) -> Option<Line> {
         let hash = self.owns(stream::ROAD, owner, agents.density)?;
         let area = owner.area(self.cells as u32);
         let start = ((area.x0 + area.x1 - 1) / 2, (area.y0 + area.y1 - 1) / 2);
@@ -289,7 +265,8 @@ impl Paths {
             return None;
         }
         let heights_m: Vec<f32> = nodes.iter().map(|node| ground.height_m(*node)).collect();
-        Some(Path { owner, way: Way::road(&nodes, &heights_m, agents, self.spacing_m), ending: PathEnding::Nothing })
+        let id = LineId::Agent { kind: LineKind::Road, owner };
+        Some(bed::road(id, &nodes, &heights_m, agents, self.spacing_m))
     }
 
     /// Cuts a trace off before it crosses one tile edge more than it may.
@@ -308,8 +285,8 @@ impl Paths {
         self.cells as usize * 2 * (1 + max_tiles as usize)
     }
 
-    fn ground<'a>(&self, relief: &'a Relief) -> BareGround<'a> {
-        BareGround {
+    fn ground<'a>(&self, relief: &'a Relief) -> BareTerrain<'a> {
+        BareTerrain {
             relief,
             blocks: HashMap::new(),
             sea_level_m: self.sea_level_m,
@@ -321,6 +298,11 @@ impl Paths {
 
 /// A pond is so many times as wide as the river that ends in it.
 const POND_WIDTHS: f32 = 3.0;
+
+/// The river of a tile.
+fn river_id(owner: TileId) -> LineId {
+    LineId::Agent { kind: LineKind::River, owner }
+}
 
 fn bounds_of(nodes: &[Node]) -> Area {
     let first = Area::new(nodes[0].0, nodes[0].1, 1, 1);
@@ -360,7 +342,7 @@ fn downhill(heights: &Grid<f32>) -> Direction {
 }
 
 /// Un-carved ground anywhere, made block by block where an agent looks.
-struct BareGround<'a> {
+struct BareTerrain<'a> {
     relief: &'a Relief,
     blocks: HashMap<(i64, i64), Grid<f32>>,
     sea_level_m: f32,
@@ -371,7 +353,7 @@ struct BareGround<'a> {
 /// Vertices a side of a block of ground: the noise is made in blocks of about that size too.
 const BLOCK: i64 = 32;
 
-impl BareGround<'_> {
+impl BareTerrain<'_> {
     fn at(&mut self, x: i64, y: i64) -> f32 {
         let block = (x.div_euclid(BLOCK), y.div_euclid(BLOCK));
         let area = Area::new(block.0 * BLOCK, block.1 * BLOCK, BLOCK as usize, BLOCK as usize);
@@ -379,7 +361,7 @@ impl BareGround<'_> {
     }
 }
 
-impl Ground for BareGround<'_> {
+impl Terrain for BareTerrain<'_> {
     fn height_m(&mut self, (x, y): Node) -> f32 {
         self.at(x, y)
     }

@@ -1,8 +1,10 @@
 //! The middle line of a road: a way with its corners rounded, as points that lie evenly along it.
 
-use crate::places::ground::{Scale, distance2};
-use crate::places::land::{FIXED, Land, Water};
-use crate::places::route::{Way, bend_m};
+use crate::fluvial::WaterKind;
+use crate::fluvial::survey::Survey;
+use crate::lines::FIXED;
+use crate::places::plan::{Scale, distance2};
+use crate::places::route::{Route, bend_m};
 
 /// Nodes by which a rounded corner may miss the way's own.
 const MISS: f64 = 0.4;
@@ -15,7 +17,7 @@ const CHUNK: usize = 16;
 
 /// The middle line of a road, about [`Scale::fine`] vertices from point to point.
 #[derive(Debug)]
-pub(super) struct Line {
+pub(super) struct Alignment {
     /// In 1/256 vertex from the window's first node.
     pub points: Vec<[i64; 2]>,
     /// Whether a point lies on a leg that goes over a lake or the sea.
@@ -24,11 +26,11 @@ pub(super) struct Line {
     pub lengths_m: Vec<f64>,
 }
 
-impl Line {
+impl Alignment {
     /// The line along a way. Corners are rounded as far as `softness` (0 to 1) says, but always so far that no curve is
     /// sharper than `radius_m`.
-    pub fn along(way: &Way, scale: &Scale, radius_m: f64, softness: f64) -> Line {
-        let (corners, legs) = corners(way, scale);
+    pub fn along(route: &Route, scale: &Scale, radius_m: f64, softness: f64) -> Alignment {
+        let (corners, legs) = corners(route, scale);
         let mut path = vec![(corners[0], legs[0])];
         for index in 1..corners.len() - 1 {
             let (before, here, after) = (corners[index - 1], corners[index], corners[index + 1]);
@@ -53,15 +55,15 @@ impl Line {
             }
         }
         path.push((corners[corners.len() - 1], legs[legs.len() - 1]));
-        Line::laid(&path, scale)
+        Alignment::laid(&path, scale)
     }
 
     /// Points that lie evenly along a path, whose pieces tell whether they are bridged.
-    fn laid(path: &[([f64; 2], bool)], scale: &Scale) -> Line {
+    fn laid(path: &[([f64; 2], bool)], scale: &Scale) -> Alignment {
         let lengths: Vec<f64> = path.windows(2).map(|pair| direction(pair[0].0, pair[1].0).1).collect();
         let whole: f64 = lengths.iter().sum();
         let count = ((whole / scale.fine as f64) as usize).max(2);
-        let mut line = Line { points: Vec::new(), bridged: Vec::new(), lengths_m: Vec::new() };
+        let mut line = Alignment { points: Vec::new(), bridged: Vec::new(), lengths_m: Vec::new() };
         let (mut piece, mut before) = (0, 0.0);
         for index in 0..=count {
             let at = whole * index as f64 / count as f64;
@@ -87,15 +89,15 @@ impl Line {
     }
 
     /// The leg of the way that a point lies next to.
-    pub fn leg(&self, point: usize, way: &Way, scale: &Scale) -> usize {
+    pub fn leg(&self, point: usize, route: &Route, scale: &Scale) -> usize {
         let fixed = |node: [i64; 2]| node.map(|at| at * scale.step * FIXED);
-        let far = |leg: usize| distance2(self.points[point], fixed(way.nodes[leg]), fixed(way.nodes[leg + 1]));
-        (0..way.bridges.len()).min_by(|a, b| far(*a).total_cmp(&far(*b))).expect("a way has legs")
+        let far = |leg: usize| distance2(self.points[point], fixed(route.nodes[leg]), fixed(route.nodes[leg + 1]));
+        (0..route.bridges.len()).min_by(|a, b| far(*a).total_cmp(&far(*b))).expect("a way has legs")
     }
 
     /// What each point lies in: a lake or the sea if any corner of its cell, [`Scale::fine`] vertices a side, does, and a
     /// river if a nearest corner does. `origin` is the window's first vertex.
-    pub fn waters(&self, land: &dyn Land, origin: [i64; 2], scale: &Scale) -> Vec<Water> {
+    pub fn waters(&self, land: &dyn Survey, origin: [i64; 2], scale: &Scale) -> Vec<WaterKind> {
         self.asked(origin, scale, |x0, y0, cols, rows| {
             let waters = land.waters(x0, y0, scale.fine, cols, rows);
             move |corners: [usize; 4], [east, south]: [f64; 2]| {
@@ -104,17 +106,17 @@ impl Line {
                     let half = |share: f64, is_past: bool| if is_past { share >= 0.5 } else { share <= 0.5 };
                     half(east, corner % 2 == 1) && half(south, corner >= 2)
                 };
-                let river = (0..4).find(|corner| waters[*corner] == Water::River && is_near(*corner));
+                let river = (0..4).find(|corner| waters[*corner] == WaterKind::River && is_near(*corner));
                 match waters.iter().find(|water| water.is_open()) {
                     Some(open) => *open,
-                    None => river.map_or(Water::Dry, |corner| waters[corner]),
+                    None => river.map_or(WaterKind::Dry, |corner| waters[corner]),
                 }
             }
         })
     }
 
     /// The height of the land at each point in metres.
-    pub fn heights_m(&self, land: &dyn Land, origin: [i64; 2], scale: &Scale) -> Vec<f64> {
+    pub fn heights_m(&self, land: &dyn Survey, origin: [i64; 2], scale: &Scale) -> Vec<f64> {
         self.asked(origin, scale, |x0, y0, cols, rows| {
             let heights_m = land.heights_m(x0, y0, scale.fine, cols, rows);
             move |corners: [usize; 4], [east, south]: [f64; 2]| {
@@ -161,19 +163,19 @@ pub(super) fn length_m(a: [i64; 2], b: [i64; 2], spacing_m: f64) -> f64 {
 }
 
 /// A way's ends and turning points in vertices, and for each leg between them whether it is bridged.
-fn corners(way: &Way, scale: &Scale) -> (Vec<[f64; 2]>, Vec<bool>) {
+fn corners(route: &Route, scale: &Scale) -> (Vec<[f64; 2]>, Vec<bool>) {
     let place = |node: [i64; 2]| node.map(|at| (at * scale.step) as f64);
-    let (mut corners, mut legs) = (vec![place(way.nodes[0])], vec![way.bridges[0]]);
-    for index in 1..way.nodes.len() - 1 {
-        let [before, here, after] = [way.nodes[index - 1], way.nodes[index], way.nodes[index + 1]];
+    let (mut corners, mut legs) = (vec![place(route.nodes[0])], vec![route.bridges[0]]);
+    for index in 1..route.nodes.len() - 1 {
+        let [before, here, after] = [route.nodes[index - 1], route.nodes[index], route.nodes[index + 1]];
         let (a, b) = ([here[0] - before[0], here[1] - before[1]], [after[0] - here[0], after[1] - here[1]]);
-        let goes_on = a[0] * b[1] == a[1] * b[0] && way.bridges[index - 1] == way.bridges[index];
+        let goes_on = a[0] * b[1] == a[1] * b[0] && route.bridges[index - 1] == route.bridges[index];
         if !goes_on {
             corners.push(place(here));
-            legs.push(way.bridges[index]);
+            legs.push(route.bridges[index]);
         }
     }
-    corners.push(place(way.nodes[way.nodes.len() - 1]));
+    corners.push(place(route.nodes[route.nodes.len() - 1]));
     (corners, legs)
 }
 

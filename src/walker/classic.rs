@@ -11,11 +11,11 @@ use std::cmp::Ordering;
 use crate::agents::greedy::{End, Heuristic, Node, Trace, resume, search};
 use crate::agents::heuristic::{RiverHeuristic, RoadHeuristic};
 use crate::agents::record::{Passage, Records, TileRecord};
-use crate::agents::way::{Imprint, Way, WayKind};
-use crate::agents::{Direction, Ground};
+use crate::agents::{Direction, Terrain, bed};
 use crate::area::{Area, TileId};
 use crate::grid::Grid;
 use crate::hash;
+use crate::lines::{Imprint, Line, LineId, LineKind, fade};
 use crate::world::World;
 
 /// Nodes that an agent may have in one tile, per cell of the tile's side: one that has more walks in circles. Times
@@ -27,6 +27,10 @@ const NODES_A_CELL: usize = 8;
 /// tiles it is an eighth of the side.
 const MARGIN_CELLS: u32 = 12;
 
+/// Cells over which a line of one tile fades towards the tile's edge: little, so that what crosses the edge and is not
+/// faded closes the gap.
+const EDGE_FADE_CELLS: i64 = 6;
+
 /// Cells that a step over an edge is drawn out to both sides, so that it closes the gap that faded ways leave.
 const CROSSING_CELLS: i64 = 3;
 
@@ -34,7 +38,7 @@ const CROSSING_CELLS: i64 = 3;
 const CHANCE: u64 = 4 << 32;
 
 /// A tile that is being made, as agents need it.
-pub(super) struct Site<'a> {
+pub(super) struct TileAgents<'a> {
     world: &'a World,
     id: TileId,
     area: Area,
@@ -53,55 +57,55 @@ struct Leg {
     lowest_m: f32,
 }
 
-impl<'a> Site<'a> {
+impl<'a> TileAgents<'a> {
     /// The tile at `id`, of which the bare heights are known with their pad.
-    pub fn new(world: &'a World, id: TileId, heights: &'a Grid<f32>) -> Site<'a> {
-        Site { world, id, area: id.area(world.tile_cells()), heights }
+    pub fn new(world: &'a World, id: TileId, heights: &'a Grid<f32>) -> TileAgents<'a> {
+        TileAgents { world, id, area: id.area(world.tile_cells()), heights }
     }
 
-    /// The record and the ways of the tile when it is made for the first time, the terrain growing in `growth`.
-    pub fn settle(&self, records: &Records, growth: Direction) -> (TileRecord, Vec<Way>) {
+    /// The record and the lines of the tile when it is made for the first time, the terrain growing in `growth`.
+    pub fn settle(&self, records: &Records, growth: Direction) -> (TileRecord, Vec<Line>) {
         let kinds = self.kinds();
         // Whoever waits at the edges goes on; a tile starts agents of its own only when nobody does.
         let waiting = kinds.clone().filter_map(|kind| Some((kind, self.waiting(kind, records)?)));
-        let mut legs: Vec<(WayKind, Leg)> = waiting.collect();
+        let mut legs: Vec<(LineKind, Leg)> = waiting.collect();
         if legs.is_empty() {
             legs = kinds.filter_map(|kind| Some((kind, self.started(kind, growth)?))).collect();
         }
         let mut record = TileRecord { id: self.id, river: None, road: None };
-        let mut ways = Vec::new();
+        let mut lines = Vec::new();
         for (kind, leg) in legs {
             if let Some((passage, nodes)) = self.walk(kind, leg, records) {
-                ways.push(self.way(kind, &passage, nodes));
+                lines.push(self.line(kind, &passage, nodes));
                 match kind {
-                    WayKind::River => record.river = Some(passage),
-                    WayKind::Road => record.road = Some(passage),
+                    LineKind::River => record.river = Some(passage),
+                    LineKind::Road => record.road = Some(passage),
                 }
             }
         }
-        (record, ways)
+        (record, lines)
     }
 
-    /// The ways of the tile when it is made again.
-    pub fn ways(&self, record: &TileRecord) -> Vec<Way> {
+    /// The lines of the tile when it is made again.
+    pub fn lines(&self, record: &TileRecord) -> Vec<Line> {
         let again = |kind| {
             let passage = record.passage(kind)?;
             let nodes = self.trace(kind, self.leg(kind, passage), passage.nodes as usize).nodes;
-            Some(self.way(kind, passage, nodes))
+            Some(self.line(kind, passage, nodes))
         };
         self.kinds().filter_map(again).collect()
     }
 
     /// The kinds of agents that the world has.
-    fn kinds(&self) -> impl Iterator<Item = WayKind> + Clone + use<> {
+    fn kinds(&self) -> impl Iterator<Item = LineKind> + Clone + use<> {
         let preset = self.world.preset();
-        let river = preset.rivers.is_some().then_some(WayKind::River);
-        let road = preset.roads.is_some().then_some(WayKind::Road);
+        let river = preset.rivers.is_some().then_some(LineKind::River);
+        let road = preset.roads.is_some().then_some(LineKind::Road);
         [river, road].into_iter().flatten()
     }
 
     /// The agent that waits at one of the tile's edges, and of several the one that has come farthest.
-    fn waiting(&self, kind: WayKind, records: &Records) -> Option<Leg> {
+    fn waiting(&self, kind: LineKind, records: &Records) -> Option<Leg> {
         let stride = self.stride(kind);
         let mut farthest: Option<Leg> = None;
         for direction in Direction::ALL {
@@ -123,11 +127,11 @@ impl<'a> Site<'a> {
     }
 
     /// The agent that starts in the tile, if the hash gives it one: a river at the highest vertex, a road in the middle.
-    fn started(&self, kind: WayKind, direction: Direction) -> Option<Leg> {
+    fn started(&self, kind: LineKind, direction: Direction) -> Option<Leg> {
         let preset = self.world.preset();
         let density = match kind {
-            WayKind::River => preset.rivers.as_ref()?.density,
-            WayKind::Road => preset.roads.as_ref()?.density,
+            LineKind::River => preset.rivers.as_ref()?.density,
+            LineKind::Road => preset.roads.as_ref()?.density,
         };
         let chance = hash::stream(self.world.seed(), CHANCE + kind as u64);
         let chance = hash::stream(hash::stream(chance, self.id.x as u64), self.id.y as u64);
@@ -136,8 +140,8 @@ impl<'a> Site<'a> {
             return None;
         }
         let start = match kind {
-            WayKind::River => self.highest(),
-            WayKind::Road => {
+            LineKind::River => self.highest(),
+            LineKind::Road => {
                 let half = self.world.tile_cells() as i64 / 2;
                 (self.area.x0 + half, self.area.y0 + half)
             }
@@ -164,7 +168,7 @@ impl<'a> Site<'a> {
     }
 
     /// The way of an agent that comes here for the first time; `None` when nothing of it is left.
-    fn walk(&self, kind: WayKind, leg: Leg, records: &Records) -> Option<(Passage, Vec<Node>)> {
+    fn walk(&self, kind: LineKind, leg: Leg, records: &Records) -> Option<(Passage, Vec<Node>)> {
         let Trace { mut nodes, end } = self.trace(kind, leg, NODES_A_CELL * self.world.tile_cells() as usize);
         let mut exit = None;
         if let End::Edge(direction) = end {
@@ -197,17 +201,17 @@ impl<'a> Site<'a> {
     }
 
     /// The agent of a passage, as it was before it walked.
-    fn leg(&self, kind: WayKind, passage: &Passage) -> Leg {
+    fn leg(&self, kind: LineKind, passage: &Passage) -> Leg {
         let start = vertex(self.area, passage.start);
         let behind = passage.entry.map(|entry| (step(start, entry.opposite(), self.stride(kind)), entry));
         let Passage { direction, before_cells, lowest_before_m, .. } = *passage;
         Leg { start, behind, direction, before_cells, lowest_m: lowest_before_m }
     }
 
-    fn trace(&self, kind: WayKind, leg: Leg, most: usize) -> Trace {
+    fn trace(&self, kind: LineKind, leg: Leg, most: usize) -> Trace {
         let (mut ground, preset) = (self.ground(), self.world.preset());
         match (kind, &preset.rivers, &preset.roads) {
-            (WayKind::River, Some(rivers), _) => {
+            (LineKind::River, Some(rivers), _) => {
                 let heuristic = RiverHeuristic::resumed(&mut ground, rivers, leg.direction, leg.lowest_m);
                 let mut trace = self.go(heuristic, leg, most);
                 // A river ends where it reaches the sea.
@@ -217,7 +221,7 @@ impl<'a> Site<'a> {
                 }
                 trace
             }
-            (WayKind::Road, _, Some(roads)) => {
+            (LineKind::Road, _, Some(roads)) => {
                 self.go(RoadHeuristic::new(&mut ground, roads, leg.direction), leg, most)
             }
             _ => unreachable!("only kinds that the world has walk"),
@@ -241,7 +245,7 @@ impl<'a> Site<'a> {
     }
 
     /// The bed of a passage, from the last node before the tile to the first one after it.
-    fn way(&self, kind: WayKind, passage: &Passage, nodes: Vec<Node>) -> Way {
+    fn line(&self, kind: LineKind, passage: &Passage, nodes: Vec<Node>) -> Line {
         let leg = self.leg(kind, passage);
         let beyond = passage.exit.map(|exit| step(vertex(self.area, passage.last), exit, self.stride(kind)));
         let line: Vec<Node> = leg.behind.map(|(node, _)| node).into_iter().chain(nodes).chain(beyond).collect();
@@ -252,38 +256,35 @@ impl<'a> Site<'a> {
 
     /// The bed along nodes, of an agent that has come some way before the first of them; `level` makes the ground that a
     /// river has come to of the height of a node.
-    fn bed(&self, kind: WayKind, line: &[Node], level: impl Fn(usize, f32) -> f32, before_cells: u32) -> Way {
+    fn bed(&self, kind: LineKind, line: &[Node], level: impl Fn(usize, f32) -> f32, before_cells: u32) -> Line {
         let (preset, spacing_m) = (self.world.preset(), self.world.spacing_m());
+        let id = LineId::Agent { kind, owner: self.id };
         let mut heights: Vec<f32> = line.iter().map(|node| self.height_m(*node)).collect();
         match (kind, &preset.rivers, &preset.roads) {
-            (WayKind::River, Some(rivers), _) => {
+            (LineKind::River, Some(rivers), _) => {
                 heights.iter_mut().enumerate().for_each(|(at, height_m)| *height_m = level(at, *height_m));
                 let reach_cells = (rivers.max_tiles + 1) as f32 * self.world.tile_cells() as f32;
-                Way::river(line, &heights, rivers, spacing_m, before_cells as f32, reach_cells)
+                bed::river(id, line, &heights, rivers, spacing_m, [before_cells as f32, reach_cells])
             }
-            (WayKind::Road, _, Some(roads)) => Way::road(line, &heights, roads, spacing_m),
+            (LineKind::Road, _, Some(roads)) => bed::road(id, line, &heights, roads, spacing_m),
             _ => unreachable!("only kinds that the world has leave a bed"),
         }
     }
 
-    /// What the tile's ways do to it.
+    /// What the tile's lines do to it.
     ///
-    /// A tile that stands never changes, and a way is known on this side of an edge only. So ways fade out towards the
+    /// A tile that stands never changes, and a line is known on this side of an edge only. So lines fade out towards the
     /// edges, and what is left there is the one step over the edge of each agent that crosses it, which both tiles know:
     /// it gives them the same heights, normals and ground at the vertices that they share.
-    pub fn imprint(&self, records: &Records, ways: &[Way]) -> Option<Imprint> {
-        let mut imprint = Imprint::new(self.heights, ways);
+    pub fn imprint(&self, records: &Records, lines: &[Line]) -> Option<Imprint> {
+        let mut imprint = Imprint::new(self.heights, None, lines);
         if let Some(imprint) = &mut imprint {
-            imprint.fade_out(self.area, None);
+            fade_out(imprint, self.area, None);
         }
-        for (edge, way) in self.crossings(records) {
-            let near = common(way.bounds(), self.heights.area());
-            let mut bare = Grid::filled(near, 0.0);
-            for y in near.y0..near.y1 {
-                bare.row_mut(y, near.x0, near.x1).copy_from_slice(self.heights.row(y, near.x0, near.x1));
-            }
-            if let Some(mut crossing) = Imprint::new(&bare, [&way]) {
-                crossing.fade_out(self.area, Some(edge));
+        for (edge, line) in self.crossings(records) {
+            let Some(near) = line.bounds.common(&self.heights.area()) else { continue };
+            if let Some(mut crossing) = Imprint::new(&self.heights.part(near), None, [&line]) {
+                fade_out(&mut crossing, self.area, Some(edge));
                 imprint.get_or_insert_with(|| Imprint::blank(self.heights.area())).merge(&crossing);
             }
         }
@@ -292,7 +293,7 @@ impl<'a> Site<'a> {
 
     /// The steps of agents over each edge of the tile, outwards and inwards, whether taken or still waited for, and
     /// those of agents that nobody takes over.
-    fn crossings(&self, records: &Records) -> Vec<(Direction, Way)> {
+    fn crossings(&self, records: &Records) -> Vec<(Direction, Line)> {
         let mut crossings = Vec::new();
         for kind in self.kinds() {
             for edge in Direction::ALL {
@@ -307,12 +308,12 @@ impl<'a> Site<'a> {
     }
 
     /// The bed of an agent's step over an edge, of which both tiles must know the same.
-    fn crossing(&self, kind: WayKind, from: TileId, passage: &Passage, exit: Direction) -> Way {
+    fn crossing(&self, kind: LineKind, from: TileId, passage: &Passage, exit: Direction) -> Line {
         let stride = self.stride(kind);
         let last = vertex(from.area(self.world.tile_cells()), passage.last);
         let end_cells = passage.end_cells(stride as u32);
         match kind {
-            WayKind::River => {
+            LineKind::River => {
                 let nodes = (-CROSSING_CELLS..=1 + CROSSING_CELLS).map(|cells| step(last, exit, cells));
                 let line: Vec<Node> = nodes.collect();
                 // Upstream the river has not yet come to its lowest ground.
@@ -323,7 +324,7 @@ impl<'a> Site<'a> {
                 };
                 self.bed(kind, &line, level, end_cells.saturating_sub(CROSSING_CELLS as u32))
             }
-            WayKind::Road => {
+            LineKind::Road => {
                 // Within the margin a road goes straight: so it came, and so it goes on.
                 let straight = if stride > self.margin_cells() { 0..=1 } else { -1..=2 };
                 let line: Vec<Node> = straight.map(|steps| step(last, exit, steps * stride)).collect();
@@ -332,9 +333,9 @@ impl<'a> Site<'a> {
         }
     }
 
-    fn stride(&self, kind: WayKind) -> i64 {
+    fn stride(&self, kind: LineKind) -> i64 {
         match (kind, &self.world.preset().roads) {
-            (WayKind::Road, Some(roads)) => roads.step_cells as i64,
+            (LineKind::Road, Some(roads)) => roads.step_cells as i64,
             _ => 1,
         }
     }
@@ -349,9 +350,9 @@ impl<'a> Site<'a> {
         }
     }
 
-    fn ground(&self) -> TileGround<'_> {
+    fn ground(&self) -> TileTerrain<'_> {
         let preset = self.world.preset();
-        TileGround {
+        TileTerrain {
             area: self.area,
             heights: self.heights,
             half_per_spacing: (0.5 / preset.spacing_m) as f32,
@@ -397,10 +398,26 @@ fn neighbour(id: TileId, direction: Direction) -> TileId {
     TileId { x, y }
 }
 
-/// The vertices of both areas, which may be none.
-fn common(one: Area, other: Area) -> Area {
-    let (x0, y0) = (one.x0.max(other.x0), one.y0.max(other.y0));
-    Area { x0, y0, x1: one.x1.min(other.x1).max(x0), y1: one.y1.min(other.y1).max(y0) }
+/// Weakens an imprint towards the edges of `tile`, but for an `open` one, to exactly nothing one vertex before them.
+fn fade_out(imprint: &mut Imprint, tile: Area, open: Option<Direction>) {
+    let area = imprint.area();
+    let far = |direction, cells: i64| if open == Some(direction) { i64::MAX } else { cells };
+    let across = |x: i64| far(Direction::West, x - tile.x0).min(far(Direction::East, tile.x1 - 1 - x));
+    let down = |y: i64| far(Direction::North, y - tile.y0).min(far(Direction::South, tile.y1 - 1 - y));
+    for y in area.y0..area.y1 {
+        let cells_south = down(y);
+        // Between the western and the eastern edge nothing changes, except by the northern and the southern one.
+        let (west, east) = match cells_south > EDGE_FADE_CELLS {
+            true => (tile.x0 + EDGE_FADE_CELLS + 1, tile.x1 - 1 - EDGE_FADE_CELLS),
+            false => (area.x1, area.x1),
+        };
+        for x in (area.x0..west.min(area.x1)).chain(east.max(west).max(area.x0)..area.x1) {
+            let cells = cells_south.min(across(x));
+            if cells <= EDGE_FADE_CELLS {
+                imprint.weaken(x, y, 1.0 - fade((cells - 1).max(0) as f32 / EDGE_FADE_CELLS as f32));
+            }
+        }
+    }
 }
 
 fn vertex(area: Area, [east, south]: [u16; 2]) -> Node {
@@ -408,7 +425,7 @@ fn vertex(area: Area, [east, south]: [u16; 2]) -> Node {
 }
 
 /// The bare ground of one tile.
-struct TileGround<'a> {
+struct TileTerrain<'a> {
     area: Area,
     heights: &'a Grid<f32>,
     half_per_spacing: f32,
@@ -416,14 +433,14 @@ struct TileGround<'a> {
     sea_level_m: Option<f32>,
 }
 
-impl TileGround<'_> {
+impl TileTerrain<'_> {
     /// The tile's vertex that is nearest: a road looks several vertices ahead, past the edge and its pad.
     fn nearest(&self, (x, y): Node) -> Node {
         (x.clamp(self.area.x0, self.area.x1 - 1), y.clamp(self.area.y0, self.area.y1 - 1))
     }
 }
 
-impl Ground for TileGround<'_> {
+impl Terrain for TileTerrain<'_> {
     fn height_m(&mut self, (x, y): Node) -> f32 {
         self.heights.at(x, y)
     }
