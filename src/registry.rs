@@ -338,7 +338,8 @@ mod tests {
             river: (x > 0).then_some(Start { node: (x * 16 + 3, y * 16 - 1), direction: Some(Direction::West) }),
             road: (y > 0).then_some(Start { node: (x * 16 + 8, y * 16 + 8), direction: None }),
             lines: vec![format!("r0:{x}:{y}")],
-            digest: (x != y).then(|| Digest::new(Channel::ALL.map(|it| (it != Channel::Depth).then(|| hash(it.name()))))),
+            digest: (x != y)
+                .then(|| Digest::new(Channel::ALL.map(|it| (it != Channel::Depth).then(|| hash(it.name()))))),
             files: vec![format!("height/height_x{x}_y{y}.png"), "a \"quoted\" name".into()],
             record: (x == y).then(|| vec![1, 2, x as u8]),
         }

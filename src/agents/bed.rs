@@ -187,7 +187,8 @@ mod tests {
                 });
                 // The middle line passes between two points at most 2 vertices from the nearer one.
                 if distance.fold(f64::INFINITY, f64::min) > reach_m + 2.0 {
-                    let grids = imprint.sand().into_iter().chain(imprint.dirt()).chain(imprint.dug().map(|dug| &dug.water));
+                    let grids =
+                        imprint.sand().into_iter().chain(imprint.dirt()).chain(imprint.dug().map(|dug| &dug.water));
                     let traces: f32 = grids.map(|grid| grid.at(x, y)).sum();
                     assert_eq!((shaped.at(x, y), traces), (55.0, 0.0), "vertex ({x}, {y})");
                 }

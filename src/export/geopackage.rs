@@ -306,32 +306,34 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::agents::paths::{Path as AgentPath, PathEnding};
-    use crate::agents::way::Way;
-    use crate::agents::way::WayKind;
+    use crate::agents::bed;
     use crate::area::Area;
     use crate::export::geojson::GeoJson;
-    use crate::export::layers::{of_path, path_key};
+    use crate::export::layers::{of_path, owner, path_key};
+    use crate::lines::{Line, LineEnd, LineId, LineKind, Lines};
     use crate::preset::{Preset, RiverAgents, RoadAgents};
 
     /// A river across three tiles that joins another, a pool of one node, a road, and a river far away.
-    fn paths() -> Vec<Arc<AgentPath>> {
-        let river = |x0: i64, nodes: i64, owner: (i64, i64), ending| {
+    fn paths() -> Lines {
+        let id = |kind, (x, y)| LineId::Agent { kind, owner: TileId { x, y } };
+        let river = |x0: i64, nodes: i64, owner: (i64, i64), end| {
             let line: Vec<_> = (0..nodes).map(|step| (x0 + step, 10)).collect();
             let heights_m: Vec<_> = (0..nodes).map(|step| 40.0 - 0.25 * step as f32).collect();
-            let way = Way::river(&line, &heights_m, &RiverAgents::default(), 2.0, 0.0, 100.0);
-            Arc::new(AgentPath { owner: TileId { x: owner.0, y: owner.1 }, way, ending })
+            let id = id(LineKind::River, owner);
+            let river = bed::river(id, &line, &heights_m, &RiverAgents::default(), 2.0, [0.0, 100.0]);
+            Arc::new(Line { end, ..river })
         };
-        let road = Way::road(&[(20, 20), (20, 27), (20, 34)], &[5.0, 6.0, 8.0], &RoadAgents::default(), 2.0);
+        let road = [(20, 20), (20, 27), (20, 34)];
+        let road = bed::road(id(LineKind::Road, (1, 1)), &road, &[5.0, 6.0, 8.0], &RoadAgents::default(), 2.0);
         vec![
-            river(-5, 41, (1, 0), PathEnding::River(TileId { x: 7, y: -7 })),
-            river(12, 1, (-1, 2), PathEnding::Pond),
-            river(100_000, 30, (6250, 0), PathEnding::Sea),
-            Arc::new(AgentPath { owner: TileId { x: 1, y: 1 }, way: road, ending: PathEnding::Nothing }),
+            river(-5, 41, (1, 0), LineEnd::Line(id(LineKind::River, (7, -7)))),
+            river(12, 1, (-1, 2), LineEnd::Pond),
+            river(100_000, 30, (6250, 0), LineEnd::Sea),
+            Arc::new(road),
         ]
     }
 
-    fn baked(out: &Path, order: impl Fn(Vec<Arc<AgentPath>>) -> Vec<Arc<AgentPath>>) {
+    fn baked(out: &Path, order: impl Fn(Lines) -> Lines) {
         let text = "tile_cells = 16\nspacing_m = 2.0\nnoise = [{ kind = \"fbm\", height_m = 10.0, wavelength_m = 300.0, octaves = 2 }]";
         let world = World::new(Preset::parse("test", text).unwrap(), None).unwrap();
         let region = Region::new(TileId { x: 0, y: 0 }, 2, 3, 16).unwrap();
@@ -340,9 +342,9 @@ mod tests {
         for row in 0..3 {
             // Each row of tiles brings all paths again.
             for store in [&package.features, json.features()] {
-                for path in order(paths()).iter().filter(|path| path.way.touches(&Area::new(0, 0, 33, 49))) {
-                    let layer = usize::from(path.way.kind() == WayKind::Road);
-                    store.add(layer, path_key(path.owner), || of_path(path, 2.0));
+                for path in order(paths()).iter().filter(|path| path.touches(&Area::new(0, 0, 33, 49))) {
+                    let layer = usize::from(path.kind == LineKind::Road);
+                    store.add(layer, path_key(owner(path.id)), || of_path(path));
                 }
             }
             package.append(row, &[]).unwrap();

@@ -144,9 +144,9 @@ pub(crate) const FLUVIAL: &[Layer] = &[
             column("ending", Kind::Text),
             optional("joins", Kind::Text),
         ],
-        visit: |world, tile, visit| {
+        visit: |_, tile, visit| {
             for river in lines(tile, LineKind::River) {
-                visit(river.id.to_string().into(), &|| of_river(world, river));
+                visit(river.id.to_string().into(), &|| of_river(river));
             }
         },
     },
@@ -274,8 +274,7 @@ fn line_m<'a>(line: &Line, points: impl IntoIterator<Item = &'a LinePoint>) -> V
     points.into_iter().map(place).collect()
 }
 
-fn of_river(world: &World, river: &Line) -> Feature {
-    _ = world;
+fn of_river(river: &Line) -> Feature {
     let line = line_m(river, &river.points);
     let (start, end) = (river.points[0], river.points[river.points.len() - 1]);
     let (ending, joins) = match river.end {
@@ -374,7 +373,8 @@ fn of_road(road: &Line) -> Feature {
         _ => "road",
     };
     let line = line_m(road, &road.outline());
-    let (from, to) = if let LineId::Road { from, to } = road.id { (text(from), text(to)) } else { (Value::Null, Value::Null) };
+    let (from, to) =
+        if let LineId::Road { from, to } = road.id { (text(from), text(to)) } else { (Value::Null, Value::Null) };
     let values = vec![
         text(road.id),
         text(class),
@@ -443,7 +443,7 @@ fn visit_paths(tile: &Tile, kind: LineKind, visit: &mut Visit<'_>) {
 }
 
 /// The tile that an agent's line belongs to.
-fn owner(id: LineId) -> TileId {
+pub(crate) fn owner(id: LineId) -> TileId {
     match id {
         LineId::Agent { owner, .. } => owner,
         LineId::River { .. } | LineId::Road { .. } => unreachable!("worlds of noise have lines of agents only"),

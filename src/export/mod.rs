@@ -106,7 +106,11 @@ const KINDS: &[Kind] = &[
     rasters("depth-tiles", "the same, an EXR a tile", Format::Exr, true, DEPTH),
     rasters("flow", "discharge of the rivers in m3/s as 32-bit float OpenEXR", Format::Exr, false, FLOW),
     rasters("flow-tiles", "the same, an EXR a tile", Format::Exr, true, FLOW),
-    Kind { name: "hashes", about: "BLAKE3 of each tile's heights, normals, weights, water, beds, lines and sites", content: Content::Hashes },
+    Kind {
+        name: "hashes",
+        about: "BLAKE3 of each tile's heights, normals, weights, water, beds, lines and sites",
+        content: Content::Hashes,
+    },
     Kind {
         name: "vector",
         about: "rivers, lakes, coast, peaks, sites, roads, crossings and tiles as one GeoPackage",

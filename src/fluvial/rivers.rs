@@ -7,12 +7,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Fluvial, river_depth_m};
 use super::fields::COAST_STEP;
 use super::network::{Channel, ChannelId, Mouth, most_area};
 use super::point::{GRAINS, Point};
 use super::strahler::{Join, Strahler, locate};
 use super::trunk::NodeId;
+use super::{Fluvial, river_depth_m};
 use crate::area::Area;
 use crate::lines::{self, Bed, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
 use crate::memory::Memory;

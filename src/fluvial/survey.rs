@@ -10,8 +10,8 @@ use crate::fluvial::fields::Fields;
 use crate::fluvial::network::{Piece, Pieces, mix};
 use crate::fluvial::point::{GRAINS, Point, length};
 use crate::fluvial::{Fluvial, WaterKind};
-use crate::memory::Memory;
 use crate::lines::FIXED;
+use crate::memory::Memory;
 
 /// Nodes a side of a block of sparse land.
 const BLOCK: i64 = 32;

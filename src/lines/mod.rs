@@ -183,6 +183,12 @@ impl Line {
         (0..last.max(1)).map(move |index| [&self.points[index], &self.points[(index + 1).min(last)]])
     }
 
+    /// What carries a point, if the land does not.
+    pub fn carrier(&self, index: usize) -> Option<StructureKind> {
+        let carries = |structure: &&Structure| (structure.first..=structure.last).contains(&index);
+        self.structures.iter().find(carries).map(|structure| structure.kind)
+    }
+
     /// What carries each piece, if the land does not: a structure carries the pieces between two of its points.
     pub fn carriers(&self) -> Vec<Option<StructureKind>> {
         let mut carriers = vec![None; self.points.len().saturating_sub(1)];
@@ -243,10 +249,7 @@ pub(crate) mod tests {
     use super::*;
 
     /// A road 5 m wide, from places, levels and what carries them, in a world of so many metres between vertices.
-    pub(crate) fn road(
-        points: impl Iterator<Item = ([f64; 2], f64, Option<StructureKind>)>,
-        spacing_m: f64,
-    ) -> Line {
+    pub(crate) fn road(points: impl Iterator<Item = ([f64; 2], f64, Option<StructureKind>)>, spacing_m: f64) -> Line {
         let (mut line_points, mut carriers) = (Vec::new(), Vec::new());
         for (place, level_m, carrier) in points {
             let (half_width_m, discharge_m3s) = (2.5, 0.0);

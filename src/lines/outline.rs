@@ -19,7 +19,9 @@ impl Line {
         let mut kept = vec![false; points.len()];
         (kept[0], kept[last]) = (true, true);
         for structure in &self.structures {
-            for (before, after) in [(structure.first.saturating_sub(1), structure.first), (structure.last, structure.last + 1)] {
+            for (before, after) in
+                [(structure.first.saturating_sub(1), structure.first), (structure.last, structure.last + 1)]
+            {
                 (kept[before], kept[after.min(last)]) = (true, true);
             }
         }
@@ -83,7 +85,10 @@ mod tests {
 
     /// 8 m east from point to point, in a world of 1 m between vertices.
     fn line(points: impl Iterator<Item = (f64, f64, Option<StructureKind>)>) -> Line {
-        road(points.enumerate().map(|(index, (south_m, level_m, kind))| ([8.0 * index as f64, south_m], level_m, kind)), 1.0)
+        road(
+            points.enumerate().map(|(index, (south_m, level_m, kind))| ([8.0 * index as f64, south_m], level_m, kind)),
+            1.0,
+        )
     }
 
     fn columns(line: &Line) -> Vec<i64> {

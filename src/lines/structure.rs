@@ -94,6 +94,9 @@ mod tests {
         use StructureKind::{Bridge, Ford};
         let carriers = [None, Some(Bridge), Some(Bridge), Some(Ford), None, Some(Ford)];
         let expected = [(Bridge, 1, 2), (Ford, 3, 3), (Ford, 5, 5)];
-        assert_eq!(Structure::of_points(&carriers), expected.map(|(kind, first, last)| Structure { kind, first, last }));
+        assert_eq!(
+            Structure::of_points(&carriers),
+            expected.map(|(kind, first, last)| Structure { kind, first, last })
+        );
     }
 }

@@ -126,7 +126,8 @@ impl Builder<'_> {
         let scale = &self.plan.scale;
         let origin = window.at.map(|at| at * scale.step);
         let window_at = origin.map(|at| at * FIXED);
-        let legs = |points: &[usize]| points.iter().map(|point| line.leg(*point, route, scale)).collect::<BTreeSet<_>>();
+        let legs =
+            |points: &[usize]| points.iter().map(|point| line.leg(*point, route, scale)).collect::<BTreeSet<_>>();
         let waters = line.waters(self.land, origin, scale);
         let is_drowned = |point: &usize| waters[*point].is_open() && !line.bridged[*point];
         let drowned: Vec<usize> = (0..waters.len()).filter(is_drowned).collect();

@@ -175,7 +175,11 @@ impl Places {
         })
     }
 
-    fn sites_of_cells(&self, land: &dyn Survey, cells: impl Iterator<Item = SiteId>) -> impl Iterator<Item = Arc<Site>> {
+    fn sites_of_cells(
+        &self,
+        land: &dyn Survey,
+        cells: impl Iterator<Item = SiteId>,
+    ) -> impl Iterator<Item = Arc<Site>> {
         cells.filter_map(move |id| self.site(land, id))
     }
 

@@ -8,7 +8,6 @@ use crate::fluvial::survey::{RiverPiece, Survey};
 use crate::lines::FIXED;
 use crate::memory::Memory;
 
-
 /// How far apart things are looked at. All lengths are whole vertices, and sites lie on nodes of the plan.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
@@ -198,8 +197,12 @@ impl RiverIndex {
         for piece in &window.rivers {
             let relative = |at: [i64; 2]| [at[0] - origin[0], at[1] - origin[1]];
             let width_m = piece.width_m as f64;
-            let own =
-                PlanPiece { from: relative(piece.from), to: relative(piece.to), width_m, level_m: piece.level_m as f64 };
+            let own = PlanPiece {
+                from: relative(piece.from),
+                to: relative(piece.to),
+                width_m,
+                level_m: piece.level_m as f64,
+            };
             let margin = ((width_m / 2.0 + margin_m) / scale.spacing_m * FIXED as f64) as i64 + 1;
             let index = rivers.pieces.len() as u32;
             for bucket in rivers.under(own.from, own.to, margin) {

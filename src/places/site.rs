@@ -75,7 +75,13 @@ mod stream {
 }
 
 /// The settlement of a cell, if it has one.
-pub(super) fn site(settings: &PlacesSettings, seed: u64, plan: &PlanLand, land: &dyn Survey, id: SiteId) -> Option<Site> {
+pub(super) fn site(
+    settings: &PlacesSettings,
+    seed: u64,
+    plan: &PlanLand,
+    land: &dyn Survey,
+    id: SiteId,
+) -> Option<Site> {
     // Many cells are empty however good they are; of those nothing needs to be known.
     let luck = share(id.hash(seed, stream::SETTLED));
     if luck >= settings.density {
