@@ -4,7 +4,7 @@
 //! `TERRANE_SIMD=avx2` and the like choose the instruction set.
 
 use terrane::area::TileId;
-use terrane::clock::Clock;
+use terrane::clock::{Clock, stage};
 use terrane::preset::{BUILT_IN, Preset};
 use terrane::simd::Level;
 use terrane::tile::Tile;
@@ -12,24 +12,23 @@ use terrane::world::World;
 
 const TILES: i64 = 16;
 
-/// The stages of a tile: what the clock calls them, and what they are.
-const STAGES: [(&str, &str); 9] = [
-    ("network", "network"),
-    ("warp", "warp"),
-    ("valleys", "envelope"),
-    ("gullies", "detail"),
-    ("coast", "coast"),
-    ("water", "carving"),
-    ("grade", "grading"),
-    ("normals", "normals"),
-    ("blend", "blend"),
+/// The stages of a tile's land.
+const STAGES: [&str; 9] = [
+    stage::NETWORK,
+    stage::WARP,
+    stage::VALLEYS,
+    stage::GULLIES,
+    stage::COAST,
+    stage::WATER,
+    stage::IMPRINT,
+    stage::NORMALS,
+    stage::BLEND,
 ];
 
 fn main() {
     let level = Level::chosen().expect("the variable names a level of this CPU");
     println!("One thread, {}, {TILES} x {TILES} tiles; ns a vertex:\n", level.name());
-    let names: Vec<&str> = STAGES.iter().map(|(_, name)| *name).collect();
-    println!("| preset | {} | land in all | planning of roads |", names.join(" | "));
+    println!("| preset | {} | land in all | {} |", STAGES.join(" | "), stage::LINES);
     println!("|---|{}", "---|".repeat(STAGES.len() + 2));
     for (name, text) in BUILT_IN {
         let mut preset = Preset::parse(name, text).expect("it is built in");
@@ -41,12 +40,12 @@ fn main() {
         preset.places = None;
         let land_alone = spent(preset);
         let nanoseconds = |stage: &str| {
-            let stages = if ["grade", "roads"].contains(&stage) { &with_roads } else { &land_alone };
+            let stages = if [stage::IMPRINT, stage::LINES].contains(&stage) { &with_roads } else { &land_alone };
             stages.iter().find(|(name, _)| name == stage).map_or(0.0, |(_, nanoseconds)| *nanoseconds)
         };
-        let cells: Vec<String> = STAGES.iter().map(|(stage, _)| format!("{:.1}", nanoseconds(stage))).collect();
-        let land: f64 = STAGES.iter().map(|(stage, _)| nanoseconds(stage)).sum();
-        println!("| {name} | {} | {land:.0} | {:.0} |", cells.join(" | "), nanoseconds("roads"));
+        let cells: Vec<String> = STAGES.iter().map(|stage| format!("{:.1}", nanoseconds(stage))).collect();
+        let land: f64 = STAGES.iter().map(|stage| nanoseconds(stage)).sum();
+        println!("| {name} | {} | {land:.0} | {:.0} |", cells.join(" | "), nanoseconds(stage::LINES));
     }
 }
 

@@ -55,6 +55,17 @@ impl Area {
         Area { x0: self.x0 - pad, y0: self.y0 - pad, x1: self.x1 + pad, y1: self.y1 + pad }
     }
 
+    /// The smallest area that holds this one and another.
+    #[must_use]
+    pub fn hull(&self, other: &Area) -> Area {
+        Area {
+            x0: self.x0.min(other.x0),
+            y0: self.y0.min(other.y0),
+            x1: self.x1.max(other.x1),
+            y1: self.y1.max(other.y1),
+        }
+    }
+
     /// The vertices that are in both areas, if there are any.
     pub fn common(&self, other: &Area) -> Option<Area> {
         let area = Area {
@@ -64,17 +75,6 @@ impl Area {
             y1: self.y1.min(other.y1),
         };
         (!area.is_empty()).then_some(area)
-    }
-
-    /// The least area that holds both.
-    #[must_use]
-    pub fn hull(&self, other: &Area) -> Area {
-        Area {
-            x0: self.x0.min(other.x0),
-            y0: self.y0.min(other.y0),
-            x1: self.x1.max(other.x1),
-            y1: self.y1.max(other.y1),
-        }
     }
 
     /// Whether every vertex of `other` is in this area.

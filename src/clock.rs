@@ -4,6 +4,32 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+/// The names of the stages of a tile, wherever they are shown.
+pub mod stage {
+    /// Heights of relief of noise.
+    pub const RELIEF: &str = "relief";
+    /// The channels around an area.
+    pub const NETWORK: &str = "network";
+    /// Where vertices are read in the network's plane.
+    pub const WARP: &str = "warp";
+    /// The sides that rise from the channels.
+    pub const VALLEYS: &str = "valleys";
+    /// What runs down the hillsides between the channels.
+    pub const GULLIES: &str = "gullies";
+    /// The edge of the land and the floor of the sea.
+    pub const COAST: &str = "coast";
+    /// Beds, lakes and the sea, cut into the land.
+    pub const WATER: &str = "water";
+    /// Rivers, roads and settlements, found or planned.
+    pub const LINES: &str = "lines";
+    /// The land, shaped to the beds of lines.
+    pub const IMPRINT: &str = "imprint";
+    /// Normals.
+    pub const NORMALS: &str = "normals";
+    /// Blend weights.
+    pub const BLEND: &str = "blend";
+}
+
 /// Processor time per named stage, added up over all threads.
 ///
 /// Stages themselves are pure functions; whoever calls them holds the clock.

@@ -1,19 +1,126 @@
-//! Geometry of straight lines in the plane.
+//! Plane geometry of straight lines. Places are east and south of some origin, in any unit.
 
-/// Whether a straight line touches the rectangle from the origin to a corner.
-pub fn crosses(from: [f64; 2], to: [f64; 2], corner: [f64; 2]) -> bool {
-    let (mut enters, mut leaves) = (0.0f64, 1.0f64);
-    for axis in [0, 1] {
-        let way = to[axis] - from[axis];
-        if way == 0.0 {
-            if from[axis] < 0.0 || from[axis] > corner[axis] {
-                return false;
-            }
-            continue;
-        }
-        let (a, b) = (-from[axis] / way, (corner[axis] - from[axis]) / way);
-        enters = enters.max(a.min(b));
-        leaves = leaves.min(a.max(b));
+/// The length of a vector.
+pub fn length([x, y]: [f64; 2]) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
+/// The value at a share of the way along a line: from what it is at the start, and how much it changes to the end.
+pub fn lerp([start, change]: [f64; 2], share: f64) -> f64 {
+    start + change * share
+}
+
+/// The straight line between two places.
+#[derive(Clone, Copy, Debug)]
+pub struct LineSegment {
+    /// Where it begins.
+    pub from: [f64; 2],
+    /// The way to where it ends.
+    pub along: [f64; 2],
+}
+
+impl LineSegment {
+    /// The line from one place to another.
+    pub fn between(from: [f64; 2], to: [f64; 2]) -> LineSegment {
+        LineSegment { from, along: [to[0] - from[0], to[1] - from[1]] }
     }
-    enters <= leaves
+
+    /// Whether its bounding rectangle, widened by some distance, holds a place; `false` proves that it is further away.
+    pub fn touches(&self, place: [f64; 2], distance: f64) -> bool {
+        [0, 1].into_iter().all(|axis| {
+            let (from, to) = (self.from[axis], self.from[axis] + self.along[axis]);
+            from.max(to) + distance >= place[axis] && from.min(to) - distance <= place[axis]
+        })
+    }
+
+    /// Whether it crosses another line, and the ends of both lie more than one and a half units to either side of the
+    /// other: to touch is not to cross, and ends that are rounded to whole units may cross by that.
+    pub fn crosses(&self, other: &LineSegment) -> bool {
+        let apart = |line: &LineSegment, by: &LineSegment| {
+            let side = |off: [f64; 2]| line.along[0] * off[1] - line.along[1] * off[0];
+            let start = [by.from[0] - line.from[0], by.from[1] - line.from[1]];
+            let (a, b) = (side(start), side([start[0] + by.along[0], start[1] + by.along[1]]));
+            let least = 1.5 * length(line.along);
+            (a > least && b < -least) || (a < -least && b > least)
+        };
+        apart(self, other) && apart(other, self)
+    }
+
+    /// The share of its length, 0 to 1, at which it is nearest to a place, and the square of the distance there. One
+    /// without a length is nearest at its start.
+    pub fn nearest(&self, to: [f64; 2]) -> (f64, f64) {
+        let off = [to[0] - self.from[0], to[1] - self.from[1]];
+        let square = self.along[0] * self.along[0] + self.along[1] * self.along[1];
+        let share = if square > 0.0 { (off[0] * self.along[0] + off[1] * self.along[1]) / square } else { 0.0 };
+        let share = share.clamp(0.0, 1.0);
+        let away = [off[0] - self.along[0] * share, off[1] - self.along[1] * share];
+        (share, away[0] * away[0] + away[1] * away[1])
+    }
+
+    /// The distance from a place.
+    pub fn distance(&self, to: [f64; 2]) -> f64 {
+        self.nearest(to).1.sqrt()
+    }
+
+    /// Whether it touches the rectangle from the origin to `corner`, edges included.
+    pub fn touches_rectangle(&self, corner: [f64; 2]) -> bool {
+        // The part of the line that lies between both pairs of edges: none if it leaves the one before it enters the other.
+        let (mut enters, mut leaves) = (0.0f64, 1.0f64);
+        for axis in [0, 1] {
+            let (from, way) = (self.from[axis], self.along[axis]);
+            if way == 0.0 {
+                if from < 0.0 || from > corner[axis] {
+                    return false;
+                }
+                continue;
+            }
+            let (a, b) = (-from / way, (corner[axis] - from) / way);
+            enters = enters.max(a.min(b));
+            leaves = leaves.min(a.max(b));
+        }
+        enters <= leaves
+    }
+}
+
+/// The lines from each `step`th place to the next.
+pub fn lines(places: &[[f64; 2]], step: usize) -> Vec<LineSegment> {
+    let ends = places.iter().step_by(step);
+    ends.clone().zip(ends.skip(1)).map(|(from, to)| LineSegment::between(*from, *to)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_cross_where_both_go_well_past_each_other() {
+        let line = LineSegment::between([0.0, 0.0], [100.0, 0.0]);
+        let crosses = |from, to| line.crosses(&LineSegment::between(from, to));
+        assert!(crosses([50.0, -9.0], [50.0, 9.0]));
+        assert!(!crosses([50.0, 0.0], [50.0, 9.0]), "it touches");
+        assert!(!crosses([50.0, -1.0], [50.0, 9.0]), "it goes past by less than rounding");
+        assert!(!crosses([150.0, -9.0], [150.0, 9.0]), "it passes by");
+        assert!(!crosses([0.0, 5.0], [100.0, 5.0]), "it is parallel");
+    }
+
+    #[test]
+    fn the_nearest_place_is_within_the_line() {
+        let line = LineSegment::between([10.0, 0.0], [10.0, 20.0]);
+        assert_eq!(line.nearest([13.0, 5.0]), (0.25, 9.0));
+        assert_eq!(line.nearest([10.0, -2.0]), (0.0, 4.0));
+        assert_eq!(line.nearest([6.0, 23.0]), (1.0, 25.0));
+        assert_eq!(line.distance([6.0, 23.0]), 5.0);
+        assert_eq!(LineSegment::between([1.0, 1.0], [1.0, 1.0]).nearest([4.0, 5.0]), (0.0, 25.0));
+    }
+
+    #[test]
+    fn a_rectangle_is_touched_inside_across_and_at_its_edges() {
+        let touches = |from, to| LineSegment::between(from, to).touches_rectangle([8.0, 4.0]);
+        assert!(touches([1.0, 1.0], [2.0, 3.0]));
+        assert!(touches([-1.0, 2.0], [9.0, 2.0]));
+        assert!(touches([8.0, -3.0], [8.0, 9.0]));
+        assert!(touches([-2.0, 2.0], [2.0, -2.0]), "through a corner");
+        assert!(!touches([-3.0, 2.0], [2.0, -3.0]), "past a corner");
+        assert!(!touches([-3.0, 5.0], [9.0, 5.0]));
+    }
 }

@@ -3,7 +3,7 @@
 //! A name is a pure function of the seed, of the site cell that the thing lies in and of a number that tells things in
 //! one cell apart. The tongue changes from region to region, so that neighbours sound alike.
 
-use crate::hash;
+use crate::hash::{self, Stream};
 use crate::lines::SiteId;
 
 /// The sounds of a tongue, and how it makes names of things.
@@ -89,18 +89,9 @@ const UNWELCOME: &[&str] = &[
     "shit", "slut", "tard", "tit", "turd", "vag", "wank", "whor",
 ];
 
-/// Streams of chance of names.
-mod stream {
-    pub const TONGUE: u64 = 16 << 32;
-    pub const SETTLEMENT: u64 = 17 << 32;
-    pub const RIVER: u64 = 18 << 32;
-    pub const LAKE: u64 = 19 << 32;
-    pub const PEAK: u64 = 20 << 32;
-}
-
 /// The name of the settlement of a site cell.
 pub fn settlement(seed: u64, id: SiteId) -> String {
-    named(seed, stream::SETTLEMENT, id, 0, |tongue, dice| {
+    named(seed, Stream::SettlementName, id, 0, |tongue, dice| {
         let ending = dice.pick(tongue.towns);
         // A short stem carries an ending; without one it has two syllables.
         let long = ending.is_empty() || dice.below(4) == 0;
@@ -151,22 +142,22 @@ fn number(id: &[i64]) -> u64 {
 /// The name of a river: `cell` is the site cell of a place that belongs to it alone, its mouth, say, and `number` tells
 /// rivers of one cell apart.
 fn river(seed: u64, cell: SiteId, number: u64) -> String {
-    thing(seed, stream::RIVER, cell, number, |tongue| tongue.rivers)
+    thing(seed, Stream::RiverName, cell, number, |tongue| tongue.rivers)
 }
 
 /// The name of a lake; see [`river`].
 fn lake(seed: u64, cell: SiteId, number: u64) -> String {
-    thing(seed, stream::LAKE, cell, number, |tongue| tongue.lakes)
+    thing(seed, Stream::LakeName, cell, number, |tongue| tongue.lakes)
 }
 
 /// The name of a peak; see [`river`].
 fn peak(seed: u64, cell: SiteId, number: u64) -> String {
-    thing(seed, stream::PEAK, cell, number, |tongue| tongue.peaks)
+    thing(seed, Stream::PeakName, cell, number, |tongue| tongue.peaks)
 }
 
 fn thing(
     seed: u64,
-    stream: u64,
+    stream: Stream,
     cell: SiteId,
     number: u64,
     patterns: fn(&Tongue) -> &'static [&'static str],
@@ -180,7 +171,7 @@ fn thing(
 }
 
 /// The first name that `make` gives which means nothing else.
-fn named(seed: u64, stream: u64, cell: SiteId, number: u64, make: impl Fn(&Tongue, &mut Dice) -> String) -> String {
+fn named(seed: u64, stream: Stream, cell: SiteId, number: u64, make: impl Fn(&Tongue, &mut Dice) -> String) -> String {
     let tongue = tongue(seed, cell);
     let mut dice = Dice { key: hash::mix(cell.hash(seed, stream) ^ hash::mix(number)), thrown: 0 };
     loop {
@@ -197,7 +188,7 @@ fn tongue(seed: u64, cell: SiteId) -> &'static Tongue {
     let square = (cell.i.div_euclid(HOME_CELLS), cell.j.div_euclid(HOME_CELLS));
     let homes = (-1..=1).flat_map(|dj| (-1..=1).map(move |di| (di, dj))).map(|(di, dj)| {
         let (i, j) = (square.0 + di, square.1 + dj);
-        let hash = SiteId { i, j }.hash(seed, stream::TONGUE);
+        let hash = SiteId { i, j }.hash(seed, Stream::Tongue);
         let at = |square: i64, bits: u64| square * HOME_CELLS + (bits % HOME_CELLS as u64) as i64;
         let (east, south) = (at(i, hash & 0xFFFF) - cell.i, at(j, (hash >> 16) & 0xFFFF) - cell.j);
         (east * east + south * south, hash)
@@ -261,7 +252,7 @@ struct Dice {
 impl Dice {
     fn below(&mut self, limit: u64) -> u64 {
         self.thrown += 1;
-        (hash::stream(self.key, self.thrown) >> 16) % limit
+        (hash::combine(self.key, self.thrown) >> 16) % limit
     }
 
     fn pick(&mut self, from: &'static [&'static str]) -> &'static str {

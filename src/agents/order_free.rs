@@ -18,7 +18,7 @@ use crate::agents::heuristic::{RiverHeuristic, RoadHeuristic};
 use crate::agents::{Direction, Terrain, bed};
 use crate::area::{Area, TileId};
 use crate::grid::Grid;
-use crate::hash;
+use crate::hash::{self, Stream};
 use crate::lines::{Line, LineEnd, LineId, LineKind, Lines};
 use crate::preset::{Aim, Ending, Preset, RiverAgents, RoadAgents};
 use crate::relief::Relief;
@@ -67,13 +67,6 @@ struct TracedRiver {
 struct Settled {
     nodes: usize,
     ending: LineEnd,
-}
-
-/// Streams of chance of the agents.
-mod stream {
-    pub const RIVER: u64 = 3 << 32;
-    pub const ROAD: u64 = 4 << 32;
-    pub const RANK: u64 = 5 << 32;
 }
 
 impl Agents {
@@ -188,15 +181,15 @@ impl Agents {
 
     /// The order in which rivers give way; no two tiles have the same.
     fn rank(&self, owner: TileId) -> (u64, TileId) {
-        (self.hash(stream::RANK, owner), owner)
+        (self.hash(Stream::AgentRank, owner), owner)
     }
 
-    fn hash(&self, stream: u64, owner: TileId) -> u64 {
-        hash::mix(hash::mix(hash::stream(self.seed, stream) ^ owner.x as u64) ^ (owner.y as u64).rotate_left(32))
+    fn hash(&self, stream: Stream, owner: TileId) -> u64 {
+        hash::lattice(hash::stream(self.seed, stream), owner.x, owner.y)
     }
 
     /// The hash of a tile that owns an agent of a kind, and `None` for all others.
-    fn owns(&self, stream: u64, owner: TileId, density: f64) -> Option<u64> {
+    fn owns(&self, stream: Stream, owner: TileId, density: f64) -> Option<u64> {
         let hash = self.hash(stream, owner);
         // 53 bits make a fraction that a double holds exactly; two others choose a direction.
         ((hash >> 11) as f64 <= density * (1u64 << 53) as f64 - 1.0).then_some(hash)
@@ -205,7 +198,7 @@ impl Agents {
     fn traced(&self, relief: &Relief, owner: TileId) -> Arc<Option<TracedRiver>> {
         self.traced.get(owner, &self.remembered_tiles, || {
             let agents = self.rivers.as_ref()?;
-            let hash = self.owns(stream::RIVER, owner, agents.density)?;
+            let hash = self.owns(Stream::AgentRiver, owner, agents.density)?;
             self.trace_river(relief, owner, agents, hash)
         })
     }
@@ -249,7 +242,7 @@ impl Agents {
 
     /// A tile's road, from its middle on.
     fn road(&self, relief: &Relief, owner: TileId, agents: &RoadAgents) -> Option<Line> {
-        let hash = self.owns(stream::ROAD, owner, agents.density)?;
+        let hash = self.owns(Stream::AgentRoad, owner, agents.density)?;
         let area = owner.area(self.cells as u32);
         let start = ((area.x0 + area.x1 - 1) / 2, (area.y0 + area.y1 - 1) / 2);
         let mut ground = self.ground(relief);

@@ -5,7 +5,7 @@
 //! the tile's own heights; a blend value by slope. Agents are left out, which is in its favour.
 
 use crate::area::TileId;
-use crate::clock::Clock;
+use crate::clock::{Clock, stage};
 use crate::hash;
 use crate::preset::NoiseTerm;
 use crate::tile::Vertex;
@@ -44,7 +44,7 @@ impl TableNoise {
         let mut order: [u8; 256] = std::array::from_fn(|index| index as u8);
         // Fisher and Yates.
         for last in (1..order.len()).rev() {
-            let other = hash::stream(seed, last as u64) % (last as u64 + 1);
+            let other = hash::combine(seed, last as u64) % (last as u64 + 1);
             order.swap(last, other as usize);
         }
         let permutation: [u8; 512] = std::array::from_fn(|index| order[index & 255]);
@@ -148,7 +148,7 @@ impl Baseline {
     pub fn tile(&self, id: TileId, clock: &Clock) -> BaselineTile {
         // The flat grid, copied; then a height a vertex.
         let mut vertices = self.grid.clone();
-        clock.time("noise", || {
+        clock.time(stage::RELIEF, || {
             let side_m = (self.side - 1) as f32 * self.spacing_m;
             let centre = [(id.x as f32 + 0.5) * side_m, (id.y as f32 + 0.5) * side_m];
             for vertex in &mut vertices {
@@ -158,8 +158,8 @@ impl Baseline {
                 vertex.position[1] = fractal * self.height_m;
             }
         });
-        clock.time("normals", || self.fill_normals(&mut vertices));
-        let blend = clock.time("blend", || {
+        clock.time(stage::NORMALS, || self.fill_normals(&mut vertices));
+        let blend = clock.time(stage::BLEND, || {
             // The normal times straight up is its second coordinate.
             let steepness = |vertex: &Vertex| ((1.0 - vertex.normal[1]) * self.slope_scale).min(1.0);
             vertices.iter().map(|vertex| (steepness(vertex) * 255.0) as u8).collect()

@@ -2,7 +2,8 @@
 
 use super::point::{GRAINS, Point, PointNoise};
 use super::settings::FluvialSettings;
-use crate::hash;
+use crate::geometry::length;
+use crate::hash::{self, Stream};
 use crate::preset::Preset;
 
 /// The slowly varying fields, and the laws that make slopes and widths of them.
@@ -37,19 +38,13 @@ const COAST_INCISION: f64 = 0.7;
 /// What the rounding of a valley's floor is less wide than, as a share of a trunk cell's side.
 const WIDEST_TROUGH: f64 = 0.3;
 
-/// Streams of chance.
-mod stream {
-    pub const POTENTIAL: u64 = 6 << 32;
-    pub const UPLIFT: u64 = 7 << 32;
-}
-
 impl Fields {
     /// The fields of a checked preset that has fluvial relief, its defaults filled in.
     pub fn new(preset: &Preset, settings: &FluvialSettings, seed: u64) -> Fields {
         let metres_a_grain = preset.spacing_m / GRAINS as f64;
         let finest_vertices = (settings.trunk_m / preset.spacing_m / (1u64 << settings.levels) as f64).round().max(1.0);
         let basin_m = settings.basin_m.unwrap_or(5.0 * settings.trunk_m);
-        let noise = |wavelength_m: f64, octaves, stream| {
+        let noise = |wavelength_m: f64, octaves, stream: Stream| {
             PointNoise::new((wavelength_m / metres_a_grain).round() as i64, octaves, hash::stream(seed, stream))
         };
         let mask = &settings.uplift.mask;
@@ -58,8 +53,8 @@ impl Fields {
             settings: settings.clone(),
             metres_a_grain,
             finest: finest_vertices as i64 * GRAINS,
-            potential: noise(basin_m, octaves, stream::POTENTIAL),
-            uplift: noise(mask.wavelength_m, mask.octaves, stream::UPLIFT),
+            potential: noise(basin_m, octaves, Stream::Potential),
+            uplift: noise(mask.wavelength_m, mask.octaves, Stream::Uplift),
             sea: preset.sea_level_m.map(|level_m| Sea { level_m, metres_a_unit: basin_m / 2.0 }),
             base_m: preset.sea_level_m.unwrap_or(0.0) + settings.base_m,
         }
@@ -83,6 +78,11 @@ impl Fields {
     /// The number of levels, trunks among them.
     pub fn levels(&self) -> u32 {
         self.settings.levels + 1
+    }
+
+    /// Straight segments of a channel of a level, each about as long as the finest level's cells.
+    pub fn segments_a_channel(&self, level: u32) -> usize {
+        1 << (self.levels() - 1 - level).max(2)
     }
 
     /// Water flows from high potential to low, -1 to 1.
@@ -150,6 +150,11 @@ impl Fields {
         area * side_m * side_m * self.settings.runoff_m / SECONDS_A_YEAR
     }
 
+    /// Whether a channel holds water where it drains that area: it has a spring above.
+    pub fn is_wet(&self, area: f64) -> bool {
+        self.discharge_m3s(area) >= self.settings.spring_m3s
+    }
+
     /// Width of a river in metres, by area.
     pub fn river_width_m(&self, area: f64) -> f64 {
         self.settings.river_width_m * self.discharge_m3s(area).sqrt()
@@ -211,6 +216,15 @@ impl Fields {
         sea_m + COAST_INCISION * (self.coast_m(self.inland_m(at).max(0.0) as f32) as f64 - sea_m)
     }
 
+    /// The height in metres that the coast leaves the bed of a channel, from its head down: no more than further up.
+    pub fn below_coast_along_m(&self, course: impl Iterator<Item = Point>) -> Vec<f64> {
+        let lower = |most_m: &mut f64, at: Point| {
+            *most_m = most_m.min(self.below_coast_m(at));
+            Some(*most_m)
+        };
+        course.scan(f64::INFINITY, lower).collect()
+    }
+
     /// The share of the straight way from a point on land at which it comes to the sea, if it does.
     pub fn dry_share(&self, from: Point, to: Point) -> Option<f64> {
         const PLACES: usize = 16;
@@ -239,7 +253,7 @@ impl Fields {
             let difference = above(at.moved([x, y])) - above(at.moved([-x, -y]));
             difference / (2.0 * step)
         });
-        let steepness = super::point::length(slope);
+        let steepness = length(slope);
         if here <= 0.0 || here > steepness * most {
             return None;
         }

@@ -9,7 +9,8 @@
 use crate::area::Area;
 use crate::fluvial::fields::Fields;
 use crate::fluvial::valley::Valleys;
-use crate::hash;
+use crate::fluvial::warp::Displaced;
+use crate::hash::{self, Stream};
 use crate::noise::{Fractal, FractalKind, FractalSpec, Stripes};
 use crate::simd::{Kernel, Simd, dispatch};
 
@@ -31,12 +32,6 @@ struct Octave {
     slope: f32,
 }
 
-/// Streams of chance: the octaves follow on from the first.
-mod stream {
-    pub const STRIPES: u64 = 11 << 32;
-    pub const ROUGHNESS: u64 = 12 << 32;
-}
-
 /// Wavelength of the first octave in cells of the finest level, and how many times shorter each further one is.
 const FIRST_WAVE: f64 = 0.9;
 const WAVE_RATIO: f64 = 2.1;
@@ -49,6 +44,11 @@ const ROUGHNESS: f64 = 0.03;
 
 /// Waves shorter than this many vertices cannot be seen.
 const SHORTEST: f64 = 3.0;
+
+/// The area whose warp gullies read: the fall line of a vertex goes by that of the vertices beside it.
+pub fn input(area: Area) -> Area {
+    area.padded(1)
+}
 
 impl Gullies {
     /// The gullies of a world with these fields; `None` if it has none.
@@ -63,7 +63,7 @@ impl Gullies {
         while wave_m >= SHORTEST * spacing_m && octaves.len() < 3 {
             let depth_m = strength * DEPTH * wave_m;
             octaves.push(Octave {
-                stripes: Stripes::new(wave_m, spacing_m, hash::stream(seed, stream::STRIPES + octaves.len() as u64)),
+                stripes: Stripes::new(wave_m, spacing_m, hash::stream(seed, Stream::Gullies.of(octaves.len() as u64))),
                 depth_m: depth_m as f32,
                 slope: (depth_m * std::f64::consts::PI / wave_m) as f32,
             });
@@ -76,15 +76,17 @@ impl Gullies {
             FractalSpec { kind: FractalKind::Fbm, octaves: count, wavelength_m: rough_wave_m, lacunarity: 2.0, h: 1.0 };
         Some(Gullies {
             octaves,
-            roughness: Fractal::new(&spec, spacing_m, hash::stream(seed, stream::ROUGHNESS)),
+            roughness: Fractal::new(&spec, spacing_m, hash::stream(seed, Stream::Roughness)),
             rough_m: (strength * ROUGHNESS * rough_wave_m) as f32,
             spacing_m: spacing_m as f32,
         })
     }
 
-    /// Carves the heights of an area; vertices at its edge are left as they come, one vertex wide.
-    pub fn carve(&self, area: Area, warp: [&[f32]; 2], slope: &[f32], valleys: &mut Valleys) {
+    /// Carves the heights of all nodes, and rightly those whose [`input`] is within them. Rows must be whole patches.
+    pub fn carve(&self, nodes: &Displaced, slope: &[f32], valleys: &mut Valleys) {
+        let area = nodes.area;
         let len = area.len();
+        let warp = nodes.metres.each_ref().map(|metres| &metres[..]);
         let mut fall = [vec![0.0; len], vec![0.0; len]];
         dispatch(FallLine { area, spacing_m: self.spacing_m, warp, valleys, fall: &mut fall });
         let (mut across, mut crest, mut flank) = ([vec![0.0; len], vec![0.0; len]], vec![0.0; len], vec![0.0; len]);

@@ -1,6 +1,7 @@
 //! Points finer than the lattice of vertices, and what varies slowly from point to point.
 
-use crate::hash;
+use crate::geometry::length;
+use crate::hash::{self, Draw};
 
 /// Grains a vertex: points of networks stand on a lattice that much finer than that of the vertices.
 ///
@@ -44,16 +45,14 @@ fn round(value: f64) -> i64 {
     (value + 0.5).floor() as i64
 }
 
-/// The length of a vector.
-pub fn length([x, y]: [f64; 2]) -> f64 {
-    (x * x + y * y).sqrt()
+/// A number from 0 to 1, 1 excluded, for each id of a lattice and each part of what is left to chance there.
+pub fn chance(seed: u64, id: (i64, i64), draw: Draw, part: u64) -> f64 {
+    hash::share(at_node(hash::combine(seed, draw.number(part)), id.0, id.1))
 }
 
-/// A number from 0 to 1 for each id of a lattice and each use that is made of it.
-pub fn chance(seed: u64, id: (i64, i64), channel: u64) -> f64 {
-    const SCALE: f64 = 1.0 / (1u64 << 53) as f64;
-    let hash = hash::stream(hash::stream(hash::stream(seed, channel), id.0 as u64), id.1 as u64);
-    (hash >> 11) as f64 * SCALE
+/// The hash of a node of a lattice.
+fn at_node(seed: u64, x: i64, y: i64) -> u64 {
+    hash::combine(hash::combine(seed, x as u64), y as u64)
 }
 
 /// Smooth noise from -1 to 1 at single points: octaves of gradient noise, each half as long and half as high.
@@ -77,7 +76,7 @@ impl PointNoise {
     pub fn new(wavelength: i64, octaves: u32, seed: u64) -> PointNoise {
         let total: f64 = (0..octaves).map(|octave| 0.5f64.powi(octave as i32)).sum();
         let octave = |index: u32| PointOctave {
-            seed: hash::stream(seed, index as u64),
+            seed: hash::combine(seed, index as u64),
             wavelength: (wavelength >> index).max(1),
             amplitude: 0.5f64.powi(index as i32) / total,
         };
@@ -97,7 +96,7 @@ impl PointOctave {
         let x = point.x.rem_euclid(self.wavelength) as f64 * scale;
         let y = point.y.rem_euclid(self.wavelength) as f64 * scale;
         let corner = |i: i64, j: i64| {
-            let hash = hash::stream(hash::stream(self.seed, (cell.0 + i) as u64), (cell.1 + j) as u64);
+            let hash = at_node(self.seed, cell.0 + i, cell.1 + j);
             let [gx, gy] = GRADIENTS[(hash >> 60) as usize];
             gx * (x - i as f64) + gy * (y - j as f64)
         };

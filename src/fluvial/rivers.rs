@@ -7,12 +7,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::Fluvial;
+use super::channel::{Channel, ChannelId, Mouth};
 use super::fields::COAST_STEP;
-use super::network::{Channel, ChannelId, Mouth, most_area};
 use super::point::{GRAINS, Point};
 use super::strahler::{Join, Strahler, locate};
+use super::tributary::most_area;
 use super::trunk::NodeId;
-use super::{Fluvial, river_depth_m};
+use super::water::river_depth_m;
 use crate::area::Area;
 use crate::lines::{self, Bed, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
 use crate::memory::Memory;
@@ -194,7 +196,7 @@ impl Fluvial {
 
     /// Whether a channel holds water where it drains that area.
     pub(super) fn is_wet(&self, area: f64) -> bool {
-        self.fields.discharge_m3s(area) >= self.fields.settings().spring_m3s
+        self.fields.is_wet(area)
     }
 
     /// The channel in which the course of a channel begins: at a spring or in a lake.

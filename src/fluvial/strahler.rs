@@ -7,9 +7,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Fluvial;
-use super::network::{Channel, ChannelId, Mouth};
+use super::channel::{Channel, ChannelId, Mouth};
 use super::point::Point;
 use super::trunk::{NodeId, neighbours};
+use crate::geometry::LineSegment;
 use crate::memory::Memory;
 
 /// A tributary that holds water, where it joins a channel.
@@ -136,12 +137,8 @@ impl Strahler {
 pub fn locate(channel: &Channel, at: Point) -> f64 {
     let mut nearest = (f64::INFINITY, 0.0);
     for (knot, pair) in channel.knots.windows(2).enumerate() {
-        let (along, off) = (pair[1].at.from(pair[0].at), at.from(pair[0].at));
-        let square = along[0] * along[0] + along[1] * along[1];
-        let dot = off[0] * along[0] + off[1] * along[1];
-        let share = if square > 0.0 { (dot / square).clamp(0.0, 1.0) } else { 0.0 };
-        let away = [off[0] - along[0] * share, off[1] - along[1] * share];
-        let distance = away[0] * away[0] + away[1] * away[1];
+        let line = LineSegment { from: [0.0; 2], along: pair[1].at.from(pair[0].at) };
+        let (share, distance) = line.nearest(at.from(pair[0].at));
         if distance < nearest.0 {
             nearest = (distance, knot as f64 + share);
         }

@@ -7,9 +7,10 @@
 use crate::area::Area;
 use crate::clock::Clock;
 use crate::fluvial::fields::Fields;
-use crate::fluvial::network::{Piece, Pieces, mix};
-use crate::fluvial::point::{GRAINS, Point, length};
+use crate::fluvial::point::{GRAINS, Point};
+use crate::fluvial::segment::{Segment, Segments};
 use crate::fluvial::{Fluvial, WaterKind};
+use crate::geometry::{length, lerp};
 use crate::lines::FIXED;
 use crate::memory::Memory;
 
@@ -74,7 +75,7 @@ pub(super) struct Memories {
     /// By step, column and row.
     blocks: Memory<(i64, i64, i64), Sheet>,
     /// Channels around pages.
-    pages: Memory<(i64, i64), Pieces>,
+    pages: Memory<(i64, i64), Segments>,
 }
 
 impl Default for Memories {
@@ -106,12 +107,12 @@ impl Survey for Fluvial {
         let (low, high) = (Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1, area.y1));
         let rectangle =
             [Point { x: low.x - pad[0], y: low.y - pad[1] }, Point { x: high.x + pad[0], y: high.y + pad[1] }];
-        let pieces = self.network().pieces(fields.levels(), rectangle, low, 0.0);
-        let lakes: Vec<&Piece> = pieces.all.iter().filter(|piece| piece.widest_lake() > 0.0).collect();
+        let pieces = self.network().segments(fields.levels(), rectangle, low, 0.0);
+        let lakes: Vec<&Segment> = pieces.all.iter().filter(|piece| piece.widest_lake() > 0.0).collect();
         let spring_m3s = fields.settings().spring_m3s;
         let mut rivers = Vec::new();
         for piece in &pieces.all {
-            if fields.discharge_m3s(mix(piece.area, 1.0)) < spring_m3s {
+            if fields.discharge_m3s(lerp(piece.area, 1.0)) < spring_m3s {
                 continue;
             }
             let start = pieces.channels[piece.channel as usize].knots[piece.knot as usize].at;
@@ -125,8 +126,8 @@ impl Survey for Fluvial {
             for part in 0..parts {
                 let to = end(part + 1);
                 let middle = (part as f64 + 0.5) / parts as f64;
-                let drained = mix(piece.area, middle);
-                let level_m = mix(piece.level_m, middle);
+                let drained = lerp(piece.area, middle);
+                let level_m = lerp(piece.level_m, middle);
                 let at = [0, 1].map(|axis| piece.from[axis] + piece.along[axis] * middle);
                 let touches = |axis: usize, first: i64, past: i64| {
                     from[axis].min(to[axis]) < past * FIXED && from[axis].max(to[axis]) >= first * FIXED
@@ -191,21 +192,21 @@ impl Fluvial {
         let land = if BLOCK * step <= PAGE {
             let [px, py] = [area.x0, area.y0].map(|at| (at * step).div_euclid(PAGE));
             let page = Area::new(px * PAGE, py * PAGE, PAGE as usize, PAGE as usize);
-            let pieces = self.survey.pages.get((px, py), || self.pieces(page, 1));
+            let pieces = self.survey.pages.get((px, py), || self.segments(page, 1));
             self.land_of(&pieces, area, step, &clock)
         } else {
-            self.land_of(&self.pieces(area, step), area, step, &clock)
+            self.land_of(&self.segments(area, step), area, step, &clock)
         };
         let kinds = land.water.expect("fluvial land knows its water").kind;
         Sheet { heights_m: land.heights.values().to_vec(), waters: kinds.values().to_vec() }
     }
 }
 
-impl Piece {
+impl Segment {
     /// Whether a point, in grains from the pieces' origin, lies in the piece's lake.
     fn is_lake_at(&self, fields: &Fields, at: [f64; 2]) -> bool {
         let (share, square) = self.nearest(at);
-        let lake = mix(self.lake, share);
-        lake > fields.least_lake(mix(self.area, share)) && square < lake * lake
+        let lake = lerp(self.lake, share);
+        lake > fields.least_lake(lerp(self.area, share)) && square < lake * lake
     }
 }

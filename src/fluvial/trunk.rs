@@ -15,6 +15,7 @@ use std::sync::Arc;
 
 use super::fields::Fields;
 use super::point::{Point, chance};
+use crate::hash::Draw;
 use crate::memory::Memory;
 
 /// A node of the trunk lattice: column and row.
@@ -41,7 +42,7 @@ const COAST_PLACES: usize = 8;
 
 /// What is known of a node before any water flows.
 #[derive(Clone, Copy, Debug)]
-pub struct Node {
+pub struct TrunkNode {
     /// Where it stands.
     pub at: Point,
     /// Its potential: water flows from high to low.
@@ -89,7 +90,7 @@ struct Spill {
 pub struct Trunks {
     seed: u64,
     fields: Arc<Fields>,
-    patches: Memory<(i64, i64), Vec<Node>>,
+    patches: Memory<(i64, i64), Vec<TrunkNode>>,
     receivers: Memory<(usize, NodeId), Option<NodeId>>,
     roots: Memory<(usize, NodeId), NodeId>,
     rims: Memory<(usize, NodeId), Spill>,
@@ -113,7 +114,7 @@ impl Trunks {
     }
 
     /// The node of an id.
-    pub fn node(&self, id: NodeId) -> Node {
+    pub fn node(&self, id: NodeId) -> TrunkNode {
         let patch = (id.0.div_euclid(PATCH), id.1.div_euclid(PATCH));
         let nodes = self.patches.get(patch, || {
             let ids = (0..PATCH * PATCH).map(|n| (patch.0 * PATCH + n % PATCH, patch.1 * PATCH + n / PATCH));
@@ -122,13 +123,13 @@ impl Trunks {
         nodes[(id.1.rem_euclid(PATCH) * PATCH + id.0.rem_euclid(PATCH)) as usize]
     }
 
-    fn make_node(&self, id: NodeId) -> Node {
+    fn make_node(&self, id: NodeId) -> TrunkNode {
         let side = self.fields.side(0);
-        let offset = |channel| 0.5 + 2.0 * JITTER * (chance(self.seed, id, channel) - 0.5);
+        let offset = |axis| 0.5 + 2.0 * JITTER * (chance(self.seed, id, Draw::Head, axis) - 0.5);
         let corner = Point { x: id.0 * side, y: id.1 * side };
         let at = corner.moved([offset(0) * side as f64, offset(1) * side as f64]);
         let potential = self.fields.potential(at);
-        Node { at, potential, sea: potential < self.fields.sea_potential() }
+        TrunkNode { at, potential, sea: potential < self.fields.sea_potential() }
     }
 
     /// The basin of a node, and where its water goes.
@@ -250,10 +251,10 @@ impl Trunks {
     fn lake(&self, id: NodeId) -> f64 {
         let node = self.node(id);
         let hollow = self.lowest_neighbour(id).is_none();
-        if node.sea || !(hollow || chance(self.seed, id, 2) < self.fields.settings().lakes) {
+        if node.sea || !(hollow || chance(self.seed, id, Draw::Choice, 0) < self.fields.settings().lakes) {
             return 0.0;
         }
-        self.fields.lake_half_width() * (0.4 + 0.6 * chance(self.seed, id, 3))
+        self.fields.lake_half_width() * (0.4 + 0.6 * chance(self.seed, id, Draw::LakeWidth, 0))
     }
 
     /// All nodes of a sink with their areas and levels.

@@ -4,19 +4,20 @@
 //! width f of its floor, then straight. The lowest of all sides has no pits: away from a channel its own side falls to
 //! it, and along a channel the bed falls. Where two sides meet is a crest, sharp or rounded.
 //!
-//! Vertices, or every so many of them, are done in patches aligned with the world, each with the pieces that can be lowest in it: a bound on how
+//! Vertices, or every so many of them, are done in patches aligned with the world, each with the segments that can be lowest in it: a bound on how
 //! steep sides are tells which cannot, so leaving them out changes nothing.
 
 use super::fields::Fields;
-use super::network::{Piece, Pieces, mix};
 use super::point::{GRAINS, Point};
+use super::segment::{Segment, Segments};
 use crate::area::Area;
+use crate::geometry::lerp;
 use crate::simd::{Kernel, Simd};
 
 /// Vertices of a patch: across, and down. As wide as the widest lanes.
 pub const PATCH: (usize, usize) = (16, 4);
 
-/// Patches of a block, for which pieces are picked before they are for each patch.
+/// Patches of a block, for which segments are picked before they are for each patch.
 const BLOCK: (usize, usize) = (2, 8);
 
 /// What wide water rises sideways, as a share of the hillside's slope: enough for a vertex to belong to the nearest
@@ -31,6 +32,27 @@ const FLOOR_FALL: f32 = 0.001;
 /// unbroken line of vertices lies in it, each lower than the one before. More than half a diagonal, for the warp
 /// stretches lengths.
 pub const LEAST_HALF_WIDTH: f64 = 1.0;
+
+/// Cells of the finest level within which a brook can matter to a vertex; measured: among millions, a few are reached over
+/// five.
+const BROOK_CELLS: i64 = 6;
+
+/// Grains from a vertex, once it is displaced, within which brooks matter; other channels do as far as their sides rise no
+/// more than that.
+pub fn brook_reach(fields: &Fields) -> f64 {
+    (BROOK_CELLS * fields.side(fields.levels() - 1)) as f64
+}
+
+/// The area of nodes that valleys are made for together with those of an area: whole patches.
+pub fn input(area: Area) -> Area {
+    let (across, down) = (PATCH.0 as i64, PATCH.1 as i64);
+    Area {
+        x0: area.x0.div_euclid(across) * across,
+        y0: area.y0.div_euclid(down) * down,
+        x1: (area.x1 + across - 1).div_euclid(across) * across,
+        y1: (area.y1 + down - 1).div_euclid(down) * down,
+    }
+}
 
 /// What the valleys are around each node of an area whose sides are multiples of a patch's.
 #[derive(Debug, Default)]
@@ -47,9 +69,9 @@ pub struct Valleys {
     pub distance_m: Vec<f32>,
     /// Unit vector from the channel to the vertex, in the warped plane.
     pub away: [Vec<f32>; 2],
-    /// The number of the piece that the vertex drains to.
-    pub piece: Vec<u32>,
-    /// The share of the piece at which it is nearest.
+    /// The number of the segment that the vertex drains to.
+    pub segment: Vec<u32>,
+    /// The share of the segment at which it is nearest.
     pub share: Vec<f32>,
 }
 
@@ -64,13 +86,13 @@ impl Valleys {
             steepness: floats(),
             distance_m: floats(),
             away: [floats(), floats()],
-            piece: vec![0; len],
+            segment: vec![0; len],
             share: floats(),
         }
     }
 }
 
-/// Pieces in columns, in metres from the origin of a block.
+/// Segments in columns, in metres from the origin of a block.
 #[derive(Debug, Default)]
 struct Columns {
     from: [Vec<f32>; 2],
@@ -98,10 +120,9 @@ pub struct FillValleys<'a> {
     pub warp: [&'a [f32]; 2],
     /// Slope of the hillsides at each vertex.
     pub slope: &'a [f32],
-    /// The pieces around the area.
-    pub pieces: &'a Pieces,
-    /// Metres from which a brook matters: all pieces must be there whose [reach](Piece::reach) by that holds a vertex.
-    pub brook_reach_m: f64,
+    /// The segments around the area, at least all whose [reach](Segment::reach) by that of a [brook](brook_reach) holds a
+    /// displaced node.
+    pub segments: &'a Segments,
     /// Where it is written.
     pub out: &'a mut Valleys,
 }
@@ -117,24 +138,24 @@ impl Columns {
         number.clear();
     }
 
-    /// Adds a piece that is given in grains, from the pieces' own origin, by the reach of a brook in grains.
-    fn push(&mut self, fields: &Fields, piece: &Piece, number: u32, brook: f64) {
+    /// Adds a segment that is given in grains, from the segments' own origin, by the reach of a brook in grains.
+    fn push(&mut self, fields: &Fields, segment: &Segment, number: u32, brook: f64) {
         let metres = fields.metres_a_grain();
         let pair = |[upper, change]: [f64; 2]| [upper as f32, change as f32];
-        let level = pair(piece.level_m);
-        let trough = pair(piece.trough.map(|grains| grains * metres));
+        let level = pair(segment.level_m);
+        let trough = pair(segment.trough.map(|grains| grains * metres));
         let least_m = LEAST_HALF_WIDTH * GRAINS as f64 * metres;
         let half_width = |end: f64| {
-            let river_m = fields.river_width_m(mix(piece.area, end)) / 2.0;
+            let river_m = fields.river_width_m(lerp(segment.area, end)) / 2.0;
             river_m.max(least_m)
         };
         let upper = half_width(0.0);
         let river = pair([upper, half_width(1.0) - upper]);
-        let lake = pair(piece.lake.map(|grains| grains * metres));
-        let along = piece.along.map(|part| (part * metres) as f32);
+        let lake = pair(segment.lake.map(|grains| grains * metres));
+        let along = segment.along.map(|part| (part * metres) as f32);
         let square = along[0] * along[0] + along[1] * along[1];
         for axis in [0, 1] {
-            self.from[axis].push((piece.from[axis] * metres) as f32);
+            self.from[axis].push((segment.from[axis] * metres) as f32);
             self.along[axis].push(along[axis]);
             self.level[axis].push(level[axis]);
             self.trough[axis].push(trough[axis]);
@@ -144,12 +165,12 @@ impl Columns {
         self.per_square.push(1.0 / square);
         let change = |pair: [f32; 2]| pair[1].abs() / square.sqrt();
         self.steepness.push(change(level) + change(trough) + change(river) + change(lake));
-        self.reach.push((piece.reach(brook) * metres) as f32);
-        self.channel.push(piece.channel);
+        self.reach.push((segment.reach(brook) * metres) as f32);
+        self.channel.push(segment.channel);
         self.number.push(number);
     }
 
-    /// Adds a piece of others that begins there.
+    /// Adds a segment of others that begins there.
     fn push_from(&mut self, other: &Columns, index: usize, from: [f32; 2]) {
         for axis in [0, 1] {
             self.from[axis].push(from[axis]);
@@ -166,7 +187,7 @@ impl Columns {
         self.number.push(other.number[index]);
     }
 
-    /// Whole lanes of pieces: copies of nothing, too far and too high to matter.
+    /// Whole lanes of segments: copies of nothing, too far and too high to matter.
     fn pad(&mut self) {
         while !self.number.len().is_multiple_of(crate::simd::MAX_LANES) {
             for axis in [0, 1] {
@@ -201,9 +222,9 @@ impl Kernel for FillValleys<'_> {
         let (across, down) = (BLOCK.0 * PATCH.0, BLOCK.1 * PATCH.1);
         let Area { x0, y0, x1, y1 } = self.area;
         let mut work = Work::default();
-        let brook = self.brook_reach_m / self.fields.metres_a_grain();
-        for (number, piece) in self.pieces.all.iter().enumerate() {
-            work.all.push(self.fields, piece, number as u32, brook);
+        let brook = brook_reach(self.fields);
+        for (number, segment) in self.segments.all.iter().enumerate() {
+            work.all.push(self.fields, segment, number as u32, brook);
         }
         let mut this = self;
         let mut y = y0.div_euclid(down as i64) * down as i64;
@@ -225,7 +246,7 @@ impl Kernel for FillValleys<'_> {
     }
 }
 
-/// The pieces of an area, those that matter to a block and to a patch of it, and their bounds there.
+/// The segments of an area, those that matter to a block and to a patch of it, and their bounds there.
 #[derive(Default)]
 struct Work {
     all: Columns,
@@ -234,7 +255,7 @@ struct Work {
     bounds: Bounds,
 }
 
-/// The bounds of pieces over a group of vertices.
+/// The bounds of segments over a group of vertices.
 #[derive(Default)]
 struct Bounds {
     low: Vec<f32>,
@@ -251,18 +272,18 @@ impl FillValleys<'_> {
     fn block<S: Simd>(&mut self, simd: S, corner: [i64; 2], part: Area, work: &mut Work) {
         let Work { all, block, patch, bounds } = work;
         let corner_point = Point::at_vertex(corner[0] * self.step, corner[1] * self.step);
-        let offset = corner_point.from(self.pieces.origin);
+        let offset = corner_point.from(self.segments.origin);
         let spread = self.spread(corner, part);
-        // Pieces that may reach it, in metres from the block's corner.
+        // Segments that may reach it, in metres from the block's corner.
         block.clear();
         let metres = self.fields.metres_a_grain();
         let around = (spread.radius * 1.01) as f64;
-        for (number, piece) in self.pieces.all.iter().enumerate() {
+        for (number, segment) in self.segments.all.iter().enumerate() {
             let reach = all.reach[number] as f64 + around;
-            let from = [0, 1].map(|axis| (piece.from[axis] - offset[axis]) * metres);
+            let from = [0, 1].map(|axis| (segment.from[axis] - offset[axis]) * metres);
             let near = |axis: usize| {
                 let start = from[axis] - spread.middle[axis] as f64;
-                let end = start + piece.along[axis] * metres;
+                let end = start + segment.along[axis] * metres;
                 start.min(end) <= reach && start.max(end) >= -reach
             };
             if near(0) && near(1) {
@@ -321,12 +342,12 @@ impl FillValleys<'_> {
         (LEAST_HALF_WIDTH * GRAINS as f64 * self.fields.metres_a_grain()) as f32
     }
 
-    /// Bounds of each piece's side over a group of vertices: the lowest that it can be, less the highest that the lowest
+    /// Bounds of each segment's side over a group of vertices: the lowest that it can be, less the highest that the lowest
     /// of all can be; and what is left of its reach, in metres, once it has come to the middle. The lowest is one of those
-    /// whose reach goes on for `beyond_m` from there: of a block's pieces, one that matters to all of its patches.
+    /// whose reach goes on for `beyond_m` from there: of a block's segments, one that matters to all of its patches.
     #[inline(always)]
-    fn measure<S: Simd>(&self, simd: S, pieces: &Columns, spread: &Spread, beyond_m: f32, bounds: &mut Bounds) {
-        let len = pieces.number.len();
+    fn measure<S: Simd>(&self, simd: S, segments: &Columns, spread: &Spread, beyond_m: f32, bounds: &mut Bounds) {
+        let len = segments.number.len();
         bounds.low.resize(len, 0.0);
         bounds.left.resize(len, 0.0);
         let middle = [simd.splat(spread.middle[0]), simd.splat(spread.middle[1])];
@@ -337,12 +358,12 @@ impl FillValleys<'_> {
         let (zero, infinity, beyond) = (simd.splat(0.0), simd.splat(f32::INFINITY), simd.splat(beyond_m));
         let mut lowest = infinity;
         for start in (0..len).step_by(S::LANES) {
-            let piece = LanePiece::load(simd, pieces, start, level_floor);
-            let side = piece.side(simd, middle);
+            let segment = LaneSegment::load(simd, segments, start, level_floor);
+            let side = segment.side(simd, middle);
             // In a lake it falls.
             let (risen, fallen) = (simd.max(side.rise, zero), simd.min(side.rise, zero));
-            let slack = (steep + simd.load(&pieces.steepness[start..]) * (simd.splat(1.0) + steep)) * radius;
-            let left = simd.load(&pieces.reach[start..]) - simd.sqrt(side.square);
+            let slack = (steep + simd.load(&segments.steepness[start..]) * (simd.splat(1.0) + steep)) * radius;
+            let left = simd.load(&segments.reach[start..]) - simd.sqrt(side.square);
             let highest = side.level + steep * risen + gentle * fallen + slack;
             lowest = simd.min(lowest, simd.select(simd.lt(left, beyond), infinity, highest));
             simd.store(side.level + gentle * risen + steep * fallen - slack, &mut bounds.low[start..]);
@@ -359,7 +380,7 @@ impl FillValleys<'_> {
 
     /// The valleys of one patch, whose vertices lie in lanes.
     #[inline(always)]
-    fn patch<S: Simd>(&mut self, simd: S, corner: [i64; 2], vertices: Area, pieces: &Columns) {
+    fn patch<S: Simd>(&mut self, simd: S, corner: [i64; 2], vertices: Area, segments: &Columns) {
         let spacing_m = simd.splat(self.spacing_m());
         let crest_m = simd.splat(self.fields.settings().crest_m as f32);
         let (zero, three) = (simd.splat(0.0), simd.splat(3.0));
@@ -379,11 +400,11 @@ impl FillValleys<'_> {
                 let (mut best, mut second, mut room) = (far, far, far);
                 let (mut level, mut off, mut share) = (zero, [zero, zero], zero);
                 let (mut channel, mut number) = (simd.splat_u32(u32::MAX), simd.splat_u32(u32::MAX));
-                for piece in 0..pieces.number.len() {
-                    let candidate = LanePiece::splat(simd, pieces, piece, level_floor);
+                for segment in 0..segments.number.len() {
+                    let candidate = LaneSegment::splat(simd, segments, segment, level_floor);
                     let side = candidate.side(simd, at);
                     let height = side.level + slope * side.rise;
-                    let own = simd.splat_u32(pieces.channel[piece]);
+                    let own = simd.splat_u32(segments.channel[segment]);
                     let same = simd.eq_u32(own, channel);
                     let lower = simd.lt(height, best);
                     // What is not lowest, of another channel than what is.
@@ -395,7 +416,7 @@ impl FillValleys<'_> {
                     off = [simd.select(lower, side.off[0], off[0]), simd.select(lower, side.off[1], off[1])];
                     share = simd.select(lower, side.share, share);
                     channel = simd.select_u32(lower, own, channel);
-                    number = simd.select_u32(lower, simd.splat_u32(pieces.number[piece]), number);
+                    number = simd.select_u32(lower, simd.splat_u32(segments.number[segment]), number);
                 }
                 // Round the crest, by no more than it stands above a channel: the least of (height - level) and twice
                 // what a side is higher than the best, which has no step where the best or the second changes.
@@ -419,25 +440,25 @@ impl FillValleys<'_> {
                 simd.store(off[0] * per_metre, &mut self.out.away[0][index..]);
                 simd.store(off[1] * per_metre, &mut self.out.away[1][index..]);
                 simd.store(share, &mut self.out.share[index..]);
-                simd.store_u32(number, &mut self.out.piece[index..]);
+                simd.store_u32(number, &mut self.out.segment[index..]);
             }
         }
     }
 }
 
-/// Copies the pieces that may be lowest, or nearly so, and of whose reach at least so much is left.
+/// Copies the segments that may be lowest, or nearly so, and of whose reach at least so much is left.
 #[inline(always)]
-fn keep(pieces: &Columns, bounds: &Bounds, least_m: f32, into: &mut Columns) {
-    for index in 0..pieces.number.len() {
-        if bounds.low[index] <= 0.0 && bounds.left[index] >= least_m && pieces.number[index] != u32::MAX {
-            into.push_from(pieces, index, [pieces.from[0][index], pieces.from[1][index]]);
+fn keep(segments: &Columns, bounds: &Bounds, least_m: f32, into: &mut Columns) {
+    for index in 0..segments.number.len() {
+        if bounds.low[index] <= 0.0 && bounds.left[index] >= least_m && segments.number[index] != u32::MAX {
+            into.push_from(segments, index, [segments.from[0][index], segments.from[1][index]]);
         }
     }
 }
 
-/// Pieces in lanes, or one in all of them.
+/// Segments in lanes, or one in all of them.
 #[derive(Clone, Copy)]
-struct LanePiece<S: Simd> {
+struct LaneSegment<S: Simd> {
     from: [S::F32; 2],
     along: [S::F32; 2],
     per_square: S::F32,
@@ -449,7 +470,7 @@ struct LanePiece<S: Simd> {
     level_floor: S::F32,
 }
 
-/// The side of a piece's valley at a point.
+/// The side of a segment's valley at a point.
 struct LaneSide<S: Simd> {
     level: S::F32,
     /// What the slope of the hillside is multiplied by.
@@ -459,11 +480,11 @@ struct LaneSide<S: Simd> {
     share: S::F32,
 }
 
-impl<S: Simd> LanePiece<S> {
+impl<S: Simd> LaneSegment<S> {
     #[inline(always)]
-    fn load(simd: S, pieces: &Columns, start: usize, level_floor: f32) -> LanePiece<S> {
-        let Columns { from, along, per_square, level, trough, river, lake, .. } = pieces;
-        LanePiece {
+    fn load(simd: S, segments: &Columns, start: usize, level_floor: f32) -> LaneSegment<S> {
+        let Columns { from, along, per_square, level, trough, river, lake, .. } = segments;
+        LaneSegment {
             from: [simd.load(&from[0][start..]), simd.load(&from[1][start..])],
             along: [simd.load(&along[0][start..]), simd.load(&along[1][start..])],
             per_square: simd.load(&per_square[start..]),
@@ -476,9 +497,9 @@ impl<S: Simd> LanePiece<S> {
     }
 
     #[inline(always)]
-    fn splat(simd: S, pieces: &Columns, index: usize, level_floor: f32) -> LanePiece<S> {
-        let Columns { from, along, per_square, level, trough, river, lake, .. } = pieces;
-        LanePiece {
+    fn splat(simd: S, segments: &Columns, index: usize, level_floor: f32) -> LaneSegment<S> {
+        let Columns { from, along, per_square, level, trough, river, lake, .. } = segments;
+        LaneSegment {
             from: [simd.splat(from[0][index]), simd.splat(from[1][index])],
             along: [simd.splat(along[0][index]), simd.splat(along[1][index])],
             per_square: simd.splat(per_square[index]),

@@ -6,7 +6,9 @@
 //! Based on: A. Fournier, D. Fussell, L. Carpenter, Computer rendering of stochastic models, 1982 (midpoint
 //! displacement).
 
-use super::point::{chance, length};
+use super::point::chance;
+use crate::geometry::{LineSegment, length};
+use crate::hash::Draw;
 
 /// How far the middle of a stretch lies to the side at most, as a share of its length.
 ///
@@ -17,16 +19,16 @@ const SWING: f64 = 0.5;
 /// How much of the way to the next course a channel may take.
 const TUBE: f64 = 0.4;
 
-/// Shares of a channel's length by which it lies to the side at the ends of its pieces, whose number is a power of two;
+/// Shares of a channel's length by which it lies to the side at the ends of its segments, whose number is a power of two;
 /// 0 at both ends.
-pub fn offsets(seed: u64, id: (i64, i64), pieces: usize) -> Vec<f64> {
-    let mut offsets = vec![0.0; pieces + 1];
-    let mut stretch = pieces;
+pub fn offsets(seed: u64, id: (i64, i64), segments: usize) -> Vec<f64> {
+    let mut offsets = vec![0.0; segments + 1];
+    let mut stretch = segments;
     while stretch > 1 {
-        let swing = SWING * stretch as f64 / pieces as f64;
-        for from in (0..pieces).step_by(stretch) {
+        let swing = SWING * stretch as f64 / segments as f64;
+        for from in (0..segments).step_by(stretch) {
             let middle = from + stretch / 2;
-            let side = 2.0 * chance(seed, id, 16 + middle as u64) - 1.0;
+            let side = 2.0 * chance(seed, id, Draw::Swing, middle as u64) - 1.0;
             offsets[middle] = f64::midpoint(offsets[from], offsets[from + stretch]) + swing * side;
         }
         stretch /= 2;
@@ -34,49 +36,9 @@ pub fn offsets(seed: u64, id: (i64, i64), pieces: usize) -> Vec<f64> {
     offsets
 }
 
-/// A straight line between two places.
-#[derive(Clone, Copy, Debug)]
-pub struct Line {
-    /// Where it begins.
-    pub from: [f64; 2],
-    /// The way to where it ends.
-    pub along: [f64; 2],
-}
-
-impl Line {
-    /// Whether it may come within some distance of a place.
-    pub fn touches(&self, place: [f64; 2], distance: f64) -> bool {
-        [0, 1].into_iter().all(|axis| {
-            let (from, to) = (self.from[axis], self.from[axis] + self.along[axis]);
-            from.max(to) + distance >= place[axis] && from.min(to) - distance <= place[axis]
-        })
-    }
-
-    /// Whether it crosses another line, both by more than a grain: to touch is not to cross.
-    pub fn crosses(&self, other: &Line) -> bool {
-        let apart = |line: &Line, by: &Line| {
-            let side = |off: [f64; 2]| line.along[0] * off[1] - line.along[1] * off[0];
-            let start = [by.from[0] - line.from[0], by.from[1] - line.from[1]];
-            let (a, b) = (side(start), side([start[0] + by.along[0], start[1] + by.along[1]]));
-            let least = 1.5 * length(line.along);
-            (a > least && b < -least) || (a < -least && b > least)
-        };
-        apart(self, other) && apart(other, self)
-    }
-
-    /// The distance from a place.
-    pub fn distance(&self, to: [f64; 2]) -> f64 {
-        let off = [to[0] - self.from[0], to[1] - self.from[1]];
-        let square = self.along[0] * self.along[0] + self.along[1] * self.along[1];
-        let t = if square > 0.0 { (off[0] * self.along[0] + off[1] * self.along[1]) / square } else { 0.0 };
-        let t = t.clamp(0.0, 1.0);
-        length([off[0] - self.along[0] * t, off[1] - self.along[1] * t])
-    }
-}
-
-/// The places at the ends of the pieces of a course once they are moved to the side by `offsets`, in the unit of the
+/// The places at the ends of the segments of a course once they are moved to the side by `offsets`, in the unit of the
 /// course, or by as much of it as the lines of the courses around leave room for.
-pub fn wandered(course: &[[f64; 2]], offsets: &[f64], around: &[Line]) -> Vec<[f64; 2]> {
+pub fn wandered(course: &[[f64; 2]], offsets: &[f64], around: &[LineSegment]) -> Vec<[f64; 2]> {
     let room = |place: [f64; 2]| around.iter().map(|line| line.distance(place)).fold(f64::INFINITY, f64::min);
     let within = |a: [f64; 2], b: [f64; 2], t: f64| [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t];
     let last = course.len() - 1;
@@ -110,7 +72,7 @@ mod tests {
     #[test]
     fn neighbours_that_wander_do_not_meet() {
         let straight = |y: f64| (0..=16).map(|step| [step as f64 * 100.0, y]).collect::<Vec<_>>();
-        let line = |y: f64| Line { from: [0.0, y], along: [1600.0, 0.0] };
+        let line = |y: f64| LineSegment { from: [0.0, y], along: [1600.0, 0.0] };
         for id in 0..200 {
             let offsets = |n: i64| offsets(1, (id, n), 16).iter().map(|share| share * 1600.0).collect::<Vec<_>>();
             let upper = wandered(&straight(0.0), &offsets(0), &[line(90.0)]);

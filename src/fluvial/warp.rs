@@ -6,8 +6,9 @@
 
 use crate::area::Area;
 use crate::fluvial::fields::Fields;
-use crate::fluvial::point::{GRAINS, Point, length};
-use crate::hash;
+use crate::fluvial::point::{GRAINS, Point};
+use crate::geometry::length;
+use crate::hash::{self, Stream};
 use crate::memory::Memory;
 use crate::noise::{Fractal, FractalKind, FractalSpec};
 
@@ -21,10 +22,15 @@ pub struct Warp {
     patches: Memory<(i64, i64), [Vec<f32>; 2]>,
 }
 
-/// Streams of chance.
-mod stream {
-    pub const EAST: u64 = 8 << 32;
-    pub const SOUTH: u64 = 9 << 32;
+/// Nodes of an area, and where each is read in the network's plane.
+#[derive(Clone, Debug)]
+pub struct Displaced {
+    /// The nodes.
+    pub area: Area,
+    /// Vertices from a node to the next, a power of two; with 1 the nodes are the vertices.
+    pub step: i64,
+    /// Metres by which each node is displaced, east and south.
+    pub metres: [Vec<f32>; 2],
 }
 
 /// Powers of two up to which the nodes of a lattice may lie apart and still be displaced at once.
@@ -40,8 +46,8 @@ impl Warp {
         let spec =
             FractalSpec { kind: FractalKind::Fbm, octaves: 5, wavelength_m: 16.0 * finest_m, lacunarity: 2.0, h: 1.6 };
         let axes = |step: i64| {
-            let fractal = |stream| Fractal::new(&spec, spacing_m * step as f64, hash::stream(seed, stream));
-            [fractal(stream::EAST), fractal(stream::SOUTH)]
+            let fractal = |stream: Stream| Fractal::new(&spec, spacing_m * step as f64, hash::stream(seed, stream));
+            [fractal(Stream::FluvialWarpEast), fractal(Stream::FluvialWarpSouth)]
         };
         let steps = (0..COARSEST).map(|power| 1 << power).take_while(|step| *step as f64 * spacing_m <= finest_m);
         Warp {
@@ -53,9 +59,9 @@ impl Warp {
     }
 
     /// Metres by which the nodes of an area are displaced, east and south: every `step`th vertex, a power of two.
-    pub fn fill(&self, area: Area, step: i64) -> [Vec<f32>; 2] {
+    pub fn fill(&self, area: Area, step: i64) -> Displaced {
         let known = self.axes.get(step.trailing_zeros() as usize);
-        known.unwrap_or(&self.axes[0]).each_ref().map(|fractal| {
+        let metres = known.unwrap_or(&self.axes[0]).each_ref().map(|fractal| {
             let mut metres = vec![0.0; area.len()];
             if known.is_some() {
                 fractal.fill(area, &mut metres);
@@ -70,7 +76,15 @@ impl Warp {
                 *metres *= self.distance_m;
             }
             metres
-        })
+        });
+        Displaced { area, step, metres }
+    }
+
+    /// The rectangle of the network's plane in which the nodes of an area are read, those past its edges included.
+    pub fn input(&self, area: Area, step: i64) -> [Point; 2] {
+        let pad = self.most_m().map(|metres| (metres / self.spacing_m * GRAINS as f64).ceil());
+        let [low, high] = [(area.x0, area.y0), (area.x1, area.y1)].map(|(x, y)| Point::at_vertex(x * step, y * step));
+        [low.moved(pad.map(|grains| -grains)), high.moved(pad)]
     }
 
     /// Metres that no displacement exceeds, east and south.
@@ -125,7 +139,8 @@ impl Warp {
         let vertex = (point.x.div_euclid(GRAINS), point.y.div_euclid(GRAINS));
         let patch = (vertex.0.div_euclid(PATCH), vertex.1.div_euclid(PATCH));
         let side = PATCH as usize + 1;
-        let metres = self.patches.get(patch, || self.fill(Area::new(patch.0 * PATCH, patch.1 * PATCH, side, side), 1));
+        let metres =
+            self.patches.get(patch, || self.fill(Area::new(patch.0 * PATCH, patch.1 * PATCH, side, side), 1).metres);
         let first = (vertex.1.rem_euclid(PATCH) as usize) * side + vertex.0.rem_euclid(PATCH) as usize;
         let [u, v] = [point.x, point.y].map(|grains| grains.rem_euclid(GRAINS) as f64 / GRAINS as f64);
         metres.each_ref().map(|metres| {

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::area::TileId;
-use crate::hash;
+use crate::hash::{self, StreamNumber};
 use crate::lines::LineKind;
 
 /// A channel of fluvial relief: its level, and the cell of that level's lattice that holds its head.
@@ -25,8 +25,8 @@ pub struct SiteId {
 
 impl SiteId {
     /// The hash of the cell in a stream of chance.
-    pub(crate) fn hash(self, seed: u64, stream: u64) -> u64 {
-        hash::mix(hash::mix(hash::stream(seed, stream) ^ self.i as u64) ^ (self.j as u64).rotate_left(32))
+    pub(crate) fn hash(self, seed: u64, stream: impl Into<StreamNumber>) -> u64 {
+        hash::lattice(hash::stream(seed, stream), self.i, self.j)
     }
 }
 

@@ -29,7 +29,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::area::Area;
-use crate::geometry::crosses;
+use crate::geometry::LineSegment;
 
 /// Parts of a vertex in which makers count places on a line: of rivers and of built roads all are whole ones.
 pub const FIXED: i64 = 256;
@@ -222,7 +222,9 @@ impl Line {
         }
         let corner = [(area.x1 - 1 - area.x0) as f64, (area.y1 - 1 - area.y0) as f64];
         let from = |point: &LinePoint| self.place_from([area.x0, area.y0], point);
-        self.points.windows(2).any(|pair| crosses(from(&pair[0]), from(&pair[1]), corner))
+        self.points
+            .windows(2)
+            .any(|pair| LineSegment::between(from(&pair[0]), from(&pair[1])).touches_rectangle(corner))
     }
 }
 

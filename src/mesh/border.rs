@@ -43,10 +43,10 @@ fn furthest(heights: &[i32], start: usize, end: usize) -> Option<(usize, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hash::stream;
+    use crate::hash::combine;
 
     fn rows() -> Vec<Vec<i32>> {
-        let noise = |seed: u64, range: u64| move |x: i64| (stream(seed, x as u64) % range) as i32;
+        let noise = |seed: u64, range: u64| move |x: i64| (combine(seed, x as u64) % range) as i32;
         let mut rows: Vec<Vec<i32>> = vec![vec![7; 100], (0..65).collect(), vec![3, -3], vec![0, 0, 1, 0, 0]];
         for length in [3, 17, 64, 257, 1000_i64] {
             rows.push((0..length).map(noise(1, 40_000)).collect());

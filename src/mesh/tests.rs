@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::*;
 use crate::area::TileId;
-use crate::hash::stream;
+use crate::hash::combine;
 use crate::preset::Preset;
 use crate::tile::Tile;
 use crate::world::World;
@@ -24,7 +24,7 @@ fn grid(cells: usize, height_m: impl Fn(i64, i64) -> f32) -> Grid<f32> {
 }
 
 fn chance(x: i64, y: i64) -> f32 {
-    (stream(x as u64, y as u64) % 100_000) as f32 * 1e-5
+    (combine(x as u64, y as u64) % 100_000) as f32 * 1e-5
 }
 
 /// Grids that go to the limits: flat, sloped, stepped, spiky, wild, tiny, and not a power of two.

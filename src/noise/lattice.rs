@@ -5,6 +5,8 @@
 //! `x = EDGE (u - v / 2)`, `y = v / sqrt(2)`. In these skewed coordinates a square from (0, 0) to (1, 1) is cut along
 //! the diagonal between them into two triangles.
 
+use crate::hash::scatter;
+
 /// Sides of the triangles: sqrt(2/3), in lattice units (a lattice unit is a wavelength).
 pub(super) const EDGE: f64 = 0.816_496_580_927_726;
 /// What a lattice unit east adds to u: sqrt(3/2).
@@ -49,7 +51,7 @@ impl Lattice {
     pub fn new(frequency: f64, seed: u64, octave: u32) -> Lattice {
         // A hair of room, for a frequency that was multiplied up from octave 0.
         assert!(frequency > 0.0 && frequency < 1.000_001, "an octave's waves must span at least one vertex spacing");
-        let word = |index: u64| mix(seed ^ mix(u64::from(octave) << 8 | index));
+        let word = |index: u64| scatter(seed ^ scatter(u64::from(octave) << 8 | index));
         let wide = |index: u64| u128::from(word(index)) << 64 | u128::from(word(index + 1));
         Lattice {
             frequency,
@@ -115,14 +117,6 @@ pub(super) fn lane_fraction(position: u128) -> u32 {
 /// `value` in [0, 2^32) with 96 bits of fraction; exact, for a double has fewer bits.
 pub(super) fn fixed_point(value: f64) -> u128 {
     (value * (1_u128 << FRACTION_BITS) as f64) as u128
-}
-
-/// A bijection of 64 bits in which every bit depends on every other. Based on: the output function of SplitMix64.
-pub(super) fn mix(seed: u64) -> u64 {
-    let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 /// Chance at a lattice point, in steps that lanes can share between the corners of a cell.

@@ -12,8 +12,9 @@
 //! whichever further pivots are added in its strip. About 25 vector operations a vector and pivot, for 5 to 8 pivots
 //! that reach a strip when waves are long.
 
-use super::lattice::{cell, fixed_point, fraction, hash, mix};
+use super::lattice::{cell, fixed_point, fraction, hash};
 use crate::area::Area;
+use crate::hash::scatter;
 use crate::simd::{self, Kernel, Level, MAX_LANES, Simd};
 use std::ops::Range;
 
@@ -102,7 +103,7 @@ impl Stripes {
         );
         let frequency = 1.0 / (wave * CELL_WAVES);
         // A window drawn at random, as for the octaves of a fractal, but another one than theirs for the same seed.
-        let word = |index: u64| mix(seed ^ mix(1 << 40 | index));
+        let word = |index: u64| scatter(seed ^ scatter(1 << 40 | index));
         let wide = |index: u64| u128::from(word(index)) << 64 | u128::from(word(index + 1));
         let mut steps = [0.0; BLOCK_COLUMNS];
         for (index, step) in steps.iter_mut().enumerate() {

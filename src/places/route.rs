@@ -11,7 +11,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
 use crate::fluvial::WaterKind;
-use crate::hash;
+use crate::hash::{self, Stream};
 use crate::lines::FIXED;
 use crate::places::plan::{RiverIndex, Scale, Window, distance2};
 use crate::places::settings::Standard;
@@ -457,20 +457,12 @@ fn wander(seed: u64, at: Node) -> f64 {
     let cell = at.map(|at| at.div_euclid(WANDER_NODES));
     let [east, south] = at.map(|at| at.rem_euclid(WANDER_NODES) as f64 / WANDER_NODES as f64);
     let value = |dx: i64, dy: i64| {
-        let hash = hash::mix(
-            hash::mix(hash::stream(seed, stream::WANDER) ^ (cell[0] + dx) as u64)
-                ^ ((cell[1] + dy) as u64).rotate_left(32),
-        );
+        let hash = hash::lattice(hash::stream(seed, Stream::RouteWander), cell[0] + dx, cell[1] + dy);
         (hash >> 40) as f64 / (1u64 << 24) as f64
     };
     let north = value(0, 0) + (value(1, 0) - value(0, 0)) * east;
     let below = value(0, 1) + (value(1, 1) - value(0, 1)) * east;
     north + (below - north) * south
-}
-
-/// Streams of chance of ways.
-mod stream {
-    pub const WANDER: u64 = 24 << 32;
 }
 
 /// Metres to each side of a corner that a bend without a curve sharper than `radius_m` takes. `cos` is the cosine of the

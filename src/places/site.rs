@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::fluvial::WaterKind;
 use crate::fluvial::survey::Survey;
+use crate::hash::{self, Stream};
 use crate::lines::{FIXED, SiteId};
 use crate::names;
 use crate::places::plan::{PlanLand, RiverIndex, Window};
@@ -67,13 +68,6 @@ impl WaterRange {
     }
 }
 
-/// Streams of chance of sites.
-mod stream {
-    pub const POSITION: u64 = 21 << 32;
-    pub const SETTLED: u64 = 22 << 32;
-    pub const CLASS: u64 = 23 << 32;
-}
-
 /// The settlement of a cell, if it has one.
 pub(super) fn site(
     settings: &PlacesSettings,
@@ -83,7 +77,7 @@ pub(super) fn site(
     id: SiteId,
 ) -> Option<Site> {
     // Many cells are empty however good they are; of those nothing needs to be known.
-    let luck = share(id.hash(seed, stream::SETTLED));
+    let luck = hash::share(id.hash(seed, Stream::Settled));
     if luck >= settings.density {
         return None;
     }
@@ -98,7 +92,7 @@ pub(super) fn site(
     let rivers = RiverIndex::new(&window, scale, range.far_m);
     // The best of all; of equals the first.
     let positions = (0..POSITIONS).map(|number| {
-        let hash = id.hash(seed, stream::POSITION | number);
+        let hash = id.hash(seed, Stream::SitePosition.of(number));
         [hash & 0xFFFF_FFFF, hash >> 32].map(|bits| edge + (bits % inner) as i64)
     });
     let worth = |at: [i64; 2]| Some((suitability(settings, plan, &window, &rivers, at.map(|at| at + around))?, at));
@@ -108,7 +102,7 @@ pub(super) fn site(
         return None;
     }
     // Good land and luck make a town.
-    let rank = 0.5 * worth + 0.5 * share(id.hash(seed, stream::CLASS));
+    let rank = 0.5 * worth + 0.5 * hash::share(id.hash(seed, Stream::SiteClass));
     let (class, people) = match rank {
         ..0.55 => (SiteClass::Hamlet, 20.0 + 200.0 * rank),
         0.55..0.78 => (SiteClass::Village, 200.0 + 6000.0 * (rank - 0.55)),
@@ -124,11 +118,6 @@ pub(super) fn site(
         population: people as u32,
         name: names::settlement(seed, id),
     })
-}
-
-/// A hash as a number from 0 to 1, 1 excluded.
-fn share(hash: u64) -> f64 {
-    (hash >> 11) as f64 / (1u64 << 53) as f64
 }
 
 /// How good a node is to live on, 0 to 1, or `None` where nobody could.

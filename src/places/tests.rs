@@ -7,6 +7,7 @@ use super::*;
 use crate::fluvial::WaterKind;
 use crate::fluvial::survey::RiverPiece;
 use crate::grid::Grid;
+use crate::hash;
 use crate::lines::built::Built;
 use crate::lines::{FIXED, LineClass, LineId, LinePoint, StructureKind};
 use crate::places::alignment::length_m;
@@ -55,10 +56,7 @@ impl TestLand {
             let share = at.rem_euclid(wave) as f64 / wave as f64;
             share * share * (3.0 - 2.0 * share)
         });
-        let value = |dx: i64, dy: i64| {
-            let id = SiteId { i: cell[0] + dx, j: cell[1] + dy };
-            (id.hash(5, number) >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let value = |dx: i64, dy: i64| hash::share(hash::lattice(hash::combine(5, number), cell[0] + dx, cell[1] + dy));
         let north = value(0, 0) + (value(1, 0) - value(0, 0)) * east;
         let below = value(0, 1) + (value(1, 1) - value(0, 1)) * east;
         north + (below - north) * south
@@ -68,7 +66,7 @@ impl TestLand {
     fn bends(&self, x: i64, wave_m: f64, band: i64) -> f64 {
         let wave = self.vertices(wave_m);
         let (cell, share) = (x.div_euclid(wave), x.rem_euclid(wave) as f64 / wave as f64);
-        let value = |i: i64| (SiteId { i, j: band }.hash(5, wave as u64) >> 11) as f64 / (1u64 << 53) as f64;
+        let value = |i: i64| hash::share(hash::lattice(hash::combine(5, wave as u64), i, band));
         let [a, b] = [value(cell), value(cell + 1)];
         a + (b - a) * (share * share * (3.0 - 2.0 * share))
     }

@@ -6,7 +6,7 @@ mod noise;
 pub use noise::NoiseRelief;
 
 use crate::area::Area;
-use crate::clock::Clock;
+use crate::clock::{Clock, stage};
 use crate::fluvial::{Fluvial, Land};
 use crate::grid::Grid;
 use crate::names::Names;
@@ -47,7 +47,7 @@ impl Relief {
     pub fn land(&self, area: Area, clock: &Clock) -> Land {
         match self {
             Relief::Noise(noise) => {
-                let heights = clock.time("relief", || noise.heights(area));
+                let heights = clock.time(stage::RELIEF, || noise.heights(area));
                 Land { heights, water: None }
             }
             Relief::Fluvial(fluvial) => fluvial.land(area, clock),

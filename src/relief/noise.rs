@@ -2,7 +2,7 @@
 
 use crate::area::Area;
 use crate::grid::Grid;
-use crate::hash;
+use crate::hash::{self, Stream, StreamNumber};
 use crate::noise::{Fractal, FractalSpec};
 use crate::preset::{Mask, NoiseTerm, Preset};
 use crate::relief::curve::Curve;
@@ -42,20 +42,12 @@ struct Share {
     shift: f32,
 }
 
-/// Streams of chance, so that no two noises of a world are alike. Terms and their masks follow on from the last.
-mod stream {
-    pub const WARP_EAST: u64 = 1;
-    pub const WARP_SOUTH: u64 = 2;
-    pub const LAND: u64 = 3;
-    pub const TERM: u64 = 1 << 32;
-    pub const TERM_MASK: u64 = 2 << 32;
-}
-
 impl NoiseRelief {
     /// The relief of a checked preset, whose defaults are filled in.
     pub(crate) fn new(preset: &Preset, seed: u64) -> NoiseRelief {
         let spacing_m = preset.spacing_m;
-        let fractal = |spec: &FractalSpec, stream| Fractal::new(spec, spacing_m, hash::stream(seed, stream));
+        let fractal =
+            |spec: &FractalSpec, stream: StreamNumber| Fractal::new(spec, spacing_m, hash::stream(seed, stream));
         let share = |mask: &Mask, stream| {
             let scale = (1.0 / (mask.to - mask.from)) as f32;
             let noise = fractal(&mask.fractal(), stream);
@@ -64,20 +56,20 @@ impl NoiseRelief {
         let warp = preset.warp.as_ref().map(|warp| {
             let spec = warp.fractal();
             WarpField {
-                east: fractal(&spec, stream::WARP_EAST),
-                south: fractal(&spec, stream::WARP_SOUTH),
+                east: fractal(&spec, Stream::NoiseWarpEast.into()),
+                south: fractal(&spec, Stream::NoiseWarpSouth.into()),
                 distance_m: warp.distance_m as f32,
             }
         });
         let term = |(index, term): (u64, &NoiseTerm)| Term {
-            fractal: fractal(&term.fractal(), stream::TERM + index),
+            fractal: fractal(&term.fractal(), Stream::NoiseTerm.of(index)),
             curve: term.curve.as_deref().map(Curve::new),
             height_m: term.height_m as f32,
             base_m: term.base_m as f32,
-            mask: term.mask.as_ref().map(|mask| share(mask, stream::TERM_MASK + index)),
+            mask: term.mask.as_ref().map(|mask| share(mask, Stream::NoiseTermMask.of(index))),
         };
         let terms: Vec<Term> = (0..).zip(&preset.noise).map(term).collect();
-        let land = preset.land.as_ref().map(|land| (share(&land.mask, stream::LAND), land.floor_m as f32));
+        let land = preset.land.as_ref().map(|land| (share(&land.mask, Stream::NoiseLand.into()), land.floor_m as f32));
         let range_m = proved_range(&terms, land.as_ref().map(|(_, floor_m)| *floor_m));
         NoiseRelief { warp, terms, land, range_m }
     }

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 
 use crate::area::{Area, TileId};
-use crate::clock::Clock;
+use crate::clock::{Clock, stage};
 use crate::fluvial::{Land, Water};
 use crate::grid::Grid;
 use crate::lines::{Bed, Imprint, Line, Lines};
@@ -71,12 +71,12 @@ impl Tile {
         let shaped = shaped_input(id.area(world.tile_cells()));
         let wide = Imprint::input(shaped);
         // Rivers, settlements, and the roads between them.
-        let (lines, sites) = clock.time("lines", || (world.lines(&wide), world.sites(&sites_input(shaped))));
+        let (lines, sites) = clock.time(stage::LINES, || (world.lines(&wide), world.sites(&sites_input(shaped))));
         // The bare heights and the water on them: more of them where water must find its way through built roads.
         let is_built = lines.iter().any(|line| matches!(line.bed, Bed::Built { .. }));
         let mut land = world.relief().land(if is_built { wide } else { shaped }, clock);
         // What the lines do to the land.
-        let imprint = clock.time("imprint", || {
+        let imprint = clock.time(stage::IMPRINT, || {
             let imprint = Imprint::new(&land.heights, land.water.as_ref(), lines.iter().map(AsRef::as_ref))?;
             imprint.shape(&mut land.heights, land.water.as_ref());
             Some(imprint)
@@ -105,7 +105,7 @@ impl Tile {
         lines: impl IntoIterator<Item = &'a Line>,
         clock: &Clock,
     ) -> Tile {
-        let imprint = clock.time("imprint", || Imprint::new(&heights, None, lines));
+        let imprint = clock.time(stage::IMPRINT, || Imprint::new(&heights, None, lines));
         Tile::imprinted(world, id, heights, imprint, clock)
     }
 
@@ -121,7 +121,7 @@ impl Tile {
         clock: &Clock,
     ) -> Tile {
         if let Some(imprint) = &imprint {
-            clock.time("imprint", || imprint.shape(&mut heights, None));
+            clock.time(stage::IMPRINT, || imprint.shape(&mut heights, None));
         }
         Tile::of_shaped(world, id, Land { heights, water: None }, imprint, clock)
     }
@@ -132,9 +132,9 @@ impl Tile {
         let area = id.area(world.tile_cells());
         let spacing_m = world.spacing_m();
         // Normals and slopes from differences across the edge.
-        let normals = clock.time("normals", || Normals::new(&heights, area, spacing_m));
+        let normals = clock.time(stage::NORMALS, || Normals::new(&heights, area, spacing_m));
         // What the ground is made of.
-        let blend = clock.time("blend", || {
+        let blend = clock.time(stage::BLEND, || {
             let mut blend = Blend::new(&GroundRule::new(world.preset()), &heights, &normals);
             if let Some(water) = &water {
                 blend.wet(water);

@@ -3,7 +3,7 @@
 use crate::area::Area;
 use crate::clock::Clock;
 use crate::fluvial::{Fluvial, WaterKind};
-use crate::geometry::crosses;
+use crate::geometry::LineSegment;
 use crate::grid::Grid;
 use crate::vectors::contour::contours;
 
@@ -59,6 +59,6 @@ impl Coast {
     pub fn touches(&self, area: &Area) -> bool {
         let corner = [(area.x1 - 1 - area.x0) as f64, (area.y1 - 1 - area.y0) as f64];
         let from = |point: [f64; 2]| [point[0] - area.x0 as f64, point[1] - area.y0 as f64];
-        self.line.windows(2).any(|pair| crosses(from(pair[0]), from(pair[1]), corner))
+        self.line.windows(2).any(|pair| LineSegment::between(from(pair[0]), from(pair[1])).touches_rectangle(corner))
     }
 }

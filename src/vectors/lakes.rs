@@ -5,7 +5,7 @@ use crate::clock::Clock;
 use crate::fluvial::point::{GRAINS, Point};
 use crate::fluvial::trunk::NodeId;
 use crate::fluvial::{Fluvial, WaterKind};
-use crate::geometry::crosses;
+use crate::geometry::LineSegment;
 use crate::grid::Grid;
 use crate::lines::LineId;
 use crate::vectors::contour::{contours, twice_area};
@@ -93,7 +93,7 @@ impl Lake {
         let mut around = false;
         for pair in self.rings.iter().flat_map(|ring| ring.windows(2)) {
             let (a, b) = (from(pair[0]), from(pair[1]));
-            if crosses(a, b, corner) {
+            if LineSegment::between(a, b).touches_rectangle(corner) {
                 return true;
             }
             // Whether the corner is inside: how often a line to the east crosses shores.

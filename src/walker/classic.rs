@@ -14,7 +14,7 @@ use crate::agents::record::{Passage, Records, TileRecord};
 use crate::agents::{Direction, Terrain, bed};
 use crate::area::{Area, TileId};
 use crate::grid::Grid;
-use crate::hash;
+use crate::hash::{self, Stream};
 use crate::lines::{Imprint, Line, LineId, LineKind, fade};
 use crate::world::World;
 
@@ -33,9 +33,6 @@ const EDGE_FADE_CELLS: i64 = 6;
 
 /// Cells that a step over an edge is drawn out to both sides, so that it closes the gap that faded ways leave.
 const CROSSING_CELLS: i64 = 3;
-
-/// Streams of chance for rivers and roads, far from those of the relief.
-const CHANCE: u64 = 4 << 32;
 
 /// A tile that is being made, as agents need it.
 pub(super) struct TileAgents<'a> {
@@ -133,10 +130,8 @@ impl<'a> TileAgents<'a> {
             LineKind::River => preset.rivers.as_ref()?.density,
             LineKind::Road => preset.roads.as_ref()?.density,
         };
-        let chance = hash::stream(self.world.seed(), CHANCE + kind as u64);
-        let chance = hash::stream(hash::stream(chance, self.id.x as u64), self.id.y as u64);
-        // The upper 53 bits are a share from 0 to 1, 1 excluded.
-        if (chance >> 11) as f64 / (1u64 << 53) as f64 >= density {
+        let stream = hash::stream(self.world.seed(), Stream::WalkerAgent.of(kind as u64));
+        if hash::share(hash::lattice(stream, self.id.x, self.id.y)) >= density {
             return None;
         }
         let start = match kind {

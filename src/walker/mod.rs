@@ -16,11 +16,11 @@ mod classic;
 use crate::agents::Direction;
 use crate::agents::record::{Records, TileRecord};
 use crate::area::{Area, MAX_COORDINATE, TileId};
-use crate::clock::Clock;
+use crate::clock::{Clock, stage};
 use crate::error::Error;
 use crate::export::DeviceProfile;
 use crate::grid::Grid;
-use crate::hash;
+use crate::hash::{self, Stream};
 use crate::lines::Line;
 use crate::tile::{self, Tile};
 use crate::world::World;
@@ -263,10 +263,10 @@ impl<'w> Walker<'w> {
         let made = jobs.into_par_iter().map(|((&id, heights), lines)| {
             let agents = TileAgents::new(world, id, &heights);
             let lines = lines.unwrap_or_else(|| match records.find(id) {
-                Some(record) if options.agents => clock.time("lines", || agents.lines(record)),
+                Some(record) if options.agents => clock.time(stage::LINES, || agents.lines(record)),
                 _ => Vec::new(),
             });
-            let imprint = options.agents.then(|| clock.time("imprint", || agents.imprint(records, &lines)));
+            let imprint = options.agents.then(|| clock.time(stage::IMPRINT, || agents.imprint(records, &lines)));
             (id, Standing { tile: Tile::imprinted(world, id, heights, imprint.flatten(), clock), lines })
         });
         let made: Vec<_> = made.collect();
@@ -280,7 +280,7 @@ impl<'w> Walker<'w> {
         }
         let growth = self.growth(id);
         let agents = TileAgents::new(self.world, id, heights);
-        let (record, lines) = self.clock.time("lines", || agents.settle(&self.records, growth));
+        let (record, lines) = self.clock.time(stage::LINES, || agents.settle(&self.records, growth));
         self.records.add(record);
         Some(lines)
     }
@@ -297,7 +297,8 @@ impl<'w> Walker<'w> {
         match (along_south, east.signum(), south.signum()) {
             // The first tile of all grows to all sides.
             (_, 0, 0) => {
-                Direction::ALL[(hash::stream(self.world.seed(), hash::mix(id.x as u64) ^ id.y as u64) % 4) as usize]
+                let stream = hash::stream(self.world.seed(), Stream::WalkerGrowth);
+                Direction::ALL[(hash::lattice(stream, id.x, id.y) % 4) as usize]
             }
             (true, _, 1) => Direction::South,
             (true, ..) => Direction::North,
@@ -322,7 +323,7 @@ impl<'w> Walker<'w> {
             })
             .collect();
         bands.into_par_iter().for_each(|(area, band)| {
-            self.clock.time("relief", || band.copy_from_slice(self.world.relief().heights(area).values()));
+            self.clock.time(stage::RELIEF, || band.copy_from_slice(self.world.relief().heights(area).values()));
         });
         heights
     }

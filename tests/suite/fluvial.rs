@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use terrane::area::Area;
 use terrane::clock::Clock;
-use terrane::fluvial::network::{Channel, ChannelId, Mouth};
+use terrane::fluvial::channel::{Channel, ChannelId, Mouth};
 use terrane::fluvial::point::{GRAINS, Point};
 use terrane::fluvial::{Fluvial, Land, WaterKind};
 use terrane::lines::LineEnd;
@@ -201,7 +201,7 @@ fn channels_fall_grow_and_end_in_what_they_name() {
                 assert!(channel.mouth_area >= end.area, "{name}, seed {seed}: {id:?} joins what is smaller");
                 let Mouth::Channel(other) = channel.mouth else { continue };
                 let Some(other) = all.get(&other) else { continue };
-                let on_line = |pair: &[terrane::fluvial::network::Knot]| {
+                let on_line = |pair: &[terrane::fluvial::channel::Knot]| {
                     let (way, off) = (pair[1].at.from(pair[0].at), end.at.from(pair[0].at));
                     let square = way[0] * way[0] + way[1] * way[1];
                     let t = ((off[0] * way[0] + off[1] * way[1]) / square).clamp(0.0, 1.0);

@@ -1,0 +1,82 @@
+//! Channels: the middle lines of valleys, from a head down to a mouth.
+
+use super::point::Point;
+use super::trunk::NodeId;
+
+/// The id of a channel: its level, and the cell of that level's lattice that holds its head.
+pub type ChannelId = (u32, i64, i64);
+
+/// A point of a channel's middle line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knot {
+    /// Where it is.
+    pub at: Point,
+    /// Height of the water, or of the floor where it is dry, in metres, before strata and ceiling.
+    pub level_m: f64,
+    /// Area that drains through it, in cells of the trunk lattice.
+    pub area: f64,
+    /// Half width in grains of the lake here, 0 where there is none.
+    pub lake: f64,
+}
+
+/// What a channel runs into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mouth {
+    /// The channel of that id.
+    Channel(ChannelId),
+    /// The sea.
+    Sea,
+    /// A lake that has no outlet, at that node of the trunk lattice.
+    Sink(NodeId),
+}
+
+/// A channel from its head down to its mouth; of a trunk, the part from one node to the next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Its name in the world.
+    pub id: ChannelId,
+    /// From head to mouth, at least two.
+    pub knots: Vec<Knot>,
+    /// What it runs into.
+    pub mouth: Mouth,
+    /// Slope of the hillsides around.
+    pub hill_slope: f64,
+    /// Area that drains through what it runs into, there, in cells of the trunk lattice; its own for the sea and lakes.
+    pub mouth_area: f64,
+    /// For a trunk, the next node and whether this is that river's own upper course; not for one that the sea cuts short.
+    pub next: Option<(NodeId, bool)>,
+    bounds: [Point; 2],
+}
+
+impl Channel {
+    /// The channel through these knots.
+    pub fn new(id: ChannelId, knots: Vec<Knot>, mouth: Mouth, hill_slope: f64) -> Channel {
+        let (bounds, mouth_area) = (bounds(&knots), knots[knots.len() - 1].area);
+        Channel { id, knots, mouth, hill_slope, mouth_area, next: None, bounds }
+    }
+
+    /// The same channel once its knots have moved.
+    #[must_use]
+    pub fn bounded(self) -> Channel {
+        Channel { bounds: bounds(&self.knots), ..self }
+    }
+
+    /// The corners of the least rectangle around its knots.
+    pub fn bounds(&self) -> [Point; 2] {
+        self.bounds
+    }
+
+    /// Where its knots are, relative to an origin.
+    pub fn course(&self, origin: Point) -> Vec<[f64; 2]> {
+        self.knots.iter().map(|knot| knot.at.from(origin)).collect()
+    }
+}
+
+fn bounds(knots: &[Knot]) -> [Point; 2] {
+    let mut bounds = [knots[0].at; 2];
+    for Knot { at, .. } in knots {
+        bounds[0] = Point { x: bounds[0].x.min(at.x), y: bounds[0].y.min(at.y) };
+        bounds[1] = Point { x: bounds[1].x.max(at.x), y: bounds[1].y.max(at.y) };
+    }
+    bounds
+}

@@ -1,0 +1,158 @@
+//! The coast: the edge of the land and the floor of the sea, by how far inland a place is.
+//!
+//! How far inland is known on a coarse lattice of the plane, and between its points by bilinear interpolation: rivers that
+//! run to the coast ask the same lattice ([`Fields::in_sea`]).
+
+use super::fields::{COAST_STEP, Fields};
+use super::point::Point;
+use super::warp::Displaced;
+use crate::area::Area;
+
+/// Nodes of a block, for which the coarse lattice is read at a time: across, and down. So few that far inland and far out
+/// at sea whole blocks can be left out, so many that a point of the lattice serves several nodes.
+const BLOCK: (usize, usize) = (64, 16);
+
+/// The cell of the coarse lattice that a vertex lies in, along one axis, once it is displaced by so many vertices, and how
+/// far into the cell, 0 to 1.
+///
+/// Relative to the cell that holds the vertex itself, so it is as exact anywhere as at the origin.
+fn cell(at: i64, by: f32) -> (i64, f32) {
+    let own = at.div_euclid(COAST_STEP);
+    let steps = ((at - own * COAST_STEP) as f32 + by) / COAST_STEP as f32;
+    let whole = steps.floor();
+    (own + whole as i64, steps - whole)
+}
+
+/// How far inland the points of a window of the coarse lattice are, in metres.
+struct Window {
+    first: [i64; 2],
+    columns: usize,
+    inland_m: Vec<f32>,
+}
+
+impl Window {
+    /// The window that holds the cells from one to another, corners included.
+    fn new(fields: &Fields, first: [i64; 2], last: [i64; 2]) -> Window {
+        let [columns, lines] = [0, 1].map(|axis| (last[axis] - first[axis] + 2) as usize);
+        let mut inland_m = Vec::with_capacity(columns * lines);
+        for j in 0..lines as i64 {
+            for i in 0..columns as i64 {
+                let at = Point::at_vertex((first[0] + i) * COAST_STEP, (first[1] + j) * COAST_STEP);
+                inland_m.push(fields.inland_m(at) as f32);
+            }
+        }
+        Window { first, columns, inland_m }
+    }
+
+    /// How far inland a place in a cell is.
+    fn at(&self, (i, u): (i64, f32), (j, v): (i64, f32)) -> f32 {
+        let (i, j) = ((i - self.first[0]) as usize, (j - self.first[1]) as usize);
+        // A row too far would fail on its own; a column too far would be one of the next row.
+        assert!(i + 1 < self.columns, "the window does not hold the cell of a node");
+        let first = j * self.columns + i;
+        let north = self.inland_m[first] + (self.inland_m[first + 1] - self.inland_m[first]) * u;
+        let below = &self.inland_m[first + self.columns..];
+        let south = below[0] + (below[1] - below[0]) * u;
+        north + (south - north) * v
+    }
+}
+
+/// The height of the coast at the nodes of an area, and infinity where it is neither lower than the land nor in the sea;
+/// `None` where it is nowhere.
+pub fn heights(fields: &Fields, spacing_m: f64, nodes: &Displaced, land_m: &[f32]) -> Option<Vec<f32>> {
+    if !fields.has_sea() {
+        return None;
+    }
+    let &Displaced { area, step, ref metres } = nodes;
+    let sea_m = fields.sea_level_m() as f32;
+    let per_vertex = (1.0 / spacing_m) as f32;
+    let mut coast_m = vec![f32::INFINITY; area.len()];
+    let mut any = false;
+    for y0 in (area.y0..area.y1).step_by(BLOCK.1) {
+        for x0 in (area.x0..area.x1).step_by(BLOCK.0) {
+            let block = Area::new(x0, y0, BLOCK.0, BLOCK.1).common(&area).expect("it begins in the area");
+            let indices = || {
+                (block.y0..block.y1).flat_map(|y| {
+                    let row = (y - area.y0) as usize * area.width();
+                    (block.x0..block.x1).map(move |x| (row + (x - area.x0) as usize, [x, y]))
+                })
+            };
+            let cells =
+                |index: usize, at: [i64; 2]| [0, 1].map(|axis| cell(at[axis] * step, metres[axis][index] * per_vertex));
+            let (mut first, mut last) = ([i64::MAX; 2], [i64::MIN; 2]);
+            let mut highest_m = f32::NEG_INFINITY;
+            for (index, at) in indices() {
+                let cells = cells(index, at);
+                for axis in [0, 1] {
+                    first[axis] = first[axis].min(cells[axis].0);
+                    last[axis] = last[axis].max(cells[axis].0);
+                }
+                highest_m = highest_m.max(land_m[index]);
+            }
+            let window = Window::new(fields, first, last);
+            // Height grows with the way inland. What is left out is above the land and above the sea, so that it makes
+            // no difference, whichever nodes are in the block.
+            let nearest_m = window.inland_m.iter().fold(f32::INFINITY, |a, b| a.min(*b));
+            if fields.coast_m(nearest_m) >= highest_m.max(sea_m) {
+                continue;
+            }
+            any = true;
+            for (index, at) in indices() {
+                let [column, row] = cells(index, at);
+                coast_m[index] = fields.coast_m(window.at(column, row));
+            }
+        }
+    }
+    any.then_some(coast_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::preset::Preset;
+
+    const FAR: i64 = 1 << 40;
+
+    /// Displacements, in vertices, that end at points of the coarse lattice from around them, or next to nothing off.
+    fn displacements() -> Vec<f32> {
+        let around = |by: f32| [by.next_down(), by, by.next_up(), by - 1e-5, by + 1e-5];
+        (-40i16..=40).flat_map(|by| around(f32::from(by))).collect()
+    }
+
+    #[test]
+    fn a_displaced_vertex_lies_where_its_cell_says() {
+        for origin in [0, FAR, -FAR] {
+            for at in -17..=17 {
+                for by in displacements() {
+                    let (cell, share) = cell(origin + at, by);
+                    assert!((0.0..=1.0).contains(&share), "{at} + {by}: {share}");
+                    let got = (cell - origin / COAST_STEP) as f64 + share as f64;
+                    let expected = (at as f64 + by as f64) / COAST_STEP as f64;
+                    assert!((got - expected).abs() < 1e-6, "{at} + {by} vertices: {got} and not {expected} cells");
+                }
+            }
+        }
+    }
+
+    /// Each node alone has the same coast as in a block with others, whose window is another.
+    #[test]
+    fn the_coast_does_not_depend_on_the_window() {
+        let (_, preset) = Preset::load("archipelago").unwrap();
+        let fields = Fields::new(&preset, preset.fluvial.as_ref().unwrap(), 1);
+        let vertices = displacements();
+        let metres: Vec<f32> = vertices.iter().map(|by| by * preset.spacing_m as f32).collect();
+        let high_m = vec![1e6; vertices.len()];
+        for corner in [0, -COAST_STEP, 5 * COAST_STEP - 1, FAR, FAR + COAST_STEP, -FAR - 1] {
+            let area = Area::new(corner, -corner, vertices.len(), 1);
+            let nodes = Displaced { area, step: 1, metres: [metres.clone(), metres.clone()] };
+            let together = heights(&fields, preset.spacing_m, &nodes, &high_m).expect("land is higher than any coast");
+            for (index, expected_m) in together.iter().enumerate() {
+                let area = Area::new(corner + index as i64, -corner, 1, 1);
+                let by = vec![metres[index]];
+                let nodes = Displaced { area, step: 1, metres: [by.clone(), by] };
+                let alone = heights(&fields, preset.spacing_m, &nodes, &high_m[..1]).expect("likewise");
+                assert_eq!(alone[0], *expected_m, "{} vertices from {area:?}", vertices[index]);
+            }
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! What relief hands on: heights, and the water on them.
+
+use crate::area::Area;
+use crate::grid::Grid;
+
+/// The land of an area, and the water on it.
+#[derive(Clone, Debug)]
+pub struct Land {
+    /// Heights in metres: of the ground, so under water of its bed.
+    pub heights: Grid<f32>,
+    /// What stands or flows on it; `None` where the relief knows of no water.
+    pub water: Option<Water>,
+}
+
+/// Water on an area.
+#[derive(Clone, Debug)]
+pub struct Water {
+    /// What there is at each vertex.
+    pub kind: Grid<WaterKind>,
+    /// Whether a vertex lies in the bed of a channel, wet or dry: what fills it is a dam.
+    pub bed: Grid<bool>,
+    /// Metres from the bed to the surface; 0 where it is dry.
+    pub depth_m: Grid<f32>,
+    /// Discharge in cubic metres a second of the channel at each vertex; 0 off the channels.
+    pub flow_m3s: Grid<f32>,
+}
+
+impl Land {
+    /// The land of a part of the area, which must be within it.
+    pub(crate) fn part(&self, area: Area) -> Land {
+        let water = self.water.as_ref().map(|water| Water {
+            kind: water.kind.part(area),
+            bed: water.bed.part(area),
+            depth_m: water.depth_m.part(area),
+            flow_m3s: water.flow_m3s.part(area),
+        });
+        Land { heights: self.heights.part(area), water }
+    }
+}
+
+/// Kinds of water.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum WaterKind {
+    /// None.
+    #[default]
+    Dry,
+    /// A river or a brook.
+    River,
+    /// A lake.
+    Lake,
+    /// The sea.
+    Sea,
+}

@@ -1,0 +1,70 @@
+//! The lift: what layers of rock and the ceiling make of a height. It rises strictly, so no pit comes of it.
+
+use super::settings::{FluvialSettings, Strata};
+use crate::hash::{self, Stream};
+
+/// The lift of a world.
+#[derive(Clone, Debug)]
+pub struct Lift {
+    strata: Option<Strata>,
+    seed: u64,
+    /// Up to here the ceiling changes nothing.
+    knee_m: f64,
+    /// From the knee to the ceiling.
+    room_m: f64,
+}
+
+/// How much of a layer's cliff there is at least: no two layers are alike. Chosen by eye.
+const LEAST_CLIFF: f64 = 0.4;
+
+impl Lift {
+    /// The lift of a world with these settings.
+    pub fn new(settings: &FluvialSettings, seed: u64) -> Lift {
+        let knee_m = settings.knee * settings.ceiling_m;
+        let room_m = settings.ceiling_m - knee_m;
+        Lift { strata: settings.strata.clone(), seed: hash::stream(seed, Stream::Strata), knee_m, room_m }
+    }
+
+    /// The height in metres that becomes of one.
+    pub fn at(&self, height_m: f64) -> f64 {
+        let layered_m = match &self.strata {
+            None => height_m,
+            Some(strata) => {
+                let layers = height_m / strata.thickness_m;
+                let layer = layers.floor();
+                let within = layers - layer;
+                let luck = hash::share(hash::lattice(self.seed, layer as i64, 0));
+                let cliff = strata.cliff * (LEAST_CLIFF + (1.0 - LEAST_CLIFF) * luck);
+                // A gentle bench below, the steep cliff above it; both together are as high as the layer is thick.
+                let bench = 1.0 - cliff / strata.steepness;
+                let risen = if within < bench {
+                    within * ((1.0 - cliff) / bench)
+                } else {
+                    (1.0 - cliff) + (within - bench) * strata.steepness
+                };
+                (layer + risen) * strata.thickness_m
+            }
+        };
+        // A hyperbola that leaves the knee with slope 1 and comes to the ceiling at infinity.
+        let over = layered_m - self.knee_m;
+        if over <= 0.0 { layered_m } else { self.knee_m + over / (1.0 + over / self.room_m) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::preset::Preset;
+
+    #[test]
+    fn strata_and_ceiling_keep_the_order_of_heights() {
+        for name in ["alps", "canyon"] {
+            let (_, preset) = Preset::load(name).unwrap();
+            let settings = preset.fluvial.unwrap();
+            let lift = Lift::new(&settings, 1);
+            let heights: Vec<f64> = (-1000..20_000).map(|half| lift.at(half as f64 / 2.0)).collect();
+            assert!(heights.windows(2).all(|pair| pair[0] < pair[1]), "{name}");
+            assert!(heights[heights.len() - 1] < settings.ceiling_m, "{name}");
+        }
+    }
+}

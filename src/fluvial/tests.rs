@@ -1,0 +1,150 @@
+//! What a stage of fluvial land says that it reads is all that it reads: anything else may be anything.
+
+use std::collections::BTreeSet;
+
+use super::*;
+use crate::grid::Grid;
+use segment::Segment;
+
+const AREA: Area = Area { x0: -130, y0: 70, x1: -66, y1: 118 };
+
+/// Far more than any stage reads.
+const WIDE: usize = 40;
+
+fn relief(name: &str) -> Fluvial {
+    let (_, preset) = Preset::load(name).unwrap();
+    Fluvial::new(&preset, preset.fluvial.as_ref().unwrap(), 4, None)
+}
+
+/// Everything that is known before gullies and water, for far more than an area.
+struct Known {
+    segments: Segments,
+    nodes: Displaced,
+    slope: Vec<f32>,
+    valleys: Valleys,
+}
+
+fn known(fluvial: &Fluvial) -> Known {
+    let wide = valley::input(AREA.padded(WIDE));
+    let segments = fluvial.segments(wide, 1);
+    let nodes = fluvial.warp.fill(wide, 1);
+    let slope = fluvial.slopes(wide, 1);
+    let valleys = fluvial.valleys(&nodes, &slope, &segments);
+    Known { segments, nodes, slope, valleys }
+}
+
+/// Fills all values of an area that are outside a part of it.
+fn poison<T: Copy>(values: &mut [T], area: Area, part: Area, with: T) {
+    let places = (area.y0..area.y1).flat_map(|y| (area.x0..area.x1).map(move |x| (x, y)));
+    for (value, (x, y)) in values.iter_mut().zip(places) {
+        if !part.contains(&Area::new(x, y, 1, 1)) {
+            *value = with;
+        }
+    }
+}
+
+/// Poisons the warp outside the area that a stage reads of it, and all else outside the area itself.
+fn poisoned(known: Known, input: Area) -> Known {
+    let Known { segments, mut nodes, mut slope, mut valleys } = known;
+    let wide = nodes.area;
+    for metres in &mut nodes.metres {
+        poison(metres, wide, input, f32::NAN);
+    }
+    poison(&mut slope, wide, AREA, f32::NAN);
+    let Valleys { height_m, level_m, crest_m, steepness, distance_m, away: [east, south], segment, share } =
+        &mut valleys;
+    for values in [height_m, level_m, crest_m, steepness, distance_m, east, south, share] {
+        poison(values, wide, AREA, f32::NAN);
+    }
+    poison(segment, wide, AREA, u32::MAX);
+    Known { segments, nodes, slope, valleys }
+}
+
+/// What lies further than the segments that are asked for, warp included, may be anything.
+#[test]
+fn no_other_segments_matter() {
+    for name in ["alps", "plains", "archipelago"] {
+        let fluvial = relief(name);
+        let expected = fluvial.land(AREA, &Clock::default());
+        let wide = fluvial.segments(AREA.padded(600), 1);
+        let near = fluvial.segments(valley::input(AREA), 1);
+        let key = |of: &Segments, segment: &Segment| (of.channels[segment.channel as usize].id, segment.knot);
+        let known: BTreeSet<_> = near.all.iter().map(|segment| key(&near, segment)).collect();
+        let mut poisoned = wide.all.clone();
+        let mut beyond = 0;
+        for segment in &mut poisoned {
+            if !known.contains(&key(&wide, segment)) {
+                segment.level_m = [f64::NAN; 2];
+                segment.area = [f64::NAN; 2];
+                beyond += 1;
+            }
+        }
+        assert!(beyond > 1000, "{name}: {beyond} segments lie beyond the reach");
+        let segments = Segments { origin: wide.origin, channels: wide.channels, all: poisoned };
+        let land = fluvial.land_of(&segments, AREA, 1, &Clock::default());
+        assert_eq!(land.heights, expected.heights, "{name}");
+    }
+}
+
+#[test]
+fn gullies_read_their_input_alone() {
+    for name in ["alps", "canyon"] {
+        let fluvial = relief(name);
+        let gullies = fluvial.gullies.as_ref().unwrap();
+        let carved = |mut known: Known| {
+            gullies.carve(&known.nodes, &known.slope, &mut known.valleys);
+            let mut heights = Grid::filled(known.nodes.area, 0.0);
+            heights.values_mut().copy_from_slice(&known.valleys.height_m);
+            heights.part(AREA)
+        };
+        let bare = known(&fluvial);
+        let expected = carved(known(&fluvial));
+        assert_eq!(carved(poisoned(bare, gullies::input(AREA))), expected, "{name}");
+    }
+}
+
+#[test]
+fn water_reads_its_input_alone() {
+    for name in ["alps", "archipelago"] {
+        let fluvial = relief(name);
+        let filled = |known: &Known| fluvial.water(&known.segments, &known.nodes, &known.valleys, None).fill(AREA);
+        let expected = filled(&known(&fluvial));
+        let land = filled(&poisoned(known(&fluvial), water::input(AREA)));
+        assert_eq!(land.heights, expected.heights, "{name}");
+        let [water, expected] = [land, expected].map(|land| land.water.unwrap());
+        assert_eq!((water.kind, water.bed), (expected.kind, expected.bed), "{name}");
+        assert_eq!((water.depth_m, water.flow_m3s), (expected.depth_m, expected.flow_m3s), "{name}");
+    }
+}
+
+/// All of a channel lies as near to its head's cell as is said to whoever looks for channels.
+#[test]
+fn channels_stay_within_their_reach() {
+    for name in ["alps", "plains", "archipelago"] {
+        let fluvial = relief(name);
+        let mut known = 0;
+        for level in 0..fluvial.fields.levels() {
+            let side = fluvial.fields.side(level);
+            let place = Point { x: 1 << 40, y: -(1 << 39) };
+            let around = [place.moved([-8.0 * side as f64; 2]), place.moved([8.0 * side as f64; 2])];
+            fluvial.network.channels(level, around, |channel| {
+                let (_, x, y) = channel.id;
+                let head = [Point { x: x * side, y: y * side }, Point { x: (x + 1) * side, y: (y + 1) * side }];
+                let [low, high] = fluvial.network.input(level, head);
+                let [from, to] = channel.bounds();
+                let inside = low.x <= from.x && low.y <= from.y && to.x <= high.x && to.y <= high.y;
+                assert!(inside, "{name}: {:?} from {from:?} to {to:?}", channel.id);
+                known += 1;
+            });
+        }
+        assert!(known > 200, "{name}: {known} channels");
+    }
+}
+
+/// The land is of the area alone, whatever else is made with it.
+#[test]
+fn whole_patches_read_the_same_as_their_parts() {
+    let fluvial = relief("alps");
+    let whole = fluvial.land(AREA.padded(WIDE), &Clock::default());
+    assert_eq!(whole.heights.part(AREA), fluvial.land(AREA, &Clock::default()).heights);
+}
