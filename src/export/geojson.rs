@@ -12,11 +12,11 @@ use std::sync::Mutex;
 use rusqlite::types::Value;
 
 use crate::area::Place;
+use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::layers::{Feature, Kind, Layer, Shape, layers};
-use crate::export::manifest::FileRecord;
 use crate::export::vector::FeatureStore;
 use crate::tile::Tile;
 use crate::world::World;

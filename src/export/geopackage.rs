@@ -10,11 +10,11 @@ use rusqlite::types::Value;
 use rusqlite::{Connection, params, params_from_iter};
 
 use crate::area::{Place, Region, TileId};
+use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::layers::{Kind, Layer, Shape};
-use crate::export::manifest::FileRecord;
 use crate::export::vector::FeatureStore;
 use crate::registry::unjournaled;
 use crate::tile::Tile;

@@ -5,10 +5,10 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use crate::area::{Place, Region};
+use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
-use crate::export::manifest::FileRecord;
 use crate::tile::Tile;
 
 /// The file in the folder of the bake.

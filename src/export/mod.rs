@@ -15,7 +15,7 @@ mod manifest;
 mod profile;
 mod plan;
 
-pub use manifest::{Axes, DeviceProfile, FileRecord, HeightRange, Manifest, MeshRecord, RegionRecord};
+pub use manifest::{Axes, HeightRange, Manifest, RegionRecord};
 pub use mesh::{Lods, MeshOptions};
 pub use profile::Profile;
 

@@ -6,11 +6,11 @@ use std::sync::Mutex;
 use serde::Serialize;
 
 use crate::area::{Place, Region, TileId};
+use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::write_whole;
 use crate::export::image::{Image, Rows};
-use crate::export::manifest::FileRecord;
 use crate::export::profile;
 use crate::export::writer::{Format, RasterWriter, Sample};
 use crate::fluvial::{Water, WaterKind};

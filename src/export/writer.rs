@@ -16,8 +16,9 @@ use exr::prelude::SmallVec;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::bake::Finished;
 use crate::error::Error;
-use crate::export::file::{Finished, PartFile};
+use crate::export::file::PartFile;
 
 /// A file format for rasters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

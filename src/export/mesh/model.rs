@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::area::Region;
-use crate::export::manifest::MeshRecord;
+use crate::bake::MeshRecord;
 use crate::export::mesh::options::MeshOptions;
 use crate::fluvial::WaterKind;
 use crate::mesh::{Drape, Frame, Ribbon, RibbonKind, Sheet, Surface, ribbons, sheets};

@@ -12,10 +12,10 @@ use super::model::{Model, Modeller, SUBSTANCES, Substance, by_substance, substan
 use super::options::MeshOptions;
 use super::{region_path, tile_path};
 use crate::area::{Place, Region};
+use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::{PartFile, write_whole};
-use crate::export::manifest::FileRecord;
 use crate::tile::Tile;
 use crate::world::World;
 

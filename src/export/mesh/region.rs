@@ -10,9 +10,9 @@ use serde_json::Value;
 
 use super::glb::COMPRESSION;
 use super::model::SUBSTANCES;
+use crate::bake::FileRecord;
 use crate::error::Error;
 use crate::export::file::PartFile;
-use crate::export::manifest::FileRecord;
 
 /// A region's glTF under way: each of its lists in a file of its own until all tiles are there, so that none is held.
 pub(super) struct RegionFile {

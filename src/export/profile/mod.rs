@@ -14,10 +14,10 @@ use std::path::Path;
 use std::str::FromStr;
 
 use crate::area::Region;
+use crate::bake::FileRecord;
 use crate::error::{Error, nearest};
 use crate::export::file::write_whole;
 use crate::export::image::{Edge, Image, Layout, Naming, Rows};
-use crate::export::manifest::FileRecord;
 use crate::export::mesh::{Lods, MeshOptions};
 use crate::export::raster::Quantity;
 use crate::export::writer::Format;
