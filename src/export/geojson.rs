@@ -16,39 +16,65 @@ use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
-use crate::export::layers::{Feature, Kind, Layer, Shape, layers};
-use crate::export::vector::FeatureStore;
+use crate::export::format::{Format, FormatCost, Request};
+use crate::export::layers::{AGENTS, FLUVIAL, Feature, Kind, Layer, Shape, layers};
+use crate::export::vector::{self, FeatureStore};
 use crate::tile::Tile;
 use crate::world::World;
 
-/// All files that worlds of any kind have in the folder of the bake.
-pub(crate) const PATHS: &[&str] = &[
-    "vector/rivers.geojson",
-    "vector/roads.geojson",
-    "vector/lakes.geojson",
-    "vector/coast.geojson",
-    "vector/peaks.geojson",
-    "vector/sites.geojson",
-    "vector/crossings.geojson",
-];
+/// The folder of the files in that of the bake.
+const FOLDER: &str = "vector";
 
 /// The file of a layer in the folder of the bake.
 fn path(layer: &Layer) -> String {
-    format!("vector/{}.geojson", layer.name)
+    format!("{FOLDER}/{}.geojson", layer.name)
+}
+
+/// The format.
+pub(crate) struct GeoJson;
+
+impl Format for GeoJson {
+    fn name(&self) -> &'static str {
+        "geojson"
+    }
+
+    fn about(&self) -> &'static str {
+        "the same layers as GeoJSON, coordinates in metres"
+    }
+
+    fn folders(&self) -> Vec<&'static str> {
+        vec![FOLDER]
+    }
+
+    fn owns(&self, name: &str) -> bool {
+        [FLUVIAL, AGENTS].into_iter().flatten().any(|layer| path(layer) == name)
+    }
+
+    fn cost(&self, request: &Request) -> FormatCost {
+        let disk_bytes = vector::bytes_at_most(request.world, &request.region);
+        FormatCost { files: layers(request.world).len() as u64, disk_bytes, ..FormatCost::default() }
+    }
+
+    fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
+        Ok(vec![Box::new(GeoJsonSink::create(request.world, out)?)])
+    }
 }
 
 /// The files under way, one a layer.
-pub(crate) struct GeoJson<'a> {
+pub(crate) struct GeoJsonSink<'a> {
     features: FeatureStore<'a>,
     files: Mutex<Vec<PartFile>>,
 }
 
-impl<'a> GeoJson<'a> {
+impl<'a> GeoJsonSink<'a> {
     /// Begins the files in the folder of the bake.
-    pub fn create(world: &'a World, out: &Path) -> Result<GeoJson<'a>, Error> {
+    pub fn create(world: &'a World, out: &Path) -> Result<GeoJsonSink<'a>, Error> {
         let file = |layer| PartFile::create(out.join(path(layer)));
         let files = layers(world).iter().map(file).collect::<Result<Vec<_>, _>>()?;
-        Ok(GeoJson { features: FeatureStore::create(world, &out.join(PATHS[0]))?, files: Mutex::new(files) })
+        Ok(GeoJsonSink {
+            features: FeatureStore::create(world, &out.join(FOLDER).join("layers.geojson"))?,
+            files: Mutex::new(files),
+        })
     }
 
     /// Where its features wait.
@@ -58,7 +84,7 @@ impl<'a> GeoJson<'a> {
     }
 }
 
-impl Sink for GeoJson<'_> {
+impl Sink for GeoJsonSink<'_> {
     fn name(&self) -> &'static str {
         "vector/*.geojson"
     }
@@ -77,7 +103,7 @@ impl Sink for GeoJson<'_> {
         let mut records = Vec::new();
         for (number, (mut file, layer)) in files.into_iter().zip(self.features.layers()).enumerate() {
             write_collection(&mut file, &self.features, number)?;
-            records.push(FileRecord::new(path(layer), "geojson", file.finish()?));
+            records.push(FileRecord::new(path(layer), GeoJson.name(), file.finish()?));
         }
         Ok(records)
     }

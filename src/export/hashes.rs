@@ -9,10 +9,43 @@ use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
+use crate::export::format::{Format, FormatCost, Request, folder};
 use crate::tile::Tile;
 
 /// The file in the folder of the bake.
 pub(crate) const PATH: &str = "hashes.txt";
+
+/// The format.
+pub(crate) struct Hashes;
+
+impl Format for Hashes {
+    fn name(&self) -> &'static str {
+        "hashes"
+    }
+
+    fn about(&self) -> &'static str {
+        "BLAKE3 of each tile's heights, normals and weights"
+    }
+
+    fn folders(&self) -> Vec<&'static str> {
+        vec![folder(PATH)]
+    }
+
+    fn owns(&self, path: &str) -> bool {
+        path == PATH
+    }
+
+    fn cost(&self, request: &Request) -> FormatCost {
+        // Two tile numbers of at most 20 characters, a hash of 64 and three separators.
+        const LINE_BYTES: u64 = 107;
+        let disk_bytes = request.region.tiles().saturating_mul(LINE_BYTES);
+        FormatCost { files: 1, disk_bytes, ..FormatCost::default() }
+    }
+
+    fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
+        Ok(vec![Box::new(TileHashes::create(request.region, out)?)])
+    }
+}
 
 /// One line a tile: its number and the BLAKE3 of all its bytes.
 pub(crate) struct TileHashes {
@@ -64,6 +97,6 @@ impl Sink for TileHashes {
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
         let file = self.file.lock().expect("no thread panics while it writes").take();
         let finished = file.expect("a sink ends once").finish()?;
-        Ok(vec![FileRecord::new(PATH.to_owned(), "hashes", finished)])
+        Ok(vec![FileRecord::new(PATH.to_owned(), Hashes.name(), finished)])
     }
 }
