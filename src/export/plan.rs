@@ -97,6 +97,21 @@ impl<'a> Plan<'a> {
         Ok(Plan { meshes, ..self })
     }
 
+    /// Whether any export reads each of some options of the command that only some exports read.
+    ///
+    /// # Errors
+    /// When none does; the hint names those that would.
+    pub fn check_options(&self, given: &[&str]) -> Result<(), Error> {
+        let reads = |export: &Export, option: &str| export.0.options().contains(&option);
+        let unread = given.iter().find(|option| !self.exports.iter().any(|export| reads(export, option)));
+        let Some(option) = unread else { return Ok(()) };
+        let readers: Vec<_> = Export::all().filter(|export| reads(export, option)).map(Export::name).collect();
+        Err(Error::Option {
+            message: format!("no export of this bake reads {option}"),
+            hint: format!("leave it out, or bake one of those that do: {}", readers.join(", ")),
+        })
+    }
+
     /// The region.
     pub fn region(&self) -> &Region {
         &self.region

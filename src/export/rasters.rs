@@ -6,12 +6,12 @@ use crate::area::{Place, Region};
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Request, folder};
+use crate::export::formats;
 use crate::export::image::Image;
 use crate::export::plan::RECORD_BYTES;
 use crate::export::quantity::Quantity;
 use crate::export::raster::{RegionRaster, TileRasters};
 use crate::export::writer::Encoding;
-use crate::export::formats;
 use crate::world::World;
 
 /// A format of rasters.
