@@ -33,15 +33,15 @@
 //!      |
 //!   places/     fluvial land -> settlements, roads between them      reach: 2 site cells
 //!      |
-//!   vectors/    lakes, coasts and peaks as lines and points, rivers are with fluvial/
-//!      |
 //!   tile/       heights, paths, roads -> carved, graded -> normals -> blend weights   pad HEIGHT_PAD = 1
+//!      |
+//!   features/   World, area -> rivers, lakes, coasts, peaks, sites, roads, with attributes and names
 //!      |
 //!   mesh/       heights -> triangles, all or few within a bound; waters, roads    an edge looks at its own heights only
 //!      |
 //!   bake/       Region -> all its tiles, in parallel, in order
 //!      |
-//!   export/     tiles -> files, map/ -> pictures; registry.rs, a log and never an input; profiles, plan, manifest
+//!   export/     tiles, features -> files, map/ -> pictures; registry.rs, a log and never an input; profiles, plan, manifest
 //!      |
 //!   experiment/ World, camera -> timings, tables, charts             the thesis' measurement and method
 //!      |
@@ -95,9 +95,9 @@ pub mod fluvial;
 pub mod preset;
 pub mod relief;
 pub mod agents;
-pub mod vectors;
 pub mod world;
 pub mod tile;
+
 pub mod mesh;
 pub mod registry;
 pub mod map;

@@ -5,16 +5,17 @@ use std::sync::Arc;
 use crate::agents::paths::{PathList, Paths};
 use crate::area::Area;
 use crate::error::Error;
+use crate::fluvial::Fluvial;
+use crate::fluvial::landforms::Landforms;
+use crate::fluvial::landforms::coast::Coast;
+use crate::fluvial::landforms::lakes::Lake;
+use crate::fluvial::landforms::peaks::Peak;
 use crate::fluvial::rivers::River;
 use crate::places::Places;
 use crate::places::road::Road;
 use crate::places::site::{Site, SiteId};
 use crate::preset::Preset;
 use crate::relief::Relief;
-use crate::vectors::Vectors;
-use crate::vectors::coast::Coast;
-use crate::vectors::lakes::Lake;
-use crate::vectors::peaks::Peak;
 
 /// How many vertices around a tile its heights must be known: normals look one vertex past the tile's edge.
 ///
@@ -29,7 +30,7 @@ pub struct World {
     relief: Relief,
     paths: Paths,
     places: Option<Places>,
-    vectors: Vectors,
+    landforms: Landforms,
 }
 
 impl World {
@@ -45,7 +46,7 @@ impl World {
         let paths = Paths::new(&preset, seed);
         let settle = |settings| Places::new(settings, preset.spacing_m, seed);
         let places = preset.places.as_ref().map(settle).transpose()?;
-        Ok(World { preset, seed, relief, paths, places, vectors: Vectors::default() })
+        Ok(World { preset, seed, relief, paths, places, landforms: Landforms::default() })
     }
 
     /// The recipe, with every default filled in.
@@ -80,22 +81,27 @@ impl World {
 
     /// All rivers of a fluvial world of which a part lies in `area`, whole, sorted by id.
     pub fn rivers(&self, area: &Area) -> Vec<Arc<River>> {
-        self.vectors.rivers(&self.relief, area)
+        self.fluvial(|fluvial| fluvial.rivers(area))
     }
 
     /// All lakes of a fluvial world of which a part lies in `area`, whole, sorted by id.
     pub fn lakes(&self, area: &Area) -> Vec<Arc<Lake>> {
-        self.vectors.lakes(&self.relief, area)
+        self.fluvial(|fluvial| self.landforms.lakes(fluvial, area))
     }
 
     /// All pieces of coast of a fluvial world of which a part lies in `area`, whole, sorted by id.
     pub fn coasts(&self, area: &Area) -> Vec<Arc<Coast>> {
-        self.vectors.coasts(&self.relief, area)
+        self.fluvial(|fluvial| self.landforms.coasts(fluvial, area))
     }
 
     /// All peaks of a fluvial world on vertices of `area`, sorted by id.
     pub fn peaks(&self, area: &Area) -> Vec<Peak> {
-        self.vectors.peaks(&self.relief, area)
+        self.fluvial(|fluvial| self.landforms.peaks(fluvial, area))
+    }
+
+    /// What `find` finds in fluvial land; nothing in a world of noise.
+    fn fluvial<T>(&self, find: impl FnOnce(&Fluvial) -> Vec<T>) -> Vec<T> {
+        self.relief.fluvial().map_or_else(Vec::new, find)
     }
 
     /// All roads between settlements whose effect may touch a vertex of `area`, whole, sorted by id; none in a world

@@ -11,6 +11,9 @@ use rusqlite::types::Value;
 use crate::agents::paths::{Path, PathEnding};
 use crate::agents::way::WayKind;
 use crate::area::{Area, TileId};
+use crate::fluvial::landforms::coast::Coast;
+use crate::fluvial::landforms::lakes::Lake;
+use crate::fluvial::landforms::peaks::Peak;
 use crate::fluvial::point::{GRAINS, Point};
 use crate::fluvial::rivers::{River, RiverEnding};
 use crate::fluvial::trunk::NodeId;
@@ -20,9 +23,6 @@ use crate::places::names;
 use crate::places::road::{Crossing, Road, RoadClass, RoadKind, RoadPoint};
 use crate::places::site::{Site, SiteClass, SiteId};
 use crate::tile::Tile;
-use crate::vectors::coast::Coast;
-use crate::vectors::lakes::Lake;
-use crate::vectors::peaks::Peak;
 use crate::world::World;
 
 /// A kind of features.

@@ -29,6 +29,7 @@ pub mod trunk;
 mod valley;
 mod wander;
 mod warp;
+pub mod landforms;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

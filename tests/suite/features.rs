@@ -12,10 +12,10 @@ use terrane::bake::Watch;
 use terrane::clock::Clock;
 use terrane::export::{Export, Output, Plan};
 use terrane::fluvial::WaterKind;
+use terrane::fluvial::landforms::lakes::Lake;
 use terrane::fluvial::point::{GRAINS, Point};
 use terrane::fluvial::rivers::{River, RiverEnding, RiverPoint};
 use terrane::preset::Preset;
-use terrane::vectors::lakes::Lake;
 use terrane::world::World;
 
 const LAYERS: [&str; 7] = ["rivers", "lakes", "coast", "peaks", "sites", "roads", "crossings"];
