@@ -97,7 +97,7 @@ pub mod relief;
 pub mod agents;
 pub mod world;
 pub mod tile;
-
+pub mod features;
 pub mod mesh;
 pub mod registry;
 pub mod map;

@@ -9,16 +9,15 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Mutex;
 
-use rusqlite::types::Value;
-
 use crate::area::Place;
 use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::format::{Format, FormatCost, Request};
-use crate::export::layers::{AGENTS, FLUVIAL, Feature, Kind, Layer, Shape, layers};
 use crate::export::vector::{self, FeatureStore};
+use crate::features::layer::{Head, Shape};
+use crate::features::{AnyLayer, Row, Value, all_layers, layers};
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -26,8 +25,8 @@ use crate::world::World;
 const FOLDER: &str = "vector";
 
 /// The file of a layer in the folder of the bake.
-fn path(layer: &Layer) -> String {
-    format!("{FOLDER}/{}.geojson", layer.name)
+fn path(layer: &dyn AnyLayer) -> String {
+    format!("{FOLDER}/{}.geojson", layer.name())
 }
 
 /// The format.
@@ -47,7 +46,7 @@ impl Format for GeoJson {
     }
 
     fn owns(&self, name: &str) -> bool {
-        [FLUVIAL, AGENTS].into_iter().flatten().any(|layer| path(layer) == name)
+        all_layers().any(|layer| path(layer) == name)
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
@@ -69,7 +68,7 @@ pub(crate) struct GeoJsonSink<'a> {
 impl<'a> GeoJsonSink<'a> {
     /// Begins the files in the folder of the bake.
     pub fn create(world: &'a World, out: &Path) -> Result<GeoJsonSink<'a>, Error> {
-        let file = |layer| PartFile::create(out.join(path(layer)));
+        let file = |layer: &&dyn AnyLayer| PartFile::create(out.join(path(*layer)));
         let files = layers(world).iter().map(file).collect::<Result<Vec<_>, _>>()?;
         Ok(GeoJsonSink {
             features: FeatureStore::create(world, &out.join(FOLDER).join("layers.geojson"))?,
@@ -101,7 +100,7 @@ impl Sink for GeoJsonSink<'_> {
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
         let files = std::mem::take(&mut *self.files.lock().expect("no thread panics while it writes"));
         let mut records = Vec::new();
-        for (number, (mut file, layer)) in files.into_iter().zip(self.features.layers()).enumerate() {
+        for (number, (mut file, layer)) in files.into_iter().zip(self.features.layers().iter().copied()).enumerate() {
             write_collection(&mut file, &self.features, number)?;
             records.push(FileRecord::new(path(layer), GeoJson.name(), file.finish()?));
         }
@@ -114,46 +113,47 @@ fn write_collection(file: &mut PartFile, features: &FeatureStore, number: usize)
     let path = file.path().to_owned();
     let mut write = |text: &str| file.write_all(text.as_bytes()).map_err(Error::io(&path));
     write("{\"type\":\"FeatureCollection\",\"features\":[")?;
+    let layer = features.layers()[number];
+    let heads = layer.heads();
     let mut separator = "\n";
-    features.for_each(number, |feature| {
+    features.for_each(number, |row| {
         write(separator)?;
         separator = ",\n";
-        write(&as_text(&features.layers()[number], &feature))
+        write(&as_text(layer.shape(), &heads, &row))
     })?;
     write("\n]}\n")
 }
 
 /// A feature as text.
-fn as_text(layer: &Layer, feature: &Feature) -> String {
+fn as_text(shape: Shape, heads: &[Head], row: &Row) -> String {
     let mut text = String::from("{\"type\":\"Feature\",\"properties\":{");
-    let keys: Vec<&str> = layer.columns.iter().map(|column| column.key).collect();
-    for (index, (column, value)) in layer.columns.iter().zip(&feature.values).enumerate() {
+    for (index, (head, value)) in heads.iter().zip(&row.values).enumerate() {
         // Neighbours with the same key are an array.
-        let follows = index > 0 && keys[index - 1] == column.key;
-        let goes_on = keys.get(index + 1) == Some(&column.key);
+        let follows = index > 0 && heads[index - 1].key == head.key;
+        let goes_on = heads.get(index + 1).is_some_and(|next| next.key == head.key);
         let separator = if index > 0 { "," } else { "" };
         match follows {
             true => text.push_str(separator),
-            false => _ = write!(text, "{separator}{:?}:{}", column.key, if goes_on { "[" } else { "" }),
+            false => _ = write!(text, "{separator}{:?}:{}", head.key, if goes_on { "[" } else { "" }),
         }
-        text.push_str(&number_or_text(value, column.kind));
+        text.push_str(&number_or_text(value));
         if follows && !goes_on {
             text.push(']');
         }
     }
-    let (kind, depth) = match layer.shape {
+    let (kind, depth) = match shape {
         Shape::Point => ("Point", 0),
         Shape::Line | Shape::LineZ => ("LineString", 1),
         Shape::Polygon => ("Polygon", 2),
     };
     _ = write!(text, "}},\"geometry\":{{\"type\":\"{kind}\",\"coordinates\":");
     text.push_str(&"[".repeat(usize::from(depth == 2)));
-    for (index, line) in feature.lines.iter().enumerate() {
+    for (index, line) in row.lines.iter().enumerate() {
         text.push_str(if index > 0 { "," } else { "" });
         text.push_str(&"[".repeat(usize::from(depth > 0)));
         for (index, point) in line.iter().enumerate() {
             text.push_str(if index > 0 { ",[" } else { "[" });
-            for (axis, number) in point[..layer.shape.dimensions()].iter().enumerate() {
+            for (axis, number) in point[..shape.dimensions()].iter().enumerate() {
                 text.push_str(if axis > 0 { "," } else { "" });
                 text.push_str(&json(number));
             }
@@ -166,13 +166,13 @@ fn as_text(layer: &Layer, feature: &Feature) -> String {
     text
 }
 
-fn number_or_text(value: &Value, kind: Kind) -> String {
+fn number_or_text(value: &Value) -> String {
     match value {
+        Value::Nothing => "null".to_owned(),
         Value::Integer(number) => json(number),
-        Value::Real(number) if kind == Kind::Real32 => json(&(*number as f32)),
         Value::Real(number) => json(number),
+        Value::Real32(number) => json(number),
         Value::Text(text) => json(text),
-        Value::Null | Value::Blob(_) => "null".to_owned(),
     }
 }
 

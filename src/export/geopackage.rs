@@ -6,8 +6,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 
-use rusqlite::types::Value;
-use rusqlite::{Connection, params, params_from_iter};
+use rusqlite::{Connection, ToSql, params, params_from_iter};
 
 use crate::area::{Place, Region, TileId};
 use crate::bake::FileRecord;
@@ -15,8 +14,9 @@ use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::format::{Format, FormatCost, Request, folder};
-use crate::export::layers::{Kind, Layer, Shape};
 use crate::export::vector::{self, FeatureStore};
+use crate::features::AnyLayer;
+use crate::features::layer::{Kind, Shape};
 use crate::registry::unjournaled;
 use crate::tile::Tile;
 use crate::world::World;
@@ -114,17 +114,17 @@ impl Format for GeoPackage {
 }
 
 /// The table of a layer.
-fn table(layer: &Layer) -> String {
-    let columns = layer.columns.iter().map(|column| {
-        let kind = match column.kind {
+fn table(layer: &dyn AnyLayer) -> String {
+    let columns = layer.heads().into_iter().map(|head| {
+        let kind = match head.kind {
             Kind::Integer => "INTEGER",
             Kind::Real | Kind::Real32 => "DOUBLE",
             Kind::Text => "TEXT",
         };
-        format!(",\n        {} {kind}{}", column.name, if column.required { " NOT NULL" } else { "" })
+        format!(",\n        {} {kind}{}", head.name, if head.required { " NOT NULL" } else { "" })
     });
     let columns: String = columns.collect();
-    let (name, shape) = (layer.name, shape_name(layer.shape));
+    let (name, shape) = (layer.name(), shape_name(layer.shape()));
     format!("CREATE TABLE {name} (fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom {shape}{columns});")
 }
 
@@ -213,7 +213,7 @@ impl<'a> GeoPackageSink<'a> {
             connection.execute_batch("BEGIN")?;
             connection.execute_batch(SCHEMA)?;
             for layer in features.layers() {
-                connection.execute_batch(&table(layer))?;
+                connection.execute_batch(&table(*layer))?;
             }
             connection.execute_batch("COMMIT")?;
             Ok(connection)
@@ -252,18 +252,19 @@ impl<'a> GeoPackageSink<'a> {
     /// Writes a layer and returns its envelope, if it has any feature.
     fn write_layer(&self, connection: &mut Connection, number: usize) -> Result<Option<Envelope>, Error> {
         let failed = || Error::sqlite(&self.path);
-        let layer = &self.features.layers()[number];
+        let layer = self.features.layers()[number];
         let mut envelope: Option<Envelope> = None;
         let transaction = connection.transaction().map_err(failed())?;
-        let columns: Vec<&str> = ["geom"].into_iter().chain(layer.columns.iter().map(|column| column.name)).collect();
-        let marks = ", ?".repeat(layer.columns.len());
-        let insert = format!("INSERT INTO {} ({}) VALUES (?{marks})", layer.name, columns.join(", "));
+        let columns: Vec<&str> = ["geom"].into_iter().chain(layer.heads().iter().map(|head| head.name)).collect();
+        let marks = ", ?".repeat(columns.len() - 1);
+        let insert = format!("INSERT INTO {} ({}) VALUES (?{marks})", layer.name(), columns.join(", "));
         let mut insert = transaction.prepare(&insert).map_err(failed())?;
-        self.features.for_each(number, |feature| {
-            let own = Envelope::of(&feature.lines);
+        self.features.for_each(number, |row| {
+            let own = Envelope::of(&row.lines);
             envelope = Some(envelope.map_or(own, |envelope| envelope.and(own)));
-            let shape = Value::Blob(geometry(layer.shape, &feature.lines));
-            let row = [shape].into_iter().chain(feature.values);
+            let shape = geometry(layer.shape(), &row.lines);
+            let values = row.values.iter().map(|value| value as &dyn ToSql);
+            let row = [&shape as &dyn ToSql].into_iter().chain(values);
             insert.execute(params_from_iter(row)).map(|_| ()).map_err(failed())
         })?;
         drop(insert);
@@ -321,7 +322,7 @@ impl Sink for GeoPackageSink<'_> {
         let failed = || Error::sqlite(&self.path);
         for (number, layer) in self.features.layers().iter().enumerate() {
             let envelope = self.write_layer(&mut connection, number)?;
-            register(&connection, (layer.name, layer.shape, layer.about), envelope).map_err(failed())?;
+            register(&connection, (layer.name(), layer.shape(), layer.about()), envelope).map_err(failed())?;
         }
         let all = Envelope::of(&[self.footprint(self.region.at(), self.region.cols(), self.region.rows())]);
         let about =
@@ -334,35 +335,32 @@ impl Sink for GeoPackageSink<'_> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
-    use crate::agents::paths::{Path as AgentPath, PathEnding};
-    use crate::agents::way::Way;
-    use crate::agents::way::WayKind;
-    use crate::area::Area;
     use crate::export::geojson::GeoJsonSink;
-    use crate::export::layers::{of_path, path_key};
-    use crate::preset::{Preset, RiverAgents, RoadAgents};
+    use crate::features::{Row, Value};
+    use crate::preset::Preset;
 
-    /// A river across three tiles that joins another, a pool of one node, a road, and a river far away.
-    fn paths() -> Vec<Arc<AgentPath>> {
-        let river = |x0: i64, nodes: i64, owner: (i64, i64), ending| {
-            let line: Vec<_> = (0..nodes).map(|step| (x0 + step, 10)).collect();
-            let heights_m: Vec<_> = (0..nodes).map(|step| 40.0 - 0.25 * step as f32).collect();
-            let way = Way::river(&line, &heights_m, &RiverAgents::default(), 2.0, 0.0, 100.0);
-            Arc::new(AgentPath { owner: TileId { x: owner.0, y: owner.1 }, way, ending })
+    /// Of the layers of agents, two rivers and a road with their keys: one river crosses three tiles, one is a place.
+    fn rows() -> Vec<(usize, u8, Row)> {
+        let row = |owner: [i64; 2],
+                   ending: &str,
+                   joins: [Option<i64>; 2],
+                   length_m: f64,
+                   ends: [f32; 4],
+                   line: &[[f64; 2]]| {
+            let head = [owner[0].into(), owner[1].into(), ending.to_owned().into(), joins[0].into(), joins[1].into()];
+            let values = head.into_iter().chain([length_m.into()]).chain(ends.map(Value::from)).collect();
+            Row { values, lines: vec![line.iter().map(|[east, north]| [*east, *north, 0.0]).collect()] }
         };
-        let road = Way::road(&[(20, 20), (20, 27), (20, 34)], &[5.0, 6.0, 8.0], &RoadAgents::default(), 2.0);
+        let (river, road) = ([3.0, 6.6, 39.4, 28.64], [4.0, 4.0, 5.0, 8.0]);
         vec![
-            river(-5, 41, (1, 0), PathEnding::River(TileId { x: 7, y: -7 })),
-            river(12, 1, (-1, 2), PathEnding::Pond),
-            river(100_000, 30, (6250, 0), PathEnding::Sea),
-            Arc::new(AgentPath { owner: TileId { x: 1, y: 1 }, way: road, ending: PathEnding::Nothing }),
+            (0, 2, row([1, 0], "river", [Some(7), Some(-7)], 80.0, river, &[[-10.0, -20.0], [70.0, -20.0]])),
+            (0, 1, row([-1, 2], "pond", [None; 2], 0.0, river, &[[24.0, -20.0], [24.0, -20.0]])),
+            (1, 1, row([1, 1], "nothing", [None; 2], 28.0, road, &[[40.0, -40.0], [40.0, -54.0], [40.0, -68.0]])),
         ]
     }
 
-    fn baked(out: &Path, order: impl Fn(Vec<Arc<AgentPath>>) -> Vec<Arc<AgentPath>>) {
+    fn baked(out: &Path, order: impl Fn(Vec<(usize, u8, Row)>) -> Vec<(usize, u8, Row)>) {
         let text = "tile_cells = 16\nspacing_m = 2.0\nnoise = [{ kind = \"fbm\", height_m = 10.0, wavelength_m = 300.0, octaves = 2 }]";
         let world = World::new(Preset::parse("test", text).unwrap(), None).unwrap();
         let region = Region::new(TileId { x: 0, y: 0 }, 2, 3, 16).unwrap();
@@ -370,11 +368,10 @@ mod tests {
         let (package, json) =
             (GeoPackageSink::create(&world, region, out).unwrap(), GeoJsonSink::create(&world, out).unwrap());
         for row in 0..3 {
-            // Each row of tiles brings all paths again.
+            // Each row of tiles brings all features again.
             for store in [&package.features, json.features()] {
-                for path in order(paths()).iter().filter(|path| path.way.touches(&Area::new(0, 0, 33, 49))) {
-                    let layer = usize::from(path.way.kind() == WayKind::Road);
-                    store.add(layer, path_key(path.owner), || of_path(path, 2.0));
+                for (layer, key, row) in order(rows()) {
+                    store.add(layer, vec![key], || row.clone());
                 }
             }
             package.append(row, &[]).unwrap();
@@ -390,12 +387,11 @@ mod tests {
     }
 
     #[test]
-    fn paths_become_features_whole_once_and_sorted() {
+    fn features_are_written_whole_once_and_sorted() {
         let folder = tempfile::tempdir().unwrap();
-        baked(folder.path(), |paths| paths);
+        baked(folder.path(), |rows| rows);
         let database = Connection::open(folder.path().join(PATH)).unwrap();
         let listed = "SELECT group_concat(owner_x || ',' || owner_y || ' ' || ending || ' ' || length_m, '; ') FROM ";
-        // The river's 40 steps of 2 m are whole though it begins west of the region; the far one is not there.
         assert_eq!(text(&database, &format!("{listed} rivers")), "-1,2 pond 0.0; 1,0 river 80.0");
         assert_eq!(text(&database, &format!("{listed} roads")), "1,1 nothing 28.0");
         let properties = "SELECT printf('%d,%d %g %g %g %g', joins_x, joins_y, width_start_m, width_end_m, \
@@ -420,11 +416,11 @@ mod tests {
     }
 
     #[test]
-    fn the_order_in_which_paths_come_does_not_matter() {
+    fn the_order_in_which_features_come_does_not_matter() {
         let folder = tempfile::tempdir().unwrap();
         let (one, other) = (folder.path().join("one"), folder.path().join("other"));
-        baked(&one, |paths| paths);
-        baked(&other, |paths| paths.into_iter().rev().collect());
+        baked(&one, |rows| rows);
+        baked(&other, |rows| rows.into_iter().rev().collect());
         for file in [PATH, "vector/rivers.geojson", "vector/roads.geojson"] {
             assert!(std::fs::read(one.join(file)).unwrap() == std::fs::read(other.join(file)).unwrap(), "{file}");
         }

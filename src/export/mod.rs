@@ -20,7 +20,6 @@ mod raster;
 mod rasters;
 mod hashes;
 mod registry;
-mod layers;
 mod mesh;
 mod vector;
 mod geopackage;
