@@ -6,14 +6,13 @@ use std::path::Path;
 use crate::area::{Place, Region};
 use crate::bake::Sink;
 use crate::error::Error;
-use crate::export::MeshOptions;
+use crate::export::options::MeshOptions;
 use crate::world::World;
 
 /// What a bake asks of its formats.
 #[derive(Clone, Copy)]
 pub(crate) struct Request<'a> {
     pub world: &'a World,
-    pub preset_name: &'a str,
     pub region: Region,
     pub meshes: &'a MeshOptions,
 }
@@ -44,6 +43,19 @@ impl FormatCost {
     }
 }
 
+/// Bytes of a file's entry in the manifest, rounded up.
+pub(crate) const RECORD_BYTES: u64 = 512;
+
+/// What a format would show and a world has not, in words of an error.
+pub(crate) struct Lack {
+    /// What the format shows.
+    pub shows: &'static str,
+    /// What the world has instead.
+    pub has: &'static str,
+    /// What preset to bake for it.
+    pub preset: &'static str,
+}
+
 /// A format: something that a bake can leave. It lives in one file, and in the list.
 pub(crate) trait Format: Sync {
     /// The name, as the command and the manifest know it.
@@ -52,9 +64,9 @@ pub(crate) trait Format: Sync {
     /// What it is, in a few words.
     fn about(&self) -> &'static str;
 
-    /// Whether a world of that kind has what it shows. Default: each has.
-    fn shows(&self, _world: &World) -> bool {
-        true
+    /// What a world has not and it would show. Default: nothing.
+    fn lacks(&self, _world: &World) -> Option<Lack> {
+        None
     }
 
     /// Whether it can hold what is asked for. Default: it holds everything.

@@ -1,11 +1,14 @@
 //! `bake.json`: what a bake was made from and what it left.
 
-use schemars::JsonSchema;
+use std::collections::BTreeSet;
+
+use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 
 use crate::area::{Region, TileId};
 use crate::bake::FileRecord;
 use crate::device::DeviceProfile;
+use crate::export::{Export, Profile};
 use crate::mesh::Frame;
 use crate::preset::Preset;
 use crate::world::World;
@@ -126,6 +129,16 @@ impl Manifest {
             },
             files,
         }
+    }
+
+    /// The JSON schema of the file, with the names that its files' exports can have.
+    pub fn schema() -> Schema {
+        let mut schema = schemars::schema_for!(Manifest);
+        let profiles = Profile::ALL.into_iter().map(Profile::name);
+        let names: BTreeSet<_> = Export::known().map(Export::name).chain(profiles).chain(["registry"]).collect();
+        let export = schema.pointer_mut("/$defs/FileRecord/properties/export").expect("files have exports");
+        export["enum"] = names.into_iter().collect();
+        schema
     }
 
     /// The file's text.

@@ -4,7 +4,7 @@
 //!   format.rs    what every format says of itself; formats(), below, lists them all
 //!   rasters.rs   PNG, OpenEXR, bare: the table    image.rs, quantity.rs, raster.rs, writer.rs   how they are made
 //!   geopackage.rs, geojson.rs                     vector.rs   their features, collected tile by tile
-//!   mesh/        glTF, OBJ
+//!   mesh/        glTF, OBJ                            options.rs   what the user may choose of them
 //!   hashes.rs
 //!   profile/     what an engine takes: formats of its own, sizes, IMPORT.md
 //!   plan.rs      what is asked for -> what it costs -> files    file.rs   whole or not there
@@ -12,6 +12,7 @@
 //! ```
 
 pub(crate) mod file;
+mod options;
 mod format;
 mod writer;
 mod image;
@@ -29,7 +30,7 @@ mod profile;
 mod plan;
 
 pub use manifest::{Axes, HeightRange, Manifest, RegionRecord};
-pub use mesh::{Lods, MeshOptions};
+pub use options::{Lods, MeshOptions};
 pub use plan::{Bytes, Cost, Output, Plan};
 pub use profile::Profile;
 

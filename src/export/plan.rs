@@ -11,7 +11,7 @@ use crate::area::Region;
 use crate::bake::{Sink, Watch, bake, rows_in_flight};
 use crate::error::Error;
 use crate::export::file::{PartFile, remove_unfinished, sync_folder, write_whole};
-use crate::export::format::{FormatCost, Request};
+use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
 use crate::export::manifest::{self, Manifest};
 use crate::export::registry::BakeRegistry;
 use crate::export::{Export, MeshOptions, Profile, profile};
@@ -41,9 +41,8 @@ pub struct Cost {
 /// The program itself, with the stacks of its threads and what the allocator keeps.
 const PROCESS_BYTES: u64 = 32 << 20;
 
-/// Bytes of the manifest without its files and of a file's entry in it, rounded up.
+/// Bytes of the manifest without its files, rounded up.
 const MANIFEST_BYTES: u64 = 16 << 10;
-pub(super) const RECORD_BYTES: u64 = 512;
 
 /// Bytes of a tile's row of the registry while it waits to be written.
 const ROW_BYTES: u64 = 512;
@@ -80,12 +79,24 @@ impl<'a> Plan<'a> {
         self.exports.extend(Export::all().filter(missing).collect::<Vec<_>>());
         let request = self.request();
         self.exports.iter().try_for_each(|export| export.0.check(&request))?;
+        self.exports.iter().try_for_each(|export| self.check_shows(*export))?;
         Ok(self)
     }
 
+    /// Refuses an export of what the world has not.
+    fn check_shows(&self, export: Export) -> Result<(), Error> {
+        let Some(Lack { shows, has, preset }) = export.0.lacks(self.world) else { return Ok(()) };
+        let others: Vec<_> =
+            Export::all().filter(|other| other.0.lacks(self.world).is_none()).map(Export::name).collect();
+        Err(Error::Export {
+            message: format!("export {export} shows {shows}, and {} has {has}", self.preset_name),
+            hint: format!("bake {preset}, or leave it out; exports for this one: {}", others.join(", ")),
+        })
+    }
+
     fn request(&self) -> Request<'_> {
-        let Plan { world, preset_name, region, ref meshes, .. } = *self;
-        Request { world, preset_name, region, meshes }
+        let Plan { world, region, ref meshes, .. } = *self;
+        Request { world, region, meshes }
     }
 
     /// The same plan with meshes made in another way.

@@ -1,6 +1,5 @@
 //! What rasters can show of a tile, and the painter of their samples.
 
-use crate::export::profile;
 use crate::export::writer::{Encoding, Sample};
 use crate::fluvial::{Water, WaterKind};
 use crate::map::{self, MapPainter};
@@ -98,7 +97,7 @@ impl Painter {
             quantity,
             encoding,
             range_m: match quantity {
-                Quantity::Height16Whole => profile::whole_range_m(world),
+                Quantity::Height16Whole => whole_range_m(world),
                 _ => world.height_range_m(),
             },
             map: (quantity == Quantity::Map).then(|| MapPainter::new(world)),
@@ -159,7 +158,7 @@ impl Painter {
                 }
             }
             Quantity::Map => self.map.as_ref().expect("a map has its painter").paint_row(tile, y, row),
-            Quantity::Colour => map::ground::paint_row(tile, y, row),
+            Quantity::Colour => map::colour::paint_row(tile, y, row),
             Quantity::Water => {
                 for (grey, kind) in row.iter_mut().zip(water(tile).kind.row(y, x0, x1)) {
                     *grey = match kind {
@@ -180,6 +179,23 @@ impl Painter {
         let (min_m, max_m) = self.range_m;
         ((height_m - min_m) / (max_m - min_m) * 65535.0 + 0.5) as u16
     }
+}
+
+/// The world's height range rounded out: HTerrain's dialog takes heights from -2000 to 2000 m, and each multiple of the
+/// scale that brings a range into it is a whole number there.
+pub(super) fn whole_range_m(world: &World) -> (f32, f32) {
+    let ((min_m, max_m), scale) = (world.height_range_m(), hterrain_scale(world));
+    let (low, mut high) = ((min_m / scale).floor(), (max_m / scale).ceil());
+    if low == high {
+        high += 1.0;
+    }
+    (low * scale, high * scale)
+}
+
+/// By how much HTerrain must stretch heights: 1, or as much more as brings them into its dialog.
+pub(super) fn hterrain_scale(world: &World) -> f32 {
+    let (min_m, max_m) = world.height_range_m();
+    (min_m.abs().max(max_m.abs()) / 2000.0).ceil().max(1.0)
 }
 
 fn water(tile: &Tile) -> &Water {

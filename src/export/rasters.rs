@@ -5,10 +5,8 @@ use std::path::Path;
 use crate::area::{Place, Region};
 use crate::bake::Sink;
 use crate::error::Error;
-use crate::export::format::{Format, FormatCost, Request, folder};
-use crate::export::formats;
+use crate::export::format::{Format, FormatCost, Lack, RECORD_BYTES, Request, folder};
 use crate::export::image::Image;
-use crate::export::plan::RECORD_BYTES;
 use crate::export::quantity::Quantity;
 use crate::export::raster::{RegionRaster, TileRasters};
 use crate::export::writer::Encoding;
@@ -99,9 +97,28 @@ impl Rasters {
             tile_file_bytes: if image.tiles { file } else { 0 },
         }
     }
+}
 
-    /// Refuses an image of a region that is too large for its encoding.
-    fn check_size(&self, region: &Region) -> Result<(), Error> {
+impl Format for Rasters {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn about(&self) -> &'static str {
+        self.about
+    }
+
+    fn lacks(&self, world: &World) -> Option<Lack> {
+        let needs_water = self.images.iter().any(|image| image.quantity.needs_water());
+        (needs_water && world.relief().fluvial().is_none()).then_some(Lack {
+            shows: "the water of fluvial relief",
+            has: "relief of noise",
+            preset: "a preset with [fluvial]",
+        })
+    }
+
+    fn check(&self, request: &Request) -> Result<(), Error> {
+        let region = &request.region;
         let side = region.width().max(region.height());
         let holds = |image: &Image| image.tiles || side <= image.encoding.max_side();
         let Some(image) = self.images().find(|image| !holds(image)) else { return Ok(()) };
@@ -117,35 +134,6 @@ impl Rasters {
                 region.height()
             ),
             hint: format!("exports that hold it: {}", others.join(", ")),
-        })
-    }
-}
-
-impl Format for Rasters {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn about(&self) -> &'static str {
-        self.about
-    }
-
-    fn shows(&self, world: &World) -> bool {
-        world.relief().fluvial().is_some() || !self.images.iter().any(|image| image.quantity.needs_water())
-    }
-
-    fn check(&self, request: &Request) -> Result<(), Error> {
-        self.check_size(&request.region)?;
-        if self.shows(request.world) {
-            return Ok(());
-        }
-        let others: Vec<_> = formats().filter(|other| other.shows(request.world)).map(Format::name).collect();
-        Err(Error::Export {
-            message: format!(
-                "export {} shows the water of fluvial relief, and {} has relief of noise",
-                self.name, request.preset_name
-            ),
-            hint: format!("bake a preset with [fluvial], or leave it out; exports for this one: {}", others.join(", ")),
         })
     }
 

@@ -1,6 +1,6 @@
 //! The map: a top-down picture of the land.
 
-pub(crate) mod ground;
+pub(crate) mod colour;
 mod mark;
 mod tint;
 
@@ -75,8 +75,8 @@ impl MapPainter {
                 let depths = water.depth_m.row(y, x0, x1);
                 for ((pixel, kind), depth_m) in pixels.iter_mut().zip(water.kind.row(y, x0, x1)).zip(depths) {
                     match kind {
-                        WaterKind::River => mix(pixel, (RIVER_OPACITY, RIVER)),
-                        WaterKind::Lake => mix(pixel, (LAKE_OPACITY, self.tint.sea(*depth_m))),
+                        WaterKind::River => composite(pixel, (RIVER_OPACITY, RIVER)),
+                        WaterKind::Lake => composite(pixel, (LAKE_OPACITY, self.tint.sea(*depth_m))),
                         WaterKind::Dry | WaterKind::Sea => {}
                     }
                 }
@@ -85,13 +85,13 @@ impl MapPainter {
                 let roads = imprint.dirt().row(y, x0, x1).iter().map(|share| (share * ROAD_OPACITY, ROAD));
                 let rivers = imprint.water().row(y, x0, x1).iter().map(|share| (*share, RIVER));
                 for (pixel, (road, river)) in pixels.iter_mut().zip(roads.zip(rivers)) {
-                    mix(pixel, road);
-                    mix(pixel, river);
+                    composite(pixel, road);
+                    composite(pixel, river);
                 }
             }
             if let Some(beds) = tile.beds() {
                 for (pixel, share) in pixels.iter_mut().zip(beds.decks().row(y, x0, x1)) {
-                    mix(pixel, (share * WAY_OPACITY, WAY));
+                    composite(pixel, (share * WAY_OPACITY, WAY));
                 }
             }
             for site in tile.sites() {
@@ -102,7 +102,7 @@ impl MapPainter {
 }
 
 /// Lets an opaque share of a colour cover a pixel.
-fn mix(pixel: &mut [u8; 3], (opacity, colour): (f32, [f32; 3])) {
+fn composite(pixel: &mut [u8; 3], (opacity, colour): (f32, [f32; 3])) {
     for (channel, colour) in pixel.iter_mut().zip(colour) {
         let value = f32::from(*channel);
         *channel = (value + (colour - value) * opacity + 0.5) as u8;

@@ -18,7 +18,6 @@ use serde_json::{Map, json};
 
 use super::glb::{COMPRESSION, Glb, MAX_BYTES, QUANTIZATION, TRANSFORM};
 use super::model::{Model, Modeller, Substance, by_substance, substance_of_water};
-use super::options::MeshOptions;
 use super::region::RegionFile;
 use super::relative_normals::relative_normals;
 
@@ -30,6 +29,7 @@ use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::write_whole;
 use crate::export::format::{Format, FormatCost, Request};
+use crate::export::options::MeshOptions;
 use crate::export::quantity::{Painter, Quantity};
 use crate::export::writer::{Encoding, Sample, png_bytes};
 use crate::tile::Tile;

@@ -1,7 +1,6 @@
 //! Meshes: what of a tile they show, and the formats that hold it.
 //!
 //! ```text
-//!   options.rs            levels of detail, bounds, how numbers are written
 //!   model.rs              tile -> land, waters, ribbons, ordered for a GPU
 //!   values.rs             model -> numbers, in floats or in 8 and 16 bits
 //!   relative_normals.rs   tile, land -> the normal map of a coarse mesh
@@ -14,18 +13,15 @@ mod glb;
 mod gltf;
 mod model;
 mod obj;
-mod options;
 mod region;
 mod relative_normals;
 mod values;
 
 pub(super) use gltf::Gltf;
 pub(super) use obj::{OBJ, OBJ_TILES};
-pub use options::{Lods, MeshOptions};
 
 use crate::area::Place;
-use crate::export::format::{FormatCost, Request};
-use crate::export::plan::RECORD_BYTES;
+use crate::export::format::{FormatCost, RECORD_BYTES, Request};
 
 /// The folder of meshes in that of a bake.
 const FOLDER: &str = "mesh";

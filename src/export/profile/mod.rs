@@ -19,7 +19,7 @@ use crate::error::{Error, nearest};
 use crate::export::Export;
 use crate::export::file::write_whole;
 use crate::export::image::Image;
-use crate::export::mesh::{Lods, MeshOptions};
+use crate::export::options::{Lods, MeshOptions};
 use crate::export::quantity::Quantity;
 use crate::export::rasters::Rasters;
 use crate::export::writer::Encoding;
@@ -119,23 +119,6 @@ pub(super) static FORMATS: [Rasters; 5] = [
 /// Whether a profile writes a file of that path besides its exports.
 pub(super) fn names(path: &str) -> bool {
     [NOTES, SCRIPT.0].contains(&path)
-}
-
-/// The world's height range rounded out: HTerrain's dialog takes heights from -2000 to 2000 m, and each multiple of the
-/// scale that brings a range into it is a whole number there.
-pub(super) fn whole_range_m(world: &World) -> (f32, f32) {
-    let ((min_m, max_m), scale) = (world.height_range_m(), hterrain_scale(world));
-    let (low, mut high) = ((min_m / scale).floor(), (max_m / scale).ceil());
-    if low == high {
-        high += 1.0;
-    }
-    (low * scale, high * scale)
-}
-
-/// By how much HTerrain must stretch heights: 1, or as much more as brings them into its dialog.
-fn hterrain_scale(world: &World) -> f32 {
-    let (min_m, max_m) = world.height_range_m();
-    (min_m.abs().max(max_m.abs()) / 2000.0).ceil().max(1.0)
 }
 
 impl Profile {
