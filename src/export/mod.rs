@@ -1,30 +1,24 @@
 //! Exports: what a bake leaves, in which formats, and the folder that it leaves it in.
 //!
 //! ```text
-//!   format.rs    what every format says of itself; formats(), below, lists them all
-//!   rasters.rs   PNG, OpenEXR, bare: the table    image.rs, quantity.rs, raster.rs, writer.rs   how they are made
-//!   geopackage.rs, geojson.rs                     vector.rs   their features, collected tile by tile
-//!   mesh/        glTF, OBJ                            options.rs   what the user may choose of them
-//!   hashes.rs
-//!   profile/     what an engine takes: formats of its own, sizes, IMPORT.md
-//!   plan.rs      what is asked for -> what it costs -> files    file.rs   whole or not there
-//!   manifest.rs, registry.rs   what every bake leaves besides
+//!   format.rs     what every format says of itself; formats(), below, lists them all
+//!   raster/       tiles -> PNG, OpenEXR, bare: the rows of a table
+//!   vector/       features -> GeoPackage, GeoJSON
+//!   mesh/         tiles -> glTF, OBJ                options.rs   what the user may choose of them
+//!   hashes.rs     tiles -> a list of hashes
+//!   profile/      what an engine takes: formats of its own, sizes, IMPORT.md
+//!   plan.rs       what is asked for -> its cost -> files        file.rs   whole or not there
+//!   manifest.rs, registry.rs                        what every bake leaves besides
 //! ```
 
 pub(crate) mod file;
 mod options;
 mod format;
-mod writer;
-mod image;
-mod quantity;
 mod raster;
-mod rasters;
 mod hashes;
 mod registry;
 mod mesh;
 mod vector;
-mod geopackage;
-mod geojson;
 mod manifest;
 mod profile;
 mod plan;
@@ -43,8 +37,8 @@ use format::Format;
 /// All formats that have a name of their own, in the order of the help. A new one is a line here.
 fn formats() -> impl Iterator<Item = &'static dyn Format> {
     let others: [&dyn Format; 6] =
-        [&hashes::Hashes, &geopackage::GeoPackage, &geojson::GeoJson, &mesh::Gltf, &mesh::OBJ, &mesh::OBJ_TILES];
-    dynamic(&rasters::NAMED).chain(others)
+        [&hashes::Hashes, &vector::GeoPackage, &vector::GeoJson, &mesh::Gltf, &mesh::OBJ, &mesh::OBJ_TILES];
+    dynamic(&raster::NAMED).chain(others)
 }
 
 fn dynamic<F: Format>(table: &'static [F]) -> impl Iterator<Item = &'static dyn Format> {

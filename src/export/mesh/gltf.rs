@@ -30,8 +30,8 @@ use crate::error::Error;
 use crate::export::file::write_whole;
 use crate::export::format::{Format, FormatCost, Request};
 use crate::export::options::MeshOptions;
-use crate::export::quantity::{Painter, Quantity};
-use crate::export::writer::{Encoding, Sample, png_bytes};
+use crate::export::raster::quantity::{Painter, Quantity};
+use crate::export::raster::writer::{Encoding, Sample, png_bytes};
 use crate::tile::Tile;
 use crate::world::World;
 

@@ -18,11 +18,11 @@ use crate::bake::FileRecord;
 use crate::error::{Error, nearest};
 use crate::export::Export;
 use crate::export::file::write_whole;
-use crate::export::image::Image;
 use crate::export::options::{Lods, MeshOptions};
-use crate::export::quantity::Quantity;
-use crate::export::rasters::Rasters;
-use crate::export::writer::Encoding;
+use crate::export::raster::Rasters;
+use crate::export::raster::image::Image;
+use crate::export::raster::quantity::Quantity;
+use crate::export::raster::writer::Encoding;
 use crate::tile::Material;
 use crate::world::World;
 

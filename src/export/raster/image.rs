@@ -1,8 +1,8 @@
 //! Raster images: what each shows, how, and under which name.
 
 use crate::area::{Place, Region};
-use crate::export::quantity::Quantity;
-use crate::export::writer::Encoding;
+use crate::export::raster::quantity::Quantity;
+use crate::export::raster::writer::Encoding;
 
 /// One raster image of a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,9 +10,9 @@ use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::write_whole;
-use crate::export::image::{Image, Rows};
-use crate::export::quantity::Painter;
-use crate::export::writer::RasterWriter;
+use crate::export::raster::image::{Image, Rows};
+use crate::export::raster::quantity::Painter;
+use crate::export::raster::writer::RasterWriter;
 use crate::tile::Tile;
 use crate::world::World;
 

@@ -15,7 +15,7 @@ use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::format::{Format, FormatCost, Request};
-use crate::export::vector::{self, FeatureStore};
+use crate::export::vector::store::{FeatureStore, bytes_at_most};
 use crate::features::layer::{Head, Shape};
 use crate::features::{AnyLayer, Row, Value, all_layers, layers};
 use crate::tile::Tile;
@@ -50,7 +50,7 @@ impl Format for GeoJson {
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
-        let disk_bytes = vector::bytes_at_most(request.world, &request.region);
+        let disk_bytes = bytes_at_most(request.world, &request.region);
         FormatCost { files: layers(request.world).len() as u64, disk_bytes, ..FormatCost::default() }
     }
 

@@ -1,6 +1,6 @@
 //! What rasters can show of a tile, and the painter of their samples.
 
-use crate::export::writer::{Encoding, Sample};
+use crate::export::raster::writer::{Encoding, Sample};
 use crate::fluvial::{Water, WaterKind};
 use crate::map::{self, MapPainter};
 use crate::tile::{Material, Tile};
@@ -183,7 +183,7 @@ impl Painter {
 
 /// The world's height range rounded out: HTerrain's dialog takes heights from -2000 to 2000 m, and each multiple of the
 /// scale that brings a range into it is a whole number there.
-pub(super) fn whole_range_m(world: &World) -> (f32, f32) {
+pub(crate) fn whole_range_m(world: &World) -> (f32, f32) {
     let ((min_m, max_m), scale) = (world.height_range_m(), hterrain_scale(world));
     let (low, mut high) = ((min_m / scale).floor(), (max_m / scale).ceil());
     if low == high {
@@ -193,7 +193,7 @@ pub(super) fn whole_range_m(world: &World) -> (f32, f32) {
 }
 
 /// By how much HTerrain must stretch heights: 1, or as much more as brings them into its dialog.
-pub(super) fn hterrain_scale(world: &World) -> f32 {
+pub(crate) fn hterrain_scale(world: &World) -> f32 {
     let (min_m, max_m) = world.height_range_m();
     (min_m.abs().max(max_m.abs()) / 2000.0).ceil().max(1.0)
 }

@@ -1,4 +1,14 @@
 //! The formats of rasters: the rows of a table, each an image or some of the region, or of every tile.
+//!
+//! ```text
+//!   quantity.rs   tile -> samples of what is shown     image.rs   which quantity, under which name, how it lies there
+//!   sinks.rs      tiles, image -> files                writer.rs  samples -> PNG, OpenEXR, bare, row by row
+//! ```
+
+pub(super) mod writer;
+pub(super) mod quantity;
+pub(super) mod image;
+mod sinks;
 
 use std::path::Path;
 
@@ -6,10 +16,10 @@ use crate::area::{Place, Region};
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Lack, RECORD_BYTES, Request, folder};
-use crate::export::image::Image;
-use crate::export::quantity::Quantity;
-use crate::export::raster::{RegionRaster, TileRasters};
-use crate::export::writer::Encoding;
+use crate::export::raster::image::Image;
+use crate::export::raster::quantity::Quantity;
+use crate::export::raster::sinks::{RegionRaster, TileRasters};
+use crate::export::raster::writer::Encoding;
 use crate::world::World;
 
 /// A format of rasters.

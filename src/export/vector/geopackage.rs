@@ -14,7 +14,7 @@ use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::format::{Format, FormatCost, Request, folder};
-use crate::export::vector::{self, FeatureStore};
+use crate::export::vector::store::{FeatureStore, bytes_at_most};
 use crate::features::AnyLayer;
 use crate::features::layer::{Kind, Shape};
 use crate::registry::unjournaled;
@@ -104,7 +104,7 @@ impl Format for GeoPackage {
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
-        let disk_bytes = vector::bytes_at_most(request.world, &request.region);
+        let disk_bytes = bytes_at_most(request.world, &request.region);
         FormatCost { files: 1, disk_bytes, ..FormatCost::default() }
     }
 
@@ -336,7 +336,7 @@ impl Sink for GeoPackageSink<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::geojson::GeoJsonSink;
+    use crate::export::vector::geojson::GeoJsonSink;
     use crate::features::{Row, Value};
     use crate::preset::Preset;
 
