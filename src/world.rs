@@ -5,16 +5,17 @@ use std::sync::Arc;
 use crate::agents::order_free::Agents;
 use crate::area::Area;
 use crate::error::Error;
-use crate::lines::{Lines, SiteId};
+use crate::fluvial::Fluvial;
+use crate::fluvial::landforms::Landforms;
+use crate::fluvial::landforms::coast::Coast;
+use crate::fluvial::landforms::lakes::Lake;
+use crate::fluvial::landforms::peaks::Peak;
+use crate::lines::{LineKind, Lines, SiteId};
 use crate::names::Names;
 use crate::places::Places;
 use crate::places::site::Site;
 use crate::preset::Preset;
 use crate::relief::Relief;
-use crate::vectors::Vectors;
-use crate::vectors::coast::Coast;
-use crate::vectors::lakes::Lake;
-use crate::vectors::peaks::Peak;
 
 /// A world, ready to be baked: any tile of it is a pure function of this and the tile's place.
 #[derive(Debug)]
@@ -25,7 +26,7 @@ pub struct World {
     agents: Agents,
     places: Option<Places>,
     names: Option<Names>,
-    vectors: Vectors,
+    landforms: Landforms,
 }
 
 impl World {
@@ -42,7 +43,7 @@ impl World {
         let names = places.as_ref().map(|places| Names::new(seed, places.site_side()));
         let relief = Relief::new(&preset, seed, names.clone());
         let agents = Agents::new(&preset, seed);
-        Ok(World { preset, seed, relief, agents, places, names, vectors: Vectors::default() })
+        Ok(World { preset, seed, relief, agents, places, names, landforms: Landforms::default() })
     }
 
     /// The recipe, with every default filled in.
@@ -79,19 +80,35 @@ impl World {
         lines
     }
 
+    /// All lines of a kind of which a part lies in the rectangle that the outer vertices of an area span, whole, sorted by id.
+    pub fn lines_through(&self, kind: LineKind, area: &Area) -> Lines {
+        let mut lines = match (self.relief.fluvial(), kind) {
+            (Some(land), LineKind::River) => return land.rivers(area),
+            (Some(land), LineKind::Road) => self.places.as_ref().map_or_else(Lines::new, |it| it.roads(land, area)),
+            (None, _) => self.agents.touching(&self.relief, area),
+        };
+        lines.retain(|line| line.kind == kind && line.touches(area));
+        lines
+    }
+
     /// All lakes of a fluvial world of which a part lies in `area`, whole, sorted by id.
     pub fn lakes(&self, area: &Area) -> Vec<Arc<Lake>> {
-        self.vectors.lakes(&self.relief, area)
+        self.fluvial(|fluvial| self.landforms.lakes(fluvial, area))
     }
 
     /// All pieces of coast of a fluvial world of which a part lies in `area`, whole, sorted by id.
     pub fn coasts(&self, area: &Area) -> Vec<Arc<Coast>> {
-        self.vectors.coasts(&self.relief, area)
+        self.fluvial(|fluvial| self.landforms.coasts(fluvial, area))
     }
 
     /// All peaks of a fluvial world on vertices of `area`, sorted by id.
     pub fn peaks(&self, area: &Area) -> Vec<Peak> {
-        self.vectors.peaks(&self.relief, area)
+        self.fluvial(|fluvial| self.landforms.peaks(fluvial, area))
+    }
+
+    /// What `find` finds in fluvial land; nothing in a world of noise.
+    fn fluvial<T>(&self, find: impl FnOnce(&Fluvial) -> Vec<T>) -> Vec<T> {
+        self.relief.fluvial().map_or_else(Vec::new, find)
     }
 
     /// All settlements that stand on a vertex of `area`, sorted by id; none in a world without places.

@@ -256,6 +256,18 @@ impl Job {
         MeshOptions { lods, error_m: *mesh_error, quantized: *quantize, compressed: *meshopt }
     }
 
+    /// The options of meshes that were given, by name.
+    pub fn mesh_options(&self) -> Vec<&'static str> {
+        let CommonArguments { lod, mesh_error, quantize, meshopt, .. } = &self.common;
+        let all = [
+            (lod.is_some(), "--lod"),
+            (mesh_error.is_some(), "--mesh-error"),
+            (*quantize, "--quantize"),
+            (*meshopt, "--meshopt"),
+        ];
+        all.into_iter().filter_map(|(given, name)| given.then_some(name)).collect()
+    }
+
     pub fn exports(&self) -> Result<Vec<Export>, Error> {
         match (&self.common.export, &self.common.profile) {
             (Some(list), _) => Export::parse_list(list),

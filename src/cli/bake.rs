@@ -33,6 +33,7 @@ pub(super) fn run(job: &Job, console: &Console) -> Result<(), Error> {
     if let Some(profile) = job.profile()? {
         plan = plan.with_profile(profile)?;
     }
+    plan.check_options(&job.mesh_options())?;
     let threads = match options.threads {
         Some(threads) => threads as usize,
         None => thread::available_parallelism().map_or(1, usize::from),

@@ -49,7 +49,7 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
         }
         Command::Schema { of } => {
             let schema = match of {
-                Schema::Bake => schemars::schema_for!(Manifest),
+                Schema::Bake => Manifest::schema(),
                 Schema::Preset => schemars::schema_for!(Preset),
             };
             Console::text(&(serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"))

@@ -38,8 +38,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::clock::Clock;
+use crate::device::DeviceProfile;
 use crate::error::Error;
-use crate::export::DeviceProfile;
 use crate::preset::{Preset, TILE_CELLS};
 use crate::walker::{Walker, WalkerOptions};
 use crate::world::World;

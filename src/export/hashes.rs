@@ -1,21 +1,51 @@
-//! A list of what each tile is, as hashes ([`Digest`](crate::tile::Digest)): the cheapest proof that two bakes agree.
+//! A list of what each tile is, as hashes: the cheapest proof that two bakes agree.
 
 use std::io::Write;
 use std::path::Path;
 use std::sync::Mutex;
 
 use crate::area::{Place, Region};
+use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
-use crate::export::manifest::FileRecord;
+use crate::export::format::{Format, FormatCost, Request, folder};
 use crate::tile::{Channel, Tile};
 
 /// The file in the folder of the bake.
 pub(crate) const PATH: &str = "hashes.txt";
 
-/// The most bytes of a tile's line: two numbers of at most 20 characters, a hash of 64 for each channel, and separators.
-pub(crate) const LINE_BYTES: u64 = 2 * 21 + 65 * Channel::ALL.len() as u64;
+/// The format.
+pub(crate) struct Hashes;
+
+impl Format for Hashes {
+    fn name(&self) -> &'static str {
+        "hashes"
+    }
+
+    fn about(&self) -> &'static str {
+        "BLAKE3 of each tile's heights, normals, weights, water, beds, lines and sites"
+    }
+
+    fn folders(&self) -> Vec<&'static str> {
+        vec![folder(PATH)]
+    }
+
+    fn owns(&self, path: &str) -> bool {
+        path == PATH
+    }
+
+    fn cost(&self, request: &Request) -> FormatCost {
+        // Two tile numbers of at most 20 characters, a hash of 64 for each channel, and separators.
+        const LINE_BYTES: u64 = 2 * 21 + 65 * Channel::ALL.len() as u64;
+        let disk_bytes = (request.region.tiles() + 1).saturating_mul(LINE_BYTES);
+        FormatCost { files: 1, disk_bytes, ..FormatCost::default() }
+    }
+
+    fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
+        Ok(vec![Box::new(TileHashes::create(request.region, out)?)])
+    }
+}
 
 /// One line a tile: its number and the hash of each of its channels; the first line names them.
 pub(crate) struct TileHashes {
@@ -56,6 +86,6 @@ impl Sink for TileHashes {
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
         let file = self.file.lock().expect("no thread panics while it writes").take();
         let finished = file.expect("a sink ends once").finish()?;
-        Ok(vec![FileRecord::new(PATH.to_owned(), "hashes", finished)])
+        Ok(vec![FileRecord::new(PATH.to_owned(), Hashes.name(), finished)])
     }
 }

@@ -5,12 +5,11 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use crate::area::{Area, Place, Region};
+use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
+use crate::export::Export;
 use crate::export::file::PartFile;
-use crate::export::image::Image;
-use crate::export::manifest::FileRecord;
-use crate::export::{Export, Format};
 use crate::lines::{LineId, LineKind};
 use crate::registry::{FILE_NAME, Registry, Start, TileRow};
 use crate::tile::{Channel, Tile};
@@ -18,7 +17,7 @@ use crate::tile::{Channel, Tile};
 /// Writes `registry.sqlite`, which every bake leaves.
 pub(crate) struct BakeRegistry {
     region: Region,
-    images: Vec<Image>,
+    exports: Vec<Export>,
     /// Rows of tiles that are made and not yet written: two batches at most.
     made: Mutex<BTreeMap<Place, TileRow>>,
     /// The registry first, so that it is closed when an abandoned file is removed.
@@ -30,15 +29,18 @@ impl BakeRegistry {
     pub fn create(exports: &[Export], region: Region, out: &Path) -> Result<BakeRegistry, Error> {
         let mut file = PartFile::create(out.join(FILE_NAME))?;
         let registry = Registry::aside(file.lend())?;
-        let images = exports.iter().flat_map(|export| export.images()).collect();
-        Ok(BakeRegistry { region, images, made: Mutex::default(), file: Mutex::new(Some((registry, file))) })
+        Ok(BakeRegistry {
+            region,
+            exports: exports.to_vec(),
+            made: Mutex::default(),
+            file: Mutex::new(Some((registry, file))),
+        })
     }
 
     /// The most bytes of the file.
     pub fn bytes_at_most(exports: &[Export], region: &Region) -> u64 {
         let last = Place { row: region.rows() - 1, col: region.cols() - 1 };
-        let names: usize =
-            files(exports.iter().flat_map(|export| export.images()), region, last).map(|name| name.len() + 3).sum();
+        let names: usize = files(exports, region, last).map(|name| name.len() + 3).sum();
         // How many lines concern a tile shows only when it is made; this is room for a hundred with ids of 24 characters.
         const LINES: usize = 100 * 24;
         // Hashes, six integers of at most 9 bytes, two directions and the header of the row; a tree's pages are at least
@@ -49,13 +51,9 @@ impl BakeRegistry {
     }
 }
 
-/// The files of all images that hold the tile at a place.
-fn files(images: impl Iterator<Item = Image>, region: &Region, place: Place) -> impl Iterator<Item = String> {
-    images.flat_map(move |image| {
-        let file = image.file(region, image.tiles.then_some(place));
-        let sidecar = (image.format == Format::R16).then(|| format!("{file}.json"));
-        [file].into_iter().chain(sidecar)
-    })
+/// The rasters that have the vertices of the tile at a place.
+fn files(exports: &[Export], region: &Region, place: Place) -> impl Iterator<Item = String> {
+    exports.iter().flat_map(move |export| export.0.rasters_of(region, place))
 }
 
 /// Where a line of a kind starts on a tile, if one does; of several the first by id. Agents' lines start on the tile that
@@ -96,7 +94,7 @@ impl Sink for BakeRegistry {
             std::mem::replace(&mut *made, later)
         };
         let rows = written.into_iter().map(|(place, row)| {
-            let files = files(self.images.iter().copied(), &self.region, place).collect();
+            let files = files(&self.exports, &self.region, place).collect();
             TileRow { files, ..row }
         });
         let mut file = self.file.lock().expect("no thread panics while it writes");

@@ -38,6 +38,7 @@ mod water;
 pub mod rivers;
 mod strahler;
 pub mod survey;
+pub mod landforms;
 
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! The map: a top-down picture of the land.
 
-pub(crate) mod ground;
+pub(crate) mod colour;
 mod mark;
 mod tint;
 
@@ -76,8 +76,8 @@ impl MapPainter {
                 let depths = water.depth_m.row(y, x0, x1);
                 for ((pixel, kind), depth_m) in pixels.iter_mut().zip(water.kind.row(y, x0, x1)).zip(depths) {
                     match kind {
-                        WaterKind::River => mix(pixel, (RIVER_OPACITY, RIVER)),
-                        WaterKind::Lake => mix(pixel, (LAKE_OPACITY, self.tint.sea(*depth_m))),
+                        WaterKind::River => composite(pixel, (RIVER_OPACITY, RIVER)),
+                        WaterKind::Lake => composite(pixel, (LAKE_OPACITY, self.tint.sea(*depth_m))),
                         WaterKind::Dry | WaterKind::Sea => {}
                     }
                 }
@@ -102,12 +102,12 @@ impl MapPainter {
 /// Lets a colour cover a share of each pixel.
 fn lay(pixels: &mut [[u8; 3]], shares: &[f32], (opacity, colour): (f32, [f32; 3])) {
     for (pixel, share) in pixels.iter_mut().zip(shares) {
-        mix(pixel, (share * opacity, colour));
+        composite(pixel, (share * opacity, colour));
     }
 }
 
 /// Lets an opaque share of a colour cover a pixel.
-fn mix(pixel: &mut [u8; 3], (opacity, colour): (f32, [f32; 3])) {
+fn composite(pixel: &mut [u8; 3], (opacity, colour): (f32, [f32; 3])) {
     for (channel, colour) in pixel.iter_mut().zip(colour) {
         let value = f32::from(*channel);
         *channel = (value + (colour - value) * opacity + 0.5) as u8;

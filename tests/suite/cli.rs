@@ -529,6 +529,11 @@ fn schemas_describe_what_is_written() {
         let written: BTreeSet<_> = written.as_object().unwrap().keys().collect();
         assert_eq!(described, written);
     }
+    // Of each export by name, of those that a profile brings, and of what every bake has.
+    let exports = bake["$defs"]["FileRecord"]["properties"]["export"]["enum"].as_array().unwrap();
+    for export in ["height", "obj-tiles", "geojson", "unity", "blender", "registry"] {
+        assert!(exports.contains(&export.into()), "{exports:?}");
+    }
     desk.refused(&["schema", "map"], &["map", "bake", "preset"]);
 }
 

@@ -12,9 +12,9 @@ use terrane::bake::Watch;
 use terrane::clock::Clock;
 use terrane::export::{Export, Output, Plan};
 use terrane::fluvial::WaterKind;
+use terrane::fluvial::landforms::lakes::Lake;
 use terrane::lines::{Line, LineClass, LineEnd, LineKind, Lines};
 use terrane::preset::Preset;
-use terrane::vectors::lakes::Lake;
 use terrane::world::World;
 
 const LAYERS: [&str; 7] = ["rivers", "lakes", "coast", "peaks", "sites", "roads", "crossings"];

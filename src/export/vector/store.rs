@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 use std::path::Path as FilePath;
 use std::sync::Mutex;
 
-use rusqlite::types::Value;
-use rusqlite::{Connection, params_from_iter};
+use rusqlite::types::{ToSqlOutput, ValueRef};
+use rusqlite::{Connection, ToSql, params_from_iter};
 
 use crate::area::Region;
 use crate::error::Error;
 use crate::export::file::PartFile;
-use crate::export::layers::{Feature, Layer, layers};
+use crate::features::layer::{Head, Kind};
+use crate::features::{AnyLayer, Row, Value, layers};
 use crate::preset::Preset;
 use crate::registry::unjournaled;
 use crate::tile::Tile;
@@ -89,7 +90,7 @@ fn road_bytes_at_most(world: &World, region: &Region) -> f64 {
 /// not grow with the region.
 pub(crate) struct FeatureStore<'a> {
     world: &'a World,
-    waiting: Mutex<BTreeMap<(usize, Vec<u8>), Feature>>,
+    waiting: Mutex<BTreeMap<(usize, Vec<u8>), Row>>,
     store: Mutex<(Connection, PartFile)>,
 }
 
@@ -103,7 +104,7 @@ impl<'a> FeatureStore<'a> {
             unjournaled(&connection)?;
             for (number, layer) in layers(world).iter().enumerate() {
                 // Columns without types keep values as they are.
-                let columns = (0..layer.columns.len()).map(|column| format!("value_{column}, "));
+                let columns = (0..layer.heads().len()).map(|column| format!("value_{column}, "));
                 let columns = columns.collect::<Vec<_>>().concat();
                 connection.execute_batch(&format!(
                     "CREATE TABLE layer_{number} (key BLOB PRIMARY KEY, {columns}lines BLOB) WITHOUT ROWID"
@@ -116,26 +117,26 @@ impl<'a> FeatureStore<'a> {
     }
 
     /// The layers.
-    pub fn layers(&self) -> &'static [Layer] {
+    pub fn layers(&self) -> &'static [&'static dyn AnyLayer] {
         layers(self.world)
     }
 
     /// Takes the features of a tile.
     pub fn take(&self, tile: &Tile) {
         for (number, layer) in self.layers().iter().enumerate() {
-            layer.visit(self.world, tile, &mut |key, feature| self.add(number, key, feature));
+            layer.visit(self.world, &tile.area(), &mut |key, row| self.add(number, key, row));
         }
     }
 
     /// Takes a feature of a layer, which may be there already.
-    pub fn add(&self, layer: usize, key: Vec<u8>, feature: impl Fn() -> Feature) {
+    pub fn add(&self, layer: usize, key: Vec<u8>, row: impl Fn() -> Row) {
         let waits =
             |key: &(usize, Vec<u8>)| self.waiting.lock().expect("no thread panics while it adds").contains_key(key);
         let key = (layer, key);
         if !waits(&key) {
             // Not under the lock: a long river takes its time.
-            let feature = feature();
-            self.waiting.lock().expect("no thread panics while it adds").insert(key, feature);
+            let row = row();
+            self.waiting.lock().expect("no thread panics while it adds").insert(key, row);
         }
     }
 
@@ -145,12 +146,12 @@ impl<'a> FeatureStore<'a> {
         let (connection, part) = &mut *self.store.lock().expect("no thread panics while it writes");
         let put = || {
             let transaction = connection.transaction()?;
-            for ((number, key), feature) in waiting {
-                let dimensions = self.layers()[number].shape.dimensions();
-                let marks = ", ?".repeat(feature.values.len() + 1);
+            for ((number, key), Row { values, lines }) in waiting {
+                let lines = packed(&lines, self.layers()[number].shape().dimensions());
+                let marks = ", ?".repeat(values.len() + 1);
                 let insert = format!("INSERT OR IGNORE INTO layer_{number} VALUES (?{marks})");
-                let row = [Value::Blob(key)].into_iter().chain(feature.values);
-                let row = row.chain([Value::Blob(packed(&feature.lines, dimensions))]);
+                let values = values.iter().map(|value| value as &dyn ToSql);
+                let row = [&key as &dyn ToSql].into_iter().chain(values).chain([&lines as &dyn ToSql]);
                 transaction.prepare_cached(&insert)?.execute(params_from_iter(row))?;
             }
             transaction.commit()
@@ -159,23 +160,46 @@ impl<'a> FeatureStore<'a> {
     }
 
     /// Visits all features of a layer, sorted by key, without holding them.
-    pub fn for_each(&self, number: usize, mut visit: impl FnMut(Feature) -> Result<(), Error>) -> Result<(), Error> {
+    pub fn for_each(&self, number: usize, mut visit: impl FnMut(Row) -> Result<(), Error>) -> Result<(), Error> {
         self.flush()?;
         let (connection, part) = &*self.store.lock().expect("no thread panics while it writes");
         let failed = || Error::sqlite(part.path());
         let layer = &self.layers()[number];
         let select = format!("SELECT * FROM layer_{number} ORDER BY key");
         let mut select = connection.prepare(&select).map_err(failed())?;
-        let count = layer.columns.len();
+        let heads = layer.heads();
         let parse = |row: &rusqlite::Row| {
-            let values = (1..=count).map(|column| row.get(column)).collect::<Result<Vec<Value>, _>>()?;
-            let lines = unpacked(row.get_ref(count + 1)?.as_blob()?, layer.shape.dimensions());
-            Ok(Feature { values, lines })
+            let values = heads.iter().zip(1..).map(|(head, column)| Ok(value(head, row.get_ref(column)?)));
+            let lines = unpacked(row.get_ref(heads.len() + 1)?.as_blob()?, layer.shape().dimensions());
+            Ok(Row { values: values.collect::<rusqlite::Result<_>>()?, lines })
         };
-        for feature in select.query_map((), parse).map_err(failed())? {
-            visit(feature.map_err(failed())?)?;
+        for row in select.query_map((), parse).map_err(failed())? {
+            visit(row.map_err(failed())?)?;
         }
         Ok(())
+    }
+}
+
+impl ToSql for Value {
+    fn to_sql(&self) -> rusqlite::Result<ToSqlOutput<'_>> {
+        Ok(ToSqlOutput::Borrowed(match self {
+            Value::Nothing => ValueRef::Null,
+            Value::Integer(number) => ValueRef::Integer(*number),
+            Value::Real(number) => ValueRef::Real(*number),
+            Value::Real32(number) => ValueRef::Real(f64::from(*number)),
+            Value::Text(text) => ValueRef::Text(text.as_bytes()),
+        }))
+    }
+}
+
+/// A value as a database has kept it.
+fn value(head: &Head, kept: ValueRef) -> Value {
+    match (kept, head.kind) {
+        (ValueRef::Integer(number), _) => Value::Integer(number),
+        (ValueRef::Real(number), Kind::Real32) => Value::Real32(number as f32),
+        (ValueRef::Real(number), _) => Value::Real(number),
+        (ValueRef::Text(text), _) => Value::Text(String::from_utf8_lossy(text).into_owned()),
+        (ValueRef::Null | ValueRef::Blob(_), _) => Value::Nothing,
     }
 }
 

@@ -1,17 +1,16 @@
-//! Raster images of exports: what each shows, how, and under which name.
+//! Raster images: what each shows, how, and under which name.
 
 use crate::area::{Place, Region};
-use crate::export::raster::Quantity;
-use crate::export::writer::Format;
+use crate::export::raster::quantity::Quantity;
+use crate::export::raster::writer::Encoding;
 
-/// One raster image of an export.
+/// One raster image of a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Image {
-    pub export: &'static str,
     /// Folder and name, without place and ending.
     pub stem: &'static str,
     pub quantity: Quantity,
-    pub format: Format,
+    pub encoding: Encoding,
     /// One a tile, or one of the region.
     pub tiles: bool,
     pub layout: Layout,
@@ -51,11 +50,6 @@ pub(crate) enum Rows {
     FromSouth,
 }
 
-impl Layout {
-    /// What exports have that no engine has asked for.
-    pub const PLAIN: Layout = Layout { naming: Naming::Marked, edge: Edge::Shared, rows: Rows::FromNorth };
-}
-
 impl Naming {
     /// What stands before each number.
     fn marks(self) -> [&'static str; 2] {
@@ -67,9 +61,30 @@ impl Naming {
 }
 
 impl Image {
+    /// An image of a region, as it lies when no engine has asked for anything else.
+    pub const fn new(stem: &'static str, quantity: Quantity, encoding: Encoding) -> Image {
+        let layout = Layout { naming: Naming::Marked, edge: Edge::Shared, rows: Rows::FromNorth };
+        Image { stem, quantity, encoding, tiles: false, layout }
+    }
+
+    /// Without the vertices that tiles share.
+    pub const fn owned_only(self) -> Image {
+        Image { layout: Layout { edge: Edge::Owned, ..self.layout }, ..self }
+    }
+
+    /// With names that count tiles from the south-west.
+    pub const fn named_from_south(self) -> Image {
+        Image { layout: Layout { naming: Naming::Bare, ..self.layout }, ..self }
+    }
+
+    /// With the southernmost row first.
+    pub const fn upside_down(self) -> Image {
+        Image { layout: Layout { rows: Rows::FromSouth, ..self.layout }, ..self }
+    }
+
     /// The file in the folder of the bake, for the region or for a tile of it.
     pub fn file(&self, region: &Region, place: Option<Place>) -> String {
-        let (stem, extension) = (self.stem, self.format.extension());
+        let (stem, extension) = (self.stem, self.encoding.extension());
         let Some(Place { row, col }) = place else { return format!("{stem}.{extension}") };
         let row = match self.layout.naming {
             Naming::Marked => row,
@@ -81,10 +96,10 @@ impl Image {
 
     /// Whether [`file`](Image::file) gives that path in a region, or its sidecar has it.
     pub fn names(&self, path: &str) -> bool {
-        let path = if self.format == Format::R16 { path.strip_suffix(".json").unwrap_or(path) } else { path };
+        let path = if self.encoding.has_sidecar() { path.strip_suffix(".json").unwrap_or(path) } else { path };
         let Some(place) = path
             .strip_prefix(self.stem)
-            .and_then(|rest| rest.strip_suffix(self.format.extension()).and_then(|rest| rest.strip_suffix('.')))
+            .and_then(|rest| rest.strip_suffix(self.encoding.extension()).and_then(|rest| rest.strip_suffix('.')))
         else {
             return false;
         };

@@ -2,10 +2,10 @@
 
 use crate::area::Area;
 use crate::clock::Clock;
+use crate::fluvial::landforms::contour::contours;
 use crate::fluvial::{Fluvial, WaterKind};
 use crate::geometry::LineSegment;
 use crate::grid::Grid;
-use crate::vectors::contour::contours;
 
 /// Vertices a side of a cell.
 pub(super) const CELL: i64 = 512;

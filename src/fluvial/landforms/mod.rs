@@ -1,14 +1,13 @@
-//! What a map has for lines and places: lakes, coasts and peaks, besides the [rivers](crate::fluvial::rivers).
+//! Landforms: the lakes, coasts and peaks of fluvial land, besides its [rivers](crate::fluvial::rivers).
 //!
 //! ```text
 //! Land of a lake's surroundings, of a cell of the world --> contour.rs  lines between vertices
 //!                                                              |
-//!                                          lakes.rs, coast.rs, peaks.rs: features with ids
+//!                                          lakes.rs, coast.rs, peaks.rs: landforms with ids
 //! ```
 //!
-//! A feature is a function of its id: it is whole and the same whichever area asks for it. What has been found is
-//! remembered for a while. A world of noise has none of these features: its rivers are paths of
-//! [agents](crate::agents).
+//! A landform is a function of its id: it is whole and the same whichever area asks for it. What has been found is
+//! remembered for a while.
 
 mod contour;
 
@@ -19,24 +18,24 @@ pub mod peaks;
 use std::sync::Arc;
 
 use crate::area::Area;
+use crate::fluvial::Fluvial;
 use crate::fluvial::trunk::NodeId;
 use crate::memory::Memory;
-use crate::relief::Relief;
 use coast::Coast;
 use lakes::Lake;
 use peaks::{Peak, Summits};
 
-/// The features of a world, and what is remembered of them.
+/// The landforms of a world that have been found, remembered for a while.
 #[derive(Debug)]
-pub struct Vectors {
+pub struct Landforms {
     lakes: Memory<NodeId, Option<Arc<Lake>>>,
     coasts: Memory<(i64, i64), Vec<Arc<Coast>>>,
     summits: Memory<(i64, i64), Summits>,
 }
 
-impl Default for Vectors {
-    fn default() -> Vectors {
-        Vectors { lakes: Memory::new(1 << 10), coasts: Memory::new(1 << 9), summits: Memory::new(1 << 12) }
+impl Default for Landforms {
+    fn default() -> Landforms {
+        Landforms { lakes: Memory::new(1 << 10), coasts: Memory::new(1 << 9), summits: Memory::new(1 << 12) }
     }
 }
 
@@ -47,17 +46,15 @@ fn cells(area: &Area, side: i64, pad: i64) -> impl Iterator<Item = (i64, i64)> +
     span(area.y0, area.y1).flat_map(move |y| columns.clone().map(move |x| (x, y)))
 }
 
-impl Vectors {
+impl Landforms {
     /// All lakes of which a part lies in an area, whole, sorted by id.
-    pub fn lakes(&self, relief: &Relief, area: &Area) -> Vec<Arc<Lake>> {
-        let Some(fluvial) = relief.fluvial() else { return Vec::new() };
+    pub fn lakes(&self, fluvial: &Fluvial, area: &Area) -> Vec<Arc<Lake>> {
         let lake = |node| Option::clone(&self.lakes.get(node, || Lake::new(fluvial, node).map(Arc::new)));
         fluvial.lake_nodes(area).into_iter().filter_map(lake).filter(|lake| lake.touches(area)).collect()
     }
 
     /// All pieces of coast of which a part lies in an area, whole, sorted by id.
-    pub fn coasts(&self, relief: &Relief, area: &Area) -> Vec<Arc<Coast>> {
-        let Some(fluvial) = relief.fluvial() else { return Vec::new() };
+    pub fn coasts(&self, fluvial: &Fluvial, area: &Area) -> Vec<Arc<Coast>> {
         let mut found: Vec<Arc<Coast>> = Vec::new();
         // A line may run along the edge of the cell before.
         for cell in cells(area, coast::CELL, 1) {
@@ -69,8 +66,7 @@ impl Vectors {
     }
 
     /// All peaks that stand on a vertex of an area, sorted by id.
-    pub fn peaks(&self, relief: &Relief, area: &Area) -> Vec<Peak> {
-        let Some(fluvial) = relief.fluvial() else { return Vec::new() };
+    pub fn peaks(&self, fluvial: &Fluvial, area: &Area) -> Vec<Peak> {
         let side = peaks::side(fluvial);
         let summits = |cell| self.summits.get(cell, || Summits::new(fluvial, cell));
         let inside = |peak: &Peak| area.contains(&Area::new(peak.at[0], peak.at[1], 1, 1));

@@ -1,5 +1,10 @@
 //! The bake: every tile of a region, made in parallel and handed to the sinks in order.
 
+mod record;
+
+pub(crate) use record::Finished;
+pub use record::{FileRecord, MeshRecord};
+
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::prelude::*;
@@ -7,7 +12,6 @@ use rayon::prelude::*;
 use crate::area::{Place, Region};
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::export::FileRecord;
 use crate::tile::Tile;
 use crate::world::World;
 

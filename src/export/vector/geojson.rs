@@ -9,46 +9,71 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Mutex;
 
-use rusqlite::types::Value;
-
 use crate::area::Place;
+use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
-use crate::export::layers::{Feature, Kind, Layer, Shape, layers};
-use crate::export::manifest::FileRecord;
-use crate::export::vector::FeatureStore;
+use crate::export::format::{Format, FormatCost, Request};
+use crate::export::vector::store::{FeatureStore, bytes_at_most};
+use crate::features::layer::{Head, Shape};
+use crate::features::{AnyLayer, Row, Value, all_layers, layers};
 use crate::tile::Tile;
 use crate::world::World;
 
-/// All files that worlds of any kind have in the folder of the bake.
-pub(crate) const PATHS: &[&str] = &[
-    "vector/rivers.geojson",
-    "vector/roads.geojson",
-    "vector/lakes.geojson",
-    "vector/coast.geojson",
-    "vector/peaks.geojson",
-    "vector/sites.geojson",
-    "vector/crossings.geojson",
-];
+/// The folder of the files in that of the bake.
+const FOLDER: &str = "vector";
 
 /// The file of a layer in the folder of the bake.
-fn path(layer: &Layer) -> String {
-    format!("vector/{}.geojson", layer.name)
+fn path(layer: &dyn AnyLayer) -> String {
+    format!("{FOLDER}/{}.geojson", layer.name())
+}
+
+/// The format.
+pub(crate) struct GeoJson;
+
+impl Format for GeoJson {
+    fn name(&self) -> &'static str {
+        "geojson"
+    }
+
+    fn about(&self) -> &'static str {
+        "the same layers as GeoJSON, coordinates in metres"
+    }
+
+    fn folders(&self) -> Vec<&'static str> {
+        vec![FOLDER]
+    }
+
+    fn owns(&self, name: &str) -> bool {
+        all_layers().any(|layer| path(layer) == name)
+    }
+
+    fn cost(&self, request: &Request) -> FormatCost {
+        let disk_bytes = bytes_at_most(request.world, &request.region);
+        FormatCost { files: layers(request.world).len() as u64, disk_bytes, ..FormatCost::default() }
+    }
+
+    fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
+        Ok(vec![Box::new(GeoJsonSink::create(request.world, out)?)])
+    }
 }
 
 /// The files under way, one a layer.
-pub(crate) struct GeoJson<'a> {
+pub(crate) struct GeoJsonSink<'a> {
     features: FeatureStore<'a>,
     files: Mutex<Vec<PartFile>>,
 }
 
-impl<'a> GeoJson<'a> {
+impl<'a> GeoJsonSink<'a> {
     /// Begins the files in the folder of the bake.
-    pub fn create(world: &'a World, out: &Path) -> Result<GeoJson<'a>, Error> {
-        let file = |layer| PartFile::create(out.join(path(layer)));
+    pub fn create(world: &'a World, out: &Path) -> Result<GeoJsonSink<'a>, Error> {
+        let file = |layer: &&dyn AnyLayer| PartFile::create(out.join(path(*layer)));
         let files = layers(world).iter().map(file).collect::<Result<Vec<_>, _>>()?;
-        Ok(GeoJson { features: FeatureStore::create(world, &out.join(PATHS[0]))?, files: Mutex::new(files) })
+        Ok(GeoJsonSink {
+            features: FeatureStore::create(world, &out.join(FOLDER).join("layers.geojson"))?,
+            files: Mutex::new(files),
+        })
     }
 
     /// Where its features wait.
@@ -58,7 +83,7 @@ impl<'a> GeoJson<'a> {
     }
 }
 
-impl Sink for GeoJson<'_> {
+impl Sink for GeoJsonSink<'_> {
     fn name(&self) -> &'static str {
         "vector/*.geojson"
     }
@@ -75,9 +100,9 @@ impl Sink for GeoJson<'_> {
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
         let files = std::mem::take(&mut *self.files.lock().expect("no thread panics while it writes"));
         let mut records = Vec::new();
-        for (number, (mut file, layer)) in files.into_iter().zip(self.features.layers()).enumerate() {
+        for (number, (mut file, layer)) in files.into_iter().zip(self.features.layers().iter().copied()).enumerate() {
             write_collection(&mut file, &self.features, number)?;
-            records.push(FileRecord::new(path(layer), "geojson", file.finish()?));
+            records.push(FileRecord::new(path(layer), GeoJson.name(), file.finish()?));
         }
         Ok(records)
     }
@@ -88,46 +113,47 @@ fn write_collection(file: &mut PartFile, features: &FeatureStore, number: usize)
     let path = file.path().to_owned();
     let mut write = |text: &str| file.write_all(text.as_bytes()).map_err(Error::io(&path));
     write("{\"type\":\"FeatureCollection\",\"features\":[")?;
+    let layer = features.layers()[number];
+    let heads = layer.heads();
     let mut separator = "\n";
-    features.for_each(number, |feature| {
+    features.for_each(number, |row| {
         write(separator)?;
         separator = ",\n";
-        write(&as_text(&features.layers()[number], &feature))
+        write(&as_text(layer.shape(), &heads, &row))
     })?;
     write("\n]}\n")
 }
 
 /// A feature as text.
-fn as_text(layer: &Layer, feature: &Feature) -> String {
+fn as_text(shape: Shape, heads: &[Head], row: &Row) -> String {
     let mut text = String::from("{\"type\":\"Feature\",\"properties\":{");
-    let keys: Vec<&str> = layer.columns.iter().map(|column| column.key).collect();
-    for (index, (column, value)) in layer.columns.iter().zip(&feature.values).enumerate() {
+    for (index, (head, value)) in heads.iter().zip(&row.values).enumerate() {
         // Neighbours with the same key are an array.
-        let follows = index > 0 && keys[index - 1] == column.key;
-        let goes_on = keys.get(index + 1) == Some(&column.key);
+        let follows = index > 0 && heads[index - 1].key == head.key;
+        let goes_on = heads.get(index + 1).is_some_and(|next| next.key == head.key);
         let separator = if index > 0 { "," } else { "" };
         match follows {
             true => text.push_str(separator),
-            false => _ = write!(text, "{separator}{:?}:{}", column.key, if goes_on { "[" } else { "" }),
+            false => _ = write!(text, "{separator}{:?}:{}", head.key, if goes_on { "[" } else { "" }),
         }
-        text.push_str(&number_or_text(value, column.kind));
+        text.push_str(&number_or_text(value));
         if follows && !goes_on {
             text.push(']');
         }
     }
-    let (kind, depth) = match layer.shape {
+    let (kind, depth) = match shape {
         Shape::Point => ("Point", 0),
         Shape::Line | Shape::LineZ => ("LineString", 1),
         Shape::Polygon => ("Polygon", 2),
     };
     _ = write!(text, "}},\"geometry\":{{\"type\":\"{kind}\",\"coordinates\":");
     text.push_str(&"[".repeat(usize::from(depth == 2)));
-    for (index, line) in feature.lines.iter().enumerate() {
+    for (index, line) in row.lines.iter().enumerate() {
         text.push_str(if index > 0 { "," } else { "" });
         text.push_str(&"[".repeat(usize::from(depth > 0)));
         for (index, point) in line.iter().enumerate() {
             text.push_str(if index > 0 { ",[" } else { "[" });
-            for (axis, number) in point[..layer.shape.dimensions()].iter().enumerate() {
+            for (axis, number) in point[..shape.dimensions()].iter().enumerate() {
                 text.push_str(if axis > 0 { "," } else { "" });
                 text.push_str(&json(number));
             }
@@ -140,13 +166,13 @@ fn as_text(layer: &Layer, feature: &Feature) -> String {
     text
 }
 
-fn number_or_text(value: &Value, kind: Kind) -> String {
+fn number_or_text(value: &Value) -> String {
     match value {
+        Value::Nothing => "null".to_owned(),
         Value::Integer(number) => json(number),
-        Value::Real(number) if kind == Kind::Real32 => json(&(*number as f32)),
         Value::Real(number) => json(number),
+        Value::Real32(number) => json(number),
         Value::Text(text) => json(text),
-        Value::Null | Value::Blob(_) => "null".to_owned(),
     }
 }
 

@@ -1,18 +1,6 @@
-//! What rasters can show of a tile, and the sinks that write it: one file for the region, or one a tile.
+//! What rasters can show of a tile, and the painter of their samples.
 
-use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-
-use serde::Serialize;
-
-use crate::area::{Place, Region, TileId};
-use crate::bake::Sink;
-use crate::error::Error;
-use crate::export::file::write_whole;
-use crate::export::image::{Image, Rows};
-use crate::export::manifest::FileRecord;
-use crate::export::profile;
-use crate::export::writer::{Format, RasterWriter, Sample};
+use crate::export::raster::writer::{Encoding, Sample};
 use crate::fluvial::{Water, WaterKind};
 use crate::map::{self, MapPainter};
 use crate::tile::{Material, Tile};
@@ -97,25 +85,28 @@ impl Quantity {
 /// Turns tiles into rows of samples.
 pub(crate) struct Painter {
     quantity: Quantity,
-    format: Format,
+    encoding: Encoding,
     range_m: (f32, f32),
-    spacing_m: f64,
     map: Option<MapPainter>,
 }
 
 impl Painter {
-    /// Paints a quantity as a format has it.
-    pub fn new(world: &World, quantity: Quantity, format: Format) -> Painter {
+    /// Paints a quantity as an encoding has it.
+    pub fn new(world: &World, quantity: Quantity, encoding: Encoding) -> Painter {
         Painter {
             quantity,
-            format,
+            encoding,
             range_m: match quantity {
-                Quantity::Height16Whole => profile::whole_range_m(world),
+                Quantity::Height16Whole => whole_range_m(world),
                 _ => world.height_range_m(),
             },
-            spacing_m: world.spacing_m(),
             map: (quantity == Quantity::Map).then(|| MapPainter::new(world)),
         }
+    }
+
+    /// Bounds of the heights that 16 bits are steps of.
+    pub fn range_m(&self) -> (f32, f32) {
+        self.range_m
     }
 
     /// What the pixels show.
@@ -139,7 +130,7 @@ impl Painter {
         let heights = tile.heights().row(y, x0, x1);
         match self.quantity {
             Quantity::Height16 | Quantity::Height16Whole => {
-                let is_png = self.format == Format::Png;
+                let is_png = self.encoding == Encoding::Png;
                 for (pair, &height) in row.as_chunks_mut().0.iter_mut().zip(heights) {
                     let step = self.step(height);
                     *pair = if is_png { step.to_be_bytes() } else { step.to_le_bytes() };
@@ -167,7 +158,7 @@ impl Painter {
                 }
             }
             Quantity::Map => self.map.as_ref().expect("a map has its painter").paint_row(tile, y, row),
-            Quantity::Colour => map::ground::paint_row(tile, y, row),
+            Quantity::Colour => map::colour::paint_row(tile, y, row),
             Quantity::Water => {
                 for (grey, kind) in row.iter_mut().zip(water(tile).kind.row(y, x0, x1)) {
                     *grey = match kind {
@@ -190,12 +181,29 @@ impl Painter {
     }
 }
 
+/// The world's height range rounded out: HTerrain's dialog takes heights from -2000 to 2000 m, and each multiple of the
+/// scale that brings a range into it is a whole number there.
+pub(crate) fn whole_range_m(world: &World) -> (f32, f32) {
+    let ((min_m, max_m), scale) = (world.height_range_m(), hterrain_scale(world));
+    let (low, mut high) = ((min_m / scale).floor(), (max_m / scale).ceil());
+    if low == high {
+        high += 1.0;
+    }
+    (low * scale, high * scale)
+}
+
+/// By how much HTerrain must stretch heights: 1, or as much more as brings them into its dialog.
+pub(crate) fn hterrain_scale(world: &World) -> f32 {
+    let (min_m, max_m) = world.height_range_m();
+    (min_m.abs().max(max_m.abs()) / 2000.0).ceil().max(1.0)
+}
+
 fn water(tile: &Tile) -> &Water {
     tile.water().expect("the plan has checked that the world has water")
 }
 
 /// The bits that Terrain3D reads of a vertex: the texture that there is most of, the second, and its share of both. Based
-/// on: Terrain3D's manual, "Control Map Format"; textures have the numbers of the materials.
+/// on: Terrain3D's manual, "Control Map Encoding"; textures have the numbers of the materials.
 fn control(weights: [u8; Material::ALL.len()]) -> u32 {
     let mut order: [usize; Material::ALL.len()] = std::array::from_fn(|material| material);
     // Stable: of equal weights the first material is the stronger one.
@@ -209,185 +217,5 @@ fn control(weights: [u8; Material::ALL.len()]) -> u32 {
 fn copy_words(words: &[u32], row: &mut [u8]) {
     for (word, bytes) in words.iter().zip(row.as_chunks_mut().0) {
         *bytes = word.to_le_bytes();
-    }
-}
-
-/// One raster of the whole region, written strip by strip.
-pub(crate) struct RegionRaster {
-    image: Image,
-    painter: Painter,
-    region: Region,
-    file: RasterFile,
-    out: PathBuf,
-    writer: Mutex<Option<RasterWriter>>,
-}
-
-impl RegionRaster {
-    /// Begins the raster in the folder of the bake.
-    pub fn create(world: &World, region: Region, image: Image, out: &Path) -> Result<RegionRaster, Error> {
-        let (width, height) = image.size(&region);
-        let file = RasterFile { path: image.file(&region, None), width, height, tile: None };
-        let writer = Mutex::new(Some(file.begin(&image, out)?));
-        Ok(RegionRaster {
-            image,
-            painter: Painter::new(world, image.quantity, image.format),
-            region,
-            file,
-            out: out.to_owned(),
-            writer,
-        })
-    }
-}
-
-impl Sink for RegionRaster {
-    fn name(&self) -> &str {
-        &self.file.path
-    }
-
-    fn take(&self, tile: &Tile, place: Place) -> Result<Vec<u8>, Error> {
-        let (cols, rows) = self.image.owned(&self.region, place);
-        Ok(self.painter.paint(tile, cols, rows))
-    }
-
-    fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
-        let mut writer = self.writer.lock().expect("no thread panics while it writes");
-        let writer = writer.as_mut().expect("rows come before the end");
-        let (_, rows) = self.image.owned(&self.region, Place { row, col: 0 });
-        let mut line = Vec::new();
-        for y in 0..rows {
-            line.clear();
-            for piece in pieces {
-                let row_bytes = piece.len() / rows;
-                line.extend_from_slice(&piece[y * row_bytes..][..row_bytes]);
-            }
-            writer.write_rows(&line)?;
-        }
-        Ok(())
-    }
-
-    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        let writer = self.writer.lock().expect("no thread panics while it writes").take();
-        self.file.end(&self.image, writer.expect("a sink ends once"), &self.painter, &self.out)
-    }
-}
-
-/// One raster a tile, each written by the thread that made the tile.
-pub(crate) struct TileRasters {
-    image: Image,
-    painter: Painter,
-    region: Region,
-    out: PathBuf,
-    records: Mutex<Vec<FileRecord>>,
-}
-
-impl TileRasters {
-    /// Rasters that will be in the folder of the bake.
-    pub fn create(world: &World, region: Region, image: Image, out: &Path) -> TileRasters {
-        let painter = Painter::new(world, image.quantity, image.format);
-        TileRasters { image, painter, region, out: out.to_owned(), records: Mutex::default() }
-    }
-}
-
-impl Sink for TileRasters {
-    fn name(&self) -> &str {
-        self.image.stem
-    }
-
-    fn take(&self, tile: &Tile, place: Place) -> Result<Vec<u8>, Error> {
-        let (cols, rows) = self.image.owned(&self.region, place);
-        let path = self.image.file(&self.region, Some(place));
-        let file = RasterFile { path, width: cols as u64, height: rows as u64, tile: Some(tile.id()) };
-        let mut writer = file.begin(&self.image, &self.out)?;
-        let mut samples = self.painter.paint(tile, cols, rows);
-        if self.image.layout.rows == Rows::FromSouth {
-            let row_bytes = samples.len() / rows;
-            samples = samples.chunks_exact(row_bytes).rev().collect::<Vec<_>>().concat();
-        }
-        writer.write_rows(&samples)?;
-        let records = file.end(&self.image, writer, &self.painter, &self.out)?;
-        self.records.lock().expect("no thread panics while it adds").extend(records);
-        Ok(Vec::new())
-    }
-
-    fn append(&self, _row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
-        Ok(())
-    }
-
-    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        Ok(std::mem::take(&mut *self.records.lock().expect("no thread panics while it adds")))
-    }
-}
-
-/// What a bare raster does not say about itself.
-#[derive(Serialize)]
-struct Sidecar {
-    width: u64,
-    height: u64,
-    sample: &'static str,
-    byte_order: &'static str,
-    row_order: &'static str,
-    min_m: f32,
-    max_m: f32,
-    spacing_m: f64,
-    tile: Option<TileId>,
-}
-
-/// A raster's place and size.
-struct RasterFile {
-    path: String,
-    width: u64,
-    height: u64,
-    tile: Option<TileId>,
-}
-
-impl RasterFile {
-    fn begin(&self, image: &Image, out: &Path) -> Result<RasterWriter, Error> {
-        let size = (self.width, self.height);
-        let layer = image.stem.rsplit_once('/').map_or(image.stem, |(_, name)| name);
-        RasterWriter::create(
-            out.join(&self.path),
-            layer,
-            image.format,
-            image.quantity.sample(),
-            size,
-            image.quantity.is_colour(),
-        )
-    }
-
-    /// Ends the file, and writes its sidecar where the format says nothing about itself.
-    fn end(
-        &self,
-        image: &Image,
-        writer: RasterWriter,
-        painter: &Painter,
-        out: &Path,
-    ) -> Result<Vec<FileRecord>, Error> {
-        let raster = FileRecord {
-            width: Some(self.width),
-            height: Some(self.height),
-            channels: image.quantity.channels().iter().map(ToString::to_string).collect(),
-            tile: self.tile,
-            ..FileRecord::new(self.path.clone(), image.export, writer.finish()?)
-        };
-        if image.format != Format::R16 {
-            return Ok(vec![raster]);
-        }
-        let (min_m, max_m) = painter.range_m;
-        let sidecar = Sidecar {
-            width: self.width,
-            height: self.height,
-            sample: "u16",
-            byte_order: "little-endian",
-            row_order: "from north to south",
-            min_m,
-            max_m,
-            spacing_m: painter.spacing_m,
-            tile: self.tile,
-        };
-        let path = format!("{}.json", self.path);
-        let text = serde_json::to_string_pretty(&sidecar).expect("numbers and names are JSON") + "\n";
-        let finished = write_whole(out.join(&path), text.as_bytes())?;
-        let sidecar = FileRecord { tile: self.tile, ..FileRecord::new(path, image.export, finished) };
-        Ok(vec![raster, sidecar])
     }
 }

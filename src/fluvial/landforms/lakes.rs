@@ -2,13 +2,13 @@
 
 use crate::area::Area;
 use crate::clock::Clock;
+use crate::fluvial::landforms::contour::{contours, twice_area};
 use crate::fluvial::point::{GRAINS, Point};
 use crate::fluvial::trunk::NodeId;
 use crate::fluvial::{Fluvial, WaterKind};
 use crate::geometry::LineSegment;
 use crate::grid::Grid;
 use crate::lines::LineId;
-use crate::vectors::contour::{contours, twice_area};
 
 /// A lake.
 #[derive(Clone, Debug, PartialEq)]

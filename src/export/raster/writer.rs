@@ -13,16 +13,14 @@ use exr::meta::BlockDescription;
 use exr::meta::attribute::{ChannelDescription, LineOrder, SampleType};
 use exr::meta::header::Header;
 use exr::prelude::SmallVec;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
+use crate::bake::Finished;
 use crate::error::Error;
-use crate::export::file::{Finished, PartFile};
+use crate::export::file::PartFile;
 
-/// A file format for rasters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Format {
+/// How the samples of a raster are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Encoding {
     /// Portable Network Graphics, 8 or 16 bits a channel, big-endian.
     Png,
     /// OpenEXR scan lines, one 32-bit float channel `Y`, not compressed: float terrain hardly shrinks.
@@ -35,37 +33,42 @@ pub enum Format {
     Raw,
 }
 
-impl Format {
+impl Encoding {
     /// The ending of the file's name.
     pub fn extension(self) -> &'static str {
         match self {
-            Format::Png => "png",
-            Format::Exr | Format::ExrRgb => "exr",
-            Format::R16 => "r16",
-            Format::Raw => "raw",
+            Encoding::Png => "png",
+            Encoding::Exr | Encoding::ExrRgb => "exr",
+            Encoding::R16 => "r16",
+            Encoding::Raw => "raw",
         }
     }
 
-    /// The most samples that the format can hold from west to east, and as many from north to south.
+    /// The most samples that it can hold from west to east, and as many from north to south.
     pub fn max_side(self) -> u64 {
         match self {
             // PNG allows 2^31 - 1; the data window of EXR has signed corners of 32 bits.
-            Format::Png | Format::Exr | Format::ExrRgb => i32::MAX as u64,
-            Format::R16 | Format::Raw => u64::MAX,
+            Encoding::Png | Encoding::Exr | Encoding::ExrRgb => i32::MAX as u64,
+            Encoding::R16 | Encoding::Raw => u64::MAX,
         }
     }
 
+    /// Whether a JSON file beside it says what it does not say itself.
+    pub fn has_sidecar(self) -> bool {
+        self == Encoding::R16
+    }
+
     /// How often each sample is written.
-    pub(crate) fn copies(self) -> u64 {
+    pub fn copies(self) -> u64 {
         self.exr_channels().len().max(1) as u64
     }
 
-    /// The channels of an OpenEXR file, in the order in which it has them; none in other formats.
+    /// The channels of an OpenEXR file, in the order in which it has them; none in other files.
     fn exr_channels(self) -> &'static [&'static str] {
         match self {
-            Format::Exr => &["Y"],
-            Format::ExrRgb => &["B", "G", "R"],
-            Format::Png | Format::R16 | Format::Raw => &[],
+            Encoding::Exr => &["Y"],
+            Encoding::ExrRgb => &["B", "G", "R"],
+            Encoding::Png | Encoding::R16 | Encoding::Raw => &[],
         }
     }
 }
@@ -99,28 +102,28 @@ pub(crate) enum RasterWriter {
 }
 
 impl RasterWriter {
-    /// Begins a raster of `width` x `height` pixels, which the format can hold. `layer` names it in formats that have
-    /// names for layers; `srgb` marks colours for the eye; all other rasters are data.
+    /// Begins a raster of `width` x `height` pixels, which the encoding can hold. `layer` names it where layers have
+    /// names; `srgb` marks colours for the eye; all other rasters are data.
     pub fn create(
         path: PathBuf,
         layer: &'static str,
-        format: Format,
+        encoding: Encoding,
         sample: Sample,
         (width, height): (u64, u64),
         srgb: bool,
     ) -> Result<RasterWriter, Error> {
         let fits = "the plan has checked the size";
         let file = PartFile::create(path.clone())?;
-        match format {
-            Format::R16 | Format::Raw => Ok(RasterWriter::Bare(Box::new(file))),
-            Format::Exr | Format::ExrRgb => Ok(RasterWriter::Exr(ExrWriter::start(
+        match encoding {
+            Encoding::R16 | Encoding::Raw => Ok(RasterWriter::Bare(Box::new(file))),
+            Encoding::Exr | Encoding::ExrRgb => Ok(RasterWriter::Exr(ExrWriter::start(
                 file,
                 layer,
-                format.exr_channels(),
+                encoding.exr_channels(),
                 width.try_into().expect(fits),
                 height.try_into().expect(fits),
             ))),
-            Format::Png => {
+            Encoding::Png => {
                 let file = SharedFile(Arc::new(Mutex::new(Some(file))));
                 let size = (width.try_into().expect(fits), height.try_into().expect(fits));
                 let stream = png_writer(file.clone(), sample, size, srgb)
