@@ -5,12 +5,13 @@ use std::sync::Arc;
 use crate::agents::paths::{PathList, Paths};
 use crate::area::Area;
 use crate::error::Error;
+use crate::fluvial::Fluvial;
 use crate::fluvial::rivers::River;
 use crate::places::Places;
 use crate::places::road::Road;
 use crate::places::site::{Site, SiteId};
 use crate::preset::Preset;
-use crate::relief::Relief;
+use crate::relief::{NoiseRelief, Relief};
 use crate::vectors::Vectors;
 use crate::vectors::coast::Coast;
 use crate::vectors::lakes::Lake;
@@ -41,9 +42,17 @@ impl World {
         preset.fill_defaults();
         preset.check().map_err(|fault| fault.into_error(None))?;
         let seed = seed.unwrap_or(preset.seed);
-        let relief = Relief::new(&preset, seed);
-        let paths = Paths::new(&preset, seed);
-        let settle = |settings| Places::new(settings, preset.spacing_m, seed);
+        let Preset { spacing_m, sea_level_m, .. } = preset;
+        let relief = match &preset.fluvial {
+            Some(settings) => Relief::Fluvial(Box::new(Fluvial::new(settings, spacing_m, sea_level_m, seed))),
+            None => {
+                let (warp, land) = (preset.warp.as_ref(), preset.land.as_ref());
+                Relief::Noise(Box::new(NoiseRelief::new(&preset.noise, warp, land, spacing_m, seed)))
+            }
+        };
+        let agents = (preset.rivers.as_ref(), preset.roads.as_ref());
+        let paths = Paths::new(agents, preset.tile_cells, spacing_m, sea_level_m, preset.ground.slope_scale, seed);
+        let settle = |settings| Places::new(settings, spacing_m, seed);
         let places = preset.places.as_ref().map(settle).transpose()?;
         Ok(World { preset, seed, relief, paths, places, vectors: Vectors::default() })
     }

@@ -12,6 +12,7 @@ pub mod heuristic;
 pub mod way;
 pub mod paths;
 pub mod record;
+pub mod settings;
 mod classic;
 pub mod walker;
 

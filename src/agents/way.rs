@@ -2,9 +2,9 @@
 
 use crate::agents::Direction;
 use crate::agents::greedy::Node;
+use crate::agents::settings::{RiverAgents, RoadAgents};
 use crate::area::Area;
 use crate::grid::Grid;
-use crate::preset::{RiverAgents, RoadAgents};
 
 /// A river or a road.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

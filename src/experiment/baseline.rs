@@ -7,7 +7,7 @@
 use crate::area::TileId;
 use crate::clock::Clock;
 use crate::hash;
-use crate::preset::NoiseTerm;
+use crate::relief::settings::NoiseTerm;
 use crate::tile::Vertex;
 use crate::world::World;
 

@@ -307,12 +307,13 @@ mod tests {
 
     use super::*;
     use crate::agents::paths::{Path as AgentPath, PathEnding};
+    use crate::agents::settings::{RiverAgents, RoadAgents};
     use crate::agents::way::Way;
     use crate::agents::way::WayKind;
     use crate::area::Area;
     use crate::export::geojson::GeoJson;
     use crate::export::layers::{of_path, path_key};
-    use crate::preset::{Preset, RiverAgents, RoadAgents};
+    use crate::preset::Preset;
 
     /// A river across three tiles that joins another, a pool of one node, a road, and a river far away.
     fn paths() -> Vec<Arc<AgentPath>> {

@@ -37,7 +37,6 @@ use crate::area::Area;
 use crate::clock::Clock;
 use crate::grid::Grid;
 use crate::hash;
-use crate::preset::Preset;
 use crate::simd::dispatch;
 use fields::{COAST_STEP, Fields};
 use gullies::Gullies;
@@ -140,14 +139,14 @@ const BED_FALL: f32 = 0.3;
 const LAKE_DEPTH: f32 = 0.1;
 
 impl Fluvial {
-    /// The relief of a checked preset with those settings.
-    pub(crate) fn new(preset: &Preset, settings: &FluvialSettings, seed: u64) -> Fluvial {
-        let fields = Arc::new(Fields::new(preset, settings, seed));
+    /// The relief of checked settings.
+    pub(crate) fn new(settings: &FluvialSettings, spacing_m: f64, sea_level_m: Option<f64>, seed: u64) -> Fluvial {
+        let fields = Arc::new(Fields::new(settings, spacing_m, sea_level_m, seed));
         Fluvial {
-            spacing_m: preset.spacing_m,
+            spacing_m,
             network: Network::new(Arc::clone(&fields), hash::stream(seed, stream::NETWORK)),
-            warp: Warp::new(&fields, preset.spacing_m, seed),
-            gullies: Gullies::new(&fields, preset.spacing_m, seed),
+            warp: Warp::new(&fields, spacing_m, seed),
+            gullies: Gullies::new(&fields, spacing_m, seed),
             lift: Lift::new(settings, seed),
             rivers: Rivers::default(),
             ground: ground::Memories::default(),
@@ -592,13 +591,15 @@ impl Lift {
 mod tests {
     use super::network::Piece;
     use super::*;
+    use crate::preset::Preset;
 
     /// What lies further than the declared reach, warp included, is never looked at: there may be anything.
     #[test]
     fn nothing_beyond_the_reach_matters() {
         for name in ["alps", "plains", "archipelago"] {
             let (_, preset) = Preset::load(name).unwrap();
-            let fluvial = Fluvial::new(&preset, preset.fluvial.as_ref().unwrap(), 4);
+            let settings = preset.fluvial.as_ref().unwrap();
+            let fluvial = Fluvial::new(settings, preset.spacing_m, preset.sea_level_m, 4);
             let area = Area::new(-130, 70, 64, 48);
             let expected = fluvial.land(area, &Clock::default());
             let wide = fluvial.pieces(aligned(area.padded(600)), 1);

@@ -3,7 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::preset::{Fault, HEIGHT_LIMIT_M, KeyPath, Mask};
+use crate::recipe::HEIGHT_LIMIT_M;
+use crate::recipe::fault::{Fault, KeyPath};
+use crate::recipe::mask::Mask;
 
 /// Relief that water made: rivers first, and the land between them after.
 ///

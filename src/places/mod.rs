@@ -53,7 +53,7 @@ use crate::places::road::Road;
 use crate::places::route::Domain;
 use crate::places::settings::PlacesSettings;
 use crate::places::site::{Site, SiteId};
-use crate::preset::KeyPath;
+use crate::recipe::fault::KeyPath;
 
 /// Site cells that are remembered: a hundred bytes each.
 const SITES: usize = 1 << 14;

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::places::road::RoadClass;
-use crate::preset::{Fault, KeyPath};
+use crate::recipe::fault::{Fault, KeyPath};
 
 /// Settlements and the roads between them. Lists of three are for tracks, roads and highways, in that order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -1,9 +1,10 @@
 //! The order-free agents: rivers and roads are whole, stay within their reach and do not depend on who asks.
 
 use terrane::agents::paths::PathEnding;
+use terrane::agents::settings::Ending;
 use terrane::agents::way::WayKind;
 use terrane::area::{Area, TileId};
-use terrane::preset::{Ending, Preset};
+use terrane::preset::Preset;
 use terrane::tile::{Material, Tile};
 use terrane::world::World;
 

@@ -3,7 +3,11 @@
 use proptest::prelude::*;
 
 use terrane::area::Area;
-use terrane::preset::{Ground, Land, MapStyle, Mask, NoiseKind, NoiseTerm, Preset, Warp};
+use terrane::preset::Preset;
+use terrane::preset::ground::GroundSettings;
+use terrane::preset::map::MapStyle;
+use terrane::recipe::mask::Mask;
+use terrane::relief::settings::{LandMask, NoiseKind, NoiseTerm, WarpSettings};
 use terrane::world::World;
 
 fn mask() -> impl Strategy<Value = Mask> {
@@ -50,12 +54,12 @@ fn term() -> impl Strategy<Value = NoiseTerm> {
 }
 
 fn preset() -> impl Strategy<Value = Preset> {
-    let warp = (50.0..3000.0, 1..4u32, 0.0..30.0).prop_map(|(wavelength_m, octaves, distance_m)| Warp {
+    let warp = (50.0..3000.0, 1..4u32, 0.0..30.0).prop_map(|(wavelength_m, octaves, distance_m)| WarpSettings {
         wavelength_m,
         octaves,
         distance_m,
     });
-    let land = (mask(), -800.0..100.0).prop_map(|(mask, floor_m)| Land { mask, floor_m });
+    let land = (mask(), -800.0..100.0).prop_map(|(mask, floor_m)| LandMask { mask, floor_m });
     (prop::collection::vec(term(), 1..4), prop::option::of(warp), prop::option::of(land)).prop_map(
         |(noise, warp, land)| Preset {
             seed: 1,
@@ -69,7 +73,7 @@ fn preset() -> impl Strategy<Value = Preset> {
             land,
             rivers: None,
             roads: None,
-            ground: Ground::default(),
+            ground: GroundSettings::default(),
             map: MapStyle::default(),
         },
     )

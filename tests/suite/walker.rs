@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use terrane::agents::Direction;
 use terrane::agents::record::{Passage, TileRecord};
+use terrane::agents::settings::{RiverAgents, RoadAgents};
 use terrane::agents::walker::{Walker, WalkerOptions};
 use terrane::agents::way::WayKind;
 use terrane::area::{Area, TileId};
-use terrane::preset::{Preset, RiverAgents, RoadAgents};
+use terrane::preset::Preset;
 use terrane::registry::{self, Registry, TileRow};
 use terrane::tile::Tile;
 use terrane::world::World;
