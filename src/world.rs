@@ -40,7 +40,7 @@ impl World {
     /// When a value of the preset is out of its range.
     pub fn new(mut preset: Preset, seed: Option<u64>) -> Result<World, Error> {
         preset.fill_defaults();
-        preset.check().map_err(|fault| fault.into_error(None))?;
+        preset.check()?;
         let seed = seed.unwrap_or(preset.seed);
         let Preset { spacing_m, sea_level_m, .. } = preset;
         let relief = match &preset.fluvial {

@@ -49,8 +49,8 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
         }
         Command::Schema { of } => {
             let schema = match of {
-                Schema::Bake => schemars::schema_for!(Manifest),
-                Schema::Preset => schemars::schema_for!(Preset),
+                Schema::Bake => schemars::schema_for!(Manifest).to_value(),
+                Schema::Preset => Preset::schema(),
             };
             Console::text(&(serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"))
         }

@@ -80,7 +80,7 @@ impl Places {
     /// # Errors
     /// When a value of the settings is out of its range.
     pub fn new(settings: &PlacesSettings, spacing_m: f64, seed: u64) -> Result<Places, Error> {
-        settings.check(&KeyPath::default(), spacing_m).map_err(|fault| fault.into_error(None))?;
+        settings.check(&KeyPath::default(), spacing_m)?;
         Ok(Places {
             settings: settings.clone(),
             seed,

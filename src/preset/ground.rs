@@ -14,23 +14,31 @@ use crate::recipe::fault::{Fault, KeyPath};
 #[serde(deny_unknown_fields)]
 pub struct GroundSettings {
     /// What `1 - n.up` is multiplied by to give the steepness, 0.1 to 100. Default: 5.
+    #[schemars(range(min = 0.1, max = 100))]
     #[serde(default = "thesis_slope_scale")]
     pub slope_scale: f64,
-    /// Steepness at which dirt begins and at which it has taken the grass' place. Default: [0.1, 0.5].
+    /// Steepness at which dirt begins and at which it has taken the grass' place, 0 to 1. Default: [0.1, 0.5].
+    #[schemars(inner(range(min = 0, max = 1)))]
     #[serde(default = "default_dirt")]
     pub dirt: [f64; 2],
-    /// Steepness at which rock begins and at which all is rock. Default: [0.4, 0.9].
+    /// Steepness at which rock begins and at which all is rock, 0 to 1. Default: [0.4, 0.9].
+    #[schemars(inner(range(min = 0, max = 1)))]
     #[serde(default = "default_rock")]
     pub rock: [f64; 2],
-    /// Metres above the sea level up to which all is sand, and at which sand ends. Default: no sand.
+    /// Metres above the sea level up to which all is sand, and at which sand ends, -100,000 to 100,000; needs
+    /// `sea_level_m`. Default: no sand.
+    #[schemars(inner(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M)))]
     pub sand_m: Option<[f64; 2]>,
-    /// Height in metres at which snow begins and at which all is snow. Default: no snow.
+    /// Height in metres at which snow begins and at which all is snow, -100,000 to 100,000. Default: no snow.
+    #[schemars(inner(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M)))]
     pub snow_m: Option<[f64; 2]>,
-    /// Steepness at which snow begins to slide off and at which none is left. Default: [0.6, 1].
+    /// Steepness at which snow begins to slide off and at which none is left, 0 to 1; needs `snow_m`. Default: [0.6, 1].
+    #[schemars(inner(range(min = 0, max = 1)))]
     #[serde(default = "default_snow_slope")]
     pub snow_slope: [f64; 2],
     /// Metres by which snow reaches further down a slope of 45 degrees that faces north than down level ground, and less
-    /// far down one that faces south, -2000 to 2000: below 0 the sun stands in the north. Default: 0.
+    /// far down one that faces south, -2000 to 2000: below 0 the sun stands in the north. Needs `snow_m`. Default: 0.
+    #[schemars(range(min = -2000, max = 2000))]
     #[serde(default)]
     pub snow_aspect_m: f64,
 }
@@ -50,27 +58,13 @@ impl Default for GroundSettings {
 }
 
 impl GroundSettings {
-    /// Finds the first value that is out of its range or that nothing would read.
-    pub(super) fn check(&self, path: &KeyPath, sea: bool) -> Result<(), Fault> {
-        path.key("slope_scale").within(self.slope_scale, 0.1..=100.0)?;
-        let steepness = 0.0..=1.0;
-        path.key("dirt").rising(self.dirt, steepness.clone())?;
-        path.key("rock").rising(self.rock, steepness.clone())?;
-        path.key("snow_slope").rising(self.snow_slope, steepness)?;
-        if let Some(sand) = self.sand_m {
-            if !sea {
-                let message = "sand lies by the sea, and this world has none";
-                return Err(path.key("sand_m").fault(message, "give sea_level_m, or leave it out"));
-            }
-            path.key("sand_m").rising(sand, -HEIGHT_LIMIT_M..=HEIGHT_LIMIT_M)?;
+    /// Finds the first value that does not go with others.
+    pub(super) fn check(&self, path: &KeyPath) -> Result<(), Fault> {
+        let ramps = [("dirt", Some(self.dirt)), ("rock", Some(self.rock)), ("snow_slope", Some(self.snow_slope))];
+        for (key, ramp) in ramps.into_iter().chain([("sand_m", self.sand_m), ("snow_m", self.snow_m)]) {
+            ramp.map_or(Ok(()), |ramp| path.key(key).rising(ramp))?;
         }
-        if let Some(snow) = self.snow_m {
-            path.key("snow_m").rising(snow, -HEIGHT_LIMIT_M..=HEIGHT_LIMIT_M)?;
-        } else if self.snow_aspect_m != 0.0 {
-            let message = "there is no snow that could reach further down";
-            return Err(path.key("snow_aspect_m").fault(message, "give snow_m, or leave it out"));
-        }
-        path.key("snow_aspect_m").within(self.snow_aspect_m, -2000.0..=2000.0)
+        Ok(())
     }
 }
 

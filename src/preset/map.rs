@@ -13,11 +13,14 @@ pub struct MapStyle {
     /// The hypsometric tint. Default: `temperate`.
     #[serde(default)]
     pub tint: Tint,
-    /// Height in metres of the lowest land colour. Default: the sea level, or the lowest height of the world.
+    /// Height in metres of the lowest land colour, -100,000 to 100,000. Default: the sea level, or the lowest height of the world.
+    #[schemars(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M))]
     pub low_m: Option<f64>,
-    /// Height in metres of the highest land colour. Default: the highest height of the world.
+    /// Height in metres of the highest land colour, -100,000 to 100,000; above `low_m`. Default: the highest height of the world.
+    #[schemars(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M))]
     pub high_m: Option<f64>,
     /// How many times the slopes are steepened before they are shaded, 0.1 to 20. Default: 1.
+    #[schemars(range(min = 0.1, max = 20))]
     pub exaggeration: Option<f64>,
 }
 
@@ -35,18 +38,13 @@ pub enum Tint {
 }
 
 impl MapStyle {
-    /// Finds the first value that is out of its range.
+    /// Finds the first value that does not go with others.
     pub(super) fn check(&self, path: &KeyPath) -> Result<(), Fault> {
-        for (key, value) in [("low_m", self.low_m), ("high_m", self.high_m)] {
-            if let Some(value) = value {
-                path.key(key).within(value, -HEIGHT_LIMIT_M..=HEIGHT_LIMIT_M)?;
+        match (self.low_m, self.high_m) {
+            (Some(low_m), Some(high_m)) if low_m >= high_m => {
+                Err(path.key("high_m").fault(format!("expected more than low_m = {low_m}"), "").found(high_m))
             }
+            _ => Ok(()),
         }
-        if let (Some(low), Some(high)) = (self.low_m, self.high_m)
-            && low >= high
-        {
-            return Err(path.key("high_m").fault(format!("must lie above low_m = {low}, but it is {high}"), ""));
-        }
-        self.exaggeration.map_or(Ok(()), |times| path.key("exaggeration").within(times, 0.1..=20.0))
     }
 }

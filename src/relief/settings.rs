@@ -4,9 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::noise::{Fractal, FractalKind, FractalSpec};
-use crate::recipe::HEIGHT_LIMIT_M;
 use crate::recipe::fault::{Fault, KeyPath};
 use crate::recipe::mask::{MASK_LACUNARITY, Mask, check_octaves, default_octaves, plain};
+use crate::recipe::{HEIGHT_LIMIT_M, WAVELENGTH_M};
 
 /// One fractal noise term: `height_m * curve(fractal) + base_m`, times its mask.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -15,29 +15,38 @@ pub struct NoiseTerm {
     /// How the octaves combine.
     pub kind: NoiseKind,
     /// Metres that one unit of noise is high, -100,000 to 100,000.
+    #[schemars(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M))]
     pub height_m: f64,
     /// Metres added where the term applies, -100,000 to 100,000. Default: 0.
+    #[schemars(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M))]
     #[serde(default)]
     pub base_m: f64,
-    /// Wavelength of the first octave in metres. Default: 1400.
+    /// Wavelength of the first octave in metres, 0.001 to 1,000,000,000; that of the last is no less than `spacing_m`. Default: 1400.
+    #[schemars(range(min = WAVELENGTH_M[0], max = WAVELENGTH_M[1]))]
     #[serde(default = "thesis_wavelength_m")]
     pub wavelength_m: f64,
     /// Octaves, 1 to 16. Default: 8.
+    #[schemars(range(min = 1, max = 16))]
     #[serde(default = "thesis_octaves")]
     pub octaves: u32,
     /// Musgrave's H: octave i has the amplitude `lacunarity^(-H i)`, 0 to 4. Default: 2 for `ridged`, 0.25 for
     /// `hybrid`, else 1.
+    #[schemars(range(min = 0, max = 4))]
     pub dimension: Option<f64>,
     /// Ratio of the frequencies of neighbouring octaves, 1.5 to 8. Default: 2.5.
+    #[schemars(range(min = 1.5, max = 8))]
     #[serde(default = "thesis_lacunarity")]
     pub lacunarity: f64,
     /// `ridged`, `hybrid` and `hetero` only: what is added to the noise (ridged: from what its absolute value is
     /// taken), 0 to 4. Default: 0.7 for `hybrid`, else 1.
+    #[schemars(range(min = 0, max = 4))]
     pub offset: Option<f64>,
     /// `ridged` only: how strongly an octave's signal lets the next one in, 0 to 16. Default: 2.
+    #[schemars(range(min = 0, max = 16))]
     pub gain: Option<f64>,
-    /// A piecewise linear map `[[in, out], ...]` of the fractal's value, level beyond its ends. Default: the value
+    /// A piecewise linear map `[[in, out], ...]`, 2 to 64 points with numbers of -1000 to 1000, of the fractal's value, level beyond its ends. Default: the value
     /// itself.
+    #[schemars(length(min = 2, max = 64), inner(inner(range(min = -1000, max = 1000))))]
     pub curve: Option<Vec<[f64; 2]>>,
     /// Where the term applies. Default: everywhere.
     pub mask: Option<Mask>,
@@ -61,12 +70,15 @@ pub enum NoiseKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WarpSettings {
-    /// Wavelength of the first octave in metres.
+    /// Wavelength of the first octave in metres, 0.001 to 1,000,000,000; that of the last is no less than `spacing_m`.
+    #[schemars(range(min = WAVELENGTH_M[0], max = WAVELENGTH_M[1]))]
     pub wavelength_m: f64,
     /// Octaves, 1 to 16. Default: 3.
+    #[schemars(range(min = 1, max = 16))]
     #[serde(default = "default_octaves")]
     pub octaves: u32,
-    /// Metres that one unit of noise displaces.
+    /// Metres that one unit of noise displaces, 0 to 100,000.
+    #[schemars(range(min = 0, max = HEIGHT_LIMIT_M))]
     pub distance_m: f64,
 }
 
@@ -76,15 +88,15 @@ pub struct WarpSettings {
 pub struct LandMask {
     /// Where land is.
     pub mask: Mask,
-    /// Height of the sea floor far from land, in metres.
+    /// Height of the sea floor far from land, in metres, -100,000 to 100,000.
+    #[schemars(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M))]
     pub floor_m: f64,
 }
 
 impl LandMask {
-    /// Finds the first value that is out of its range.
+    /// Finds the first value that does not go with others.
     pub(crate) fn check(&self, path: &KeyPath, spacing_m: f64) -> Result<(), Fault> {
-        self.mask.check(&path.key("mask"), spacing_m)?;
-        path.key("floor_m").within(self.floor_m, -HEIGHT_LIMIT_M..=HEIGHT_LIMIT_M)
+        self.mask.check(&path.key("mask"), spacing_m)
     }
 }
 
@@ -102,39 +114,28 @@ impl NoiseTerm {
         self.gain = self.gain.or(gain);
     }
 
-    /// Finds the first value that is out of its range or that nothing would read.
+    /// Finds the first value that does not go with others or that nothing would read.
     pub(crate) fn check(&self, path: &KeyPath, spacing_m: f64) -> Result<(), Fault> {
-        path.key("height_m").within(self.height_m, -HEIGHT_LIMIT_M..=HEIGHT_LIMIT_M)?;
-        path.key("base_m").within(self.base_m, -HEIGHT_LIMIT_M..=HEIGHT_LIMIT_M)?;
-        path.key("lacunarity").within(self.lacunarity, 1.5..=8.0)?;
         check_octaves(path, self.wavelength_m, self.octaves, self.lacunarity, spacing_m)?;
-        if let Some(dimension) = self.dimension {
-            path.key("dimension").within(dimension, 0.0..=4.0)?;
-        }
         let unread = |key: &str, kinds: &str| {
             let message = format!("nothing reads {key:?} in a term of kind {:?}", self.kind);
             Err(path.key(key).fault(message.to_lowercase(), format!("leave it out; it is for {kinds}")))
         };
         match self.offset {
             Some(_) if self.kind == NoiseKind::Fbm => return unread("offset", "ridged, hybrid and hetero"),
-            Some(offset) => path.key("offset").within(offset, 0.0..=4.0)?,
-            None => {}
+            _ => {}
         }
         match self.gain {
             Some(_) if self.kind != NoiseKind::Ridged => return unread("gain", "ridged"),
             // Nearly nothing would turn into a step between weights of 0 and 1.
-            Some(gain) if gain != 0.0 => path.key("gain").within(gain, 1e-6..=16.0)?,
+            Some(gain) if gain != 0.0 && gain < 1e-6 => {
+                return Err(path.key("gain").fault("expected 0, or 0.000001 or more", "").found(gain));
+            }
             _ => {}
         }
         if let Some(curve) = &self.curve {
             let path = path.key("curve");
-            if !(2..=64).contains(&curve.len()) {
-                let message = format!("must have 2 to 64 points, but it has {}", curve.len());
-                return Err(path.fault(message, "write it as [[in, out], [in, out]]"));
-            }
             for (index, point) in curve.iter().enumerate() {
-                path.index(index).index(0).within(point[0], -1000.0..=1000.0)?;
-                path.index(index).index(1).within(point[1], -1000.0..=1000.0)?;
                 // Nearer points would make a step that is finer than the noise itself.
                 if index > 0 && point[0] - curve[index - 1][0] < 1e-4 {
                     let message =
@@ -168,8 +169,7 @@ impl NoiseTerm {
 }
 
 impl WarpSettings {
-    /// Finds the first value that is out of its range, and whether the finest octave of all noises can follow the warp;
-    /// those must be sound.
+    /// Finds the first value that does not go with others; the finest octave of all `noises` must follow the warp.
     pub(crate) fn check(
         &self,
         path: &KeyPath,
@@ -177,7 +177,6 @@ impl WarpSettings {
         spacing_m: f64,
     ) -> Result<(), Fault> {
         check_octaves(path, self.wavelength_m, self.octaves, MASK_LACUNARITY, spacing_m)?;
-        path.key("distance_m").within(self.distance_m, 0.0..=100_000.0)?;
         let fractal = |spec: FractalSpec| Fractal::new(&spec, spacing_m, 0);
         let (low, high) = fractal(self.fractal()).bounds();
         let reach_m = low.abs().max(high.abs()) as f64 * self.distance_m;
