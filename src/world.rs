@@ -57,6 +57,27 @@ impl World {
         Ok(World { preset, seed, relief, paths, places, vectors: Vectors::default() })
     }
 
+    /// What is allowed in the recipe and probably not meant, a sentence each.
+    pub fn warnings(&self) -> Vec<String> {
+        let ((min_m, max_m), preset) = (self.height_range_m(), &self.preset);
+        let Some(sea_m) = preset.sea_level_m else { return Vec::new() };
+        let sentence = match &preset.fluvial {
+            // The land's ceiling is a height, and does not sink with the sea.
+            Some(fluvial) if sea_m < -fluvial.ceiling_m => format!(
+                "the sea at {sea_m} m lies so far below ceiling_m = {} that heights of 16 bits are {:.2} m apart; a higher \
+                 sea_level_m wastes less",
+                fluvial.ceiling_m,
+                (max_m - min_m) / 65535.0,
+            ),
+            None if sea_m <= min_m as f64 => {
+                format!("nothing is as low as the sea at {sea_m} m: all heights exceed {min_m} m")
+            }
+            None if sea_m >= max_m as f64 => format!("all is under the sea at {sea_m} m: no height exceeds {max_m} m"),
+            _ => return Vec::new(),
+        };
+        vec![sentence]
+    }
+
     /// The recipe, with every default filled in.
     pub fn preset(&self) -> &Preset {
         &self.preset

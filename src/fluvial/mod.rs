@@ -181,7 +181,9 @@ impl Fluvial {
     pub fn range_m(&self) -> (f32, f32) {
         let settings = self.fields.settings();
         let sea_m = self.fields.sea_level_m();
-        let floor_m = if sea_m.is_finite() { sea_m - settings.coast.depth_m } else { f64::INFINITY };
+        // Layers of rock lie below the height that they are made of, by the shore too.
+        let shore_m = if sea_m.is_finite() { self.lift.at(sea_m) } else { f64::INFINITY };
+        let floor_m = if sea_m.is_finite() { shore_m.min(sea_m - settings.coast.depth_m) } else { f64::INFINITY };
         let lowest_m = floor_m.min(self.lift.at(self.fields.sink_level_m(false)));
         let ceiling_m = settings.ceiling_m;
         let lake_m = self.fields.lake_half_width() * self.fields.metres_a_grain() * LAKE_DEPTH as f64;

@@ -144,6 +144,10 @@ impl Preset {
                 return Err(root.key(key).fault("nothing reads it in a world of fluvial relief", hint).at_key());
             }
             fluvial.check(&root.key("fluvial"), self.spacing_m)?;
+            // Above, rivers would be pressed down to below the sea that they run into.
+            let pressed_m = fluvial.knee * fluvial.ceiling_m;
+            let what = "knee times ceiling_m of [fluvial], from where on the land is pressed together";
+            root.key("sea_level_m").at_most(self.sea_level_m.unwrap_or(pressed_m), pressed_m, what)?;
         } else if self.noise.is_empty() {
             let hint = "add a [[noise]] table, or [fluvial]";
             return Err(root.fault("there must be at least one [[noise]] term, or [fluvial]", hint));

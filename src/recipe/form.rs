@@ -151,7 +151,10 @@ fn check_range(schema: &Value, value: &DeValue, path: &KeyPath) -> Result<(), Fa
     if inside {
         return Ok(());
     }
-    let shown = |bound: &Value| bound.as_f64().map_or(String::new(), |bound| bound.to_string());
+    let shown = |bound: &Value| match (whole_bound(bound), bound.as_f64()) {
+        (Some(whole), _) => whole.to_string(),
+        (None, number) => number.unwrap_or(f64::NAN).to_string(),
+    };
     Err(path.fault(format!("expected {} to {}", shown(low), shown(high)), "").found(described(value)))
 }
 
