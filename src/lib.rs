@@ -22,7 +22,7 @@
 //! # How data flows
 //!
 //! ```text
-//!   preset.rs   text -> Preset, with every key checked               a user's recipe
+//!   preset/     text -> Preset, with every key checked               a user's recipe; recipe/: what all settings share
 //!      |
 //!   world.rs    Preset + seed -> World                               ranges proved, pads added up
 //!      |
@@ -91,13 +91,14 @@ mod memory;
 pub mod clock;
 pub mod simd;
 pub mod noise;
+pub mod recipe;
 pub mod lines;
 pub mod names;
 pub mod places;
 pub mod fluvial;
-pub mod preset;
 pub mod relief;
 pub mod agents;
+pub mod preset;
 pub mod world;
 pub mod tile;
 pub mod features;

@@ -15,7 +15,7 @@ use crate::names::Names;
 use crate::places::Places;
 use crate::places::site::Site;
 use crate::preset::Preset;
-use crate::relief::Relief;
+use crate::relief::{NoiseRelief, Relief};
 
 /// A world, ready to be baked: any tile of it is a pure function of this and the tile's place.
 #[derive(Debug)]
@@ -36,14 +36,45 @@ impl World {
     /// When a value of the preset is out of its range.
     pub fn new(mut preset: Preset, seed: Option<u64>) -> Result<World, Error> {
         preset.fill_defaults();
-        preset.check().map_err(|fault| fault.into_error(None))?;
+        preset.check()?;
         let seed = seed.unwrap_or(preset.seed);
-        let settle = |settings| Places::new(settings, preset.spacing_m, seed);
+        let Preset { spacing_m, sea_level_m, .. } = preset;
+        let settle = |settings| Places::new(settings, spacing_m, seed);
         let places = preset.places.as_ref().map(settle).transpose()?;
         let names = places.as_ref().map(|places| Names::new(seed, places.site_side()));
-        let relief = Relief::new(&preset, seed, names.clone());
-        let agents = Agents::new(&preset, seed);
+        let relief = match &preset.fluvial {
+            Some(settings) => {
+                Relief::Fluvial(Box::new(Fluvial::new(settings, spacing_m, sea_level_m, seed, names.clone())))
+            }
+            None => {
+                let (warp, land) = (preset.warp.as_ref(), preset.land.as_ref());
+                Relief::Noise(Box::new(NoiseRelief::new(&preset.noise, warp, land, spacing_m, seed)))
+            }
+        };
+        let agents = (preset.rivers.as_ref(), preset.roads.as_ref());
+        let agents = Agents::new(agents, preset.tile_cells, spacing_m, sea_level_m, preset.ground.slope_scale, seed);
         Ok(World { preset, seed, relief, agents, places, names, landforms: Landforms::default() })
+    }
+
+    /// What is allowed in the recipe and probably not meant, a sentence each.
+    pub fn warnings(&self) -> Vec<String> {
+        let ((min_m, max_m), preset) = (self.height_range_m(), &self.preset);
+        let Some(sea_m) = preset.sea_level_m else { return Vec::new() };
+        let sentence = match &preset.fluvial {
+            // The land's ceiling is a height, and does not sink with the sea.
+            Some(fluvial) if sea_m < -fluvial.ceiling_m => format!(
+                "the sea at {sea_m} m lies so far below ceiling_m = {} that heights of 16 bits are {:.2} m apart; a higher \
+                 sea_level_m wastes less",
+                fluvial.ceiling_m,
+                (max_m - min_m) / 65535.0,
+            ),
+            None if sea_m <= min_m as f64 => {
+                format!("nothing is as low as the sea at {sea_m} m: all heights exceed {min_m} m")
+            }
+            None if sea_m >= max_m as f64 => format!("all is under the sea at {sea_m} m: no height exceeds {max_m} m"),
+            _ => return Vec::new(),
+        };
+        vec![sentence]
     }
 
     /// The recipe, with every default filled in.

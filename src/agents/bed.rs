@@ -1,8 +1,8 @@
 //! The lines that agents leave: smooth ones, with width and floor, along the nodes of their traces.
 
 use crate::agents::greedy::Node;
+use crate::agents::settings::{RiverAgents, RoadAgents};
 use crate::lines::{self, Bed, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
-use crate::preset::{RiverAgents, RoadAgents};
 
 /// How much of the depth of a river's bed is water.
 const FILLED: f32 = 0.75;

@@ -3,8 +3,8 @@
 //! Based on: Grelsson (2014), sections 4.2 and 4.1. The thesis names the terms; their weights are the preset's.
 
 use crate::agents::greedy::{Heuristic, Node};
+use crate::agents::settings::{RiverAgents, RoadAgents};
 use crate::agents::{Direction, Terrain};
-use crate::preset::{RiverAgents, RoadAgents};
 
 /// A river goes down, and where it can choose, in its direction.
 pub struct RiverHeuristic<'a, G> {

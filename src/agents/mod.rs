@@ -12,6 +12,7 @@ pub mod greedy;
 pub mod heuristic;
 pub mod order_free;
 pub mod record;
+pub mod settings;
 
 use crate::agents::greedy::Node;
 

@@ -15,12 +15,12 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 use crate::agents::greedy::{Node, Trace, search};
 use crate::agents::heuristic::{RiverHeuristic, RoadHeuristic};
+use crate::agents::settings::{Aim, Ending, RiverAgents, RoadAgents};
 use crate::agents::{Direction, Terrain, bed};
 use crate::area::{Area, TileId};
 use crate::grid::Grid;
 use crate::hash::{self, Stream};
 use crate::lines::{Line, LineEnd, LineId, LineKind, Lines};
-use crate::preset::{Aim, Ending, Preset, RiverAgents, RoadAgents};
 use crate::relief::Relief;
 
 /// How many rivers, each settled against the next, are followed before one is taken as it was traced.
@@ -70,15 +70,23 @@ struct Settled {
 }
 
 impl Agents {
-    pub(crate) fn new(preset: &Preset, seed: u64) -> Agents {
+    /// The agents of those settings, which have been checked; steepness is what the ground's `slope_scale` makes of slopes.
+    pub(crate) fn new(
+        (rivers, roads): (Option<&RiverAgents>, Option<&RoadAgents>),
+        tile_cells: u32,
+        spacing_m: f64,
+        sea_level_m: Option<f64>,
+        slope_scale: f64,
+        seed: u64,
+    ) -> Agents {
         Agents {
             seed,
-            cells: preset.tile_cells as i64,
-            spacing_m: preset.spacing_m,
-            sea_level_m: preset.sea_level_m.map_or(f32::NEG_INFINITY, |level| level as f32),
-            slope_scale: preset.ground.slope_scale as f32,
-            rivers: preset.rivers.clone(),
-            roads: preset.roads.clone(),
+            cells: tile_cells as i64,
+            spacing_m,
+            sea_level_m: sea_level_m.map_or(f32::NEG_INFINITY, |level| level as f32),
+            slope_scale: slope_scale as f32,
+            rivers: rivers.cloned(),
+            roads: roads.cloned(),
             traced: Memory::default(),
             settled: Memory::default(),
             remembered_tiles: AtomicUsize::new(REMEMBERED_TILES),

@@ -46,7 +46,6 @@ use crate::area::Area;
 use crate::clock::{Clock, stage};
 use crate::hash::{self, Stream};
 use crate::names::Names;
-use crate::preset::Preset;
 use crate::simd::dispatch;
 use fields::Fields;
 use gullies::Gullies;
@@ -79,14 +78,20 @@ pub struct Fluvial {
 const SLOPE_STEP: i64 = 32;
 
 impl Fluvial {
-    /// The relief of a checked preset with those settings.
-    pub(crate) fn new(preset: &Preset, settings: &FluvialSettings, seed: u64, names: Option<Names>) -> Fluvial {
-        let fields = Arc::new(Fields::new(preset, settings, seed));
+    /// The relief of checked settings, whose rivers have those names.
+    pub(crate) fn new(
+        settings: &FluvialSettings,
+        spacing_m: f64,
+        sea_level_m: Option<f64>,
+        seed: u64,
+        names: Option<Names>,
+    ) -> Fluvial {
+        let fields = Arc::new(Fields::new(settings, spacing_m, sea_level_m, seed));
         Fluvial {
-            spacing_m: preset.spacing_m,
+            spacing_m,
             network: Network::new(Arc::clone(&fields), hash::stream(seed, Stream::Network)),
-            warp: Warp::new(&fields, preset.spacing_m, seed),
-            gullies: Gullies::new(&fields, preset.spacing_m, seed),
+            warp: Warp::new(&fields, spacing_m, seed),
+            gullies: Gullies::new(&fields, spacing_m, seed),
             lift: Lift::new(settings, seed),
             rivers: RiverMemories::default(),
             names,
@@ -122,7 +127,9 @@ impl Fluvial {
     pub fn range_m(&self) -> (f32, f32) {
         let settings = self.fields.settings();
         let sea_m = self.fields.sea_level_m();
-        let floor_m = if sea_m.is_finite() { sea_m - settings.coast.depth_m } else { f64::INFINITY };
+        // Layers of rock lie below the height that they are made of, by the shore too.
+        let shore_m = if sea_m.is_finite() { self.lift.at(sea_m) } else { f64::INFINITY };
+        let floor_m = if sea_m.is_finite() { shore_m.min(sea_m - settings.coast.depth_m) } else { f64::INFINITY };
         let lowest_m = floor_m.min(self.lift.at(self.fields.sink_level_m(false)));
         let ceiling_m = settings.ceiling_m;
         let lake_m = self.fields.lake_half_width() * self.fields.metres_a_grain() * LAKE_DEPTH as f64;

@@ -43,7 +43,7 @@ use crate::places::plan::{PlanLand, Scale};
 use crate::places::route::Domain;
 use crate::places::settings::PlacesSettings;
 use crate::places::site::Site;
-use crate::preset::KeyPath;
+use crate::recipe::fault::KeyPath;
 
 /// Site cells that are remembered: a hundred bytes each.
 const SITES: usize = 1 << 14;
@@ -70,7 +70,7 @@ impl Places {
     /// # Errors
     /// When a value of the settings is out of its range.
     pub fn new(settings: &PlacesSettings, spacing_m: f64, seed: u64) -> Result<Places, Error> {
-        settings.check(&KeyPath::default(), spacing_m).map_err(|fault| fault.into_error(None))?;
+        settings.check(&KeyPath::default(), spacing_m)?;
         Ok(Places {
             settings: settings.clone(),
             seed,

@@ -2,6 +2,7 @@
 
 mod curve;
 mod noise;
+pub mod settings;
 
 pub use noise::NoiseRelief;
 
@@ -9,8 +10,6 @@ use crate::area::Area;
 use crate::clock::{Clock, stage};
 use crate::fluvial::{Fluvial, Land};
 use crate::grid::Grid;
-use crate::names::Names;
-use crate::preset::Preset;
 
 /// A world's relief. Heights are a pure function of the vertex: any area, the same bits.
 #[derive(Debug)]
@@ -22,14 +21,6 @@ pub enum Relief {
 }
 
 impl Relief {
-    /// The relief of a checked preset, whose defaults are filled in, and whose rivers have those names.
-    pub(crate) fn new(preset: &Preset, seed: u64, names: Option<Names>) -> Relief {
-        match &preset.fluvial {
-            Some(settings) => Relief::Fluvial(Box::new(Fluvial::new(preset, settings, seed, names))),
-            None => Relief::Noise(Box::new(NoiseRelief::new(preset, seed))),
-        }
-    }
-
     /// Bounds that no height can leave, whatever the vertex: (lowest, highest) in metres.
     pub fn range_m(&self) -> (f32, f32) {
         match self {

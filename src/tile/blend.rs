@@ -6,7 +6,7 @@ use crate::area::Area;
 use crate::fluvial::{Water, WaterKind};
 use crate::grid::Grid;
 use crate::lines::Imprint;
-use crate::preset::Preset;
+use crate::preset::ground::GroundSettings;
 use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::Normals;
 
@@ -167,10 +167,9 @@ impl Ramp {
 }
 
 impl GroundRule {
-    /// The rule of a checked preset.
-    pub fn new(preset: &Preset) -> GroundRule {
-        let ground = &preset.ground;
-        let sea_level_m = preset.sea_level_m.unwrap_or(0.0);
+    /// The rule of checked settings; sand lies about the sea level.
+    pub fn new(ground: &GroundSettings, sea_level_m: Option<f64>) -> GroundRule {
+        let sea_level_m = sea_level_m.unwrap_or(0.0);
         GroundRule {
             slope_scale: ground.slope_scale as f32,
             dirt: Ramp::between(ground.dirt),
@@ -259,7 +258,6 @@ fn covered(ground: u32, cover: u32, material: Material, share: f32) -> (u32, u32
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::preset::Preset;
 
     #[test]
     fn snow_lies_lower_where_the_sun_does_not_reach() {
@@ -271,11 +269,13 @@ mod tests {
         }
         let normals = Normals::new(&heights, area, 1.0);
         let lowest_snow_m = |aspect_m: f64| {
-            let mut preset = Preset::load("hills").unwrap().1;
-            preset.ground.slope_scale = 1.0;
-            preset.ground.snow_m = Some([800.0, 801.0]);
-            preset.ground.snow_aspect_m = aspect_m;
-            let blend = Blend::new(&GroundRule::new(&preset), &heights, &normals);
+            let ground = GroundSettings {
+                slope_scale: 1.0,
+                snow_m: Some([800.0, 801.0]),
+                snow_aspect_m: aspect_m,
+                ..GroundSettings::default()
+            };
+            let blend = Blend::new(&GroundRule::new(&ground, None), &heights, &normals);
             let snowy = |y: &i64| blend.weight(Material::Snow, 3, *y) > 127;
             // On the northern side and on the southern one.
             [(-400..0).find(snowy), (1..=400).rev().find(snowy)].map(|y| heights.at(3, y.unwrap()))

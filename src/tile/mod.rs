@@ -135,7 +135,8 @@ impl Tile {
         let normals = clock.time(stage::NORMALS, || Normals::new(&heights, area, spacing_m));
         // What the ground is made of.
         let blend = clock.time(stage::BLEND, || {
-            let mut blend = Blend::new(&GroundRule::new(world.preset()), &heights, &normals);
+            let mut blend =
+                Blend::new(&GroundRule::new(&world.preset().ground, world.preset().sea_level_m), &heights, &normals);
             if let Some(water) = &water {
                 blend.wet(water);
             }

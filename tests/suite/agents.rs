@@ -1,8 +1,9 @@
 //! The order-free agents: rivers and roads are whole, stay within their reach and do not depend on who asks.
 
+use terrane::agents::settings::Ending;
 use terrane::area::{Area, TileId};
 use terrane::lines::{Line, LineEnd, LineId, LineKind};
-use terrane::preset::{Ending, Preset};
+use terrane::preset::Preset;
 use terrane::tile::{Material, Tile};
 use terrane::world::World;
 

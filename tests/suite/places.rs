@@ -1,6 +1,6 @@
 //! Settlements and roads of fluvial worlds: the same whatever is asked for, dry, and no steeper than they may be.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 use terrane::area::{Area, TileId};
 use terrane::fluvial::WaterKind;

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use terrane::agents::Direction;
 use terrane::agents::record::{Passage, TileRecord};
+use terrane::agents::settings::{RiverAgents, RoadAgents};
 use terrane::area::{Area, TileId};
 use terrane::lines::LineKind;
-use terrane::preset::{Preset, RiverAgents, RoadAgents};
+use terrane::preset::Preset;
 use terrane::registry::{self, Registry, TileRow};
 use terrane::tile::Tile;
 use terrane::walker::{Walker, WalkerOptions};
