@@ -20,7 +20,7 @@ const STAGES: [&str; 9] = [
     stage::GULLIES,
     stage::COAST,
     stage::WATER,
-    stage::GRADE,
+    stage::IMPRINT,
     stage::NORMALS,
     stage::BLEND,
 ];
@@ -28,7 +28,7 @@ const STAGES: [&str; 9] = [
 fn main() {
     let level = Level::chosen().expect("the variable names a level of this CPU");
     println!("One thread, {}, {TILES} x {TILES} tiles; ns a vertex:\n", level.name());
-    println!("| preset | {} | land in all | {} |", STAGES.join(" | "), stage::ROADS);
+    println!("| preset | {} | land in all | {} |", STAGES.join(" | "), stage::LINES);
     println!("|---|{}", "---|".repeat(STAGES.len() + 2));
     for (name, text) in BUILT_IN {
         let mut preset = Preset::parse(name, text).expect("it is built in");
@@ -40,12 +40,12 @@ fn main() {
         preset.places = None;
         let land_alone = spent(preset);
         let nanoseconds = |stage: &str| {
-            let stages = if [stage::GRADE, stage::ROADS].contains(&stage) { &with_roads } else { &land_alone };
+            let stages = if [stage::IMPRINT, stage::LINES].contains(&stage) { &with_roads } else { &land_alone };
             stages.iter().find(|(name, _)| name == stage).map_or(0.0, |(_, nanoseconds)| *nanoseconds)
         };
         let cells: Vec<String> = STAGES.iter().map(|stage| format!("{:.1}", nanoseconds(stage))).collect();
         let land: f64 = STAGES.iter().map(|stage| nanoseconds(stage)).sum();
-        println!("| {name} | {} | {land:.0} | {:.0} |", cells.join(" | "), nanoseconds(stage::ROADS));
+        println!("| {name} | {} | {land:.0} | {:.0} |", cells.join(" | "), nanoseconds(stage::LINES));
     }
 }
 

@@ -20,14 +20,10 @@ pub mod stage {
     pub const COAST: &str = "coast";
     /// Beds, lakes and the sea, cut into the land.
     pub const WATER: &str = "water";
-    /// Roads and settlements, planned.
-    pub const ROADS: &str = "roads";
-    /// The land, shaped to the beds of roads.
-    pub const GRADE: &str = "grade";
-    /// Rivers and roads of agents, followed.
-    pub const AGENTS: &str = "agents";
-    /// The land, shaped to the beds of the agents' rivers and roads.
-    pub const CARVE: &str = "carve";
+    /// Rivers, roads and settlements, found or planned.
+    pub const LINES: &str = "lines";
+    /// The land, shaped to the beds of lines.
+    pub const IMPRINT: &str = "imprint";
     /// Normals.
     pub const NORMALS: &str = "normals";
     /// Blend weights.

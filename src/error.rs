@@ -118,8 +118,10 @@ pub struct SourcePlace {
     pub line: usize,
     /// Column in characters, from 1.
     pub column: usize,
-    /// The line itself.
+    /// The line itself, cut around the place when it is long; control characters stand as their pictures.
     pub text: String,
+    /// How many characters of `text` are before the place.
+    pub before: usize,
     /// How many characters of it are meant; at least 1.
     pub length: usize,
 }
@@ -127,18 +129,54 @@ pub struct SourcePlace {
 impl SourcePlace {
     /// The place of the bytes `span` of `text`.
     pub(crate) fn new(file: &str, text: &str, span: std::ops::Range<usize>) -> SourcePlace {
-        let start = text.floor_char_boundary(span.start);
+        let start = text.floor_char_boundary(span.start.min(text.len()));
         let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
         let line_end = text[start..].find('\n').map_or(text.len(), |at| start + at);
         let end = text.floor_char_boundary(span.end).clamp(start, line_end);
+        let before = &text[line_start..start];
+        let after = text[start..line_end].trim_end();
+        let column = before.chars().count() + 1;
+        // A long line is cut on both sides.
+        let cut = column.saturating_sub(SHOWN_BEFORE + 1);
+        let shown_before: String = before.chars().skip(cut).collect();
+        let shown_after: String = after.chars().take(SHOWN_AFTER).collect();
+        let (left, right) =
+            (if cut > 0 { "..." } else { "" }, if shown_after.len() < after.len() { "..." } else { "" });
         SourcePlace {
-            file: file.to_owned(),
+            file: visible(file),
             line: text[..start].matches('\n').count() + 1,
-            column: text[line_start..start].chars().count() + 1,
-            text: text[line_start..line_end].trim_end().to_owned(),
-            length: text[start..end].trim_end().chars().count().max(1),
+            column,
+            text: visible(&format!("{left}{shown_before}{shown_after}{right}")),
+            before: left.len() + shown_before.chars().count(),
+            length: text[start..end].trim_end().chars().count().clamp(1, SHOWN_AFTER),
         }
     }
+}
+
+/// Characters of a line that are shown before a place and from there on: with a number before, a terminal's width.
+const SHOWN_BEFORE: usize = 40;
+const SHOWN_AFTER: usize = 72;
+
+/// Characters of a message that anybody would read.
+const MESSAGE_CHARACTERS: usize = 800;
+
+/// The text with pictures in the place of characters that would do something to a terminal; tabs stay.
+fn visible(text: &str) -> String {
+    let picture = |c: char| match c {
+        '\t' => c,
+        '\0'..='\x1f' => char::from_u32('\u{2400}' as u32 + c as u32).unwrap_or('\u{fffd}'),
+        '\x7f' => '\u{2421}',
+        // The rest of the control characters, and those that turn the direction of writing.
+        '\u{80}'..='\u{9f}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => '\u{fffd}',
+        c => c,
+    };
+    text.chars().map(picture).collect()
+}
+
+/// A message that says what a user has written, made fit for a terminal: without control characters, not without end.
+pub(crate) fn clipped(message: &str) -> String {
+    let end = message.char_indices().nth(MESSAGE_CHARACTERS).map_or(message.len(), |(at, _)| at);
+    visible(&message[..end]) + if end < message.len() { "..." } else { "" }
 }
 
 /// The place in a text, as `file:line:column: `.
@@ -163,7 +201,7 @@ impl Display for Pictured<'_> {
         let margin = " ".repeat(number.len());
         // Tabs stay tabs in the margin of the mark, so that it stands under the place on any terminal.
         let indent: String =
-            place.text.chars().take(place.column - 1).map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
+            place.text.chars().take(place.before).map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
         write!(f, "\n{margin} |\n{number} | {}\n{margin} | {indent}{}", place.text, "^".repeat(place.length))
     }
 }

@@ -69,6 +69,17 @@ impl<T: Copy> Grid<T> {
         Grid { area, values }
     }
 
+    /// Sets all values outside of a part of the area: for tests of what a stage reads.
+    #[cfg(test)]
+    pub(crate) fn fill_outside(&mut self, part: Area, value: T) {
+        let Area { x0, y0, x1, y1 } = self.area;
+        for (x, y) in (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y))) {
+            if !part.contains(&Area::new(x, y, 1, 1)) {
+                self.row_mut(y, x, x + 1)[0] = value;
+            }
+        }
+    }
+
     fn range(&self, y: i64, x0: i64, x1: i64) -> std::ops::Range<usize> {
         let asked = Area { x0, y0: y, x1, y1: y + 1 };
         assert!(self.area.contains(&asked), "{asked:?} reaches outside the grid's {:?}", self.area);

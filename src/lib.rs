@@ -22,7 +22,7 @@
 //! # How data flows
 //!
 //! ```text
-//!   preset.rs   text -> Preset, with every key checked               a user's recipe
+//!   preset/     text -> Preset, with every key checked               a user's recipe; recipe/: what all settings share
 //!      |
 //!   world.rs    Preset + seed -> World                               ranges proved, pads added up
 //!      |
@@ -33,15 +33,15 @@
 //!      |
 //!   places/     fluvial land -> settlements, roads between them      reach: 2 site cells
 //!      |
-//!   vectors/    lakes, coasts and peaks as lines and points, rivers are with fluvial/
-//!      |
 //!   tile/       heights, paths, roads -> carved, graded -> normals -> blend weights   pad HEIGHT_PAD = 1
+//!      |
+//!   features/   World, area -> rivers, lakes, coasts, peaks, sites, roads, with attributes and names
 //!      |
 //!   mesh/       heights -> triangles, all or few within a bound; waters, roads    an edge looks at its own heights only
 //!      |
-//!   bake.rs     Region -> all its tiles, in parallel, in order
+//!   bake/       Region -> all its tiles, in parallel, in order
 //!      |
-//!   export/     tiles -> files, map/ -> pictures; registry.rs, a log and never an input; profiles, plan, manifest
+//!   export/     tiles, features -> files, map/ -> pictures; registry.rs, a log and never an input; profiles, plan, manifest
 //!      |
 //!   experiment/ World, camera -> timings, tables, charts             the thesis' measurement and method
 //!      |
@@ -51,8 +51,7 @@
 //! The modules below stand in this order, after the small ones that all use: [`error`], [`area`], [`grid`], [`hash`],
 //! [`clock`]. Each layer is a pure function of the world and of lattice coordinates and reads only the layers above it,
 //! within a pad that stands in one place ([`world::HEIGHT_PAD`]); no tile ever looks at a neighbouring tile.
-//! Two are exceptions to the order: [`bake`], whose sinks name their files with [`export::FileRecord`], and
-//! [`agents::walker`], the endless terrain around a walker, which stands on tiles and whose agents look at neighbours.
+//! One is an exception to the order: [`agents::walker`], the endless terrain around a walker, which stands on tiles and whose agents look at neighbours.
 //!
 //! # Words
 //!
@@ -92,19 +91,24 @@ mod memory;
 pub mod clock;
 pub mod simd;
 pub mod noise;
+pub mod recipe;
+pub mod lines;
+pub mod names;
 pub mod places;
 pub mod fluvial;
-pub mod preset;
 pub mod relief;
 pub mod agents;
-pub mod vectors;
+pub mod preset;
 pub mod world;
 pub mod tile;
+pub mod features;
 pub mod mesh;
 pub mod registry;
 pub mod map;
+pub mod device;
 pub mod bake;
 pub mod export;
+pub mod walker;
 pub mod experiment;
 #[cfg(feature = "cli")]
 pub mod cli;

@@ -10,9 +10,10 @@
 //! | column | content |
 //! |---|---|
 //! | `x`, `y` | the tile's number; the primary key is `(y, x)`, the order in which a bake makes them |
-//! | `river_x`, `river_y`, `river_direction` | the vertex at which the tile's river starts, and where to: `north`, `east`, `south`, `west`; NULL: none |
-//! | `road_x`, `road_y`, `road_direction` | the same of its road |
-//! | `heights_hash`, `blend_hash`, `paths_hash` | BLAKE3, 32 bytes each, of a bake's tile; NULL after a walk |
+//! | `river_x`, `river_y`, `river_direction` | the vertex at which a river starts on the tile, and where to: `north`, `east`, `south`, `west`; of several the first by id; NULL: none |
+//! | `road_x`, `road_y`, `road_direction` | the same of a road |
+//! | `lines` | the ids of all rivers and roads that concern the tile, as a JSON list |
+//! | `heights_hash` and others | BLAKE3, 32 bytes each, of the [channels](crate::tile::Channel) of a bake's tile; NULL for those that it has not, and after a walk |
 //! | `files` | the files that hold the tile, paths in the folder of the bake, as a JSON list |
 //! | `record` | what the classic walk keeps of the tile; NULL in a bake |
 //!
@@ -20,21 +21,22 @@
 
 use std::path::{Path, PathBuf};
 
-use rusqlite::types::Type;
-use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, Row, named_params};
+use rusqlite::types::{Type, Value};
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, Row, params_from_iter};
 
 use crate::agents::Direction;
 use crate::agents::greedy::Node;
 use crate::agents::record::{Passage, TileRecord};
-use crate::agents::way::Way;
 use crate::area::TileId;
 use crate::error::Error;
+use crate::lines::Line;
+use crate::tile::{Channel, Digest};
 
 /// The file in the folder of a bake or of a walk.
 pub const FILE_NAME: &str = "registry.sqlite";
 
 /// The version of the tables, kept as the database's `user_version`. A newer one is refused.
-pub const SCHEMA_VERSION: i32 = 1;
+pub const SCHEMA_VERSION: i32 = 2;
 
 /// The `application_id` by which the database is known: `TRRG`.
 pub const APPLICATION_ID: i32 = i32::from_be_bytes(*b"TRRG");
@@ -44,12 +46,14 @@ pub const APPLICATION_ID: i32 = i32::from_be_bytes(*b"TRRG");
 pub struct TileRow {
     /// The tile.
     pub tile: TileId,
-    /// Where its river starts, if it owns one.
+    /// Where a river starts on it, if one does.
     pub river: Option<Start>,
-    /// Where its road starts, if it owns one.
+    /// Where a road starts on it, if one does.
     pub road: Option<Start>,
+    /// The ids of all rivers and roads that concern it; none after a walk.
+    pub lines: Vec<String>,
     /// What a bake made of it.
-    pub hashes: Option<TileHashes>,
+    pub digest: Option<Digest>,
     /// The files that hold it: paths in the folder of the bake, with `/` between their parts.
     pub files: Vec<String>,
     /// What the classic walk keeps of it.
@@ -68,7 +72,8 @@ impl TileRow {
             tile: record.id,
             river: record.river.map(start),
             road: record.road.map(start),
-            hashes: None,
+            lines: Vec::new(),
+            digest: None,
             files: Vec::new(),
             record: Some(record.to_bytes().to_vec()),
         }
@@ -89,31 +94,21 @@ pub struct Start {
     pub direction: Option<Direction>,
 }
 
-/// What a tile of a bake is, as BLAKE3 hashes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TileHashes {
-    /// Of the heights in metres, as 32-bit little-endian floats, row by row.
-    pub heights: blake3::Hash,
-    /// Of the blend weights, a byte each: of all vertices grass, dirt, rock, sand, and then of all snow and three unused.
-    pub blend: blake3::Hash,
-    /// Of the rivers and roads that may touch it.
-    pub paths: blake3::Hash,
-}
-
 impl Start {
-    /// Where a way starts: its first point, and the axis along which the next ones mostly lie.
-    pub fn of(way: &Way) -> Start {
-        let first = way.points()[0];
+    /// Where a line starts: its origin, and the axis along which its next points mostly lie.
+    pub fn of(line: &Line) -> Start {
+        let first = line.points[0].place;
         // A few points on, so that one sidestep of the search does not count as the direction.
-        let ahead = way.points().iter().take(4).next_back().expect("a way has a point");
-        let (east, south) = (ahead.east - first.east, ahead.south - first.south);
+        let ahead = line.points.iter().take(4).next_back().expect("a line has a point").place;
+        let (east, south) = (ahead[0] - first[0], ahead[1] - first[1]);
         let towards = match east.abs() >= south.abs() {
             true if east > 0.0 => Direction::East,
             true => Direction::West,
             false if south > 0.0 => Direction::South,
             false => Direction::North,
         };
-        Start { node: way.origin(), direction: (east != 0.0 || south != 0.0).then_some(towards) }
+        let [x, y] = line.origin;
+        Start { node: (x, y), direction: (east != 0.0 || south != 0.0).then_some(towards) }
     }
 }
 
@@ -124,30 +119,30 @@ pub struct Registry {
     connection: Connection,
 }
 
-/// The order of the key is that in which a bake makes tiles, so that its rows are only ever added at the end.
-const SCHEMA: &str = "
-    CREATE TABLE tiles (
-        x INTEGER NOT NULL,
-        y INTEGER NOT NULL,
-        river_x INTEGER,
-        river_y INTEGER,
-        river_direction TEXT,
-        road_x INTEGER,
-        road_y INTEGER,
-        road_direction TEXT,
-        heights_hash BLOB,
-        blend_hash BLOB,
-        paths_hash BLOB,
-        files TEXT NOT NULL,
-        record BLOB,
-        PRIMARY KEY (y, x)
-    ) STRICT, WITHOUT ROWID;
-";
+/// The table, whose key has the order in which a bake makes tiles, so that its rows are only ever added at the end.
+fn schema() -> String {
+    let hashes: String = Channel::ALL.iter().map(|channel| format!("{}_hash BLOB, ", channel.name())).collect();
+    format!(
+        "CREATE TABLE tiles (
+            x INTEGER NOT NULL,
+            y INTEGER NOT NULL,
+            river_x INTEGER,
+            river_y INTEGER,
+            river_direction TEXT,
+            road_x INTEGER,
+            road_y INTEGER,
+            road_direction TEXT,
+            lines TEXT NOT NULL,
+            {hashes}
+            files TEXT NOT NULL,
+            record BLOB,
+            PRIMARY KEY (y, x)
+        ) STRICT, WITHOUT ROWID;"
+    )
+}
 
-const INSERT: &str = "
-    INSERT OR REPLACE INTO tiles VALUES (:x, :y, :river_x, :river_y, :river_direction, :road_x, :road_y,
-        :road_direction, :heights_hash, :blend_hash, :paths_hash, :files, :record)
-";
+/// A row in the order of the table's columns.
+const COLUMNS: usize = 11 + Channel::ALL.len();
 
 impl Registry {
     /// The registry at `path`, made if it is not there; each batch of rows is safe on the disk once it is in.
@@ -200,7 +195,7 @@ impl Registry {
             let create = || {
                 connection.pragma_update(None, "application_id", APPLICATION_ID)?;
                 connection.pragma_update(None, "user_version", SCHEMA_VERSION)?;
-                connection.execute_batch(SCHEMA)
+                connection.execute_batch(&schema())
             };
             create().map_err(Error::sqlite(path))?;
         } else if application != APPLICATION_ID {
@@ -221,25 +216,21 @@ impl Registry {
     pub fn append(&mut self, rows: impl IntoIterator<Item = TileRow>) -> Result<(), Error> {
         let insert_all = || {
             let transaction = self.connection.transaction()?;
-            let mut insert = transaction.prepare_cached(INSERT)?;
+            let marks = ["?"; COLUMNS].join(", ");
+            let mut insert = transaction.prepare_cached(&format!("INSERT OR REPLACE INTO tiles VALUES ({marks})"))?;
             for row in rows {
-                let hash = |pick: fn(&TileHashes) -> &blake3::Hash| row.hashes.as_ref().map(|it| *pick(it).as_bytes());
-                let direction = |start: Option<Start>| start.and_then(|start| start.direction).map(Direction::name);
-                insert.execute(named_params! {
-                    ":x": row.tile.x,
-                    ":y": row.tile.y,
-                    ":river_x": row.river.map(|start| start.node.0),
-                    ":river_y": row.river.map(|start| start.node.1),
-                    ":river_direction": direction(row.river),
-                    ":road_x": row.road.map(|start| start.node.0),
-                    ":road_y": row.road.map(|start| start.node.1),
-                    ":road_direction": direction(row.road),
-                    ":heights_hash": hash(|hashes| &hashes.heights),
-                    ":blend_hash": hash(|hashes| &hashes.blend),
-                    ":paths_hash": hash(|hashes| &hashes.paths),
-                    ":files": serde_json::to_string(&row.files).expect("a list of names is JSON"),
-                    ":record": row.record,
-                })?;
+                let list = |texts: &[String]| Some(Value::Text(serde_json::to_string(texts).expect("texts are JSON")));
+                let start = |start: Option<Start>| {
+                    let direction = start.and_then(|start| start.direction).map(|it| Value::Text(it.name().into()));
+                    let number = |pick: fn(Node) -> i64| start.map(|start| Value::Integer(pick(start.node)));
+                    [number(|node| node.0), number(|node| node.1), direction]
+                };
+                let hash = |channel| Some(Value::Blob(row.digest.as_ref()?.of(channel)?.as_bytes().to_vec()));
+                let tile = [row.tile.x, row.tile.y].map(|number| Some(Value::Integer(number)));
+                let values = tile.into_iter().chain(start(row.river)).chain(start(row.road)).chain([list(&row.lines)]);
+                let values = values.chain(Channel::ALL.map(hash));
+                let values = values.chain([list(&row.files), row.record.clone().map(Value::Blob)]);
+                insert.execute(params_from_iter(values))?;
             }
             drop(insert);
             transaction.commit()
@@ -312,18 +303,22 @@ fn parse_row(row: &Row) -> rusqlite::Result<TileRow> {
         });
         Ok::<_, rusqlite::Error>(Some(Start { node, direction: direction.transpose()? }))
     };
-    let hash = |column| row.get::<_, Option<[u8; 32]>>(column).map(|bytes| bytes.map(blake3::Hash::from_bytes));
-    let hashes = match (hash("heights_hash")?, hash("blend_hash")?, hash("paths_hash")?) {
-        (Some(heights), Some(blend), Some(paths)) => Some(TileHashes { heights, blend, paths }),
-        _ => None,
+    let mut hashes = [None; Channel::ALL.len()];
+    for (hash, channel) in hashes.iter_mut().zip(Channel::ALL) {
+        let bytes: Option<[u8; 32]> = row.get(format!("{}_hash", channel.name()).as_str())?;
+        *hash = bytes.map(blake3::Hash::from_bytes);
+    }
+    let list = |column| {
+        let text: String = row.get(column)?;
+        serde_json::from_str(&text).map_err(|error| damaged(row, column, error))
     };
-    let files: String = row.get("files")?;
     Ok(TileRow {
         tile: TileId { x: row.get("x")?, y: row.get("y")? },
         river: start("river_x", "river_y", "river_direction")?,
         road: start("road_x", "road_y", "road_direction")?,
-        hashes,
-        files: serde_json::from_str(&files).map_err(|error| damaged(row, "files", error))?,
+        lines: list("lines")?,
+        digest: hashes.iter().any(Option::is_some).then(|| Digest::new(hashes)),
+        files: list("files")?,
         record: row.get("record")?,
     })
 }
@@ -342,7 +337,9 @@ mod tests {
             tile: TileId { x, y },
             river: (x > 0).then_some(Start { node: (x * 16 + 3, y * 16 - 1), direction: Some(Direction::West) }),
             road: (y > 0).then_some(Start { node: (x * 16 + 8, y * 16 + 8), direction: None }),
-            hashes: (x != y).then(|| TileHashes { heights: hash("h"), blend: hash("b"), paths: hash("p") }),
+            lines: vec![format!("r0:{x}:{y}")],
+            digest: (x != y)
+                .then(|| Digest::new(Channel::ALL.map(|it| (it != Channel::Depth).then(|| hash(it.name()))))),
             files: vec![format!("height/height_x{x}_y{y}.png"), "a \"quoted\" name".into()],
             record: (x == y).then(|| vec![1, 2, x as u8]),
         }
@@ -392,7 +389,7 @@ mod tests {
         let registry = Registry::open(&path).unwrap();
         registry.connection.pragma_update(None, "user_version", SCHEMA_VERSION + 1).unwrap();
         registry.close().unwrap();
-        refused(Registry::read(&path), "schema version 2");
-        refused(Registry::open(&path), "this program knows 1");
+        refused(Registry::read(&path), "schema version 3");
+        refused(Registry::open(&path), "this program knows 2");
     }
 }

@@ -2,24 +2,20 @@
 
 use std::sync::Arc;
 
-use crate::agents::paths::{PathList, Paths};
+use crate::agents::order_free::Agents;
 use crate::area::Area;
 use crate::error::Error;
-use crate::fluvial::rivers::River;
+use crate::fluvial::Fluvial;
+use crate::fluvial::landforms::Landforms;
+use crate::fluvial::landforms::coast::Coast;
+use crate::fluvial::landforms::lakes::Lake;
+use crate::fluvial::landforms::peaks::Peak;
+use crate::lines::{LineKind, Lines, SiteId};
+use crate::names::Names;
 use crate::places::Places;
-use crate::places::road::Road;
-use crate::places::site::{Site, SiteId};
+use crate::places::site::Site;
 use crate::preset::Preset;
-use crate::relief::Relief;
-use crate::vectors::Vectors;
-use crate::vectors::coast::Coast;
-use crate::vectors::lakes::Lake;
-use crate::vectors::peaks::Peak;
-
-/// How many vertices around a tile its heights must be known: normals look one vertex past the tile's edge.
-///
-/// The one place where the pad stands: a [`Grid`](crate::grid::Grid) panics for a stage that reaches further.
-pub const HEIGHT_PAD: usize = 1;
+use crate::relief::{NoiseRelief, Relief};
 
 /// A world, ready to be baked: any tile of it is a pure function of this and the tile's place.
 #[derive(Debug)]
@@ -27,9 +23,10 @@ pub struct World {
     preset: Preset,
     seed: u64,
     relief: Relief,
-    paths: Paths,
+    agents: Agents,
     places: Option<Places>,
-    vectors: Vectors,
+    names: Option<Names>,
+    landforms: Landforms,
 }
 
 impl World {
@@ -39,13 +36,45 @@ impl World {
     /// When a value of the preset is out of its range.
     pub fn new(mut preset: Preset, seed: Option<u64>) -> Result<World, Error> {
         preset.fill_defaults();
-        preset.check().map_err(|fault| fault.into_error(None))?;
+        preset.check()?;
         let seed = seed.unwrap_or(preset.seed);
-        let relief = Relief::new(&preset, seed);
-        let paths = Paths::new(&preset, seed);
-        let settle = |settings| Places::new(settings, preset.spacing_m, seed);
+        let Preset { spacing_m, sea_level_m, .. } = preset;
+        let settle = |settings| Places::new(settings, spacing_m, seed);
         let places = preset.places.as_ref().map(settle).transpose()?;
-        Ok(World { preset, seed, relief, paths, places, vectors: Vectors::default() })
+        let names = places.as_ref().map(|places| Names::new(seed, places.site_side()));
+        let relief = match &preset.fluvial {
+            Some(settings) => {
+                Relief::Fluvial(Box::new(Fluvial::new(settings, spacing_m, sea_level_m, seed, names.clone())))
+            }
+            None => {
+                let (warp, land) = (preset.warp.as_ref(), preset.land.as_ref());
+                Relief::Noise(Box::new(NoiseRelief::new(&preset.noise, warp, land, spacing_m, seed)))
+            }
+        };
+        let agents = (preset.rivers.as_ref(), preset.roads.as_ref());
+        let agents = Agents::new(agents, preset.tile_cells, spacing_m, sea_level_m, preset.ground.slope_scale, seed);
+        Ok(World { preset, seed, relief, agents, places, names, landforms: Landforms::default() })
+    }
+
+    /// What is allowed in the recipe and probably not meant, a sentence each.
+    pub fn warnings(&self) -> Vec<String> {
+        let ((min_m, max_m), preset) = (self.height_range_m(), &self.preset);
+        let Some(sea_m) = preset.sea_level_m else { return Vec::new() };
+        let sentence = match &preset.fluvial {
+            // The land's ceiling is a height, and does not sink with the sea.
+            Some(fluvial) if sea_m < -fluvial.ceiling_m => format!(
+                "the sea at {sea_m} m lies so far below ceiling_m = {} that heights of 16 bits are {:.2} m apart; a higher \
+                 sea_level_m wastes less",
+                fluvial.ceiling_m,
+                (max_m - min_m) / 65535.0,
+            ),
+            None if sea_m <= min_m as f64 => {
+                format!("nothing is as low as the sea at {sea_m} m: all heights exceed {min_m} m")
+            }
+            None if sea_m >= max_m as f64 => format!("all is under the sea at {sea_m} m: no height exceeds {max_m} m"),
+            _ => return Vec::new(),
+        };
+        vec![sentence]
     }
 
     /// The recipe, with every default filled in.
@@ -73,36 +102,44 @@ impl World {
         &self.relief
     }
 
-    /// All rivers and roads whose effect may touch a vertex of `area`, whole, sorted by kind and owner.
-    pub fn ways(&self, area: &Area) -> PathList {
-        self.paths.touching(&self.relief, area)
+    /// All rivers and roads that lie on `area` or may have an effect on a vertex of it, whole, sorted by id.
+    pub fn lines(&self, area: &Area) -> Lines {
+        let Some(land) = self.relief.fluvial() else { return self.agents.touching(&self.relief, area) };
+        let mut lines = land.rivers(area);
+        // Ids of rivers are less than those of roads.
+        lines.extend(self.places.iter().flat_map(|places| places.roads(land, area)));
+        lines
     }
 
-    /// All rivers of a fluvial world of which a part lies in `area`, whole, sorted by id.
-    pub fn rivers(&self, area: &Area) -> Vec<Arc<River>> {
-        self.vectors.rivers(&self.relief, area)
+    /// All lines of a kind of which a part lies in the rectangle that the outer vertices of an area span, whole, sorted by id.
+    pub fn lines_through(&self, kind: LineKind, area: &Area) -> Lines {
+        let mut lines = match (self.relief.fluvial(), kind) {
+            (Some(land), LineKind::River) => return land.rivers(area),
+            (Some(land), LineKind::Road) => self.places.as_ref().map_or_else(Lines::new, |it| it.roads(land, area)),
+            (None, _) => self.agents.touching(&self.relief, area),
+        };
+        lines.retain(|line| line.kind == kind && line.touches(area));
+        lines
     }
 
     /// All lakes of a fluvial world of which a part lies in `area`, whole, sorted by id.
     pub fn lakes(&self, area: &Area) -> Vec<Arc<Lake>> {
-        self.vectors.lakes(&self.relief, area)
+        self.fluvial(|fluvial| self.landforms.lakes(fluvial, area))
     }
 
     /// All pieces of coast of a fluvial world of which a part lies in `area`, whole, sorted by id.
     pub fn coasts(&self, area: &Area) -> Vec<Arc<Coast>> {
-        self.vectors.coasts(&self.relief, area)
+        self.fluvial(|fluvial| self.landforms.coasts(fluvial, area))
     }
 
     /// All peaks of a fluvial world on vertices of `area`, sorted by id.
     pub fn peaks(&self, area: &Area) -> Vec<Peak> {
-        self.vectors.peaks(&self.relief, area)
+        self.fluvial(|fluvial| self.landforms.peaks(fluvial, area))
     }
 
-    /// All roads between settlements whose effect may touch a vertex of `area`, whole, sorted by id; none in a world
-    /// without places.
-    pub fn roads(&self, area: &Area) -> Vec<Arc<Road>> {
-        let settled = self.places.as_ref().zip(self.relief.fluvial());
-        settled.map_or_else(Vec::new, |(places, land)| places.roads(land, area))
+    /// What `find` finds in fluvial land; nothing in a world of noise.
+    fn fluvial<T>(&self, find: impl FnOnce(&Fluvial) -> Vec<T>) -> Vec<T> {
+        self.relief.fluvial().map_or_else(Vec::new, find)
     }
 
     /// All settlements that stand on a vertex of `area`, sorted by id; none in a world without places.
@@ -122,9 +159,14 @@ impl World {
         self.places.as_ref()
     }
 
-    /// The rivers and roads of this world, and what is remembered of them.
-    pub(crate) fn paths(&self) -> &Paths {
-        &self.paths
+    /// What things of this world are called; none in a world without places.
+    pub fn names(&self) -> Option<&Names> {
+        self.names.as_ref()
+    }
+
+    /// The agents of this world, and what is remembered of them.
+    pub(crate) fn agents(&self) -> &Agents {
+        &self.agents
     }
 
     /// Bounds that no height of this world can leave: (lowest, highest) in metres. 16-bit heights are encoded in them.

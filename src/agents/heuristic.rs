@@ -3,8 +3,8 @@
 //! Based on: Grelsson (2014), sections 4.2 and 4.1. The thesis names the terms; their weights are the preset's.
 
 use crate::agents::greedy::{Heuristic, Node};
-use crate::agents::{Direction, Ground};
-use crate::preset::{RiverAgents, RoadAgents};
+use crate::agents::settings::{RiverAgents, RoadAgents};
+use crate::agents::{Direction, Terrain};
 
 /// A river goes down, and where it can choose, in its direction.
 pub struct RiverHeuristic<'a, G> {
@@ -14,7 +14,7 @@ pub struct RiverHeuristic<'a, G> {
     lowest_m: f32,
 }
 
-impl<'a, G: Ground> RiverHeuristic<'a, G> {
+impl<'a, G: Terrain> RiverHeuristic<'a, G> {
     /// The heuristic of a river that starts at `start`.
     pub fn new(ground: &'a mut G, agents: &'a RiverAgents, direction: Direction, start: Node) -> Self {
         let lowest_m = ground.height_m(start);
@@ -27,7 +27,7 @@ impl<'a, G: Ground> RiverHeuristic<'a, G> {
     }
 }
 
-impl<G: Ground> Heuristic for RiverHeuristic<'_, G> {
+impl<G: Terrain> Heuristic for RiverHeuristic<'_, G> {
     fn stride(&self) -> i64 {
         1
     }
@@ -54,14 +54,14 @@ pub struct RoadHeuristic<'a, G> {
     direction: Direction,
 }
 
-impl<'a, G: Ground> RoadHeuristic<'a, G> {
+impl<'a, G: Terrain> RoadHeuristic<'a, G> {
     /// The heuristic of a road.
     pub fn new(ground: &'a mut G, agents: &'a RoadAgents, direction: Direction) -> Self {
         RoadHeuristic { ground, agents, direction }
     }
 }
 
-impl<G: Ground> Heuristic for RoadHeuristic<'_, G> {
+impl<G: Terrain> Heuristic for RoadHeuristic<'_, G> {
     fn stride(&self) -> i64 {
         self.agents.step_cells as i64
     }

@@ -1,19 +1,18 @@
 //! The thesis' agents: rivers and roads by greedy search over the vertex lattice.
 //!
-//! There are two kinds of tale about the same agents. The **order-free** ones ([`paths`]), which a bake uses, belong to
+//! There are two kinds of tale about the same agents. The **order-free** ones ([`order_free`]), which a bake uses, belong to
 //! the tile whose hash starts them; their way is a pure function of the world and that tile, over un-carved ground, and
-//! every tile that it touches carves it. The **classic** ones ([`walker`]) are those of the thesis: they wait at the edge
+//! every tile that it touches carves it. The **classic** ones ([`walker`](crate::walker)) are those of the thesis: they wait at the edge
 //! of what is made, go on when a walker comes there, and are cut off by tiles that stand. What they look like depends
 //! on where the walker came from, so they cannot keep the promise of one world; that is what the order-free ones are
 //! for. Both share the search, the heuristics and the carving.
 
+pub mod bed;
 pub mod greedy;
 pub mod heuristic;
-pub mod way;
-pub mod paths;
+pub mod order_free;
 pub mod record;
-mod classic;
-pub mod walker;
+pub mod settings;
 
 use crate::agents::greedy::Node;
 
@@ -67,8 +66,8 @@ impl Direction {
     }
 }
 
-/// The un-carved ground as agents see it.
-pub trait Ground {
+/// The un-carved land as agents see it.
+pub trait Terrain {
     /// The height of a vertex in metres.
     fn height_m(&mut self, node: Node) -> f32;
 

@@ -7,8 +7,8 @@
 //! waits.
 
 use crate::agents::Direction;
-use crate::agents::way::WayKind;
 use crate::area::TileId;
+use crate::lines::LineKind;
 
 /// All that is kept of a tile: with it, the records of the four tiles beside it and the world, the tile is made again to
 /// the byte. The neighbours' tell which agents step over its edges.
@@ -102,10 +102,10 @@ impl TileRecord {
     pub const BYTES: usize = 16 + 2 * PASSAGE_BYTES;
 
     /// The river or the road.
-    pub fn passage(&self, kind: WayKind) -> Option<&Passage> {
+    pub fn passage(&self, kind: LineKind) -> Option<&Passage> {
         match kind {
-            WayKind::River => self.river.as_ref(),
-            WayKind::Road => self.road.as_ref(),
+            LineKind::River => self.river.as_ref(),
+            LineKind::Road => self.road.as_ref(),
         }
     }
 
@@ -148,7 +148,7 @@ fn decode(code: u8) -> Result<Option<Direction>, NotARecord> {
 
 /// The records of all tiles ever made: an array sorted by position and searched by halves.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Records(Vec<TileRecord>);
+pub(crate) struct Records(Vec<TileRecord>);
 
 impl Records {
     /// The records in any order; the error is a tile that has two.

@@ -1,12 +1,16 @@
 //! The command line, from which help, completions and the man page come too.
 
+use std::ffi::OsStr;
+use std::io;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
+use clap::{Arg, Args, Parser, Subcommand, ValueEnum};
 
 use crate::area::TileId;
 use crate::error::Error;
 use crate::export::{Export, Lods, MeshOptions, Profile};
+use crate::preset::{BUILT_IN, Sources};
 
 /// Bakes endless procedural terrain, offline, into maps and assets.
 #[derive(Parser)]
@@ -35,7 +39,11 @@ pub(super) enum Command {
     /// List the built-in presets, or print one to start from.
     Presets {
         /// The preset to print.
+        #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
         name: Option<String>,
+        /// Print one JSON object a line.
+        #[arg(long)]
+        json: bool,
     },
     /// Print the JSON schema of a file: of bake.json, or of a preset with all its keys.
     Schema {
@@ -62,7 +70,8 @@ pub(super) enum Schema {
 
 #[derive(Args)]
 pub(super) struct BakeArguments {
-    /// A preset file, or the name of a built-in preset (terrane presets).
+    /// A preset file, the name of a built-in preset (terrane presets), or - for standard input.
+    #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
     pub preset: String,
     /// North-western tile of the region; may be negative.
     #[arg(long, value_name = "X,Y", default_value = "0,0", allow_hyphen_values = true, value_parser = parse_tile)]
@@ -76,7 +85,8 @@ pub(super) struct BakeArguments {
 
 #[derive(Args)]
 pub(super) struct TileArguments {
-    /// A preset file, or the name of a built-in preset (terrane presets).
+    /// A preset file, the name of a built-in preset (terrane presets), or - for standard input.
+    #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
     pub preset: String,
     /// Tiles east of tile (0, 0); may be negative.
     #[arg(allow_negative_numbers = true)]
@@ -93,6 +103,9 @@ pub(super) struct CommonArguments {
     /// Seed of the world [default: the preset's].
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+    /// Set a key of the preset, such as sea_level_m=40 or noise[0].height_m=300; the value is as in TOML. May be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
     /// Folder for the bake [default: out/ and the preset's name].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -101,9 +114,11 @@ pub(super) struct CommonArguments {
     pub tile_cells: Option<u32>,
     /// What to write, with commas between [default: height,blend,normal,map, or what the profile needs].
     #[arg(long, value_name = "LIST", long_help = export_help())]
+    #[arg(value_parser = Named(export_names), hide_possible_values = true)]
     pub export: Option<String>,
     /// The program that the files are for: sizes, names and formats as it takes them, and IMPORT.md.
     #[arg(long, value_name = "NAME", long_help = profile_help())]
+    #[arg(value_parser = Named(profile_names), hide_possible_values = true)]
     pub profile: Option<String>,
     /// Levels of detail of meshes, such as 0..3: 0 has every vertex, each further one twice the error [default: 0, or the
     /// profile's].
@@ -192,11 +207,39 @@ impl Command {
     pub fn is_json(&self) -> bool {
         match self {
             Command::Bake(BakeArguments { common, .. }) | Command::Tile(TileArguments { common, .. }) => common.json,
-            Command::Registry { json, .. } => *json,
+            Command::Registry { json, .. } | Command::Presets { json, .. } => *json,
             Command::Experiment(arguments) => arguments.json,
             _ => false,
         }
     }
+}
+
+/// Takes any text, of which the known names are offered by completions: what else it may be is said where it is read.
+#[derive(Clone)]
+struct Named(fn() -> Vec<&'static str>);
+
+impl TypedValueParser for Named {
+    type Value = String;
+
+    fn parse_ref(&self, command: &clap::Command, arg: Option<&Arg>, value: &OsStr) -> Result<String, clap::Error> {
+        StringValueParser::new().parse_ref(command, arg, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new((self.0)().into_iter().map(PossibleValue::new)))
+    }
+}
+
+fn preset_names() -> Vec<&'static str> {
+    BUILT_IN.iter().map(|(name, _)| *name).collect()
+}
+
+fn export_names() -> Vec<&'static str> {
+    Export::all().map(Export::name).collect()
+}
+
+fn profile_names() -> Vec<&'static str> {
+    Profile::ALL.into_iter().map(Profile::name).collect()
 }
 
 fn export_help() -> String {
@@ -250,10 +293,37 @@ impl From<TileArguments> for Job {
 }
 
 impl Job {
+    /// The preset with all that the options set in it.
+    pub fn sources(&self) -> Result<Sources, Error> {
+        let mut sources = match &self.preset[..] {
+            "-" => Sources::read("stdin", io::stdin().lock())?,
+            name_or_path => Sources::load(name_or_path)?,
+        };
+        for setting in &self.common.set {
+            sources.set("--set", setting)?;
+        }
+        if let Some(cells) = self.common.tile_cells {
+            sources.set("--tile-cells", &format!("tile_cells={cells}"))?;
+        }
+        Ok(sources)
+    }
+
     pub fn meshes(&self) -> MeshOptions {
         let CommonArguments { lod, mesh_error, quantize, meshopt, .. } = &self.common;
         let lods = lod.clone().or_else(|| self.profile().ok().flatten().map(Profile::lods)).unwrap_or_default();
         MeshOptions { lods, error_m: *mesh_error, quantized: *quantize, compressed: *meshopt }
+    }
+
+    /// The options of meshes that were given, by name.
+    pub fn mesh_options(&self) -> Vec<&'static str> {
+        let CommonArguments { lod, mesh_error, quantize, meshopt, .. } = &self.common;
+        let all = [
+            (lod.is_some(), "--lod"),
+            (mesh_error.is_some(), "--mesh-error"),
+            (*quantize, "--quantize"),
+            (*meshopt, "--meshopt"),
+        ];
+        all.into_iter().filter_map(|(given, name)| given.then_some(name)).collect()
     }
 
     pub fn exports(&self) -> Result<Vec<Export>, Error> {

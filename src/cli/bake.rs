@@ -16,7 +16,6 @@ use crate::cli::console::Console;
 use crate::cli::progress::Progress;
 use crate::error::Error;
 use crate::export::{Bytes, Cost, Output, Plan};
-use crate::preset::Preset;
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -24,15 +23,17 @@ use crate::world::World;
 pub(super) fn run(job: &Job, console: &Console) -> Result<(), Error> {
     let options = &job.common;
     // What is asked for, checked before anything is written.
-    let (name, mut preset) = Preset::load(&job.preset)?;
-    preset.tile_cells = options.tile_cells.unwrap_or(preset.tile_cells);
-    let world = World::new(preset, options.seed)?;
+    let sources = job.sources()?;
+    let name = sources.name().to_owned();
+    let world = World::new(sources.preset()?, options.seed)?;
+    console.warnings(&world.warnings());
     let exports = job.exports()?;
     let region = Region::new(job.at, job.size.0, job.size.1, world.tile_cells())?;
     let mut plan = Plan::new(&world, &name, region, exports)?.with_meshes(job.meshes())?;
     if let Some(profile) = job.profile()? {
         plan = plan.with_profile(profile)?;
     }
+    plan.check_options(&job.mesh_options())?;
     let threads = match options.threads {
         Some(threads) => threads as usize,
         None => thread::available_parallelism().map_or(1, usize::from),

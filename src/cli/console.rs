@@ -43,6 +43,17 @@ impl Console {
         if self.json { Console::text(&format!("{object}\n")) } else { Console::text(text) }
     }
 
+    /// Prints what is allowed and probably not meant.
+    pub fn warnings(&self, sentences: &[String]) {
+        for sentence in sentences {
+            // When nobody listens there is nobody to tell.
+            _ = writeln!(io::stderr(), "warning: {sentence}");
+            if self.json {
+                _ = Console::text(&format!("{}\n", json!({ "type": "warning", "message": sentence })));
+            }
+        }
+    }
+
     /// Prints an error, with what would do instead.
     pub fn error(&self, error: &Error) {
         let hint = error.hint().map_or(String::new(), |hint| format!("\nhint: {hint}"));

@@ -10,6 +10,7 @@ mod registry;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
+use serde_json::json;
 
 use args::{Arguments, Command, Schema};
 use console::Console;
@@ -42,15 +43,18 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
         Command::Tile(arguments) => bake::run(&arguments.into(), console),
         Command::Registry { folder, .. } => registry::run(&folder, console),
         Command::Experiment(arguments) => experiment::run(arguments, console),
-        Command::Presets { name: Some(name) } => Console::text(preset::built_in(&name)?),
-        Command::Presets { name: None } => {
-            let line = |(name, text): &(&str, &str)| format!("{name:12} {}\n", preset::summary(text));
-            Console::text(&preset::BUILT_IN.iter().map(line).collect::<String>())
+        Command::Presets { name: Some(name), .. } => {
+            let text = preset::built_in(&name)?;
+            console.message(json!({ "name": name, "about": preset::summary(text), "text": text }), text)
         }
+        Command::Presets { name: None, .. } => preset::BUILT_IN.iter().try_for_each(|(name, text)| {
+            let about = preset::summary(text);
+            console.message(json!({ "name": name, "about": about }), &format!("{name:12} {about}\n"))
+        }),
         Command::Schema { of } => {
             let schema = match of {
-                Schema::Bake => schemars::schema_for!(Manifest),
-                Schema::Preset => schemars::schema_for!(Preset),
+                Schema::Bake => Manifest::schema().to_value(),
+                Schema::Preset => Preset::schema(),
             };
             Console::text(&(serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"))
         }

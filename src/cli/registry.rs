@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use crate::cli::console::Console;
 use crate::error::Error;
 use crate::registry::{FILE_NAME, Registry, Start, TileRow};
+use crate::tile::Channel;
 
 /// How much text is printed at once: a registry may be longer than memory.
 const PRINTED_BYTES: usize = 1 << 16;
@@ -17,7 +18,7 @@ pub(super) fn run(folder: &Path, console: &Console) -> Result<(), Error> {
     let registry = Registry::read(&folder.join(FILE_NAME))?;
     let mut text = String::new();
     if !console.is_json() {
-        text.push_str(&line(["x", "y", "river from", "road from", "heights", "blend", "paths", "files", "record"]));
+        text.push_str(&line(["x", "y", "river from", "road from", "lines", "heights", "blend", "files", "record"]));
     }
     registry.for_each(|row| {
         match console.is_json() {
@@ -32,8 +33,8 @@ pub(super) fn run(folder: &Path, console: &Console) -> Result<(), Error> {
     Console::text(&text)
 }
 
-fn line([x, y, river, road, heights, blend, paths, files, record]: [&str; 9]) -> String {
-    let line = format!("{x:>8} {y:>8}  {river:24} {road:24} {heights:12} {blend:12} {paths:12} {files:>5}  {record}");
+fn line([x, y, river, road, lines, heights, blend, files, record]: [&str; 9]) -> String {
+    let line = format!("{x:>8} {y:>8}  {river:24} {road:24} {lines:>5} {heights:12} {blend:12} {files:>5}  {record}");
     format!("{}\n", line.trim_end())
 }
 
@@ -42,19 +43,19 @@ fn table_line(row: &TileRow) -> String {
         Some(Start { node: (x, y), direction }) => format!("{x},{y} {}", direction.map_or("", |it| it.name())),
         None => "-".to_owned(),
     };
-    let hashes = match &row.hashes {
-        // As many digits as tell tiles apart.
-        Some(hashes) => [hashes.heights, hashes.blend, hashes.paths].map(|hash| hash.to_hex()[..12].to_owned()),
-        None => ["-"; 3].map(String::from),
+    // As many digits as tell tiles apart.
+    let hash = |channel| {
+        let hash = row.digest.as_ref().and_then(|digest| digest.of(channel));
+        hash.map_or("-".to_owned(), |hash| hash.to_hex()[..12].to_owned())
     };
     line([
         &row.tile.x.to_string(),
         &row.tile.y.to_string(),
         start(row.river).trim_end(),
         start(row.road).trim_end(),
-        &hashes[0],
-        &hashes[1],
-        &hashes[2],
+        &row.lines.len().to_string(),
+        &hash(Channel::Heights),
+        &hash(Channel::Blend),
         &row.files.len().to_string(),
         &row.record.as_ref().map_or("-".to_owned(), |record| format!("{} bytes", record.len())),
     ])
@@ -66,13 +67,14 @@ fn object(row: &TileRow) -> Value {
             json!({ "x": x, "y": y, "direction": direction.map(crate::agents::Direction::name) })
         })
     };
-    let hashes = row.hashes.map(|hashes| {
-        let [heights, blend, paths] =
-            [hashes.heights, hashes.blend, hashes.paths].map(|hash| hash.to_hex().to_string());
-        json!({ "heights": heights, "blend": blend, "paths": paths })
+    let hashes = row.digest.map(|digest| {
+        let hash = |(channel, hash): (Channel, Option<blake3::Hash>)| {
+            (channel.name().to_owned(), hash.map_or(Value::Null, |hash| hash.to_hex().to_string().into()))
+        };
+        Value::Object(digest.channels().map(hash).collect())
     });
     json!({
         "type": "tile", "x": row.tile.x, "y": row.tile.y, "river": start(row.river), "road": start(row.road),
-        "hashes": hashes, "files": row.files, "record_bytes": row.record.as_ref().map(Vec::len),
+        "lines": row.lines, "hashes": hashes, "files": row.files, "record_bytes": row.record.as_ref().map(Vec::len),
     })
 }

@@ -7,7 +7,7 @@
 use crate::area::TileId;
 use crate::clock::{Clock, stage};
 use crate::hash;
-use crate::preset::NoiseTerm;
+use crate::relief::settings::NoiseTerm;
 use crate::tile::Vertex;
 use crate::world::World;
 

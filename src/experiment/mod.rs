@@ -37,11 +37,11 @@ use std::time::{Duration, Instant};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::agents::walker::{Walker, WalkerOptions};
 use crate::clock::Clock;
+use crate::device::DeviceProfile;
 use crate::error::Error;
-use crate::export::DeviceProfile;
 use crate::preset::{Preset, TILE_CELLS};
+use crate::walker::{Walker, WalkerOptions};
 use crate::world::World;
 use picture::Picture;
 

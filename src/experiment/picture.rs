@@ -161,7 +161,7 @@ fn cover(tile: &Tile, [x0, y0, x1, y1]: [i64; 4]) -> Cover {
     // A half is the middle of a shoulder or bank.
     let holds =
         |share: &crate::grid::Grid<f32>| (y0..y1).any(|y| share.row(y, x0, x1).iter().any(|&share| share > 0.5));
-    match (holds(imprint.sand()), holds(imprint.dirt())) {
+    match (imprint.sand().is_some_and(holds), imprint.dirt().any(holds)) {
         (true, _) => Cover::River,
         (_, true) => Cover::Road,
         _ => Cover::Land,

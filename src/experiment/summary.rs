@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use serde::Serialize;
 
+use crate::device::DeviceProfile;
 use crate::experiment::{FRAME_RATES, Method, Options, Series, Summary, TTest, ThesisRow, Walk};
-use crate::export::DeviceProfile;
 use crate::simd::Level;
 
 /// All results of an experiment.

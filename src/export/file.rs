@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+use crate::bake::Finished;
 use crate::error::Error;
 
 /// What the names of unfinished files end with; they begin with a dot.
@@ -20,12 +21,6 @@ pub(crate) struct PartFile {
     hasher: blake3::Hasher,
     bytes: u64,
     rewritten: bool,
-}
-
-/// The size and the hash of a finished file.
-pub(crate) struct Finished {
-    pub bytes: u64,
-    pub blake3: blake3::Hash,
 }
 
 impl PartFile {

@@ -5,16 +5,49 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use crate::area::{Place, Region};
+use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::PartFile;
-use crate::export::manifest::FileRecord;
-use crate::tile::Tile;
+use crate::export::format::{Format, FormatCost, Request, folder};
+use crate::tile::{Channel, Tile};
 
 /// The file in the folder of the bake.
 pub(crate) const PATH: &str = "hashes.txt";
 
-/// One line a tile: its number and the BLAKE3 of all its bytes.
+/// The format.
+pub(crate) struct Hashes;
+
+impl Format for Hashes {
+    fn name(&self) -> &'static str {
+        "hashes"
+    }
+
+    fn about(&self) -> &'static str {
+        "BLAKE3 of each tile's heights, normals, weights, water, beds, lines and sites"
+    }
+
+    fn folders(&self) -> Vec<&'static str> {
+        vec![folder(PATH)]
+    }
+
+    fn owns(&self, path: &str) -> bool {
+        path == PATH
+    }
+
+    fn cost(&self, request: &Request) -> FormatCost {
+        // Two tile numbers of at most 20 characters, a hash of 64 for each channel, and separators.
+        const LINE_BYTES: u64 = 2 * 21 + 65 * Channel::ALL.len() as u64;
+        let disk_bytes = (request.region.tiles() + 1).saturating_mul(LINE_BYTES);
+        FormatCost { files: 1, disk_bytes, ..FormatCost::default() }
+    }
+
+    fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
+        Ok(vec![Box::new(TileHashes::create(request.region, out)?)])
+    }
+}
+
+/// One line a tile: its number and the hash of each of its channels; the first line names them.
 pub(crate) struct TileHashes {
     region: Region,
     file: Mutex<Option<PartFile>>,
@@ -23,21 +56,10 @@ pub(crate) struct TileHashes {
 impl TileHashes {
     /// Begins the list in the folder of the bake.
     pub fn create(region: Region, out: &Path) -> Result<TileHashes, Error> {
-        Ok(TileHashes { region, file: Mutex::new(Some(PartFile::create(out.join(PATH))?)) })
-    }
-}
-
-impl Tile {
-    /// The hash of everything that the tile holds: heights with their pad, normals and blend weights.
-    pub fn hash(&self) -> blake3::Hash {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(bytemuck::cast_slice(self.heights().values()));
-        for axis in self.normals().axes() {
-            hasher.update(bytemuck::cast_slice(axis.values()));
-        }
-        hasher.update(bytemuck::cast_slice(self.blend().ground().values()));
-        hasher.update(bytemuck::cast_slice(self.blend().cover().values()));
-        hasher.finalize()
+        let mut file = PartFile::create(out.join(PATH))?;
+        let names = Channel::ALL.map(Channel::name).join(" ");
+        writeln!(file, "# x y {names}").map_err(Error::io(file.path()))?;
+        Ok(TileHashes { region, file: Mutex::new(Some(file)) })
     }
 }
 
@@ -47,7 +69,7 @@ impl Sink for TileHashes {
     }
 
     fn take(&self, tile: &Tile, _place: Place) -> Result<Vec<u8>, Error> {
-        Ok(tile.hash().as_bytes().to_vec())
+        Ok(tile.digest().to_string().into_bytes())
     }
 
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
@@ -55,8 +77,8 @@ impl Sink for TileHashes {
         let file = file.as_mut().expect("rows come before the end");
         for (col, piece) in (0..).zip(pieces) {
             let id = self.region.tile(Place { row, col });
-            let hash = blake3::Hash::from_slice(piece).expect("take keeps whole hashes");
-            writeln!(file, "{} {} {hash}", id.x, id.y).map_err(Error::io(file.path()))?;
+            write!(file, "{} {} ", id.x, id.y).map_err(Error::io(file.path()))?;
+            file.write_all(piece).and_then(|()| writeln!(file)).map_err(Error::io(file.path()))?;
         }
         Ok(())
     }
@@ -64,6 +86,6 @@ impl Sink for TileHashes {
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
         let file = self.file.lock().expect("no thread panics while it writes").take();
         let finished = file.expect("a sink ends once").finish()?;
-        Ok(vec![FileRecord::new(PATH.to_owned(), "hashes", finished)])
+        Ok(vec![FileRecord::new(PATH.to_owned(), Hashes.name(), finished)])
     }
 }

@@ -1,13 +1,14 @@
 //! `bake.json`: what a bake was made from and what it left.
 
-use std::str::FromStr;
+use std::collections::BTreeSet;
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 
 use crate::area::{Region, TileId};
-use crate::error::{Error, nearest};
-use crate::export::file::Finished;
+use crate::bake::FileRecord;
+use crate::device::DeviceProfile;
+use crate::export::{Export, Profile};
 use crate::mesh::Frame;
 use crate::preset::Preset;
 use crate::world::World;
@@ -44,44 +45,6 @@ pub struct Manifest {
     pub axes: Axes,
     /// Every other file of the bake, sorted by path.
     pub files: Vec<FileRecord>,
-}
-
-/// What a bake was computed on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum DeviceProfile {
-    /// The CPU: the reference, the same bytes on every machine.
-    Cpu,
-}
-
-impl DeviceProfile {
-    /// All devices.
-    pub const ALL: [DeviceProfile; 1] = [DeviceProfile::Cpu];
-
-    /// The name, as the command knows it.
-    pub fn name(self) -> &'static str {
-        match self {
-            DeviceProfile::Cpu => "cpu",
-        }
-    }
-}
-
-impl FromStr for DeviceProfile {
-    type Err = Error;
-
-    fn from_str(name: &str) -> Result<DeviceProfile, Error> {
-        DeviceProfile::ALL.into_iter().find(|device| device.name() == name).ok_or_else(|| {
-            let names = || DeviceProfile::ALL.into_iter().map(DeviceProfile::name);
-            let list = names().collect::<Vec<_>>().join(", ");
-            Error::Option {
-                message: format!("there is no device named {name:?}"),
-                hint: match nearest(name, names()) {
-                    Some(meant) => format!("did you mean {meant}? devices: {list}"),
-                    None => format!("devices: {list}"),
-                },
-            }
-        })
-    }
 }
 
 /// Which tiles were baked.
@@ -130,67 +93,6 @@ pub struct Axes {
     pub normals: String,
 }
 
-/// A file of the bake.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct FileRecord {
-    /// Path in the folder of the bake, with `/` between its parts.
-    pub path: String,
-    /// The export that it belongs to; `registry` for the tile registry, which every bake has.
-    pub export: String,
-    /// Rasters: pixels from west to east.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub width: Option<u64>,
-    /// Rasters: pixels from north to south.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub height: Option<u64>,
-    /// Rasters: what each channel holds.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub channels: Vec<String>,
-    /// Meshes of one tile: what they show.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mesh: Option<MeshRecord>,
-    /// Files of one tile: its true number in the world.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tile: Option<TileId>,
-    /// Size in bytes.
-    pub bytes: u64,
-    /// BLAKE3 hash of its bytes, in hexadecimal.
-    pub blake3: String,
-}
-
-/// The land of a tile's mesh.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct MeshRecord {
-    /// Level of detail; 0 is every vertex.
-    pub lod: u32,
-    /// Metres that no vertex of the raster lies above or below the mesh.
-    pub error_m: f64,
-    /// Vertices of the land.
-    pub vertices: u64,
-    /// Triangles of the land.
-    pub triangles: u64,
-    /// Least metres east, up and south of the meshes' origin.
-    pub min_m: [f64; 3],
-    /// Greatest metres east, up and south of the meshes' origin.
-    pub max_m: [f64; 3],
-}
-
-impl FileRecord {
-    pub(crate) fn new(path: String, export: &str, finished: Finished) -> FileRecord {
-        FileRecord {
-            path,
-            export: export.to_owned(),
-            width: None,
-            height: None,
-            channels: Vec::new(),
-            mesh: None,
-            tile: None,
-            bytes: finished.bytes,
-            blake3: finished.blake3.to_hex().to_string(),
-        }
-    }
-}
-
 impl Manifest {
     /// The manifest of a bake that has left `files`.
     pub(crate) fn new(preset_name: &str, world: &World, region: &Region, mut files: Vec<FileRecord>) -> Manifest {
@@ -227,6 +129,16 @@ impl Manifest {
             },
             files,
         }
+    }
+
+    /// The JSON schema of the file, with the names that its files' exports can have.
+    pub fn schema() -> Schema {
+        let mut schema = schemars::schema_for!(Manifest);
+        let profiles = Profile::ALL.into_iter().map(Profile::name);
+        let names: BTreeSet<_> = Export::known().map(Export::name).chain(profiles).chain(["registry"]).collect();
+        let export = schema.pointer_mut("/$defs/FileRecord/properties/export").expect("files have exports");
+        export["enum"] = names.into_iter().collect();
+        schema
     }
 
     /// The file's text.

@@ -6,16 +6,17 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use crate::agents::paths::BYTES_A_REMEMBERED_TILE;
+use crate::agents::order_free::BYTES_A_REMEMBERED_TILE;
 use crate::area::Region;
 use crate::bake::{Sink, Watch, bake, rows_in_flight};
 use crate::error::Error;
 use crate::export::file::{PartFile, remove_unfinished, sync_folder, write_whole};
-use crate::export::image::Image;
+use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
 use crate::export::manifest::{self, Manifest};
 use crate::export::registry::BakeRegistry;
-use crate::export::{Content, Export, Format, MeshOptions, Profile, mesh, profile, vector};
-use crate::world::{HEIGHT_PAD, World};
+use crate::export::{Export, MeshOptions, Profile, profile};
+use crate::tile::shaped_input;
+use crate::world::World;
 
 /// A bake that has been thought through: the formats can hold the region.
 pub struct Plan<'a> {
@@ -41,18 +42,11 @@ pub struct Cost {
 /// The program itself, with the stacks of its threads and what the allocator keeps.
 const PROCESS_BYTES: u64 = 32 << 20;
 
-/// Bytes of the manifest without its files and of a file's entry in it, rounded up.
+/// Bytes of the manifest without its files, rounded up.
 const MANIFEST_BYTES: u64 = 16 << 10;
-const RECORD_BYTES: u64 = 512;
 
 /// Bytes of a tile's row of the registry while it waits to be written.
 const ROW_BYTES: u64 = 512;
-
-/// What headers, checksums and incompressible blocks add to raw samples: fdeflate's fixed code stretches noise by
-/// less than an eighth.
-fn encoded_at_most(raw: u64, rows: u64) -> u64 {
-    raw.saturating_add(raw / 8).saturating_add(rows.saturating_mul(16)).saturating_add(4096)
-}
 
 impl<'a> Plan<'a> {
     /// The plan of baking `region` of `world` into `exports`, and into those that they refer to.
@@ -81,49 +75,29 @@ impl<'a> Plan<'a> {
     }
 
     fn checked(mut self) -> Result<Plan<'a>, Error> {
-        let Plan { world, preset_name, region, exports, .. } = &mut self;
-        for needed in exports.clone().into_iter().filter_map(Export::needs) {
-            if !exports.contains(&needed) {
-                exports.push(needed);
-            }
-        }
-        if exports.iter().any(|export| export.0.content == Content::Gltf) {
-            mesh::GltfSink::check(region)?;
-        }
-        let side = region.width().max(region.height());
-        let holds = |image: &Image| image.tiles || side <= image.format.max_side();
-        if let Some(image) = exports.iter().flat_map(|export| export.images()).find(|image| !holds(image)) {
-            let instead =
-                |other: &Export| other.images().any(|other| other.quantity == image.quantity && holds(&other));
-            let others: Vec<_> = Export::all().filter(instead).map(Export::name).collect();
-            return Err(Error::Export {
-                message: format!(
-                    "export {} writes one {} of the region, which holds at most {} a side; the region has {} x {}",
-                    image.export,
-                    image.format.extension().to_uppercase(),
-                    image.format.max_side(),
-                    region.width(),
-                    region.height()
-                ),
-                hint: format!("exports that hold it: {}", others.join(", ")),
-            });
-        }
-        let needs_water = |export: &Export| export.images().any(|image| image.quantity.needs_water());
-        if let Some(export) = exports.iter().find(|export| needs_water(export))
-            && world.relief().fluvial().is_none()
-        {
-            let others: Vec<_> = Export::all().filter(|export| !needs_water(export)).map(Export::name).collect();
-            return Err(Error::Export {
-                message: format!(
-                    "export {export} shows the water of fluvial relief, and {preset_name} has relief of noise"
-                ),
-                hint: format!(
-                    "bake a preset with [fluvial], or leave it out; exports for this one: {}",
-                    others.join(", ")
-                ),
-            });
-        }
+        let needed: Vec<_> = self.exports.iter().filter_map(|export| export.0.needs()).collect();
+        let missing = |export: &Export| needed.contains(&export.name()) && !self.exports.contains(export);
+        self.exports.extend(Export::all().filter(missing).collect::<Vec<_>>());
+        let request = self.request();
+        self.exports.iter().try_for_each(|export| export.0.check(&request))?;
+        self.exports.iter().try_for_each(|export| self.check_shows(*export))?;
         Ok(self)
+    }
+
+    /// Refuses an export of what the world has not.
+    fn check_shows(&self, export: Export) -> Result<(), Error> {
+        let Some(Lack { shows, has, preset }) = export.0.lacks(self.world) else { return Ok(()) };
+        let others: Vec<_> =
+            Export::all().filter(|other| other.0.lacks(self.world).is_none()).map(Export::name).collect();
+        Err(Error::Export {
+            message: format!("export {export} shows {shows}, and {} has {has}", self.preset_name),
+            hint: format!("bake {preset}, or leave it out; exports for this one: {}", others.join(", ")),
+        })
+    }
+
+    fn request(&self) -> Request<'_> {
+        let Plan { world, region, ref meshes, .. } = *self;
+        Request { world, region, meshes }
     }
 
     /// The same plan with meshes made in another way.
@@ -135,6 +109,21 @@ impl<'a> Plan<'a> {
         Ok(Plan { meshes, ..self })
     }
 
+    /// Whether any export reads each of some options of the command that only some exports read.
+    ///
+    /// # Errors
+    /// When none does; the hint names those that would.
+    pub fn check_options(&self, given: &[&str]) -> Result<(), Error> {
+        let reads = |export: &Export, option: &str| export.0.options().contains(&option);
+        let unread = given.iter().find(|option| !self.exports.iter().any(|export| reads(export, option)));
+        let Some(option) = unread else { return Ok(()) };
+        let readers: Vec<_> = Export::all().filter(|export| reads(export, option)).map(Export::name).collect();
+        Err(Error::Option {
+            message: format!("no export of this bake reads {option}"),
+            hint: format!("leave it out, or bake one of those that do: {}", readers.join(", ")),
+        })
+    }
+
     /// The region.
     pub fn region(&self) -> &Region {
         &self.region
@@ -144,64 +133,26 @@ impl<'a> Plan<'a> {
     pub fn cost(&self, threads: usize) -> Cost {
         let region = &self.region;
         let side = region.tile_cells() as u64 + 1;
-        let written = self.profile.map_or(&[][..], Profile::written);
-        let (mut files, mut disk_bytes, mut kept_a_vertex, mut largest_tile_file) = (1u64, MANIFEST_BYTES, 0u64, 0u64);
-        // The registry, and what a profile writes besides.
-        files += 1 + written.len() as u64;
-        disk_bytes += written.len() as u64 * profile::WRITTEN_BYTES;
-        disk_bytes = disk_bytes.saturating_add(BakeRegistry::bytes_at_most(&self.exports, region));
-        for export in &self.exports {
-            let others = export.other_files(self.world, region, &self.meshes);
-            files = files.saturating_add(others);
-            // One mesh a tile and level of detail, each in a file or a part of one.
-            let lods = self.meshes.lods.all().len() as u64;
-            let of_meshes = |bytes: u64| {
-                (bytes + RECORD_BYTES).saturating_mul(lods).saturating_mul(region.tiles()).saturating_add(1 << 20)
-            };
-            disk_bytes = disk_bytes.saturating_add(match export.0.content {
-                Content::Rasters { .. } | Content::Engine(_) => 0,
-                // Two tile numbers of at most 20 characters, a hash of 64 and three separators.
-                Content::Hashes => region.tiles().saturating_mul(107),
-                Content::GeoPackage | Content::GeoJson => vector::bytes_at_most(self.world, region),
-                // The region's file has some kilobytes of each tile.
-                Content::Gltf => of_meshes(mesh::GltfSink::bytes_at_most(region) + (16 << 10)),
-                Content::Obj { .. } => of_meshes(mesh::ObjSink::bytes_at_most(region)),
-            });
-            let a_mesh = match export.0.content {
-                Content::Gltf => mesh::GltfSink::bytes_at_most(region),
-                Content::Obj { .. } => mesh::ObjSink::bytes_at_most(region),
-                _ => 0,
-            };
-            largest_tile_file = largest_tile_file.max(a_mesh);
-            for image in export.images() {
-                let bytes = image.quantity.sample().bytes() as u64;
-                let (count, (width, height)) = match image.tiles {
-                    true => (region.tiles(), (side, side)),
-                    false => (1, image.size(region)),
-                };
-                let samples = width.saturating_mul(height).saturating_mul(image.format.copies());
-                let file = encoded_at_most(samples.saturating_mul(bytes), height);
-                // A bare raster has a sidecar, which is about as long as its entry in the manifest.
-                let sidecars = u64::from(image.format == Format::R16);
-                let with_records = file.saturating_add(RECORD_BYTES * (1 + 2 * sidecars));
-                match image.tiles {
-                    true => largest_tile_file = largest_tile_file.max(file),
-                    false => kept_a_vertex += bytes,
-                }
-                files = files.saturating_add(count.saturating_mul(1 + sidecars));
-                disk_bytes = disk_bytes.saturating_add(with_records.saturating_mul(count));
-            }
-        }
-        let padded = side + 2 * HEIGHT_PAD as u64;
+        let request = self.request();
+        let costs = self.exports.iter().map(|export| export.0.cost(&request));
+        let FormatCost { mut files, mut disk_bytes, kept_a_vertex, tile_file_bytes } =
+            costs.fold(FormatCost::default(), FormatCost::and);
+        // The manifest, the registry, and what a profile writes besides.
+        let written = self.profile.map_or(0, |profile| profile.written().len() as u64);
+        files = files.saturating_add(2 + written);
+        let besides = BakeRegistry::bytes_at_most(&self.exports, region)
+            .saturating_add(MANIFEST_BYTES + written * profile::WRITTEN_BYTES);
+        disk_bytes = disk_bytes.saturating_add(besides);
+        let shaped = shaped_input(region.at().area(region.tile_cells())).len() as u64;
         // Heights, four floats of normal and slope and two words of weights a vertex, the relief's bands, and a file.
-        let a_thread = padded * padded * 4 + side * side * (16 + 8) + (5 << 18) + 2 * largest_tile_file;
+        let a_thread = shaped * 4 + side * side * (16 + 8) + (5 << 18) + 2 * tile_file_bytes;
         // Two batches of rows: the one that is made and the one that is written.
         let tiles_in_flight = region.cols().saturating_mul(rows_in_flight(region, threads) * 2);
         let in_flight = tiles_in_flight.saturating_mul(side * side * kept_a_vertex);
         let records = files.saturating_mul(RECORD_BYTES);
         let rows = tiles_in_flight.saturating_mul(ROW_BYTES);
         let remembered =
-            self.world.paths().tiles_to_remember(region.cols()).saturating_mul(BYTES_A_REMEMBERED_TILE) as u64;
+            self.world.agents().tiles_to_remember(region.cols()).saturating_mul(BYTES_A_REMEMBERED_TILE) as u64;
         let parts = [in_flight, a_thread * threads as u64, remembered, records, rows, PROCESS_BYTES];
         Cost { files, disk_bytes, memory_bytes: parts.into_iter().fold(0, u64::saturating_add) }
     }
@@ -230,8 +181,9 @@ impl<'a> Plan<'a> {
             fs::create_dir_all(&path).map_err(Error::io(&path))?;
         }
         let mut sinks: Vec<Box<dyn Sink + '_>> = vec![Box::new(BakeRegistry::create(&self.exports, self.region, out)?)];
+        let request = self.request();
         for export in &self.exports {
-            sinks.extend(export.sinks(self.world, self.region, &self.meshes, out)?);
+            sinks.extend(export.0.sinks(&request, out)?);
         }
         // Every tile, to every sink.
         bake(self.world, &self.region, &sinks, watch)?;
@@ -258,11 +210,7 @@ impl<'a> Plan<'a> {
 
 /// The folders in the folder of a bake that hold the files of some exports, `""` for itself.
 fn folders(exports: impl Iterator<Item = Export>) -> BTreeSet<&'static str> {
-    let files = exports.flat_map(|export| {
-        let meshes = export.is_mesh().then_some(mesh::FOLDER_AND_FILE);
-        export.images().map(|image| image.stem).chain(export.others().iter().copied()).chain(meshes)
-    });
-    files.map(|file| file.split_once('/').map_or("", |parts| parts.0)).chain([""]).collect()
+    exports.flat_map(|export| export.0.folders()).chain([""]).collect()
 }
 
 /// A folder that a bake may write to.
@@ -348,7 +296,7 @@ impl Output {
             for name in entries.flatten().filter_map(|entry| entry.file_name().into_string().ok()) {
                 let path = if folder.is_empty() { name } else { format!("{folder}/{name}") };
                 if !kept.contains(&path[..])
-                    && (profile::names(&path) || Export::known().any(|export| export.names(&path)))
+                    && (profile::names(&path) || Export::known().any(|export| export.0.owns(&path)))
                 {
                     _ = fs::remove_file(self.path.join(path));
                 }

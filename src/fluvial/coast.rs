@@ -138,7 +138,7 @@ mod tests {
     #[test]
     fn the_coast_does_not_depend_on_the_window() {
         let (_, preset) = Preset::load("archipelago").unwrap();
-        let fields = Fields::new(&preset, preset.fluvial.as_ref().unwrap(), 1);
+        let fields = Fields::new(preset.fluvial.as_ref().unwrap(), preset.spacing_m, preset.sea_level_m, 1);
         let vertices = displacements();
         let metres: Vec<f32> = vertices.iter().map(|by| by * preset.spacing_m as f32).collect();
         let high_m = vec![1e6; vertices.len()];

@@ -4,7 +4,6 @@ use super::point::{GRAINS, Point, PointNoise};
 use super::settings::FluvialSettings;
 use crate::geometry::length;
 use crate::hash::{self, Stream};
-use crate::preset::Preset;
 
 /// The slowly varying fields, and the laws that make slopes and widths of them.
 #[derive(Debug)]
@@ -41,24 +40,24 @@ const COAST_INCISION: f64 = 0.7;
 const WIDEST_TROUGH: f64 = 0.3;
 
 impl Fields {
-    /// The fields of a checked preset that has fluvial relief, its defaults filled in.
-    pub fn new(preset: &Preset, settings: &FluvialSettings, seed: u64) -> Fields {
-        let metres_a_grain = preset.spacing_m / GRAINS as f64;
-        let finest_vertices = (settings.trunk_m / preset.spacing_m / (1u64 << settings.levels) as f64).round().max(1.0);
+    /// The fields of checked settings.
+    pub fn new(settings: &FluvialSettings, spacing_m: f64, sea_level_m: Option<f64>, seed: u64) -> Fields {
+        let metres_a_grain = spacing_m / GRAINS as f64;
+        let finest_vertices = (settings.trunk_m / spacing_m / (1u64 << settings.levels) as f64).round().max(1.0);
         let basin_m = settings.basin_m.unwrap_or(5.0 * settings.trunk_m);
         let noise = |wavelength_m: f64, octaves, stream: Stream| {
             PointNoise::new((wavelength_m / metres_a_grain).round() as i64, octaves, hash::stream(seed, stream))
         };
         let mask = &settings.uplift.mask;
-        let octaves = if preset.sea_level_m.is_some() { settings.coast.octaves } else { 2 };
+        let octaves = if sea_level_m.is_some() { settings.coast.octaves } else { 2 };
         Fields {
             settings: settings.clone(),
             metres_a_grain,
             finest: finest_vertices as i64 * GRAINS,
             potential: noise(basin_m, octaves, Stream::Potential),
             uplift: noise(mask.wavelength_m, mask.octaves, Stream::Uplift),
-            sea: preset.sea_level_m.map(|level_m| Sea { level_m, metres_a_unit: basin_m / 2.0 }),
-            base_m: preset.sea_level_m.unwrap_or(0.0) + settings.base_m,
+            sea: sea_level_m.map(|level_m| Sea { level_m, metres_a_unit: basin_m / 2.0 }),
+            base_m: sea_level_m.unwrap_or(0.0) + settings.base_m,
         }
     }
 

@@ -40,14 +40,15 @@ mod coast;
 mod water;
 pub mod rivers;
 mod strahler;
-mod ground;
+pub mod survey;
+pub mod landforms;
 
 use std::sync::Arc;
 
 use crate::area::Area;
 use crate::clock::{Clock, stage};
 use crate::hash::{self, Stream};
-use crate::preset::Preset;
+use crate::names::Names;
 use crate::simd::dispatch;
 use fields::Fields;
 use gullies::Gullies;
@@ -55,7 +56,7 @@ pub use land::{Land, Water, WaterKind};
 use lift::Lift;
 use network::Network;
 use point::Point;
-use rivers::Rivers;
+use rivers::RiverMemories;
 use segment::Segments;
 use settings::FluvialSettings;
 use valley::{FillValleys, Valleys};
@@ -71,25 +72,33 @@ pub struct Fluvial {
     warp: Warp,
     gullies: Option<Gullies>,
     lift: Lift,
-    rivers: Rivers,
-    ground: ground::Memories,
+    rivers: RiverMemories,
+    names: Option<Names>,
+    survey: survey::Memories,
 }
 
 /// Vertices from one place to the next at which the slope of the hills is known: uplift varies over kilometres.
 const SLOPE_STEP: i64 = 32;
 
 impl Fluvial {
-    /// The relief of a checked preset with those settings.
-    pub(crate) fn new(preset: &Preset, settings: &FluvialSettings, seed: u64) -> Fluvial {
-        let fields = Arc::new(Fields::new(preset, settings, seed));
+    /// The relief of checked settings, whose rivers have those names.
+    pub(crate) fn new(
+        settings: &FluvialSettings,
+        spacing_m: f64,
+        sea_level_m: Option<f64>,
+        seed: u64,
+        names: Option<Names>,
+    ) -> Fluvial {
+        let fields = Arc::new(Fields::new(settings, spacing_m, sea_level_m, seed));
         Fluvial {
-            spacing_m: preset.spacing_m,
+            spacing_m,
             network: Network::new(Arc::clone(&fields), hash::stream(seed, Stream::Network)),
-            warp: Warp::new(&fields, preset.spacing_m, seed),
-            gullies: Gullies::new(&fields, preset.spacing_m, seed),
+            warp: Warp::new(&fields, spacing_m, seed),
+            gullies: Gullies::new(&fields, spacing_m, seed),
             lift: Lift::new(settings, seed),
-            rivers: Rivers::default(),
-            ground: ground::Memories::default(),
+            rivers: RiverMemories::default(),
+            names,
+            survey: survey::Memories::default(),
             fields,
         }
     }
@@ -121,7 +130,9 @@ impl Fluvial {
     pub fn range_m(&self) -> (f32, f32) {
         let settings = self.fields.settings();
         let sea_m = self.fields.sea_level_m();
-        let floor_m = if sea_m.is_finite() { sea_m - settings.coast.depth_m } else { f64::INFINITY };
+        // Layers of rock lie below the height that they are made of, by the shore too.
+        let shore_m = if sea_m.is_finite() { self.lift.at(sea_m) } else { f64::INFINITY };
+        let floor_m = if sea_m.is_finite() { shore_m.min(sea_m - settings.coast.depth_m) } else { f64::INFINITY };
         let lowest_m = floor_m.min(self.lift.at(self.fields.sink_level_m(false)));
         let ceiling_m = settings.ceiling_m;
         let lake_m = self.fields.lake_half_width() * self.fields.metres_a_grain() * LAKE_DEPTH as f64;

@@ -5,7 +5,6 @@
 //! falls from point to point; all parts of a course know its name.
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::sync::Arc;
 
 use super::Fluvial;
@@ -15,77 +14,10 @@ use super::point::{GRAINS, Point};
 use super::strahler::{Join, Strahler, locate};
 use super::tributary::most_area;
 use super::trunk::NodeId;
+use super::water::river_depth_m;
 use crate::area::Area;
-use crate::geometry::LineSegment;
+use crate::lines::{self, Bed, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
 use crate::memory::Memory;
-
-/// The id of a river: the channel in which it begins, and its number among those that begin there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct RiverId {
-    /// The channel.
-    pub channel: ChannelId,
-    /// 0 but where a channel is cut by lakes or by the sea.
-    pub part: u32,
-}
-
-impl fmt::Display for RiverId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (level, x, y) = self.channel;
-        write!(f, "r{level}:{x}:{y}")?;
-        if self.part > 0 { write!(f, ":{}", self.part) } else { Ok(()) }
-    }
-}
-
-/// A point of a river.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RiverPoint {
-    /// Where it is in the world.
-    pub at: Point,
-    /// Height of the water's surface in metres.
-    pub level_m: f64,
-}
-
-/// What a river ends in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RiverEnding {
-    /// In that river.
-    River(RiverId),
-    /// In the lake at that node of the trunk lattice.
-    Lake(NodeId),
-    /// In the sea.
-    Sea,
-    /// In a basin without outlet and without a lake.
-    Sink,
-}
-
-/// A river: a line of water that falls from its first point to its last. Pairs are at its start and at its end.
-#[derive(Clone, Debug, PartialEq)]
-pub struct River {
-    /// Its name in the world.
-    pub id: RiverId,
-    /// The topmost channel of its course, which the parts between lakes have in common.
-    pub course: ChannelId,
-    /// Strahler's order at its end, of the channels that hold water.
-    pub order: u32,
-    /// At least two points, each lower than the one before, a few vertices apart.
-    pub line: Vec<RiverPoint>,
-    /// Widths in metres.
-    pub width_m: [f64; 2],
-    /// Discharges in cubic metres a second.
-    pub discharge_m3s: [f64; 2],
-    /// What it ends in.
-    pub ending: RiverEnding,
-}
-
-impl River {
-    /// Whether a part of it lies in the rectangle that the outer vertices of an area span.
-    pub fn touches(&self, area: &Area) -> bool {
-        let (low, high) = (Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1 - 1, area.y1 - 1));
-        self.line.windows(2).any(|pair| {
-            LineSegment::between(pair[0].at.from(low), pair[1].at.from(low)).touches_rectangle(high.from(low))
-        })
-    }
-}
 
 /// Grains from one point of a river to the next at most: the world bends what is straight between two knots.
 const STEP: f64 = 3.0 * GRAINS as f64;
@@ -95,15 +27,15 @@ const PAST_COAST: f64 = 0.5 * GRAINS as f64;
 
 /// What is remembered of rivers.
 #[derive(Debug)]
-pub(super) struct Rivers {
+pub(super) struct RiverMemories {
     strahler: Strahler,
     courses: Memory<ChannelId, Course>,
-    of_courses: Memory<ChannelId, Vec<Arc<River>>>,
+    of_courses: Memory<ChannelId, Vec<Arc<Line>>>,
 }
 
-impl Default for Rivers {
-    fn default() -> Rivers {
-        Rivers { strahler: Strahler::default(), courses: Memory::new(1 << 11), of_courses: Memory::new(1 << 11) }
+impl Default for RiverMemories {
+    fn default() -> RiverMemories {
+        RiverMemories { strahler: Strahler::default(), courses: Memory::new(1 << 11), of_courses: Memory::new(1 << 11) }
     }
 }
 
@@ -117,10 +49,10 @@ struct Course {
 /// A part of a course that is a river.
 #[derive(Debug)]
 struct Part {
-    id: RiverId,
+    id: LineId,
     samples: Vec<Sample>,
     /// What it was cut by; `None` where the course itself ends.
-    end: Option<Ground>,
+    end: Option<LiesIn>,
 }
 
 /// A place of a course: in the network, not in the world.
@@ -148,9 +80,9 @@ impl Sample {
 
 /// What a place of a course lies in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Ground {
+enum LiesIn {
     Dry,
-    Bed,
+    Channel,
     Lake(NodeId),
     Sea,
 }
@@ -179,7 +111,7 @@ impl LakePiece {
 
 impl Fluvial {
     /// All rivers of which a part lies in the rectangle that the outer vertices of an area span, whole, sorted by id.
-    pub fn rivers(&self, area: &Area) -> Vec<Arc<River>> {
+    pub fn rivers(&self, area: &Area) -> Vec<Arc<Line>> {
         let rectangle = self.network_around(area, 0);
         let mut found = BTreeMap::new();
         for level in (0..self.fields.levels()).take_while(|level| self.has_rivers(*level)) {
@@ -214,11 +146,12 @@ impl Fluvial {
     }
 
     /// The river that a lake runs out by, if it does.
-    pub fn outlet(&self, node: NodeId) -> Option<RiverId> {
+    pub fn outlet(&self, node: NodeId) -> Option<LineId> {
         let id = (0, node.0, node.1);
         self.network.trunks().drained(node).to?;
         // Not one that begins further down, after a lake or a bay that this one touches.
-        self.rivers_of(id).first().map(|river| river.id).filter(|river| river.channel == id)
+        let first = self.rivers_of(id).first().map(|river| river.id);
+        first.filter(|river| matches!(river, LineId::River { channel, .. } if *channel == id))
     }
 
     /// The points of the network that a channel must touch to touch an area in the world, with some grains to spare.
@@ -299,7 +232,7 @@ impl Fluvial {
     fn parts(&self, channels: &[Arc<Channel>]) -> Vec<Part> {
         let mut parts: Vec<Part> = Vec::new();
         let mut open: Vec<Sample> = Vec::new();
-        let mut last: Option<(Sample, Ground)> = None;
+        let mut last: Option<(Sample, LiesIn)> = None;
         for (number, channel) in channels.iter().enumerate() {
             let lakes = self.lakes_around(channel);
             let ground = |sample: &Sample| self.ground(sample, &lakes);
@@ -307,20 +240,20 @@ impl Fluvial {
             for sample in samples(number, channel, &joins) {
                 let here = ground(&sample);
                 if let Some((before, was)) = last
-                    && (was == Ground::Bed) != (here == Ground::Bed)
+                    && (was == LiesIn::Channel) != (here == LiesIn::Channel)
                 {
                     let edge = if before.place.0 == number { between(before, sample, ground) } else { sample };
                     open.push(edge);
-                    if here == Ground::Sea {
+                    if here == LiesIn::Sea {
                         let left = edge.at.distance(sample.at);
                         open.push(edge.towards(&sample, (PAST_COAST / left.max(1.0)).min(1.0)));
                     }
-                    if here != Ground::Bed {
+                    if here != LiesIn::Channel {
                         // What it is cut by is known just behind the edge.
                         close(&mut parts, channels, std::mem::take(&mut open), Some(here));
                     }
                 }
-                if here == Ground::Bed {
+                if here == LiesIn::Channel {
                     open.push(sample);
                 }
                 last = Some((sample, here));
@@ -330,14 +263,14 @@ impl Fluvial {
         parts
     }
 
-    fn ground(&self, sample: &Sample, lakes: &[LakePiece]) -> Ground {
+    fn ground(&self, sample: &Sample, lakes: &[LakePiece]) -> LiesIn {
         if !self.is_wet(sample.area) {
-            return Ground::Dry;
+            return LiesIn::Dry;
         }
         if self.fields.in_sea(sample.at) {
-            return Ground::Sea;
+            return LiesIn::Sea;
         }
-        lakes.iter().find(|piece| piece.holds(sample.at)).map_or(Ground::Bed, |piece| Ground::Lake(piece.node))
+        lakes.iter().find(|piece| piece.holds(sample.at)).map_or(LiesIn::Channel, |piece| LiesIn::Lake(piece.node))
     }
 
     /// The pieces of trunks that are lakes, around a channel.
@@ -370,7 +303,7 @@ impl Fluvial {
     }
 
     /// All rivers of the course that begins in a channel.
-    fn rivers_of(&self, top: ChannelId) -> Arc<Vec<Arc<River>>> {
+    fn rivers_of(&self, top: ChannelId) -> Arc<Vec<Arc<Line>>> {
         self.rivers.of_courses.get(top, || {
             let course = self.course(top);
             let whole = self.follow_up(top, |_| false);
@@ -379,37 +312,69 @@ impl Fluvial {
         })
     }
 
-    fn river(&self, course: &Course, part: &Part, whole: ChannelId) -> Option<River> {
-        let line = self.line(&part.samples)?;
-        let [start, end] = [part.samples[0], part.samples[part.samples.len() - 1]];
-        let channel = &course.channels[end.place.0];
-        let ending = match part.end {
-            Some(Ground::Lake(node)) => RiverEnding::Lake(node),
-            Some(Ground::Sea) => RiverEnding::Sea,
-            Some(Ground::Dry | Ground::Bed) => RiverEnding::Sink,
-            None => match channel.mouth {
-                Mouth::Sea => RiverEnding::Sea,
-                Mouth::Sink(_) => RiverEnding::Sink,
-                Mouth::Channel(other) => self.joined(other, end.at).map_or(RiverEnding::Sink, RiverEnding::River),
-            },
+    fn river(&self, course: &Course, part: &Part, whole: ChannelId) -> Option<Line> {
+        let samples = self.falling(&part.samples);
+        if samples.len() < 2 {
+            return None;
+        }
+        let first = samples[0].0;
+        let origin = [first.x, first.y].map(|grains| grains.div_euclid(GRAINS));
+        let corner = Point::at_vertex(origin[0], origin[1]);
+        let point = |(at, level_m, area): &(Point, f64, f64)| {
+            let discharge_m3s = self.fields.discharge_m3s(*area);
+            LinePoint {
+                place: at.from(corner).map(|grains| grains / GRAINS as f64),
+                level_m: *level_m,
+                floor_m: level_m - river_depth_m(discharge_m3s) as f64,
+                half_width_m: self.fields.river_width_m(*area) / 2.0,
+                discharge_m3s,
+            }
         };
-        Some(River {
+        let points: Vec<LinePoint> = samples.iter().map(point).collect();
+        let end = part.samples[part.samples.len() - 1];
+        let channel = &course.channels[end.place.0];
+        let order = self.rivers.strahler.orders(self, channel).at(end.place.1);
+        let widest_m = points.iter().map(|point| point.half_width_m).fold(0.0, f64::max);
+        let (level, x, y) = whole;
+        let side = self.fields.side(level);
+        let source = [x, y].map(|at| (at * side).div_euclid(GRAINS));
+        Some(Line {
             id: part.id,
-            course: whole,
-            order: self.rivers.strahler.orders(self, channel).at(end.place.1),
-            line,
-            width_m: [start, end].map(|sample| self.fields.river_width_m(sample.area)),
-            discharge_m3s: [start, end].map(|sample| self.fields.discharge_m3s(sample.area)),
-            ending,
+            kind: LineKind::River,
+            class: LineClass::Order(order),
+            // All parts of a course have one name.
+            name: self.names.as_ref().map(|names| names.river(source, &[i64::from(level), x, y])),
+            course: LineId::River { channel: whole, part: 0 },
+            origin,
+            bounds: lines::bounds(origin, &points, widest_m / self.spacing_m),
+            points,
+            structures: Vec::new(),
+            end: self.end(part, channel, end.at),
+            bed: Bed::Natural,
+            spacing_m: self.spacing_m,
         })
     }
 
-    /// The points of a river in the world; `None` if it does not fall.
-    fn line(&self, samples: &[Sample]) -> Option<Vec<RiverPoint>> {
-        let mut line: Vec<RiverPoint> = Vec::with_capacity(samples.len());
-        let falls = |from: &RiverPoint, to: &RiverPoint| from.level_m > to.level_m && from.at != to.at;
+    /// What a part of a course ends in, in a channel at a point.
+    fn end(&self, part: &Part, channel: &Channel, at: Point) -> LineEnd {
+        match part.end {
+            Some(LiesIn::Lake(node)) => LineEnd::Lake(node),
+            Some(LiesIn::Sea) => LineEnd::Sea,
+            Some(LiesIn::Dry | LiesIn::Channel) => LineEnd::Sink,
+            None => match channel.mouth {
+                Mouth::Sea => LineEnd::Sea,
+                Mouth::Sink(_) => LineEnd::Sink,
+                Mouth::Channel(other) => self.joined(other, at).map_or(LineEnd::Sink, LineEnd::Line),
+            },
+        }
+    }
+
+    /// Where samples lie in the world, the level of their water and the area that they drain: those that fall.
+    fn falling(&self, samples: &[Sample]) -> Vec<(Point, f64, f64)> {
+        let mut line: Vec<(Point, f64, f64)> = Vec::with_capacity(samples.len());
+        let falls = |from: &(Point, f64, f64), to: &(Point, f64, f64)| from.1 > to.1 && from.0 != to.0;
         for (index, sample) in samples.iter().enumerate() {
-            let point = RiverPoint { at: self.in_world(sample.at), level_m: self.lifted_m(sample.level_m) };
+            let point = (self.in_world(sample.at), self.lifted_m(sample.level_m), sample.area);
             // The end stays where it is, whatever must go for it.
             while index + 1 == samples.len() && line.len() > 1 && !falls(&line[line.len() - 1], &point) {
                 line.pop();
@@ -418,11 +383,11 @@ impl Fluvial {
                 line.push(point);
             }
         }
-        (line.len() > 1).then_some(line)
+        line
     }
 
     /// The river that a channel is at a point, or the next one that it is below.
-    fn joined(&self, id: ChannelId, at: Point) -> Option<RiverId> {
+    fn joined(&self, id: ChannelId, at: Point) -> Option<LineId> {
         let course = self.course(self.top(id));
         let number = course.channels.iter().position(|channel| channel.id == id)?;
         // A point is rounded to a grain.
@@ -458,21 +423,22 @@ fn samples(number: usize, channel: &Channel, joins: &[Join]) -> Vec<Sample> {
 }
 
 /// The last place of the bed between two of which one is in it.
-fn between(from: Sample, to: Sample, ground: impl Fn(&Sample) -> Ground) -> Sample {
-    let (mut bed, mut other) = if ground(&from) == Ground::Bed { (0.0, 1.0) } else { (1.0, 0.0) };
+fn between(from: Sample, to: Sample, ground: impl Fn(&Sample) -> LiesIn) -> Sample {
+    let (mut bed, mut other) = if ground(&from) == LiesIn::Channel { (0.0, 1.0) } else { (1.0, 0.0) };
     for _ in 0..16 {
         let middle = f64::midpoint(bed, other);
-        if ground(&from.towards(&to, middle)) == Ground::Bed { bed = middle } else { other = middle }
+        if ground(&from.towards(&to, middle)) == LiesIn::Channel { bed = middle } else { other = middle }
     }
     from.towards(&to, bed)
 }
 
 /// Ends a part, if there is one.
-fn close(parts: &mut Vec<Part>, channels: &[Arc<Channel>], samples: Vec<Sample>, end: Option<Ground>) {
+fn close(parts: &mut Vec<Part>, channels: &[Arc<Channel>], samples: Vec<Sample>, end: Option<LiesIn>) {
     if samples.len() < 2 {
         return;
     }
     let channel = channels[samples[0].place.0].id;
-    let part = parts.iter().filter(|part| part.id.channel == channel).count() as u32;
-    parts.push(Part { id: RiverId { channel, part }, samples, end });
+    let begun = |part: &&Part| matches!(part.id, LineId::River { channel: other, .. } if other == channel);
+    let part = parts.iter().filter(begun).count() as u32;
+    parts.push(Part { id: LineId::River { channel, part }, samples, end });
 }

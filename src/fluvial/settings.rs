@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::preset::{Fault, HEIGHT_LIMIT_M, KeyPath, Mask};
+use crate::recipe::fault::{Fault, KeyPath};
+use crate::recipe::mask::Mask;
 
 /// Relief that water made: rivers first, and the land between them after.
 ///
@@ -13,50 +14,69 @@ use crate::preset::{Fault, HEIGHT_LIMIT_M, KeyPath, Mask};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FluvialSettings {
-    /// Metres between trunk rivers, about: 64 to 4096 vertices. Default: 12,800.
+    /// Metres between trunk rivers, about: 0.064 to 40,960,000 and 64 to 4096 times `spacing_m`. Default: 12,800.
+    #[schemars(range(min = 0.064, max = 40_960_000))]
     pub trunk_m: f64,
     /// Levels of tributaries below the trunks, 2 to 7: the last is `trunk_m / 2^levels` apart, at least 8 vertices.
     /// Default: 6.
+    #[schemars(range(min = 2, max = 7))]
     pub levels: u32,
-    /// Wavelength in metres of what decides where the water flows at large, 2 to 64 times `trunk_m`. Default: 5 times.
+    /// Wavelength in metres of what decides where the water flows at large, 0.1 to 1,000,000,000 and
+    /// 2 to 64 times `trunk_m`. Default: 5 times.
+    #[schemars(range(min = 0.1, max = 1e9))]
     pub basin_m: Option<f64>,
-    /// Height of the water that has no way out: inland lakes. In metres above the sea level, or above 0. Default: 200.
+    /// Height of the water that has no way out: inland lakes. In metres above the sea level, or above 0; 0 to 10,000. Default: 200.
+    #[schemars(range(min = 0, max = 10_000))]
     pub base_m: f64,
     /// Slope of a river that drains a square of side `trunk_m`, where the uplift is whole, 0.0001 to 0.2.
     /// Default: 0.014.
+    #[schemars(range(min = 0.0001, max = 0.2))]
     pub trunk_slope: f64,
     /// Slope that no river exceeds, as a share of that of the hillsides, 0.05 to 0.9. Default: 0.45.
+    #[schemars(range(min = 0.05, max = 0.9))]
     pub channel_slope: f64,
     /// Slope of hillsides where there is no uplift and where it is whole, 0.005 to 2. Default: [0.2, 0.8].
+    #[schemars(inner(range(min = 0.005, max = 2)))]
     pub hill_slope: [f64; 2],
     /// Where the land rises, and so is mountainous.
     pub uplift: Uplift,
     /// How rounded valley floors are: half their width as a share of the side of the area that drains there, 0 to 0.2.
     /// Default: 0.03.
+    #[schemars(range(min = 0, max = 0.2))]
     pub valley: f64,
     /// Metres of height by which crests are rounded off, 0 to 1000. Default: 20.
+    #[schemars(range(min = 0, max = 1000))]
     pub crest_m: f64,
     /// How far all lines bend from the straight, 0 to 1. Default: 0.9.
+    #[schemars(range(min = 0, max = 1))]
     pub bend: f64,
     /// Gullies on the hillsides: their depth as a share of what slope and spacing allow, 0 to 1. Default: 0.5.
+    #[schemars(range(min = 0, max = 1))]
     pub gullies: f64,
-    /// No land is higher than this many metres, and what comes near is pressed together. Default: 4800.
+    /// No land is higher than this many metres, and what comes near is pressed together; 10 to 10,000. Default: 4800.
+    #[schemars(range(min = 10, max = 10_000))]
     pub ceiling_m: f64,
     /// Share of the ceiling from which on the land is pressed together, 0.1 to 0.98: near 1, and what would be higher is a
     /// plateau. Default: 0.6.
+    #[schemars(range(min = 0.1, max = 0.98))]
     pub knee: f64,
     /// Layers of rock which the land meets as it rises. Default: none.
     pub strata: Option<Strata>,
     /// Rain that runs off, in metres a year, 0.01 to 10. Default: 0.8.
+    #[schemars(range(min = 0.01, max = 10))]
     pub runoff_m: f64,
     /// Width in metres of a river of one cubic metre a second, 0.1 to 100; widths grow as the root of the discharge.
     /// Default: 5.
+    #[schemars(range(min = 0.1, max = 100))]
     pub river_width_m: f64,
-    /// Discharge in cubic metres a second from which on a channel holds water all year. Default: 0.05.
+    /// Discharge in cubic metres a second from which on a channel holds water all year, 0 to 1,000,000. Default: 0.05.
+    #[schemars(range(min = 0, max = 1e6))]
     pub spring_m3s: f64,
     /// Share of the trunks' nodes that are lakes, besides those that must be, 0 to 1. Default: 0.1.
+    #[schemars(range(min = 0, max = 1))]
     pub lakes: f64,
-    /// Half width in metres of the largest lakes. Default: a sixteenth of `trunk_m`.
+    /// Half width in metres of the largest lakes, 0 to 5,120,000 and at most an eighth of `trunk_m`. Default: a sixteenth of `trunk_m`.
+    #[schemars(range(min = 0, max = 5_120_000))]
     pub lake_m: Option<f64>,
     /// The coast; needs `sea_level_m`. Default: as of [`Coast`].
     pub coast: Coast,
@@ -97,6 +117,7 @@ pub struct Uplift {
     /// Where the uplift is whole. Default: five times the default of `trunk_m`, from -0.4 to 0.4.
     pub mask: Mask,
     /// The uplift where the mask is 0, 0.001 to 1. Default: 0.08.
+    #[schemars(range(min = 0.001, max = 1))]
     pub least: f64,
 }
 
@@ -110,11 +131,14 @@ impl Default for Uplift {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Strata {
-    /// Metres from one layer to the next.
+    /// Metres from one layer to the next, 1 to 1000.
+    #[schemars(range(min = 1, max = 1000))]
     pub thickness_m: f64,
     /// How much steeper than the land around it a layer's cliff is, 1 to 20.
+    #[schemars(range(min = 1, max = 20))]
     pub steepness: f64,
     /// Share of a layer's height that is cliff, 0.05 to 0.95. Default: 0.5.
+    #[schemars(range(min = 0.05, max = 0.95))]
     #[serde(default = "half")]
     pub cliff: f64,
 }
@@ -127,13 +151,17 @@ fn half() -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Coast {
-    /// The noise (about -1 to 1) of the basins below which the sea is. Default: -0.15.
+    /// The noise (about -1 to 1) of the basins below which the sea is, -10 to 10. Default: -0.15.
+    #[schemars(range(min = -10, max = 10))]
     pub below: f64,
     /// Octaves of that noise, 1 to 10: how jagged the coast is. Default: 4.
+    #[schemars(range(min = 1, max = 10))]
     pub octaves: u32,
     /// Slope of the land's edge and of the shelf, 0.001 to 2. Default: [0.15, 0.02].
+    #[schemars(inner(range(min = 0.001, max = 2)))]
     pub slope: [f64; 2],
-    /// Depth in metres that the sea does not reach. Default: 300.
+    /// Depth in metres that the sea does not reach, 1 to 10,000. Default: 300.
+    #[schemars(range(min = 1, max = 10_000))]
     pub depth_m: f64,
 }
 
@@ -144,10 +172,9 @@ impl Default for Coast {
 }
 
 impl FluvialSettings {
-    /// Finds the first value that is out of its range.
+    /// Finds the first value that does not go with others; each alone is within its range.
     pub(crate) fn check(&self, path: &KeyPath, spacing_m: f64) -> Result<(), Fault> {
-        path.key("trunk_m").within(self.trunk_m, 64.0 * spacing_m..=4096.0 * spacing_m)?;
-        path.key("levels").within(self.levels, 2..=7)?;
+        path.key("trunk_m").times(self.trunk_m, 64.0..=4096.0, ("spacing_m", spacing_m))?;
         let finest = self.trunk_m / spacing_m / (1u32 << self.levels) as f64;
         if finest < 7.5 {
             let message = format!("the last of {} levels has its channels {finest:.1} vertices apart", self.levels);
@@ -155,42 +182,10 @@ impl FluvialSettings {
             return Err(path.key("levels").fault(message, hint));
         }
         if let Some(basin_m) = self.basin_m {
-            path.key("basin_m").within(basin_m, 2.0 * self.trunk_m..=64.0 * self.trunk_m)?;
+            path.key("basin_m").times(basin_m, 2.0..=64.0, ("trunk_m", self.trunk_m))?;
         }
-        path.key("base_m").within(self.base_m, 0.0..=HEIGHT_LIMIT_M / 10.0)?;
-        path.key("trunk_slope").within(self.trunk_slope, 0.0001..=0.2)?;
-        path.key("channel_slope").within(self.channel_slope, 0.05..=0.9)?;
-        for end in 0..2 {
-            path.key("hill_slope").index(end).within(self.hill_slope[end], 0.005..=2.0)?;
-        }
-        let uplift = path.key("uplift");
-        self.uplift.mask.check(&uplift.key("mask"), spacing_m)?;
-        uplift.key("least").within(self.uplift.least, 0.001..=1.0)?;
-        path.key("valley").within(self.valley, 0.0..=0.2)?;
-        path.key("crest_m").within(self.crest_m, 0.0..=1000.0)?;
-        path.key("bend").within(self.bend, 0.0..=1.0)?;
-        path.key("gullies").within(self.gullies, 0.0..=1.0)?;
-        path.key("ceiling_m").within(self.ceiling_m, 10.0..=HEIGHT_LIMIT_M / 10.0)?;
-        path.key("knee").within(self.knee, 0.1..=0.98)?;
-        if let Some(strata) = &self.strata {
-            let path = path.key("strata");
-            path.key("thickness_m").within(strata.thickness_m, 1.0..=1000.0)?;
-            path.key("steepness").within(strata.steepness, 1.0..=20.0)?;
-            path.key("cliff").within(strata.cliff, 0.05..=0.95)?;
-        }
-        path.key("runoff_m").within(self.runoff_m, 0.01..=10.0)?;
-        path.key("river_width_m").within(self.river_width_m, 0.1..=100.0)?;
-        path.key("spring_m3s").within(self.spring_m3s, 0.0..=1e6)?;
-        path.key("lakes").within(self.lakes, 0.0..=1.0)?;
-        if let Some(lake_m) = self.lake_m {
-            path.key("lake_m").within(lake_m, 0.0..=self.trunk_m / 8.0)?;
-        }
-        let coast = path.key("coast");
-        coast.key("below").within(self.coast.below, -10.0..=10.0)?;
-        coast.key("octaves").within(self.coast.octaves, 1..=10)?;
-        for part in 0..2 {
-            coast.key("slope").index(part).within(self.coast.slope[part], 0.001..=2.0)?;
-        }
-        coast.key("depth_m").within(self.coast.depth_m, 1.0..=HEIGHT_LIMIT_M / 10.0)
+        self.uplift.mask.check(&path.key("uplift").key("mask"), spacing_m)?;
+        let widest_m = self.trunk_m / 8.0;
+        path.key("lake_m").at_most(self.lake_m.unwrap_or(0.0), widest_m, "an eighth of trunk_m")
     }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::*;
 use crate::grid::Grid;
+use crate::preset::Preset;
 use segment::Segment;
 
 const AREA: Area = Area { x0: -130, y0: 70, x1: -66, y1: 118 };
@@ -13,7 +14,7 @@ const WIDE: usize = 40;
 
 fn relief(name: &str) -> Fluvial {
     let (_, preset) = Preset::load(name).unwrap();
-    Fluvial::new(&preset, preset.fluvial.as_ref().unwrap(), 4)
+    Fluvial::new(preset.fluvial.as_ref().unwrap(), preset.spacing_m, preset.sea_level_m, 4, None)
 }
 
 /// Everything that is known before gullies and water, for far more than an area.

@@ -164,7 +164,8 @@ mod tests {
     fn what_is_displaced_is_found_again() {
         for (name, seed) in [("highlands", 2), ("plains", 3), ("archipelago", 1)] {
             let (_, preset) = Preset::load(name).unwrap();
-            let fields = Fields::new(&preset, preset.fluvial.as_ref().unwrap(), seed);
+            let settings = preset.fluvial.as_ref().unwrap();
+            let fields = Fields::new(settings, preset.spacing_m, preset.sea_level_m, seed);
             let warp = Warp::new(&fields, preset.spacing_m, seed);
             // Over the whole of a region, for the plane is bent most in few places.
             for place in 0..64 * 64 {

@@ -286,7 +286,7 @@ fn dry(height_m: f32) -> Vertex {
 ///
 /// Based on: L. B. Leopold, T. Maddock, The hydraulic geometry of stream channels, 1953, where depth goes with about the 0.4 th
 /// power of discharge.
-fn river_depth_m(discharge_m3s: f64) -> f32 {
+pub(super) fn river_depth_m(discharge_m3s: f64) -> f32 {
     let fourth = discharge_m3s.sqrt().sqrt();
     ((0.35 * fourth * fourth.sqrt()) as f32).min(DEEPEST_RIVER_M)
 }

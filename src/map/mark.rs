@@ -1,7 +1,6 @@
 //! Marks of settlements: a dot for a hamlet, a larger one for a village, a square for a town.
 
 use crate::places::site::{Site, SiteClass};
-use crate::tile::SITE_PAD;
 
 /// Ink, and the paper around it that keeps it apart from the land.
 const INK: [u8; 3] = [58, 38, 32];
@@ -11,7 +10,6 @@ const PAPER: [u8; 3] = [250, 246, 236];
 const HAMLET: i64 = 2;
 const VILLAGE: i64 = 3;
 const TOWN: i64 = 4;
-const _: () = assert!(TOWN < SITE_PAD as i64);
 
 /// Paints what the mark of a settlement has in row `y` of the map, whose first pixel is the vertex `x0`.
 pub(super) fn paint_row(site: &Site, x0: i64, y: i64, pixels: &mut [[u8; 3]]) {

@@ -1,10 +1,11 @@
 //! The map: a top-down picture of the land.
 
-pub(crate) mod ground;
+pub(crate) mod colour;
 mod mark;
 mod tint;
 
 use crate::fluvial::WaterKind;
+use crate::lines::Imprint;
 use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::Tile;
 use crate::world::World;
@@ -75,24 +76,21 @@ impl MapPainter {
                 let depths = water.depth_m.row(y, x0, x1);
                 for ((pixel, kind), depth_m) in pixels.iter_mut().zip(water.kind.row(y, x0, x1)).zip(depths) {
                     match kind {
-                        WaterKind::River => mix(pixel, (RIVER_OPACITY, RIVER)),
-                        WaterKind::Lake => mix(pixel, (LAKE_OPACITY, self.tint.sea(*depth_m))),
+                        WaterKind::River => composite(pixel, (RIVER_OPACITY, RIVER)),
+                        WaterKind::Lake => composite(pixel, (LAKE_OPACITY, self.tint.sea(*depth_m))),
                         WaterKind::Dry | WaterKind::Sea => {}
                     }
                 }
             }
-            if let Some(imprint) = tile.imprint() {
-                let roads = imprint.dirt().row(y, x0, x1).iter().map(|share| (share * ROAD_OPACITY, ROAD));
-                let rivers = imprint.water().row(y, x0, x1).iter().map(|share| (*share, RIVER));
-                for (pixel, (road, river)) in pixels.iter_mut().zip(roads.zip(rivers)) {
-                    mix(pixel, road);
-                    mix(pixel, river);
-                }
+            let imprint = tile.imprint();
+            if let Some(trodden) = imprint.and_then(Imprint::trodden) {
+                lay(pixels, trodden.dirt.row(y, x0, x1), (ROAD_OPACITY, ROAD));
             }
-            if let Some(beds) = tile.beds() {
-                for (pixel, share) in pixels.iter_mut().zip(beds.decks().row(y, x0, x1)) {
-                    mix(pixel, (share * WAY_OPACITY, WAY));
-                }
+            if let Some(dug) = imprint.and_then(Imprint::dug) {
+                lay(pixels, dug.water.row(y, x0, x1), (1.0, RIVER));
+            }
+            if let Some(built) = imprint.and_then(Imprint::built) {
+                lay(pixels, built.decks.row(y, x0, x1), (WAY_OPACITY, WAY));
             }
             for site in tile.sites() {
                 mark::paint_row(site, x0, y, pixels);
@@ -101,8 +99,15 @@ impl MapPainter {
     }
 }
 
+/// Lets a colour cover a share of each pixel.
+fn lay(pixels: &mut [[u8; 3]], shares: &[f32], (opacity, colour): (f32, [f32; 3])) {
+    for (pixel, share) in pixels.iter_mut().zip(shares) {
+        composite(pixel, (share * opacity, colour));
+    }
+}
+
 /// Lets an opaque share of a colour cover a pixel.
-fn mix(pixel: &mut [u8; 3], (opacity, colour): (f32, [f32; 3])) {
+fn composite(pixel: &mut [u8; 3], (opacity, colour): (f32, [f32; 3])) {
     for (channel, colour) in pixel.iter_mut().zip(colour) {
         let value = f32::from(*channel);
         *channel = (value + (colour - value) * opacity + 0.5) as u8;

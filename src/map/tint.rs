@@ -1,6 +1,6 @@
 //! Hypsometric tints: colours by height and by depth.
 
-use crate::preset::Tint;
+use crate::preset::map::Tint;
 
 /// Steps of a colour table: finer than the eye, small enough for the cache.
 const STEPS: usize = 1024;

@@ -1,10 +1,8 @@
-//! Roads as ribbons on their beds, bridges as decks, and the rivers of the thesis' worlds, which have no other surface.
+//! Lines as ribbons: roads on their beds, bridges as decks, and agents' rivers, which have no other surface.
 
 use super::Drape;
-use crate::agents::way::{Way, WayKind};
 use crate::area::Area;
-use crate::places::land::FIXED;
-use crate::places::road::{Road, RoadKind};
+use crate::lines::{Bed, Line, LineKind, LinePoint, StructureKind};
 use crate::tile::Tile;
 
 /// What a ribbon is.
@@ -73,11 +71,8 @@ impl Point {
 pub fn ribbons(tile: &Tile, spacing_m: f64, ground: &Drape) -> Vec<Ribbon> {
     let area = tile.area();
     let mut builder = Builder { area, spacing_m, ground, all: Vec::new() };
-    for road in tile.roads() {
-        builder.add_road(road);
-    }
-    for path in tile.paths() {
-        builder.add_way(&path.way);
+    for line in tile.lines() {
+        builder.add_line(line);
     }
     builder.all.sort_by_key(|ribbon| ribbon.kind);
     builder.all
@@ -91,38 +86,27 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    fn add_road(&mut self, road: &Road) {
-        let points: Vec<Point> = road
-            .points
-            .iter()
-            .map(|point| Point {
-                place: [(point.at[0] - self.area.x0 * FIXED) as f64, (point.at[1] - self.area.y0 * FIXED) as f64]
-                    .map(|fixed| fixed / FIXED as f64),
-                half_width_m: road.width_m / 2.0,
-                height_m: point.level_m as f64 + LIFT_M,
-            })
-            .collect();
-        let kind = |piece: usize| match [0, 1].map(|end| road.points[piece + end].kind) {
-            [RoadKind::Bridge, RoadKind::Bridge] => Some(RibbonKind::Bridge),
-            [RoadKind::Tunnel, RoadKind::Tunnel] => None,
-            _ => Some(RibbonKind::Road),
+    /// Adds what is seen of a line; the relief's own rivers have sheets of water.
+    fn add_line(&mut self, line: &Line) {
+        if line.bed == Bed::Natural {
+            return;
+        }
+        let lift_m = if line.kind == LineKind::Road { LIFT_M } else { 0.0 };
+        let corner = [self.area.x0, self.area.y0];
+        let point = |point: &LinePoint| Point {
+            place: line.place_from(corner, point),
+            half_width_m: point.half_width_m,
+            height_m: point.level_m + lift_m,
+        };
+        let points: Vec<Point> = line.points.iter().map(point).collect();
+        let carriers = line.carriers();
+        let kind = |piece: usize| match (line.kind, carriers[piece]) {
+            (LineKind::River, _) => Some(RibbonKind::River),
+            (LineKind::Road, Some(StructureKind::Bridge)) => Some(RibbonKind::Bridge),
+            (LineKind::Road, Some(StructureKind::Tunnel)) => None,
+            (LineKind::Road, Some(StructureKind::Ford) | None) => Some(RibbonKind::Road),
         };
         self.add(&points, kind);
-    }
-
-    fn add_way(&mut self, way: &Way) {
-        let origin = [way.origin().0 - self.area.x0, way.origin().1 - self.area.y0];
-        let points: Vec<Point> = way
-            .points()
-            .iter()
-            .map(|point| Point {
-                place: [origin[0] as f64 + point.east as f64, origin[1] as f64 + point.south as f64],
-                half_width_m: point.half_width_m as f64,
-                height_m: point.level_m as f64 + if way.kind() == WayKind::Road { LIFT_M } else { 0.0 },
-            })
-            .collect();
-        let kind = if way.kind() == WayKind::Road { RibbonKind::Road } else { RibbonKind::River };
-        self.add(&points, |_| Some(kind));
     }
 
     /// Adds the pieces of a line that are the tile's, as one ribbon for each run of the same kind. Those without a kind, in
@@ -300,36 +284,25 @@ fn length([x, y]: [f64; 2]) -> f64 {
 mod tests {
     use super::*;
     use crate::grid::Grid;
+    use crate::lines::Imprint;
+    use crate::lines::tests::road;
     use crate::mesh::Surface;
-    use crate::places::bed::Beds;
-    use crate::places::road::{RoadClass, RoadPoint};
-    use crate::places::site::SiteId;
 
     #[test]
     fn a_road_ends_at_a_tunnel_and_goes_on_behind_it() {
         // Level at 50 m, 8 m between vertices, through a ridge of 90 m, with mouths between two of them.
         let area = Area::new(-70, 9, 33, 33);
         let ridge_m = |x: i64| if (-59..=-50).contains(&x) { 90.0 } else { 50.0 };
-        let kind = |x: i64| if (-60..=-49).contains(&x) { RoadKind::Tunnel } else { RoadKind::Ground };
-        let point = |x: i64| RoadPoint { at: [x * FIXED + FIXED / 2, 20 * FIXED], level_m: 50.0, kind: kind(x) };
-        let road = Road {
-            id: (SiteId { i: 0, j: 0 }, SiteId { i: 1, j: 0 }),
-            class: RoadClass::Road,
-            points: (-70..=-39).map(point).collect(),
-            width_m: 5.0,
-            length_m: 256.0,
-            max_grade: 0.0,
-            bank_m: 32.0,
-            bounds: area,
-        };
+        let kind = |x: i64| (-60..=-49).contains(&x).then_some(StructureKind::Tunnel);
+        let line = road((-70..=-39).map(|x| ([x as f64 + 0.5, 20.0], 50.0, kind(x))), 8.0);
         let mut heights = Grid::filled(area, 50.0);
         for y in area.y0..area.y1 {
             (area.x0..area.x1).for_each(|x| heights.row_mut(y, x, x + 1)[0] = ridge_m(x));
         }
-        Beds::new(area, [&road], 8.0).expect("the road is here").shape(&mut heights);
+        Imprint::new(&heights, None, [&line]).expect("the road is here").shape(&mut heights, None);
         let ground = Drape::new(&Surface::full(32), &heights, area);
         let mut builder = Builder { area, spacing_m: 8.0, ground: &ground, all: Vec::new() };
-        builder.add_road(&road);
+        builder.add_line(&line);
         let columns = |ribbon: &Ribbon| {
             let columns = || ribbon.vertices.iter().map(|vertex| vertex.place[0] + area.x0 as f64);
             (columns().fold(f64::INFINITY, f64::min), columns().fold(f64::NEG_INFINITY, f64::max))

@@ -3,7 +3,7 @@
 use super::Drape;
 use crate::fluvial::WaterKind;
 use crate::tile::Tile;
-use crate::world::{HEIGHT_PAD, World};
+use crate::world::World;
 
 /// The surface of the water of one kind on a tile.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,7 +51,7 @@ struct Levels {
 impl Levels {
     fn new(world: &World, tile: &Tile) -> Levels {
         let area = tile.area();
-        let padded = area.padded(HEIGHT_PAD);
+        let padded = tile.heights().area();
         let width = padded.width();
         let sea_m = world.preset().sea_level_m.map_or(f32::NEG_INFINITY, |level_m| level_m as f32);
         // What stands at each vertex of the tile and beside it.

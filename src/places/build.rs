@@ -3,14 +3,17 @@
 
 use std::collections::BTreeSet;
 
-use crate::places::ground::{Ground, Rivers, Window};
-use crate::places::land::{FIXED, Land, Water};
-use crate::places::line::{Line, length_m};
+use crate::fluvial::WaterKind;
+use crate::fluvial::survey::Survey;
+use crate::lines::{
+    self, Bed, FIXED, Line, LineClass, LineEnd, LineId, LineKind, LinePoint, RoadClass, Structure, StructureKind,
+};
+use crate::places::alignment::Alignment;
+use crate::places::plan::{PlanLand, RiverIndex, Window};
 use crate::places::profile::Demands;
-use crate::places::road::{Road, RoadClass, RoadKind, RoadPoint, bounds};
-use crate::places::route::{Domain, Node, Nodes, Search, Way, shore_m};
+use crate::places::route::{Domain, Node, PlanNodes, Route, Search, shore_m};
 use crate::places::settings::{PlacesSettings, Standard};
-use crate::places::site::Site;
+use crate::places::site::{Site, SiteClass};
 use crate::places::structure::{carry, wished_m};
 
 /// How far corners are rounded; the next is tried where a rounder line would run into water.
@@ -41,8 +44,8 @@ const GRADE_SHARE: f64 = 0.995;
 pub(super) struct Builder<'a> {
     pub settings: &'a PlacesSettings,
     pub seed: u64,
-    pub ground: &'a Ground,
-    pub land: &'a dyn Land,
+    pub plan: &'a PlanLand,
+    pub land: &'a dyn Survey,
 }
 
 /// Points of a line that are carried over water.
@@ -50,7 +53,7 @@ pub(super) struct Builder<'a> {
 struct Span {
     first: usize,
     last: usize,
-    kind: RoadKind,
+    kind: StructureKind,
     /// Height of the water's surface; of lakes and the sea it is not known before the heights of their shores are.
     level_m: Option<f64>,
 }
@@ -58,13 +61,13 @@ struct Span {
 impl Builder<'_> {
     /// The road from one site to another, if there is a way: where the land has none for the class that the two ask for,
     /// one of a lower class.
-    pub fn road(&self, a: &Site, b: &Site) -> Option<Road> {
-        let scale = &self.ground.scale;
+    pub fn road(&self, a: &Site, b: &Site) -> Option<Line> {
+        let scale = &self.plan.scale;
         let [from, to] = [a.at, b.at].map(|at| at.map(|at| at.div_euclid(scale.step)));
         let window = self.window(from, to);
-        let rivers = Rivers::new(&window, scale, shore_m(scale).max(REST_M) + 1.0);
-        let nodes = Nodes::new(&window, &rivers, scale, self.seed);
-        let asked = RoadClass::between(a, b);
+        let rivers = RiverIndex::new(&window, scale, shore_m(scale).max(REST_M) + 1.0);
+        let nodes = PlanNodes::new(&window, &rivers, scale, self.seed);
+        let asked = class_between(a, b);
         let classes = [RoadClass::Highway, RoadClass::Road, RoadClass::Track];
         classes
             .into_iter()
@@ -76,27 +79,27 @@ impl Builder<'_> {
         &self,
         class: RoadClass,
         window: &Window,
-        rivers: &Rivers,
-        nodes: &Nodes,
+        rivers: &RiverIndex,
+        nodes: &PlanNodes,
         (a, b): (&Site, &Site),
-    ) -> Option<Road> {
-        let scale = &self.ground.scale;
+    ) -> Option<Line> {
+        let scale = &self.plan.scale;
         let standard = self.settings.standard(class);
         let [from, to] = [a.at, b.at].map(|at| at.map(|at| at.div_euclid(scale.step)));
         let inside = |node: Node| [node[0] - window.at[0], node[1] - window.at[1]];
         let mut closed = BTreeSet::new();
         for _ in 0..TRIES {
             let search = Search { window, nodes, rivers, scale, standard, closed: &closed };
-            let way = search.way(inside(from), inside(to))?;
+            let route = search.way(inside(from), inside(to))?;
             let mut culprits = BTreeSet::new();
             for softness in SOFTNESS {
-                let line = Line::along(&way, scale, standard.radius_m, softness);
-                match self.on_line(&line, &way, window, rivers, &standard, (a, b)) {
-                    Ok(points) => return Some(self.finished(class, &standard, points, a, b)),
+                let line = Alignment::along(&route, scale, standard.radius_m, softness);
+                match self.on_line(&line, &route, window, rivers, &standard, (a, b)) {
+                    Ok(points) => return Some(self.finished(class, &standard, points, [a, b])),
                     Err(legs) => culprits = legs,
                 }
             }
-            closed.extend(culprits.iter().map(|leg| (way.nodes[*leg], way.nodes[leg + 1])));
+            closed.extend(culprits.iter().map(|leg| (route.nodes[*leg], route.nodes[leg + 1])));
         }
         None
     }
@@ -107,22 +110,24 @@ impl Builder<'_> {
         let radius = Domain::radius((dx * dx + dy * dy).sqrt()) as i64 + 2;
         let middle = [0, 1].map(|axis| (a[axis] + b[axis]).div_euclid(2));
         let side = (2 * radius + 1) as usize;
-        self.ground.window(self.land, middle.map(|at| at - radius), side, side)
+        self.plan.window(self.land, middle.map(|at| at - radius), side, side)
     }
 
     /// The points of a road along a line, or the legs of the way that do not do.
     fn on_line(
         &self,
-        line: &Line,
-        way: &Way,
+        line: &Alignment,
+        route: &Route,
         window: &Window,
-        rivers: &Rivers,
+        rivers: &RiverIndex,
         standard: &Standard,
         (a, b): (&Site, &Site),
-    ) -> Result<Vec<RoadPoint>, BTreeSet<usize>> {
-        let scale = &self.ground.scale;
+    ) -> Result<(Vec<LinePoint>, Vec<Structure>), BTreeSet<usize>> {
+        let scale = &self.plan.scale;
         let origin = window.at.map(|at| at * scale.step);
-        let legs = |points: &[usize]| points.iter().map(|point| line.leg(*point, way, scale)).collect::<BTreeSet<_>>();
+        let window_at = origin.map(|at| at * FIXED);
+        let legs =
+            |points: &[usize]| points.iter().map(|point| line.leg(*point, route, scale)).collect::<BTreeSet<_>>();
         let waters = line.waters(self.land, origin, scale);
         let is_drowned = |point: &usize| waters[*point].is_open() && !line.bridged[*point];
         let drowned: Vec<usize> = (0..waters.len()).filter(is_drowned).collect();
@@ -140,34 +145,37 @@ impl Builder<'_> {
         let Some(levels_m) = self.levels_m(line, &heights_m, &mut spans, ends_m, standard) else {
             return Err(spans.iter().flat_map(|span| legs(&[span.first, span.last])).collect());
         };
-        let mut kinds = vec![RoadKind::Ground; levels_m.len()];
+        let mut carriers = vec![None; levels_m.len()];
         for span in &spans {
-            kinds[span.first..=span.last].fill(span.kind);
+            carriers[span.first..=span.last].fill(Some(span.kind));
         }
-        carry(&mut kinds, &levels_m, &heights_m);
-        let points = line.points.iter().zip(levels_m.iter().zip(kinds)).map(|(at, (level_m, kind))| RoadPoint {
-            at: [at[0] + origin[0] * FIXED, at[1] + origin[1] * FIXED],
-            level_m: *level_m as f32,
-            kind,
-        });
-        Ok(points.collect())
+        carry(&mut carriers, &levels_m, &heights_m);
+        let half_width_m = standard.width_m / 2.0;
+        let point = |(at, level_m): (&[i64; 2], &f64)| {
+            // As precise as heights are.
+            let level_m = f64::from(*level_m as f32);
+            let origin = a.at.map(|at| at * FIXED);
+            let place = [0, 1].map(|axis| (at[axis] + window_at[axis] - origin[axis]) as f64 / FIXED as f64);
+            LinePoint { place, level_m, floor_m: level_m, half_width_m, discharge_m3s: 0.0 }
+        };
+        Ok((line.points.iter().zip(&levels_m).map(point).collect(), Structure::of_points(&carriers)))
     }
 
     /// Where a line is carried over water, from its start on, or the points that run along a river.
     fn spans(
         &self,
-        line: &Line,
-        rivers: &Rivers,
-        waters: &[Water],
+        line: &Alignment,
+        rivers: &RiverIndex,
+        waters: &[WaterKind],
         standard: &Standard,
     ) -> Result<Vec<Span>, Vec<usize>> {
         let points = &line.points;
         let (count, last) = (points.len(), points.len() - 1);
-        let fixed_m = self.ground.scale.spacing_m / FIXED as f64;
+        let fixed_m = self.plan.scale.spacing_m / FIXED as f64;
         // For each point whether it is in a river, or over it; for each piece what it crosses.
         // Where rivers meet or widen they are drawn wider than their lines are.
-        let mut inside: Vec<bool> = waters.iter().map(|water| *water == Water::River).collect();
-        let mut over: Vec<bool> = waters.iter().map(|water| *water != Water::Dry).collect();
+        let mut inside: Vec<bool> = waters.iter().map(|water| *water == WaterKind::River).collect();
+        let mut over: Vec<bool> = waters.iter().map(|water| *water != WaterKind::Dry).collect();
         let is_open = |points: std::ops::RangeInclusive<usize>| waters[points].iter().any(|water| water.is_open());
         let mut crossed: Vec<Option<(f64, f64)>> = vec![None; last];
         let mut near = Vec::new();
@@ -177,7 +185,7 @@ impl Builder<'_> {
             for piece in near.iter().map(|piece| &rivers.pieces[*piece as usize]) {
                 for (point, at) in [(index, from), (index + 1, to)] {
                     let half_m =
-                        (piece.width_m / 2.0).max((DRAWN_VERTICES * self.ground.scale.spacing_m).min(DRAWN_MOST_M));
+                        (piece.width_m / 2.0).max((DRAWN_VERTICES * self.plan.scale.spacing_m).min(DRAWN_MOST_M));
                     let edge_m = piece.distance2(at).sqrt() * fixed_m - half_m;
                     inside[point] |= edge_m <= 0.0;
                     over[point] |= edge_m <= REST_M;
@@ -216,12 +224,12 @@ impl Builder<'_> {
             let width_m = under.iter().map(|(width_m, _)| *width_m).fold(0.0, f64::max);
             let is_ford = !under.is_empty() && width_m <= standard.ford_m && !is_open(from..=to);
             let level_m = under.iter().map(|(_, level_m)| *level_m).reduce(f64::max);
-            let kind = if is_ford { RoadKind::Ford } else { RoadKind::Bridge };
+            let kind = if is_ford { StructureKind::Ford } else { StructureKind::Bridge };
             match spans.last_mut() {
                 // Two that touch are one.
                 Some(before) if before.last + 1 >= from => {
                     before.last = to;
-                    before.kind = if before.kind == kind { kind } else { RoadKind::Bridge };
+                    before.kind = if before.kind == kind { kind } else { StructureKind::Bridge };
                     before.level_m = before.level_m.into_iter().chain(level_m).reduce(f64::max);
                 }
                 _ => spans.push(Span { first: from, last: to, kind, level_m }),
@@ -234,7 +242,7 @@ impl Builder<'_> {
     /// that is gone over.
     fn levels_m(
         &self,
-        line: &Line,
+        line: &Alignment,
         heights_m: &[f64],
         spans: &mut [Span],
         ends_m: [f64; 2],
@@ -245,7 +253,7 @@ impl Builder<'_> {
         let wished_m = wished_m(heights_m, &line.lengths_m, grade, standard.bridge_m);
         for span in spans.iter_mut() {
             if (span.first..=span.last).any(|point| wished_m[point] > heights_m[point]) {
-                span.kind = RoadKind::Bridge;
+                span.kind = StructureKind::Bridge;
             }
         }
         let land = Profiled { line, heights_m, wished_m: &wished_m, ends_m };
@@ -255,37 +263,49 @@ impl Builder<'_> {
             }
         }
         for span in spans.iter_mut() {
-            span.kind = RoadKind::Bridge;
+            span.kind = StructureKind::Bridge;
         }
         land.demands(spans, clearances_m[1]).profile(grade)
     }
 
-    fn finished(&self, class: RoadClass, standard: &Standard, points: Vec<RoadPoint>, a: &Site, b: &Site) -> Road {
-        let spacing_m = self.ground.scale.spacing_m;
-        let (mut whole_m, mut max_grade) = (0.0, 0.0_f64);
-        for pair in points.windows(2) {
-            let piece_m = length_m(pair[0].at, pair[1].at, spacing_m);
-            whole_m += piece_m;
-            max_grade = max_grade.max((pair[1].level_m as f64 - pair[0].level_m as f64).abs() / piece_m);
-        }
-        let places: Vec<[i64; 2]> = points.iter().map(|point| point.at).collect();
-        let bank_m = self.settings.bank_m;
-        Road {
-            id: (a.id, b.id),
-            class,
-            width_m: standard.width_m,
-            length_m: whole_m,
-            max_grade,
-            bank_m,
-            bounds: bounds(&places, standard.width_m / 2.0 + bank_m, spacing_m),
+    fn finished(
+        &self,
+        class: RoadClass,
+        standard: &Standard,
+        (points, structures): (Vec<LinePoint>, Vec<Structure>),
+        [a, b]: [&Site; 2],
+    ) -> Line {
+        let (spacing_m, bank_m) = (self.plan.scale.spacing_m, self.settings.bank_m);
+        let id = LineId::Road { from: a.id, to: b.id };
+        Line {
+            id,
+            kind: LineKind::Road,
+            class: LineClass::Road(class),
+            name: None,
+            course: id,
+            origin: a.at,
+            bounds: lines::bounds(a.at, &points, (standard.width_m / 2.0 + bank_m) / spacing_m),
             points,
+            structures,
+            end: LineEnd::Site(b.id),
+            bed: Bed::Built { bank_m },
+            spacing_m,
         }
+    }
+}
+
+/// The class of the road that two settlements ask for.
+fn class_between(a: &Site, b: &Site) -> RoadClass {
+    match (a.class.min(b.class), a.class.max(b.class)) {
+        (SiteClass::Village | SiteClass::Town, SiteClass::Town) => RoadClass::Highway,
+        (SiteClass::Village, SiteClass::Village) | (SiteClass::Hamlet, SiteClass::Town) => RoadClass::Road,
+        _ => RoadClass::Track,
     }
 }
 
 /// A line that is given heights.
 struct Profiled<'a> {
-    line: &'a Line,
+    line: &'a Alignment,
     /// Of the land under its points.
     heights_m: &'a [f64],
     /// That it should have where nothing else is asked.
@@ -307,7 +327,7 @@ impl Profiled<'_> {
         for span in spans {
             let (first, last) = (span.first, span.last);
             let level_m = span.level_m.expect("shores have told it");
-            if span.kind == RoadKind::Ford {
+            if span.kind == StructureKind::Ford {
                 // Nowhere higher than the lowest of its bed, banks and all: a ramp leads down to the water.
                 let bed_m = (first..=last).map(|point| heights_m[point]).fold(level_m - FORD_M[0], f64::min);
                 for point in first..=last {

@@ -1,40 +1,30 @@
 //! Settlements, their names, and the roads between them: each a pure function of the seed, the settings and lattice ids.
 //!
 //! ```text
-//! Land --> ground.rs   heights, waters and rivers on the nodes of the plan, about 64 m apart; remembered by blocks
+//! Survey --> plan.rs     heights, waters and rivers on the nodes of the plan, about 64 m apart; remembered by blocks
 //!             |
-//!          site.rs     the best of 12 hashed positions of each site cell      names.rs   what it is called
+//!          site.rs     the best of 12 hashed positions of each site cell      crate::names  what it is called
 //!             |
 //!          graph.rs    which sites are neighbours: the Gabriel graph, 2 site cells at most
 //!             |
 //!          route.rs    the way of least cost between two neighbours, within an ellipse
 //!             |
-//!          line.rs     rounded, build.rs  carried over rivers, profile.rs  given heights,
-//!             |        structure.rs  and carried over dips and bored through ridges: road.rs
-//!             |
-//!          bed.rs      heights of an area -> cut and filled        thin.rs    the points that suffice to draw a road
-//!             |
-//!          drain.rs    what that dams runs off
+//!          alignment.rs  rounded, build.rs  carried over rivers, profile.rs  given heights,
+//!                      structure.rs  and carried over dips and bored through ridges: a line
 //! ```
 //!
 //! Nothing depends on the area that is asked for, on what was asked before, on threads or on what is remembered. A road
 //! is a function of its two sites and of the land in the ellipse around them; whether it is there at all, of the sites
 //! within two cells.
 
+mod alignment;
 mod build;
 mod graph;
-mod ground;
-mod line;
+mod plan;
 mod profile;
 mod route;
 mod structure;
-mod thin;
 
-pub mod bed;
-pub mod drain;
-pub mod land;
-pub mod names;
-pub mod road;
 pub mod settings;
 pub mod site;
 
@@ -45,15 +35,15 @@ use std::sync::Arc;
 
 use crate::area::Area;
 use crate::error::Error;
+use crate::fluvial::survey::Survey;
+use crate::lines::{Line, Lines, SiteId};
 use crate::memory::Memory;
 use crate::places::build::Builder;
-use crate::places::ground::{Ground, Scale};
-use crate::places::land::Land;
-use crate::places::road::Road;
+use crate::places::plan::{PlanLand, Scale};
 use crate::places::route::Domain;
 use crate::places::settings::PlacesSettings;
-use crate::places::site::{Site, SiteId};
-use crate::preset::KeyPath;
+use crate::places::site::Site;
+use crate::recipe::fault::KeyPath;
 
 /// Site cells that are remembered: a hundred bytes each.
 const SITES: usize = 1 << 14;
@@ -68,10 +58,10 @@ const ROADS: usize = 1 << 11;
 pub struct Places {
     settings: PlacesSettings,
     seed: u64,
-    ground: Ground,
+    plan: PlanLand,
     sites: Memory<SiteId, Option<Arc<Site>>>,
     edges: Memory<(SiteId, SiteId), bool>,
-    roads: Memory<(SiteId, SiteId), Option<Arc<Road>>>,
+    roads: Memory<(SiteId, SiteId), Option<Arc<Line>>>,
 }
 
 impl Places {
@@ -80,11 +70,11 @@ impl Places {
     /// # Errors
     /// When a value of the settings is out of its range.
     pub fn new(settings: &PlacesSettings, spacing_m: f64, seed: u64) -> Result<Places, Error> {
-        settings.check(&KeyPath::default(), spacing_m).map_err(|fault| fault.into_error(None))?;
+        settings.check(&KeyPath::default(), spacing_m)?;
         Ok(Places {
             settings: settings.clone(),
             seed,
-            ground: Ground::new(Scale::new(settings.site_m, spacing_m)),
+            plan: PlanLand::new(Scale::new(settings.site_m, spacing_m)),
             sites: Memory::new(SITES),
             edges: Memory::new(SITES),
             roads: Memory::new(ROADS),
@@ -93,7 +83,7 @@ impl Places {
 
     /// Side of a site cell in vertices.
     pub fn site_side(&self) -> i64 {
-        self.ground.scale.side * self.ground.scale.step
+        self.plan.scale.side * self.plan.scale.step
     }
 
     /// The site cell that a vertex lies in, which names of things there are asked for with.
@@ -104,14 +94,14 @@ impl Places {
 
     /// Vertices from a site to the furthest vertex that a road of it may have an effect on, at most.
     pub fn reach(&self) -> i64 {
-        let Scale { side, step, spacing_m, .. } = self.ground.scale;
+        let Scale { side, step, spacing_m, .. } = self.plan.scale;
         let widest_m = self.settings.width_m.iter().fold(0.0_f64, |most, width_m| most.max(*width_m));
         let nodes = Domain::radius((graph::CELLS * side) as f64) as i64 + 1;
         nodes * step + ((widest_m / 2.0 + self.settings.bank_m) / spacing_m) as i64 + 2
     }
 
     /// All settlements that stand on a vertex of `area`, sorted by id.
-    pub fn sites(&self, land: &dyn Land, area: &Area) -> Vec<Arc<Site>> {
+    pub fn sites(&self, land: &dyn Survey, area: &Area) -> Vec<Arc<Site>> {
         let inside = |site: &Arc<Site>| area.contains(&Area::new(site.at[0], site.at[1], 1, 1));
         let mut sites: Vec<Arc<Site>> = self.sites_of_cells(land, self.cells(area, 0)).filter(inside).collect();
         sites.sort_by_key(|site| site.id);
@@ -119,7 +109,7 @@ impl Places {
     }
 
     /// All roads whose effect may touch a vertex of `area`, whole, sorted by id.
-    pub fn roads(&self, land: &dyn Land, area: &Area) -> Vec<Arc<Road>> {
+    pub fn roads(&self, land: &dyn Survey, area: &Area) -> Lines {
         if area.is_empty() {
             return Vec::new();
         }
@@ -135,7 +125,7 @@ impl Places {
                     && self.may_touch(a, &b, area)
                     && self.are_neighbours(land, a, &b)
                 {
-                    roads.extend(self.road(land, a, &b).filter(|road| road.overlaps(area)));
+                    roads.extend(self.road(land, a, &b).filter(|road| road.concerns(area)));
                 }
             }
         }
@@ -144,16 +134,16 @@ impl Places {
     }
 
     /// The settlement of a site cell, if it has one.
-    pub fn site(&self, land: &dyn Land, id: SiteId) -> Option<Arc<Site>> {
-        let site = self.sites.get(id, || site::site(&self.settings, self.seed, &self.ground, land, id).map(Arc::new));
+    pub fn site(&self, land: &dyn Survey, id: SiteId) -> Option<Arc<Site>> {
+        let site = self.sites.get(id, || site::site(&self.settings, self.seed, &self.plan, land, id).map(Arc::new));
         site.as_ref().clone()
     }
 
     /// The road between two neighbours, if there is a way.
-    fn road(&self, land: &dyn Land, a: &Site, b: &Site) -> Option<Arc<Road>> {
+    fn road(&self, land: &dyn Survey, a: &Site, b: &Site) -> Option<Arc<Line>> {
         let (a, b) = if a.id < b.id { (a, b) } else { (b, a) };
         let road = self.roads.get((a.id, b.id), || {
-            let builder = Builder { settings: &self.settings, seed: self.seed, ground: &self.ground, land };
+            let builder = Builder { settings: &self.settings, seed: self.seed, plan: &self.plan, land };
             builder.road(a, b).map(Arc::new)
         });
         road.as_ref().clone()
@@ -161,7 +151,7 @@ impl Places {
 
     /// Whether the ellipse of a road, and its effect, may touch an area.
     fn may_touch(&self, a: &Site, b: &Site, area: &Area) -> bool {
-        let Scale { side, step, spacing_m, .. } = self.ground.scale;
+        let Scale { side, step, spacing_m, .. } = self.plan.scale;
         if !graph::within_cap(a, b, side * step) {
             return false;
         }
@@ -175,7 +165,7 @@ impl Places {
     }
 
     /// Whether two sites within the cap are neighbours in the graph.
-    fn are_neighbours(&self, land: &dyn Land, a: &Site, b: &Site) -> bool {
+    fn are_neighbours(&self, land: &dyn Survey, a: &Site, b: &Site) -> bool {
         *self.edges.get((a.id.min(b.id), a.id.max(b.id)), || {
             // The circle over the edge lies within half an edge of its middle.
             let middle = [0, 1].map(|axis| (a.at[axis] + b.at[axis]).div_euclid(2));
@@ -185,7 +175,11 @@ impl Places {
         })
     }
 
-    fn sites_of_cells(&self, land: &dyn Land, cells: impl Iterator<Item = SiteId>) -> impl Iterator<Item = Arc<Site>> {
+    fn sites_of_cells(
+        &self,
+        land: &dyn Survey,
+        cells: impl Iterator<Item = SiteId>,
+    ) -> impl Iterator<Item = Arc<Site>> {
         cells.filter_map(move |id| self.site(land, id))
     }
 

@@ -10,9 +10,10 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
+use crate::fluvial::WaterKind;
 use crate::hash::{self, Stream};
-use crate::places::ground::{Rivers, Scale, Window, distance2};
-use crate::places::land::{FIXED, Water};
+use crate::lines::FIXED;
+use crate::places::plan::{RiverIndex, Scale, Window, distance2};
 use crate::places::settings::Standard;
 
 /// A node: column and row in the window.
@@ -41,7 +42,7 @@ const WANDER: f64 = 0.5;
 /// Share of that which the rest of a way is taken to cost.
 const EXPECTED: f64 = 0.8;
 
-/// Nodes from one value of that to the next.
+/// PlanNodes from one value of that to the next.
 const WANDER_NODES: i64 = 6;
 
 /// Metres that a crossing costs, and that each metre of a river's width costs more: a ford, a bridge.
@@ -93,7 +94,7 @@ impl Domain {
         Domain { a, b, axis: AXIS * distance(a, b) + AXIS_NODES }
     }
 
-    /// Nodes from the middle to the furthest point of the ellipse around two places so many nodes apart.
+    /// PlanNodes from the middle to the furthest point of the ellipse around two places so many nodes apart.
     pub fn radius(apart: f64) -> f64 {
         f64::midpoint(AXIS * apart, AXIS_NODES)
     }
@@ -117,13 +118,13 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 /// A way as nodes. `bridges[k]` tells whether the leg from node k to the next goes over a lake or the sea.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Way {
+pub(super) struct Route {
     pub nodes: Vec<Node>,
     pub bridges: Vec<bool>,
 }
 
 /// What all searches in a window ask of its nodes, row by row.
-pub(super) struct Nodes {
+pub(super) struct PlanNodes {
     wet: Vec<bool>,
     gradient: Vec<[f64; 2]>,
     wander: Vec<f64>,
@@ -131,11 +132,11 @@ pub(super) struct Nodes {
     open_water: bool,
 }
 
-impl Nodes {
-    pub fn new(window: &Window, rivers: &Rivers, scale: &Scale, seed: u64) -> Nodes {
+impl PlanNodes {
+    pub fn new(window: &Window, rivers: &RiverIndex, scale: &Scale, seed: u64) -> PlanNodes {
         let nodes = || (0..window.rows as i64).flat_map(|row| (0..window.cols as i64).map(move |col| [col, row]));
         let mut near = Vec::new();
-        Nodes {
+        PlanNodes {
             wet: nodes().map(|node| is_wet(window, rivers, scale, node, &mut near)).collect(),
             gradient: nodes().map(|[col, row]| window.gradient(col, row, scale.step_m())).collect(),
             wander: nodes().map(|node| wander(seed, [node[0] + window.at[0], node[1] + window.at[1]])).collect(),
@@ -147,8 +148,8 @@ impl Nodes {
 /// What a search knows.
 pub(super) struct Search<'a> {
     pub window: &'a Window,
-    pub nodes: &'a Nodes,
-    pub rivers: &'a Rivers,
+    pub nodes: &'a PlanNodes,
+    pub rivers: &'a RiverIndex,
     pub scale: &'a Scale,
     pub standard: Standard,
     /// Moves that have turned out not to be possible, by their ends.
@@ -167,7 +168,7 @@ type Turns = Vec<[u32; MOVES]>;
 
 impl Search<'_> {
     /// The way from one node to another, if there is one. Of ways that cost the same it is always the same one.
-    pub fn way(&self, from: Node, to: Node) -> Option<Way> {
+    pub fn way(&self, from: Node, to: Node) -> Option<Route> {
         let domain = Domain::new(from, to);
         let turns = self.turns();
         let nodes = self.window.cols * self.window.rows;
@@ -220,8 +221,8 @@ impl Search<'_> {
     }
 
     /// The way that has led to a state.
-    fn trace(&self, before: &[u32], last: u32, from: Node) -> Way {
-        let (mut way, mut state) = (Way { nodes: Vec::new(), bridges: Vec::new() }, last);
+    fn trace(&self, before: &[u32], last: u32, from: Node) -> Route {
+        let (mut way, mut state) = (Route { nodes: Vec::new(), bridges: Vec::new() }, last);
         while state != u32::MAX {
             let at = state as usize / MOVES;
             way.nodes.push([(at % self.window.cols) as i64, (at / self.window.cols) as i64]);
@@ -439,8 +440,8 @@ fn square_fixed(scale: &Scale, metres: f64) -> f64 {
 }
 
 /// Whether a road cannot stand on a node.
-fn is_wet(window: &Window, rivers: &Rivers, scale: &Scale, node: Node, near: &mut Vec<u32>) -> bool {
-    if window.water(node[0], node[1]) != Water::Dry {
+fn is_wet(window: &Window, rivers: &RiverIndex, scale: &Scale, node: Node, near: &mut Vec<u32>) -> bool {
+    if window.water(node[0], node[1]) != WaterKind::Dry {
         return true;
     }
     let at = fixed(scale, node);

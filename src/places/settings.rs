@@ -3,33 +3,45 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::places::road::RoadClass;
-use crate::preset::{Fault, KeyPath};
+use crate::lines::RoadClass;
+use crate::recipe::HEIGHT_LIMIT_M;
+use crate::recipe::fault::{Fault, KeyPath};
+use crate::recipe::form;
 
 /// Settlements and the roads between them. Lists of three are for tracks, roads and highways, in that order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlacesSettings {
-    /// Side in metres of a site cell, which holds one settlement at most, 200 to 40,000. Default: 4000.
+    /// Side in metres of a site cell, which holds one settlement at most, 200 to 40,000 and 32 `spacing_m` or more. Default: 4000.
+    #[schemars(range(min = 200, max = 40000))]
     pub site_m: f64,
     /// Share of the cells with good land that are settled, 0 to 1; poor land has fewer. Default: 0.85.
+    #[schemars(range(min = 0, max = 1))]
     pub density: f64,
     /// Height in metres above which nobody settles, -10,000 to 100,000. Default: 2500.
+    #[schemars(range(min = -10000, max = HEIGHT_LIMIT_M))]
     pub max_height_m: f64,
     /// Width in metres, 0.5 to 50. Default: [3, 5, 9].
+    #[schemars(inner(range(min = 0.5, max = 50)))]
     pub width_m: [f64; 3],
     /// The steepest grade, metres up a metre ahead, 0.01 to 0.5. Default: [0.14, 0.10, 0.07].
+    #[schemars(inner(range(min = 0.01, max = 0.5)))]
     pub max_grade: [f64; 3],
     /// The smallest radius of a curve in metres, 1 to 500. Default: [12, 25, 60].
+    #[schemars(inner(range(min = 1, max = 500)))]
     pub radius_m: [f64; 3],
     /// Width in metres of the widest river that is forded, 0 to 50; wider ones have bridges. Default: [8, 3, 0].
+    #[schemars(inner(range(min = 0, max = 50)))]
     pub ford_m: [f64; 3],
     /// Length in metres of the longest bridge over water, 0 to 2000, and of the longest dip or ridge that a road goes
     /// straight over or through; where a bank would be too high, a viaduct may be longer. Default: [80, 160, 320].
+    #[schemars(inner(range(min = 0, max = 2000)))]
     pub bridge_m: [f64; 3],
     /// Metres from the water to a bridge, 0.5 to 50. Default: 2.
+    #[schemars(range(min = 0.5, max = 50))]
     pub clearance_m: f64,
     /// Metres from a road's edge to where nothing of its cuts and fills is left, 1 to 200. Default: 32.
+    #[schemars(range(min = 1, max = 200))]
     pub bank_m: f64,
 }
 
@@ -56,7 +68,7 @@ const LEAST_SIDE: f64 = 32.0;
 impl PlacesSettings {
     /// Refuses what is out of its range, at the key where it stands.
     pub(crate) fn check(&self, path: &KeyPath, spacing_m: f64) -> Result<(), Fault> {
-        path.key("site_m").within(self.site_m, 200.0..=40_000.0)?;
+        form::check(self, path)?;
         if self.site_m < LEAST_SIDE * spacing_m {
             let message = format!(
                 "a site cell must have {LEAST_SIDE} vertices a side, but {} m with {spacing_m} m between vertices has {:.1}",
@@ -66,18 +78,7 @@ impl PlacesSettings {
             let hint = format!("give {} or more, or a smaller spacing_m", LEAST_SIDE * spacing_m);
             return Err(path.key("site_m").fault(message, hint));
         }
-        path.key("density").within(self.density, 0.0..=1.0)?;
-        path.key("max_height_m").within(self.max_height_m, -10_000.0..=100_000.0)?;
-        for index in 0..3 {
-            let each = |key: &str| path.key(key).index(index);
-            each("width_m").within(self.width_m[index], 0.5..=50.0)?;
-            each("max_grade").within(self.max_grade[index], 0.01..=0.5)?;
-            each("radius_m").within(self.radius_m[index], 1.0..=500.0)?;
-            each("ford_m").within(self.ford_m[index], 0.0..=50.0)?;
-            each("bridge_m").within(self.bridge_m[index], 0.0..=2000.0)?;
-        }
-        path.key("clearance_m").within(self.clearance_m, 0.5..=50.0)?;
-        path.key("bank_m").within(self.bank_m, 1.0..=200.0)
+        Ok(())
     }
 
     /// What is asked of roads of a class.
@@ -111,9 +112,9 @@ mod tests {
     fn the_defaults_are_sound_and_an_error_names_its_key() {
         assert!(PlacesSettings::default().check(&KeyPath::default(), 1.0).is_ok());
         let steep = PlacesSettings { max_grade: [0.1, 0.1, 3.0], ..PlacesSettings::default() };
-        let error = steep.check(&KeyPath::default(), 1.0).unwrap_err().into_error(None).to_string();
+        let error = steep.check(&KeyPath::default(), 1.0).unwrap_err().sentence(true);
         assert!(error.contains("max_grade[2]: expected 0.01 to 0.5, found 3"), "{error}");
-        let coarse = PlacesSettings::default().check(&KeyPath::default(), 500.0).unwrap_err().into_error(None);
-        assert!(coarse.to_string().contains("site_m: a site cell must have 32 vertices"), "{coarse}");
+        let coarse = PlacesSettings::default().check(&KeyPath::default(), 500.0).unwrap_err().sentence(true);
+        assert!(coarse.contains("site_m: a site cell must have 32 vertices"), "{coarse}");
     }
 }

@@ -2,27 +2,13 @@
 
 use serde::Serialize;
 
-use crate::hash::{self, Stream, StreamNumber};
-use crate::places::ground::{Ground, Rivers, Window};
-use crate::places::land::{FIXED, Land, Water};
-use crate::places::names;
+use crate::fluvial::WaterKind;
+use crate::fluvial::survey::Survey;
+use crate::hash::{self, Stream};
+use crate::lines::{FIXED, SiteId};
+use crate::names;
+use crate::places::plan::{PlanLand, RiverIndex, Window};
 use crate::places::settings::PlacesSettings;
-
-/// A site cell, which holds one settlement at most, and that settlement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
-pub struct SiteId {
-    /// Site cells east of that at the origin; may be negative.
-    pub i: i64,
-    /// Site cells south of that at the origin; may be negative.
-    pub j: i64,
-}
-
-impl SiteId {
-    /// The hash of the cell in a stream of chance.
-    pub(super) fn hash(self, seed: u64, stream: impl Into<StreamNumber>) -> u64 {
-        hash::lattice(hash::stream(seed, stream), self.i, self.j)
-    }
-}
 
 /// How large a settlement is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
@@ -83,27 +69,33 @@ impl WaterRange {
 }
 
 /// The settlement of a cell, if it has one.
-pub(super) fn site(settings: &PlacesSettings, seed: u64, ground: &Ground, land: &dyn Land, id: SiteId) -> Option<Site> {
+pub(super) fn site(
+    settings: &PlacesSettings,
+    seed: u64,
+    plan: &PlanLand,
+    land: &dyn Survey,
+    id: SiteId,
+) -> Option<Site> {
     // Many cells are empty however good they are; of those nothing needs to be known.
     let luck = hash::share(id.hash(seed, Stream::Settled));
     if luck >= settings.density {
         return None;
     }
-    let scale = &ground.scale;
+    let scale = &plan.scale;
     let range = WaterRange::new(settings.site_m);
     let (edge, inner) = (scale.side / EDGE, (scale.side - 2 * (scale.side / EDGE)) as u64);
     // So far from the cell waters matter to a position that keeps off its edge.
     let around = ((range.far_m / scale.step_m()) as i64 + 2 - edge).max(2);
     let first = [id.i * scale.side, id.j * scale.side];
     let nodes = (scale.side + 2 * around + 1) as usize;
-    let window = ground.window(land, first.map(|at| at - around), nodes, nodes);
-    let rivers = Rivers::new(&window, scale, range.far_m);
+    let window = plan.window(land, first.map(|at| at - around), nodes, nodes);
+    let rivers = RiverIndex::new(&window, scale, range.far_m);
     // The best of all; of equals the first.
     let positions = (0..POSITIONS).map(|number| {
         let hash = id.hash(seed, Stream::SitePosition.of(number));
         [hash & 0xFFFF_FFFF, hash >> 32].map(|bits| edge + (bits % inner) as i64)
     });
-    let worth = |at: [i64; 2]| Some((suitability(settings, ground, &window, &rivers, at.map(|at| at + around))?, at));
+    let worth = |at: [i64; 2]| Some((suitability(settings, plan, &window, &rivers, at.map(|at| at + around))?, at));
     let (worth, at) =
         positions.filter_map(worth).take(COMPARED).reduce(|best, next| if next.0 > best.0 { next } else { best })?;
     if luck >= settings.density * (0.3 + worth).min(1.0) {
@@ -131,12 +123,12 @@ pub(super) fn site(settings: &PlacesSettings, seed: u64, ground: &Ground, land: 
 /// How good a node is to live on, 0 to 1, or `None` where nobody could.
 fn suitability(
     settings: &PlacesSettings,
-    ground: &Ground,
+    plan: &PlanLand,
     window: &Window,
-    rivers: &Rivers,
+    rivers: &RiverIndex,
     at: [i64; 2],
 ) -> Option<f64> {
-    let scale = &ground.scale;
+    let scale = &plan.scale;
     let height_m = window.height_m(at[0], at[1]);
     if height_m > settings.max_height_m {
         return None;
@@ -153,7 +145,7 @@ fn suitability(
         return None;
     }
     let range = WaterRange::new(settings.site_m);
-    let water_m = water_m(ground, window, rivers, at, range.far_m);
+    let water_m = water_m(plan, window, rivers, at, range.far_m);
     if water_m < range.dry_m.max(scale.step_m()) {
         return None;
     }
@@ -165,14 +157,14 @@ fn suitability(
 }
 
 /// Metres to the edge of the nearest water, `far_m` at most.
-fn water_m(ground: &Ground, window: &Window, rivers: &Rivers, at: [i64; 2], far_m: f64) -> f64 {
-    let scale = &ground.scale;
+fn water_m(plan: &PlanLand, window: &Window, rivers: &RiverIndex, at: [i64; 2], far_m: f64) -> f64 {
+    let scale = &plan.scale;
     let sample_m = scale.step_m();
     let far = (far_m / sample_m) as i64;
     let mut nearest2 = (far * far) as f64;
     for (dx, dy) in (-far..=far).flat_map(|dy| (-far..=far).map(move |dx| (dx, dy))) {
         let distance2 = (dx * dx + dy * dy) as f64;
-        if distance2 < nearest2 && window.water(at[0] + dx, at[1] + dy) != Water::Dry {
+        if distance2 < nearest2 && window.water(at[0] + dx, at[1] + dy) != WaterKind::Dry {
             nearest2 = distance2;
         }
     }

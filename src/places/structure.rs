@@ -4,8 +4,8 @@
 //! are gone straight over, or through. Of what is left, earthworks take most; where they would have to be too high or too
 //! deep, the road is carried, or bored, after all.
 
+use crate::lines::StructureKind;
 use crate::places::profile::swept;
-use crate::places::road::RoadKind;
 
 /// Metres of a fill from which on there is a viaduct, and of the fill that it ends at.
 ///
@@ -65,16 +65,16 @@ fn straighten(heights_m: &mut [f64], lengths_m: &[f64], runs: &[(usize, usize)],
 
 /// What carries a road whose levels are given, with the heights of the land under it: where it lies on the ground and too
 /// far above or below the land, that becomes a bridge or a tunnel.
-pub(super) fn carry(kinds: &mut [RoadKind], levels_m: &[f64], heights_m: &[f64]) {
+pub(super) fn carry(kinds: &mut [Option<StructureKind>], levels_m: &[f64], heights_m: &[f64]) {
     let structures = [
-        (RoadKind::Bridge, FILL_M.runs(&off_m(levels_m, heights_m))),
-        (RoadKind::Tunnel, CUT_M.runs(&off_m(heights_m, levels_m))),
+        (Some(StructureKind::Bridge), FILL_M.runs(&off_m(levels_m, heights_m))),
+        (Some(StructureKind::Tunnel), CUT_M.runs(&off_m(heights_m, levels_m))),
     ];
     for (kind, runs) in structures {
         for (first, last) in runs {
             // A point alone would carry nothing.
             let last = if first == last { (last + 1).min(kinds.len() - 1) } else { last };
-            let ground = kinds[first..=last].iter_mut().filter(|kind| **kind == RoadKind::Ground);
+            let ground = kinds[first..=last].iter_mut().filter(|kind| **kind == None);
             ground.for_each(|ground| *ground = kind);
         }
     }
@@ -113,20 +113,20 @@ mod tests {
 
     #[test]
     fn no_bank_is_high_and_no_cut_deep() {
-        for (dip_m, kind) in [(30.0, RoadKind::Bridge), (-30.0, RoadKind::Tunnel)] {
+        for (dip_m, kind) in [(30.0, Some(StructureKind::Bridge)), (-30.0, Some(StructureKind::Tunnel))] {
             let (heights_m, _) = land(dip_m);
-            let mut kinds = [RoadKind::Ground; 100];
-            kinds[55] = RoadKind::Ford;
+            let mut kinds = [None; 100];
+            kinds[55] = Some(StructureKind::Ford);
             carry(&mut kinds, &[100.0; 100], &heights_m);
             for (point, carrier) in kinds.iter().enumerate() {
-                let expected = if (50..=60).contains(&point) { kind } else { RoadKind::Ground };
-                assert_eq!(*carrier, if point == 55 { RoadKind::Ford } else { expected }, "{point}");
+                let expected = if (50..=60).contains(&point) { kind } else { None };
+                assert_eq!(*carrier, if point == 55 { Some(StructureKind::Ford) } else { expected }, "{point}");
             }
         }
         for dip_m in [10.0, -20.0] {
-            let mut kinds = [RoadKind::Ground; 100];
+            let mut kinds = [None; 100];
             carry(&mut kinds, &[100.0; 100], &land(dip_m).0);
-            assert_eq!(kinds, [RoadKind::Ground; 100], "{dip_m}");
+            assert_eq!(kinds, [None; 100], "{dip_m}");
         }
     }
 }

@@ -4,11 +4,14 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use super::*;
+use crate::fluvial::WaterKind;
+use crate::fluvial::survey::RiverPiece;
 use crate::grid::Grid;
 use crate::hash;
-use crate::places::bed::Beds;
-use crate::places::land::{FIXED, RiverPiece, Water};
-use crate::places::road::RoadKind;
+use crate::lines::built::Built;
+use crate::lines::{FIXED, LineClass, LineId, LinePoint, StructureKind};
+use crate::places::alignment::length_m;
+use crate::places::plan::{self, PlanPiece};
 
 /// A land without an end, the same at any distance.
 #[expect(clippy::struct_field_names, reason = "the unit is a part of the name")]
@@ -53,10 +56,7 @@ impl TestLand {
             let share = at.rem_euclid(wave) as f64 / wave as f64;
             share * share * (3.0 - 2.0 * share)
         });
-        let value = |dx: i64, dy: i64| {
-            let id = SiteId { i: cell[0] + dx, j: cell[1] + dy };
-            hash::share(hash::lattice(hash::combine(5, number), id.i, id.j))
-        };
+        let value = |dx: i64, dy: i64| hash::share(hash::lattice(hash::combine(5, number), cell[0] + dx, cell[1] + dy));
         let north = value(0, 0) + (value(1, 0) - value(0, 0)) * east;
         let below = value(0, 1) + (value(1, 1) - value(0, 1)) * east;
         north + (below - north) * south
@@ -115,23 +115,23 @@ impl TestLand {
         if middle < POOLS_M / 12.0 { POOL_M } else { 0.0 }
     }
 
-    fn water(&self, at: [i64; 2]) -> Water {
+    fn water(&self, at: [i64; 2]) -> WaterKind {
         let (river_m, band) = self.river(at);
         match self.height_by(at, (river_m, band)) {
-            _ if river_m < Self::river_width_m(band) / 2.0 + self.pool_m(at[0]) => Water::River,
-            height_m if height_m < SEA_M => Water::Sea,
-            height_m if height_m < LAKE_M => Water::Lake,
-            _ => Water::Dry,
+            _ if river_m < Self::river_width_m(band) / 2.0 + self.pool_m(at[0]) => WaterKind::River,
+            height_m if height_m < SEA_M => WaterKind::Sea,
+            height_m if height_m < LAKE_M => WaterKind::Lake,
+            _ => WaterKind::Dry,
         }
     }
 }
 
-impl Land for TestLand {
+impl Survey for TestLand {
     fn heights_m(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<f32> {
         sampled(x0, y0, step, cols, rows, |at| self.height_m(at) as f32)
     }
 
-    fn waters(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<Water> {
+    fn waters(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<WaterKind> {
         sampled(x0, y0, step, cols, rows, |at| self.water(at))
     }
 
@@ -180,8 +180,8 @@ fn near() -> Area {
 }
 
 /// All roads of a wide area, made once for the tests that look at roads.
-fn roads() -> &'static [Arc<Road>] {
-    static ROADS: OnceLock<Vec<Arc<Road>>> = OnceLock::new();
+fn roads() -> &'static [Arc<Line>] {
+    static ROADS: OnceLock<Vec<Arc<Line>>> = OnceLock::new();
     ROADS.get_or_init(|| places().roads(&land(), &wide()))
 }
 
@@ -216,7 +216,7 @@ fn windows_agree_whatever_was_asked_before() {
 #[test]
 fn what_lies_in_a_part_is_what_the_whole_has_there() {
     let (land, part) = (land(), Area::new(2000, 8000, 2000, 2000));
-    let inside: Vec<_> = roads().iter().filter(|road| road.overlaps(&part)).cloned().collect();
+    let inside: Vec<_> = roads().iter().filter(|road| road.concerns(&part)).cloned().collect();
     assert_eq!(places().roads(&land, &part), inside);
     assert!(!inside.is_empty());
 }
@@ -229,7 +229,7 @@ fn settlements_stand_on_dry_and_even_land() {
     assert!(sites.is_sorted_by_key(|site| site.id));
     for site in &sites {
         assert_eq!(places.cell(site.at), site.id);
-        assert_eq!(land.water(site.at), Water::Dry);
+        assert_eq!(land.water(site.at), WaterKind::Dry);
         assert_eq!(land.height_m(site.at) as f32, site.height_m);
         let edge = |(far_m, band): (f64, i64)| far_m - TestLand::river_width_m(band) / 2.0;
         assert!(edge(land.river(site.at)) > 30.0, "{site:?}");
@@ -240,25 +240,45 @@ fn settlements_stand_on_dry_and_even_land() {
     assert!(classes.iter().all(|count| *count > 10), "{classes:?}");
 }
 
+/// How well a road is built, as the index of lists of three.
+fn class(road: &Line) -> usize {
+    match road.class {
+        LineClass::Road(class) => class as usize,
+        other => panic!("{other:?} is no road's"),
+    }
+}
+
+/// The places of a road's points in 1/256 vertex.
+fn places_of(road: &Line) -> Vec<[i64; 2]> {
+    road.points.iter().map(|point| road.fixed(point)).collect()
+}
+
+/// The places and levels of all points of roads that the ground carries.
+fn on_ground(roads: &[Arc<Line>]) -> impl Iterator<Item = ([i64; 2], f64)> {
+    roads.iter().flat_map(|road| {
+        let points = road.points.iter().enumerate().filter(|(index, _)| road.carrier(*index).is_none());
+        points.map(|(_, point)| (road.fixed(point), point.level_m))
+    })
+}
+
 #[test]
 fn roads_are_never_too_steep_and_meet_at_their_sites() {
     let (land, settings, places) = (land(), PlacesSettings::default(), places());
     assert!(roads().len() > 30);
     assert!(roads().is_sorted_by(|a, b| a.id < b.id));
     for road in roads() {
-        assert!(road.id.0 < road.id.1);
-        let most = settings.max_grade[road.class as usize];
-        assert!(road.max_grade <= most);
-        let mut length_m = 0.0;
-        for pair in road.points.windows(2) {
-            let piece_m = line::length_m(pair[0].at, pair[1].at, SPACING_M);
-            assert!(((pair[1].level_m - pair[0].level_m).abs() as f64) <= most * piece_m, "{:?} {pair:?}", road.id);
-            length_m += piece_m;
+        let LineId::Road { from, to } = road.id else { panic!("{} is no road", road.id) };
+        assert!(from < to);
+        let most = settings.max_grade[class(road)];
+        assert!(road.max_grade() <= most);
+        let at = places_of(road);
+        for (pair, ends) in road.points.windows(2).zip(at.windows(2)) {
+            let piece_m = length_m(ends[0], ends[1], SPACING_M);
+            assert!((pair[1].level_m - pair[0].level_m).abs() <= most * piece_m, "{} {pair:?}", road.id);
         }
-        assert!((length_m - road.length_m).abs() < 1e-6);
-        for (id, point) in [(road.id.0, road.points[0]), (road.id.1, road.points[road.points.len() - 1])] {
+        for (id, index) in [(from, 0), (to, at.len() - 1)] {
             let site = places.site(&land, id).expect("a road begins at a site");
-            assert_eq!((point.at, point.level_m), (site.at.map(|at| at * FIXED), site.height_m));
+            assert_eq!((at[index], road.points[index].level_m as f32), (site.at.map(|at| at * FIXED), site.height_m));
         }
     }
 }
@@ -266,10 +286,9 @@ fn roads_are_never_too_steep_and_meet_at_their_sites() {
 #[test]
 fn roads_follow_the_land() {
     let land = land();
-    let ground = roads().iter().flat_map(|road| &road.points).filter(|point| point.kind == RoadKind::Ground);
     let vertex = |at: [i64; 2]| at.map(|at| (at + FIXED / 2).div_euclid(FIXED));
     let mut off_m: Vec<f64> =
-        ground.map(|point| (point.level_m as f64 - land.height_m(vertex(point.at))).abs()).collect();
+        on_ground(roads()).map(|(at, level_m)| (level_m - land.height_m(vertex(at))).abs()).collect();
     off_m.sort_by(f64::total_cmp);
     let (nearly_all_m, most_m) = (off_m[off_m.len() * 99 / 100], off_m[off_m.len() - 1]);
     assert!(nearly_all_m < 3.0 && most_m < 12.0, "99 of 100 points lie within {nearly_all_m} m, all within {most_m} m");
@@ -279,15 +298,15 @@ fn roads_follow_the_land() {
 fn curves_are_as_wide_as_their_class_asks() {
     let settings = PlacesSettings::default();
     for road in roads() {
-        let least_m = settings.radius_m[road.class as usize];
-        for [a, b, c] in road.points.array_windows().map(|three: &[road::RoadPoint; 3]| three.map(|point| point.at)) {
+        let least_m = settings.radius_m[class(road)];
+        for [a, b, c] in places_of(road).array_windows() {
             // The radius of the circle through three points.
-            let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(a, b)| line::length_m(a, b, SPACING_M));
+            let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(a, b)| length_m(*a, *b, SPACING_M));
             let cross = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
             let twice_m2 = cross.abs() as f64 * (SPACING_M / FIXED as f64) * (SPACING_M / FIXED as f64);
             let radius_m = ab * bc * ca / (2.0 * twice_m2);
             // A curve made of pieces of 8 m is not its circle to the last metre.
-            assert!(radius_m >= least_m * 0.9, "{:?} {radius_m} {a:?}", road.id);
+            assert!(radius_m >= least_m * 0.9, "{} {radius_m} {a:?}", road.id);
         }
     }
 }
@@ -298,42 +317,40 @@ fn roads_keep_out_of_lakes_and_are_carried_over_rivers() {
     let (mut fords, mut bridges) = (0, 0);
     for road in roads() {
         let pieces = land.rivers(&road.bounds);
-        let crossings = road.crossings();
-        for point in &road.points {
-            let vertex = point.at.map(|at| (at + FIXED / 2).div_euclid(FIXED));
+        let at = places_of(road);
+        for (index, at) in at.iter().enumerate() {
+            let vertex = at.map(|at| (at + FIXED / 2).div_euclid(FIXED));
             let water = land.water(vertex);
             if water.is_open() {
-                assert_eq!(point.kind, RoadKind::Bridge, "{:?} {vertex:?}", road.id);
+                assert_eq!(road.carrier(index), Some(StructureKind::Bridge), "{} {vertex:?}", road.id);
             }
             // The water is asked about every few metres.
-            let step = places().ground.scale.fine;
-            let nearest = point.at.map(|at| (at + step * FIXED / 2).div_euclid(step * FIXED) * step);
-            let is_wet = land.water(nearest) == Water::River;
-            assert!(!is_wet || point.kind != RoadKind::Ground, "{:?} is in a river at {vertex:?}", road.id);
+            let step = places().plan.scale.fine;
+            let nearest = at.map(|at| (at + step * FIXED / 2).div_euclid(step * FIXED) * step);
+            let is_wet = land.water(nearest) == WaterKind::River;
+            assert!(!is_wet || road.carrier(index).is_some(), "{} is in a river at {vertex:?}", road.id);
         }
-        let crosses = |a: [i64; 2], b: [i64; 2]| {
-            let relative = |at: [i64; 2]| [at[0] - a[0], at[1] - a[1]];
+        let crosses = |ends: &[[i64; 2]]| {
+            let relative = |at: [i64; 2]| [at[0] - ends[0][0], at[1] - ends[0][1]];
             pieces.iter().any(|piece| {
                 let (from, to) = (relative(piece.from), relative(piece.to));
-                ground::Piece { from, to, width_m: 0.0, level_m: 0.0 }.is_crossed([0, 0], relative(b))
+                PlanPiece { from, to, width_m: 0.0, level_m: 0.0 }.is_crossed([0, 0], relative(ends[1]))
             })
         };
-        for pair in road.points.windows(2) {
-            if crosses(pair[0].at, pair[1].at) {
-                assert!(pair[0].kind != RoadKind::Ground && pair[1].kind == pair[0].kind, "{:?} {pair:?}", road.id);
-            }
+        for (pair, carrier) in at.windows(2).zip(road.carriers()) {
+            assert!(carrier.is_some() || !crosses(pair), "{} {pair:?}", road.id);
         }
-        for crossing in &crossings {
-            let (first, last) = crossing.points;
+        for structure in &road.structures {
+            let (first, last) = (structure.first, structure.last);
+            let wet = at[first..=last].iter().any(|at| land.water(at.map(|at| at.div_euclid(FIXED))).is_open());
+            assert!(wet || at[first..=last].windows(2).any(crosses), "{} {structure:?}", road.id);
             let points = &road.points[first..=last];
-            let wet = points.iter().any(|point| land.water(point.at.map(|at| at.div_euclid(FIXED))).is_open());
-            assert!(wet || points.windows(2).any(|pair| crosses(pair[0].at, pair[1].at)), "{:?} {crossing:?}", road.id);
-            if crossing.kind == RoadKind::Ford {
+            if structure.kind == StructureKind::Ford {
                 fords += 1;
-                assert!(points.iter().all(|point| point.level_m < RIVER_M as f32));
+                assert!(points.iter().all(|point| point.level_m < RIVER_M));
             } else {
                 bridges += 1;
-                assert!(wet || points.iter().all(|point| point.level_m > RIVER_M as f32));
+                assert!(wet || points.iter().all(|point| point.level_m > RIVER_M));
             }
         }
     }
@@ -344,29 +361,33 @@ fn roads_keep_out_of_lakes_and_are_carried_over_rivers() {
 fn bridges_rest_on_the_banks_however_high_a_river_is_told_to_be() {
     let land = TestLand { lifted_m: 100.0, ..land() };
     let roads = places().roads(&land, &near());
-    assert!(roads.iter().flat_map(|road| road.crossings()).count() > 3);
+    assert!(roads.iter().map(|road| road.structures.len()).sum::<usize>() > 3);
     for (road, point) in roads.iter().flat_map(|road| road.points.iter().map(move |point| (road, point))) {
-        let land_m = land.height_m(point.at.map(|at| (at + FIXED / 2).div_euclid(FIXED)));
-        assert!(point.level_m as f64 - land_m < 20.0, "{:?} {point:?} {land_m}", road.id);
+        let land_m = land.height_m(road.fixed(point).map(|at| (at + FIXED / 2).div_euclid(FIXED)));
+        assert!(point.level_m - land_m < 20.0, "{} {point:?} {land_m}", road.id);
     }
 }
 
 #[test]
 fn gullies_are_bridged_and_ridges_bored_through() {
-    for (gully_m, kind) in [(40.0, RoadKind::Bridge), (-70.0, RoadKind::Tunnel)] {
+    for (gully_m, kind) in [(40.0, StructureKind::Bridge), (-70.0, StructureKind::Tunnel)] {
         let land = TestLand { gully_m, ..land() };
         let roads = places().roads(&land, &near());
         let (mut carried, mut off_m) = (0, [0.0_f64; 2]);
-        for point in roads.iter().flat_map(|road| &road.points) {
-            let [x, y] = point.at.map(|at| at.div_euclid(4 * FIXED) * 4);
+        let points = |road: &Arc<Line>| {
+            let point =
+                |index: usize| (road.fixed(&road.points[index]), road.points[index].level_m, road.carrier(index));
+            (0..road.points.len()).map(point).collect::<Vec<_>>()
+        };
+        for (at, level_m, carrier) in roads.iter().flat_map(points) {
+            let [x, y] = at.map(|at| at.div_euclid(4 * FIXED) * 4);
             let corners = [[x, y], [x + 4, y], [x, y + 4], [x + 4, y + 4]].map(|at| land.height_m(at));
-            let level_m = point.level_m as f64;
             let above_m = level_m - corners.into_iter().fold(f64::NEG_INFINITY, f64::max);
             let under_m = corners.into_iter().fold(f64::INFINITY, f64::min) - level_m;
-            if point.kind == RoadKind::Ground {
+            if carrier.is_none() {
                 off_m = [off_m[0].max(above_m), off_m[1].max(under_m)];
             }
-            carried += usize::from(point.kind == kind && above_m.max(under_m) > 10.0);
+            carried += usize::from(carrier == Some(kind) && above_m.max(under_m) > 10.0);
         }
         assert!(off_m[0] <= 12.0 && off_m[1] <= 25.0, "{gully_m} m: fills and cuts of {off_m:?} m");
         assert!(carried > 5, "{gully_m} m: {carried} points of {kind:?}");
@@ -395,66 +416,75 @@ fn any_spacing_has_roads_within_their_grades() {
         let roads = places.roads(&land, &Area::new(vertices(2000.0), vertices(10_000.0), side, side));
         assert!(roads.len() > 5, "{} roads with {spacing_m} m", roads.len());
         for road in roads {
-            assert!(road.max_grade <= settings.max_grade[road.class as usize]);
-            let ground = road.points.iter().filter(|point| point.kind == RoadKind::Ground);
+            assert!(road.max_grade() <= settings.max_grade[class(&road)]);
             let vertex = |at: [i64; 2]| at.map(|at| at.div_euclid(FIXED));
-            assert!(ground.map(|point| land.water(vertex(point.at))).all(|water| !water.is_open()));
+            assert!(on_ground(&[road]).all(|(at, _)| !land.water(vertex(at)).is_open()));
         }
     }
 }
 
 #[test]
 fn steep_land_has_roads_that_wind() {
-    let straight_m = |road: &Road| line::length_m(road.points[0].at, road.points[road.points.len() - 1].at, SPACING_M);
+    let straight_m = |road: &Line| {
+        let at = places_of(road);
+        length_m(at[0], at[at.len() - 1], SPACING_M)
+    };
     let steep = TestLand { relief_m: 2400.0, ..land() };
     let roads = places().roads(&steep, &near());
     assert!(!roads.is_empty());
-    assert!(roads.iter().any(|road| road.length_m > 1.3 * straight_m(road)), "a switchback at least");
+    assert!(roads.iter().any(|road| road.length_m() > 1.3 * straight_m(road)), "a switchback at least");
 }
 
 #[test]
 fn beds_agree_where_areas_overlap_and_end_at_their_reach() {
     let land = land();
     // Around the middle of a road with a bridge, so that all kinds of pieces are there.
-    let road = roads().iter().find(|road| road.crossings().iter().any(|crossing| crossing.kind == RoadKind::Bridge));
-    let middle = road.expect("some road has a bridge").crossings()[0].at.map(|at| at.div_euclid(FIXED));
+    let is_bridged =
+        |road: &&Arc<Line>| road.structures.iter().any(|structure| structure.kind == StructureKind::Bridge);
+    let road = roads().iter().find(is_bridged).expect("some road has a bridge");
+    let middle = road.structures[0].middle(road).map(|at| at.div_euclid(FIXED));
     let whole = Area::new(middle[0] - 200, middle[1] - 200, 400, 400);
     let part = Area::new(middle[0] - 57, middle[1] - 200, 111, 321);
-    let beds = |area: Area, reversed: bool| {
-        let mut chosen: Vec<&Road> = roads().iter().map(AsRef::as_ref).collect();
+    let built = |area: Area, reversed: bool| {
+        let mut chosen: Vec<&Line> = roads().iter().map(AsRef::as_ref).collect();
         if reversed {
             chosen.reverse();
         }
         let bare = land.heights_m(area.x0, area.y0, 1, area.width(), area.height());
         let mut heights = Grid::filled(area, 0.0);
         heights.values_mut().copy_from_slice(&bare);
-        let beds = Beds::new(area, chosen, SPACING_M).expect("a road is there");
-        beds.shape(&mut heights);
-        (bare, heights, beds)
+        let mut built = Built::blank(area);
+        chosen.into_iter().for_each(|road| built.add(road));
+        built.shape(&mut heights);
+        (bare, heights, built)
     };
-    let ((bare, wide, wide_beds), (_, small, small_beds)) = (beds(whole, false), beds(part, true));
+    let ((bare, wide, wide_built), (_, small, small_built)) = (built(whole, false), built(part, true));
     let (mut changed, mut paved) = (0, 0);
     for (x, y) in (part.y0..part.y1).flat_map(|y| (part.x0..part.x1).map(move |x| (x, y))) {
         assert_eq!(wide.at(x, y).to_bits(), small.at(x, y).to_bits());
-        assert_eq!(wide_beds.share().at(x, y).to_bits(), small_beds.share().at(x, y).to_bits());
+        assert_eq!(wide_built.share.at(x, y).to_bits(), small_built.share.at(x, y).to_bits());
     }
     let fixed = |x: i64, y: i64| [x * FIXED, y * FIXED];
     for (index, (x, y)) in (whole.y0..whole.y1).flat_map(|y| (whole.x0..whole.x1).map(move |x| (x, y))).enumerate() {
         // Metres beyond the reach of the nearest road, and whether that place is on a bridge.
-        let beyond = |road: &Road| {
-            let far = |pair: &[road::RoadPoint]| {
-                let spanned = pair.iter().all(|point| point.kind == RoadKind::Bridge);
-                let from = |at: [i64; 2]| [at[0] - x * FIXED, at[1] - y * FIXED];
-                let parts = ground::distance2([0, 0], from(pair[0].at), from(pair[1].at)).sqrt();
-                (parts * SPACING_M / FIXED as f64 - road.reach_m(), spanned)
+        let beyond = |road: &Line| {
+            let far = |([from, to], carrier): ([&LinePoint; 2], Option<StructureKind>)| {
+                let [from, to] = [from, to].map(|point| {
+                    let at = road.fixed(point);
+                    [at[0] - x * FIXED, at[1] - y * FIXED]
+                });
+                let parts = plan::distance2([0, 0], from, to).sqrt();
+                let reach_m = road.points[0].half_width_m + PlacesSettings::default().bank_m;
+                (parts * SPACING_M / FIXED as f64 - reach_m, carrier == Some(StructureKind::Bridge))
             };
-            road.points.windows(2).map(far).min_by(|a, b| a.0.total_cmp(&b.0)).expect("a road has pieces")
+            let pieces = road.pieces().zip(road.carriers()).map(far);
+            pieces.min_by(|a, b| a.0.total_cmp(&b.0)).expect("a road has pieces")
         };
         let is_changed = wide.at(x, y).to_bits() != bare[index].to_bits();
         changed += usize::from(is_changed);
-        paved += usize::from(wide_beds.share().at(x, y) > 0.5);
+        paved += usize::from(wide_built.share.at(x, y) > 0.5);
         if is_changed {
-            let near = roads().iter().filter(|road| road.overlaps(&Area::new(x, y, 1, 1)));
+            let near = roads().iter().filter(|road| road.concerns(&Area::new(x, y, 1, 1)));
             let reached = near.map(|road| beyond(road)).any(|(beyond_m, spanned)| beyond_m < 1e-3 && !spanned);
             assert!(reached, "{:?}", fixed(x, y));
         }

@@ -2,6 +2,7 @@
 
 mod curve;
 mod noise;
+pub mod settings;
 
 pub use noise::NoiseRelief;
 
@@ -9,7 +10,6 @@ use crate::area::Area;
 use crate::clock::{Clock, stage};
 use crate::fluvial::{Fluvial, Land};
 use crate::grid::Grid;
-use crate::preset::Preset;
 
 /// A world's relief. Heights are a pure function of the vertex: any area, the same bits.
 #[derive(Debug)]
@@ -21,14 +21,6 @@ pub enum Relief {
 }
 
 impl Relief {
-    /// The relief of a checked preset, whose defaults are filled in.
-    pub(crate) fn new(preset: &Preset, seed: u64) -> Relief {
-        match &preset.fluvial {
-            Some(settings) => Relief::Fluvial(Box::new(Fluvial::new(preset, settings, seed))),
-            None => Relief::Noise(Box::new(NoiseRelief::new(preset, seed))),
-        }
-    }
-
     /// Bounds that no height can leave, whatever the vertex: (lowest, highest) in metres.
     pub fn range_m(&self) -> (f32, f32) {
         match self {

@@ -4,8 +4,9 @@ use crate::area::Area;
 use crate::grid::Grid;
 use crate::hash::{self, Stream, StreamNumber};
 use crate::noise::{Fractal, FractalSpec};
-use crate::preset::{Mask, NoiseTerm, Preset};
+use crate::recipe::mask::Mask;
 use crate::relief::curve::Curve;
+use crate::relief::settings::{LandMask, NoiseTerm, WarpSettings};
 
 /// Relief of noise: fractal terms added up over warped points, sunk to the sea floor where no land is.
 ///
@@ -43,9 +44,14 @@ struct Share {
 }
 
 impl NoiseRelief {
-    /// The relief of a checked preset, whose defaults are filled in.
-    pub(crate) fn new(preset: &Preset, seed: u64) -> NoiseRelief {
-        let spacing_m = preset.spacing_m;
+    /// The relief of checked settings, whose defaults are filled in.
+    pub(crate) fn new(
+        terms: &[NoiseTerm],
+        warp: Option<&WarpSettings>,
+        land: Option<&LandMask>,
+        spacing_m: f64,
+        seed: u64,
+    ) -> NoiseRelief {
         let fractal =
             |spec: &FractalSpec, stream: StreamNumber| Fractal::new(spec, spacing_m, hash::stream(seed, stream));
         let share = |mask: &Mask, stream| {
@@ -53,7 +59,7 @@ impl NoiseRelief {
             let noise = fractal(&mask.fractal(), stream);
             Share { noise, scale, shift: -(mask.from as f32) * scale }
         };
-        let warp = preset.warp.as_ref().map(|warp| {
+        let warp = warp.map(|warp| {
             let spec = warp.fractal();
             WarpField {
                 east: fractal(&spec, Stream::NoiseWarpEast.into()),
@@ -68,8 +74,8 @@ impl NoiseRelief {
             base_m: term.base_m as f32,
             mask: term.mask.as_ref().map(|mask| share(mask, Stream::NoiseTermMask.of(index))),
         };
-        let terms: Vec<Term> = (0..).zip(&preset.noise).map(term).collect();
-        let land = preset.land.as_ref().map(|land| (share(&land.mask, Stream::NoiseLand.into()), land.floor_m as f32));
+        let terms: Vec<Term> = (0..).zip(terms).map(term).collect();
+        let land = land.map(|land| (share(&land.mask, Stream::NoiseLand.into()), land.floor_m as f32));
         let range_m = proved_range(&terms, land.as_ref().map(|(_, floor_m)| *floor_m));
         NoiseRelief { warp, terms, land, range_m }
     }

@@ -2,11 +2,11 @@
 
 use std::f64::consts::SQRT_2;
 
-use crate::agents::way::Imprint;
 use crate::area::Area;
 use crate::fluvial::{Water, WaterKind};
 use crate::grid::Grid;
-use crate::preset::Preset;
+use crate::lines::Imprint;
+use crate::preset::ground::GroundSettings;
 use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::Normals;
 
@@ -41,6 +41,11 @@ impl Material {
     }
 }
 
+/// The area of land that the weights of an area are made of: mud lies beside water too.
+pub(super) const fn input(area: Area) -> Area {
+    area.padded(1)
+}
+
 /// How much of each material every vertex has; the weights of a vertex sum to exactly 255.
 #[derive(Debug)]
 pub struct Blend {
@@ -62,31 +67,23 @@ impl Blend {
 
     /// Lays the sand of rivers and then the dirt of roads over what is there.
     pub(super) fn cover_with(&mut self, imprint: &Imprint) {
-        let Area { x0, y0, x1, y1 } = self.ground.area();
-        for y in y0..y1 {
-            let sand = imprint.sand().row(y, x0, x1);
-            let dirt = imprint.dirt().row(y, x0, x1);
-            let ground = self.ground.row_mut(y, x0, x1);
-            let cover = self.cover.row_mut(y, x0, x1);
-            for (((ground, cover), sand), dirt) in ground.iter_mut().zip(cover).zip(sand).zip(dirt) {
-                for (material, share) in [(Material::Sand, *sand), (Material::Dirt, *dirt)] {
-                    if share > 0.0 {
-                        (*ground, *cover) = covered(*ground, *cover, material, share);
-                    }
-                }
-            }
+        if let Some(sand) = imprint.sand() {
+            self.lay(Material::Sand, sand);
+        }
+        for dirt in imprint.dirt() {
+            self.lay(Material::Dirt, dirt);
         }
     }
 
-    /// Lays the dirt of roads over what is there, as far as each vertex is road.
-    pub(super) fn pave(&mut self, road: &Grid<f32>) {
+    /// Lays a share of a material over what is there.
+    fn lay(&mut self, material: Material, shares: &Grid<f32>) {
         let Area { x0, y0, x1, y1 } = self.ground.area();
         for y in y0..y1 {
             let ground = self.ground.row_mut(y, x0, x1);
             let cover = self.cover.row_mut(y, x0, x1);
-            for ((ground, cover), share) in ground.iter_mut().zip(cover).zip(road.row(y, x0, x1)) {
+            for ((ground, cover), share) in ground.iter_mut().zip(cover).zip(shares.row(y, x0, x1)) {
                 if *share > 0.0 {
-                    (*ground, *cover) = covered(*ground, *cover, Material::Dirt, *share);
+                    (*ground, *cover) = covered(*ground, *cover, material, *share);
                 }
             }
         }
@@ -170,10 +167,9 @@ impl Ramp {
 }
 
 impl GroundRule {
-    /// The rule of a checked preset.
-    pub fn new(preset: &Preset) -> GroundRule {
-        let ground = &preset.ground;
-        let sea_level_m = preset.sea_level_m.unwrap_or(0.0);
+    /// The rule of checked settings; sand lies about the sea level.
+    pub fn new(ground: &GroundSettings, sea_level_m: Option<f64>) -> GroundRule {
+        let sea_level_m = sea_level_m.unwrap_or(0.0);
         GroundRule {
             slope_scale: ground.slope_scale as f32,
             dirt: Ramp::between(ground.dirt),
@@ -262,7 +258,6 @@ fn covered(ground: u32, cover: u32, material: Material, share: f32) -> (u32, u32
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::preset::Preset;
 
     #[test]
     fn snow_lies_lower_where_the_sun_does_not_reach() {
@@ -274,11 +269,13 @@ mod tests {
         }
         let normals = Normals::new(&heights, area, 1.0);
         let lowest_snow_m = |aspect_m: f64| {
-            let mut preset = Preset::load("hills").unwrap().1;
-            preset.ground.slope_scale = 1.0;
-            preset.ground.snow_m = Some([800.0, 801.0]);
-            preset.ground.snow_aspect_m = aspect_m;
-            let blend = Blend::new(&GroundRule::new(&preset), &heights, &normals);
+            let ground = GroundSettings {
+                slope_scale: 1.0,
+                snow_m: Some([800.0, 801.0]),
+                snow_aspect_m: aspect_m,
+                ..GroundSettings::default()
+            };
+            let blend = Blend::new(&GroundRule::new(&ground, None), &heights, &normals);
             let snowy = |y: &i64| blend.weight(Material::Snow, 3, *y) > 127;
             // On the northern side and on the southern one.
             [(-400..0).find(snowy), (1..=400).rev().find(snowy)].map(|y| heights.at(3, y.unwrap()))

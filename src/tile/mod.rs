@@ -1,29 +1,34 @@
 //! Tiles: everything about one square of the world, made without a look at its neighbours.
 
 mod blend;
+mod digest;
 mod normals;
 
 pub use blend::{Blend, GroundRule, Material};
+pub use digest::{Channel, Digest};
 pub use normals::Normals;
 
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::agents::paths::PathList;
-use crate::agents::way::{Imprint, Way};
 use crate::area::{Area, TileId};
 use crate::clock::{Clock, stage};
-use crate::fluvial::{Land, Water, WaterKind};
+use crate::fluvial::{Land, Water};
 use crate::grid::Grid;
-use crate::places::bed::Beds;
-use crate::places::drain::{self, drain};
-use crate::places::road::Road;
+use crate::lines::{Bed, Imprint, Line, Lines};
 use crate::places::site::Site;
-use crate::world::{HEIGHT_PAD, World};
+use crate::world::World;
 
-/// How many vertices around a tile its settlements are known: a mark on the map is no larger.
-pub const SITE_PAD: usize = 8;
+/// The area in which settlements are known that are seen on an area: the mark of one on a map is no wider than this.
+pub fn sites_input(area: Area) -> Area {
+    area.padded(8)
+}
+
+/// The area of shaped land that a tile is made of: what normals and weights look at.
+pub fn shaped_input(area: Area) -> Area {
+    normals::input(area).hull(&blend::input(area))
+}
 
 /// A finished tile of N x N cells: (N+1) x (N+1) vertices, those of its edge shared with its neighbours.
 #[derive(Debug)]
@@ -36,9 +41,7 @@ pub struct Tile {
     blend: Blend,
     water: Option<Water>,
     imprint: Option<Imprint>,
-    beds: Option<Beds>,
-    paths: PathList,
-    roads: Vec<Arc<Road>>,
+    lines: Lines,
     sites: Vec<Arc<Site>>,
 }
 
@@ -65,84 +68,85 @@ impl Tile {
 
     /// As [`new`](Tile::new), with the time of each stage booked on `clock`.
     pub fn timed(world: &World, id: TileId, clock: &Clock) -> Tile {
-        // With the pad that later stages look at, and more where water must find its way through roads.
-        let area = id.area(world.tile_cells()).padded(HEIGHT_PAD);
-        let wide = area.padded(drain::PAD);
-        // Settlements, and the roads between them.
-        let (mut roads, sites) = clock.time(stage::ROADS, || (world.roads(&wide), world.sites(&area.padded(SITE_PAD))));
-        // The bare heights and the water on them.
-        let mut land = world.relief().land(if roads.is_empty() { area } else { wide }, clock);
-        // The roads' beds are cut into the land and fill it.
-        let beds =
-            clock.time(stage::GRADE, || graded(&mut land, &roads, world.spacing_m()).map(|beds| beds.part(area)));
-        if land.heights.area() != area {
-            land = land.part(area);
+        let shaped = shaped_input(id.area(world.tile_cells()));
+        let wide = Imprint::input(shaped);
+        // Rivers, settlements, and the roads between them.
+        let (lines, sites) = clock.time(stage::LINES, || (world.lines(&wide), world.sites(&sites_input(shaped))));
+        // The bare heights and the water on them: more of them where water must find its way through built roads.
+        let is_built = lines.iter().any(|line| matches!(line.bed, Bed::Built { .. }));
+        let mut land = world.relief().land(if is_built { wide } else { shaped }, clock);
+        // What the lines do to the land.
+        let imprint = clock.time(stage::IMPRINT, || {
+            let imprint = Imprint::new(&land.heights, land.water.as_ref(), lines.iter().map(AsRef::as_ref))?;
+            imprint.shape(&mut land.heights, land.water.as_ref());
+            Some(imprint)
+        });
+        if is_built {
+            land = land.part(shaped);
         }
-        roads.retain(|road| road.overlaps(&area));
-        // The rivers and roads whose reach touches them.
-        let paths = clock.time(stage::AGENTS, || world.ways(&area));
-        let imprint = clock.time(stage::CARVE, || Imprint::new(&land.heights, paths.iter().map(|path| &path.way)));
-        Tile { paths, roads, sites, ..Tile::imprinted(world, id, land, imprint, beds, clock) }
+        let imprint = imprint.map(|imprint| if is_built { imprint.part(shaped) } else { imprint });
+        let lines = lines.into_iter().filter(|line| line.concerns(&shaped)).collect();
+        Tile { lines, sites, ..Tile::of_shaped(world, id, land, imprint, clock) }
     }
 
-    /// The heights of the tile at `id` before anything shapes them, with the pad that a tile needs.
+    /// The heights of the tile at `id` before anything shapes them, as far as a tile needs them.
     pub fn bare_heights(world: &World, id: TileId) -> Grid<f32> {
-        world.relief().heights(id.area(world.tile_cells()).padded(HEIGHT_PAD))
+        world.relief().heights(shaped_input(id.area(world.tile_cells())))
     }
 
-    /// The tile at `id` of given bare heights and ways, with the time of each stage booked on `clock`.
+    /// The tile at `id` of given bare heights and lines, with the time of each stage booked on `clock`.
     ///
     /// # Panics
-    /// When `heights` does not reach [`HEIGHT_PAD`] vertices past the tile.
-    pub fn shaped<'a>(
+    /// When `heights` does not hold the tile's [input](shaped_input).
+    pub fn of_bare<'a>(
         world: &World,
         id: TileId,
         heights: Grid<f32>,
-        ways: impl IntoIterator<Item = &'a Way>,
+        lines: impl IntoIterator<Item = &'a Line>,
         clock: &Clock,
     ) -> Tile {
-        let imprint = clock.time(stage::CARVE, || Imprint::new(&heights, ways));
-        Tile::imprinted(world, id, Land { heights, water: None }, imprint, None, clock)
+        let imprint = clock.time(stage::IMPRINT, || Imprint::new(&heights, None, lines));
+        Tile::imprinted(world, id, heights, imprint, clock)
     }
 
-    /// The tile at `id` of given land, graded already by its beds, and of what ways do to it, with the time of each stage
-    /// booked on `clock`.
+    /// The tile at `id` of given bare heights and of what lines do to it, with the time of each stage booked on `clock`.
     ///
     /// # Panics
-    /// When `land` does not reach [`HEIGHT_PAD`] vertices past the tile.
+    /// When `heights` does not hold the tile's [input](shaped_input).
     pub(crate) fn imprinted(
         world: &World,
         id: TileId,
-        land: Land,
+        mut heights: Grid<f32>,
         imprint: Option<Imprint>,
-        beds: Option<Beds>,
         clock: &Clock,
     ) -> Tile {
-        let Land { mut heights, water } = land;
+        if let Some(imprint) = &imprint {
+            clock.time(stage::IMPRINT, || imprint.shape(&mut heights, None));
+        }
+        Tile::of_shaped(world, id, Land { heights, water: None }, imprint, clock)
+    }
+
+    /// The tile at `id` of land as its lines have left it, without these.
+    fn of_shaped(world: &World, id: TileId, land: Land, imprint: Option<Imprint>, clock: &Clock) -> Tile {
+        let Land { heights, water } = land;
         let area = id.area(world.tile_cells());
         let spacing_m = world.spacing_m();
-        // The land as the ways leave it.
-        if let Some(imprint) = &imprint {
-            clock.time(stage::CARVE, || imprint.shape(&mut heights));
-        }
         // Normals and slopes from differences across the edge.
         let normals = clock.time(stage::NORMALS, || Normals::new(&heights, area, spacing_m));
         // What the ground is made of.
         let blend = clock.time(stage::BLEND, || {
-            let mut blend = Blend::new(&GroundRule::new(world.preset()), &heights, &normals);
+            let mut blend =
+                Blend::new(&GroundRule::new(&world.preset().ground, world.preset().sea_level_m), &heights, &normals);
             if let Some(water) = &water {
                 blend.wet(water);
             }
             if let Some(imprint) = &imprint {
                 blend.cover_with(imprint);
             }
-            if let Some(beds) = &beds {
-                blend.pave(beds.share());
-            }
             blend
         });
-        let (paths, roads, sites) = (PathList::new(), Vec::new(), Vec::new());
-        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, beds, paths, roads, sites }
+        let (lines, sites) = (Lines::new(), Vec::new());
+        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, sites }
     }
 
     /// Where the tile is in the world.
@@ -155,7 +159,7 @@ impl Tile {
         self.area
     }
 
-    /// Heights in metres of the tile's vertices and of [`HEIGHT_PAD`] more on each side.
+    /// Heights in metres of the tile's vertices and of some around them: of its [input](shaped_input).
     pub fn heights(&self) -> &Grid<f32> {
         &self.heights
     }
@@ -170,36 +174,26 @@ impl Tile {
         &self.blend
     }
 
-    /// The water on the tile's vertices and on [`HEIGHT_PAD`] more on each side; `None` in a world whose relief knows of
+    /// The water on the tile's vertices and on some around them; `None` in a world whose relief knows of
     /// no water.
     pub fn water(&self) -> Option<&Water> {
         self.water.as_ref()
     }
 
-    /// What rivers and roads have done to the tile; `None` where there are none.
+    /// What rivers and roads have done to the tile; `None` where they have done nothing.
     pub fn imprint(&self) -> Option<&Imprint> {
         self.imprint.as_ref()
     }
 
-    /// The order-free paths that may touch the tile, whole, sorted by kind and owner; none for a tile that was
-    /// [shaped](Tile::shaped) by other ways.
-    pub fn paths(&self) -> &PathList {
-        &self.paths
+    /// The rivers and roads that concern the tile, whole, sorted by id; none for a tile that was made of others'
+    /// ([`of_bare`](Tile::of_bare)).
+    pub fn lines(&self) -> &[Arc<Line>] {
+        &self.lines
     }
 
-    /// The roads between settlements that may touch the tile, whole, sorted by id; none in a world without places.
-    pub fn roads(&self) -> &[Arc<Road>] {
-        &self.roads
-    }
-
-    /// The settlements on the tile and within [`SITE_PAD`] vertices of it, sorted by id; none in a world without places.
+    /// The settlements that are seen on the tile ([`sites_input`]), sorted by id; none in a world without places.
     pub fn sites(&self) -> &[Arc<Site>] {
         &self.sites
-    }
-
-    /// What the roads between settlements have done to the tile; `None` where there are none.
-    pub fn beds(&self) -> Option<&Beds> {
-        self.beds.as_ref()
     }
 
     /// The tile's centre in the world, in metres east and south of the origin.
@@ -225,17 +219,4 @@ impl Tile {
         let Area { x0, y0, x1, y1 } = self.area;
         (y0..y1).flat_map(move |y| (x0..x1).map(move |x| self.vertex(x, y)))
     }
-}
-
-/// What roads do to land, which it is done to: all but its waters and the beds of its channels, which go on as they are
-/// under bridges, in fords and in culverts. What they dam elsewhere is drained, but for what is near the border.
-fn graded(land: &mut Land, roads: &[Arc<Road>], spacing_m: f64) -> Option<Beds> {
-    let mut beds = Beds::new(land.heights.area(), roads.iter().map(AsRef::as_ref), spacing_m)?;
-    let water = land.water.as_ref().expect("where roads are the land knows its water");
-    let wet: Vec<bool> = water.kind.values().iter().map(|kind| *kind != WaterKind::Dry).collect();
-    beds.spare(wet.iter().copied().zip(water.bed.values().iter().copied()));
-    let bare = land.heights.clone();
-    beds.shape(&mut land.heights);
-    drain(&bare, &wet, &mut land.heights);
-    Some(beds)
 }

@@ -4,6 +4,11 @@ use crate::area::Area;
 use crate::grid::Grid;
 use crate::simd::{Kernel, Simd, dispatch};
 
+/// The area of heights that the normals of an area are made of.
+pub(super) const fn input(area: Area) -> Area {
+    area.padded(1)
+}
+
 /// The unit normal and the slope of every vertex, from central differences.
 ///
 /// At a tile's edge the difference reaches across it, into the pad of the heights, so two neighbours agree on the
@@ -130,9 +135,19 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "reaches outside")]
-    fn a_pad_that_is_one_too_small_is_noticed() {
-        let area = Area::new(0, 0, 17, 17);
-        Normals::new(&Grid::filled(area.padded(crate::world::HEIGHT_PAD - 1), 0.0), area, 1.0);
+    fn nothing_outside_the_input_matters() {
+        let area = Area::new(-3, 8, 17, 20);
+        let mut heights = Grid::filled(area.padded(9), 0.0);
+        for (index, height_m) in heights.values_mut().iter_mut().enumerate() {
+            *height_m = (index * 7919 % 1013) as f32;
+        }
+        let made = |heights: &Grid<f32>| {
+            let normals = Normals::new(heights, area, 3.0);
+            [&normals.east, &normals.up, &normals.south, &normals.slope].map(Clone::clone)
+        };
+        let expected = made(&heights);
+        heights.fill_outside(input(area), f32::NAN);
+        assert_eq!(made(&heights), expected);
+        assert_eq!(made(&heights.part(input(area))), expected);
     }
 }

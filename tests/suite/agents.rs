@@ -1,9 +1,9 @@
 //! The order-free agents: rivers and roads are whole, stay within their reach and do not depend on who asks.
 
-use terrane::agents::paths::PathEnding;
-use terrane::agents::way::WayKind;
+use terrane::agents::settings::Ending;
 use terrane::area::{Area, TileId};
-use terrane::preset::{Ending, Preset};
+use terrane::lines::{Line, LineEnd, LineId, LineKind};
+use terrane::preset::Preset;
 use terrane::tile::{Material, Tile};
 use terrane::world::World;
 
@@ -19,6 +19,14 @@ fn world(change: impl FnOnce(&mut Preset)) -> World {
 
 const PLACES: [(i64, i64); 3] = [(0, 0), (-5, 9), (1_000_000_000, -1_000_000_000)];
 
+/// The tile that a line belongs to.
+fn owner(line: &Line) -> TileId {
+    match line.id {
+        LineId::Agent { owner, .. } => owner,
+        other => panic!("{other} is no agent's"),
+    }
+}
+
 fn around(place: (i64, i64), tiles: i64) -> Area {
     let side = (2 * tiles * 64) as usize;
     Area::new((place.0 - tiles) * 64, (place.1 - tiles) * 64, side, side)
@@ -28,22 +36,16 @@ fn around(place: (i64, i64), tiles: i64) -> Area {
 fn a_path_is_whole_and_the_same_whoever_asks() {
     for place in PLACES {
         let (one, other) = (world(|_| ()), world(|_| ()));
-        let all = one.ways(&around(place, 4));
-        assert!(all.iter().any(|path| path.way.kind() == WayKind::River), "there are rivers");
-        assert!(all.iter().any(|path| path.way.kind() == WayKind::Road), "there are roads");
+        let all = one.lines(&around(place, 4));
+        assert!(all.iter().any(|path| path.kind == LineKind::River), "there are rivers");
+        assert!(all.iter().any(|path| path.kind == LineKind::Road), "there are roads");
         // A world of its own, asked for one tile after another from the far end, knows the same paths of each tile.
         for y in (place.1 - 2..place.1 + 2).rev() {
             for x in (place.0 - 2..place.0 + 2).rev() {
                 let tile = TileId { x, y }.area(64);
-                let touching: Vec<_> = all.iter().filter(|path| path.way.overlaps(&tile)).collect();
-                let asked = other.ways(&tile);
-                assert_eq!(asked.len(), touching.len(), "tile ({x}, {y})");
-                for (asked, expected) in asked.iter().zip(touching) {
-                    assert_eq!(
-                        (asked.owner, &asked.way, asked.ending),
-                        (expected.owner, &expected.way, expected.ending)
-                    );
-                }
+                let touching: Vec<_> = all.iter().filter(|path| path.concerns(&tile)).collect();
+                let asked = other.lines(&tile);
+                assert_eq!(asked.iter().collect::<Vec<_>>(), touching, "tile ({x}, {y})");
             }
         }
     }
@@ -56,7 +58,7 @@ fn a_tile_does_not_depend_on_what_was_made_before() {
         for (east, south) in [(3, -1), (-2, 2), (1, 0), (0, 1)] {
             Tile::new(&used, TileId { x: x + east, y: y + south });
         }
-        assert_eq!(Tile::new(&fresh, TileId { x, y }).hash(), Tile::new(&used, TileId { x, y }).hash());
+        assert_eq!(Tile::new(&fresh, TileId { x, y }).digest(), Tile::new(&used, TileId { x, y }).digest());
     }
 }
 
@@ -64,18 +66,18 @@ fn a_tile_does_not_depend_on_what_was_made_before() {
 fn paths_stay_within_their_reach_and_rivers_start_at_the_highest_vertex() {
     let world = world(|_| ());
     let crossed = world.preset().rivers.as_ref().unwrap().max_tiles as i64;
-    for path in world.ways(&around((0, 0), 4)) {
-        let own = path.owner.area(64);
+    for path in world.lines(&around((0, 0), 4)) {
+        let own = owner(&path).area(64);
         // Nodes stay within the tiles that may be crossed; the bed sticks out by its banks.
         let may = own.padded((crossed * 64) as usize + 64);
-        assert!(may.contains(&path.way.bounds()), "{} of {}", path.way.bounds().width(), path.owner);
-        let start = path.way.origin();
-        if path.way.kind() == WayKind::River {
+        assert!(may.contains(&path.bounds), "{:?} of {}", path.bounds, path.id);
+        let [x, y] = path.origin;
+        if path.kind == LineKind::River {
             let heights = world.relief().heights(own);
             let highest = heights.values().iter().copied().fold(f32::NEG_INFINITY, f32::max);
-            assert_eq!(heights.at(start.0, start.1), highest, "river of {}", path.owner);
+            assert_eq!(heights.at(x, y), highest, "{}", path.id);
         } else {
-            assert_eq!(start, ((own.x0 + own.x1 - 1) / 2, (own.y0 + own.y1 - 1) / 2));
+            assert_eq!((x, y), ((own.x0 + own.x1 - 1) / 2, (own.y0 + own.y1 - 1) / 2));
         }
     }
 }
@@ -85,26 +87,21 @@ fn rivers_end_in_other_rivers_in_ponds_or_lose_a_third() {
     let endings = |ending| {
         let world = world(|preset| preset.rivers.as_mut().unwrap().ending = ending);
         let rivers: Vec<_> =
-            world.ways(&around((0, 0), 6)).into_iter().filter(|path| path.way.kind() == WayKind::River).collect();
+            world.lines(&around((0, 0), 6)).into_iter().filter(|line| line.kind == LineKind::River).collect();
         for river in &rivers {
-            let PathEnding::River(other) = river.ending else { continue };
+            let LineEnd::Line(other) = river.end else { continue };
             // The river that it meets has its bed there, and so the two are one water.
-            let Some(other) = rivers.iter().find(|path| path.owner == other) else { continue };
-            let end = river.way.points().last().unwrap();
-            let place = (river.way.origin().0 as f32 + end.east, river.way.origin().1 as f32 + end.south);
-            let nearest = other.way.points().iter().map(|point| {
-                let east = other.way.origin().0 as f32 + point.east - place.0;
-                let south = other.way.origin().1 as f32 + point.south - place.1;
-                (east * east + south * south).sqrt()
-            });
-            let nearest = nearest.fold(f32::INFINITY, f32::min);
-            assert!(nearest < 6.0, "the river of {} ends {nearest} vertices from that of {}", river.owner, other.owner);
+            let Some(other) = rivers.iter().find(|line| line.id == other) else { continue };
+            let end = river.place_from(other.origin, river.points.last().unwrap());
+            let far = other.points.iter().map(|point| (point.place[0] - end[0]).hypot(point.place[1] - end[1]));
+            let nearest = far.fold(f64::INFINITY, f64::min);
+            assert!(nearest < 6.0, "{} ends {nearest} vertices from {}", river.id, other.id);
         }
-        let count = |ending: fn(&PathEnding) -> bool| rivers.iter().filter(|river| ending(&river.ending)).count();
+        let count = |ending: fn(&LineEnd) -> bool| rivers.iter().filter(|river| ending(&river.end)).count();
         (
-            count(|ending| matches!(ending, PathEnding::River(_))),
-            count(|ending| *ending == PathEnding::Pond),
-            count(|ending| *ending == PathEnding::Nothing),
+            count(|ending| matches!(ending, LineEnd::Line(_))),
+            count(|ending| *ending == LineEnd::Pond),
+            count(|ending| *ending == LineEnd::Nothing),
         )
     };
     let (met, ponds, nothing) = endings(Ending::Trim);
@@ -134,8 +131,8 @@ fn beds_are_cut_into_the_land_and_lie_on_the_blend_map() {
 }
 
 #[test]
-fn without_agents_there_are_no_paths() {
+fn without_agents_there_are_no_lines() {
     let world = world(|preset| (preset.rivers, preset.roads) = (None, None));
-    assert!(world.ways(&around((0, 0), 6)).is_empty());
+    assert!(world.lines(&around((0, 0), 6)).is_empty());
     assert!(Tile::new(&world, TileId { x: 0, y: 0 }).imprint().is_none());
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::thread;
@@ -525,11 +525,60 @@ fn schemas_describe_what_is_written() {
     // A preset may leave out every key: either relief will do.
     assert!(bake["required"].as_array().is_some_and(|required| !required.is_empty()), "{bake}");
     for (schema, written) in [(&bake, &manifest), (&preset, &manifest["preset"])] {
-        let described: BTreeSet<_> = schema["properties"].as_object().unwrap().keys().collect();
+        let mut described: BTreeSet<_> = schema["properties"].as_object().unwrap().keys().collect();
+        // What a preset extends is part of it once it is read.
+        described.retain(|key| *key != "extends");
         let written: BTreeSet<_> = written.as_object().unwrap().keys().collect();
         assert_eq!(described, written);
     }
+    // Of each export by name, of those that a profile brings, and of what every bake has.
+    let exports = bake["$defs"]["FileRecord"]["properties"]["export"]["enum"].as_array().unwrap();
+    for export in ["height", "obj-tiles", "geojson", "unity", "blender", "registry"] {
+        assert!(exports.contains(&export.into()), "{exports:?}");
+    }
     desk.refused(&["schema", "map"], &["map", "bake", "preset"]);
+}
+
+#[test]
+fn a_preset_may_come_from_standard_input_and_options() {
+    let desk = Desk::new();
+    let bake = |text: &str, options: &[&str]| {
+        let mut command =
+            desk.command(&[&["bake", "-", "--size", "1x1", "--export", "hashes", "-q"], options].concat());
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        child.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
+        Outcome::from(child.wait_with_output().unwrap())
+    };
+    let outcome = bake(SMALL, &["--set", "noise[0].octaves=2", "--set", "seed=9", "--json"]);
+    assert_eq!(outcome.code, Some(0), "{outcome}");
+    let manifest = desk.manifest("out/stdin");
+    assert_eq!((&manifest.preset_name[..], manifest.seed, manifest.preset.noise[0].octaves), ("stdin", 9, 2));
+    let outcome = bake("spacing_m = 0", &[]);
+    assert!(outcome.code == Some(2) && outcome.stderr.contains("stdin:1:13: spacing_m: expected"), "{outcome}");
+    // What makes the range is named, and a default is called one.
+    let words = ["presets/thesis.toml:", "rivers.width_m", "tile_cells = 32", "a larger tile_cells"];
+    desk.refused(&["bake", "thesis", "--tile-cells", "32"], &words);
+    desk.refused(
+        &["bake", "thesis", "--tile-cells", "8"],
+        &["--tile-cells:1:12: tile_cells: expected 16 to 4096, found 8"],
+    );
+}
+
+#[test]
+fn a_warning_is_told_and_stops_nothing() {
+    let desk = Desk::new();
+    let outcome = desk.done(&["bake", "small.toml", "--size", "1x1", "--set", "sea_level_m=-500", "--json", "-q"]);
+    assert!(outcome.stderr.starts_with("warning: nothing is as low as the sea"), "{outcome}");
+    let warning = &outcome.objects()[0];
+    assert_eq!((&warning["type"], warning["message"].as_str().is_some()), (&"warning".into(), true), "{outcome}");
+}
+
+#[test]
+fn presets_are_listed_as_objects_too() {
+    let objects = Desk::new().done(&["presets", "--json"]).objects();
+    let alps = objects.iter().find(|object| object["name"] == "alps").expect("alps is listed");
+    assert!(alps["about"].as_str().is_some_and(|about| about.len() > 20), "{alps}");
+    assert_eq!(Desk::new().done(&["presets", "alps", "--json"]).object()["about"], alps["about"]);
 }
 
 #[test]
@@ -537,7 +586,7 @@ fn completions_and_the_manual_know_the_options() {
     let desk = Desk::new();
     for (shell, word) in [("bash", "complete -F"), ("zsh", "#compdef terrane"), ("fish", "complete -c terrane")] {
         let script = desk.done(&["completions", shell]).stdout;
-        for word in [word, "overwrite", "dry-run", "presets"] {
+        for word in [word, "overwrite", "dry-run", "presets", "archipelago", "exr-tiles", "unreal"] {
             assert!(script.contains(word), "the script for {shell} lacks {word:?}");
         }
     }

@@ -12,10 +12,9 @@ use terrane::bake::Watch;
 use terrane::clock::Clock;
 use terrane::export::{Export, Output, Plan};
 use terrane::fluvial::WaterKind;
-use terrane::fluvial::point::{GRAINS, Point};
-use terrane::fluvial::rivers::{River, RiverEnding, RiverPoint};
+use terrane::fluvial::landforms::lakes::Lake;
+use terrane::lines::{Line, LineClass, LineEnd, LineKind, Lines};
 use terrane::preset::Preset;
-use terrane::vectors::lakes::Lake;
 use terrane::world::World;
 
 const LAYERS: [&str; 7] = ["rivers", "lakes", "coast", "peaks", "sites", "roads", "crossings"];
@@ -127,7 +126,7 @@ fn both_formats_hold_the_features_that_touch_the_region() {
     bake(&world, region, 2, folder.path());
     let area = Area::new(-512, -512, region.width() as usize, region.height() as usize);
     let expected: [BTreeSet<String>; 2] = [
-        world.rivers(&area).iter().map(|river| river.id.to_string()).collect(),
+        rivers_of(&world, &area).iter().map(|river| river.id.to_string()).collect(),
         world.lakes(&area).iter().map(|lake| format!("l:{}:{}", lake.id.0, lake.id.1)).collect(),
     ];
     for (layer, expected) in LAYERS.iter().zip(&expected) {
@@ -226,20 +225,32 @@ fn a_world_without_places_has_their_layers_empty() {
     assert!(!rivers.is_empty() && rivers.iter().all(|river| river["properties"]["name"].is_null()));
 }
 
-/// Grains from a point to the nearest of a line.
-fn distance(line: &[RiverPoint], to: Point) -> f64 {
-    line.windows(2).fold(f64::INFINITY, |least, pair| {
-        let (along, off) = (pair[1].at.from(pair[0].at), to.from(pair[0].at));
+/// All rivers of an area.
+fn rivers_of(world: &World, area: &Area) -> Lines {
+    world.lines(area).into_iter().filter(|line| line.kind == LineKind::River).collect()
+}
+
+/// Vertices from a place to the nearest of a line.
+fn distance(line: &Line, to: [f64; 2]) -> f64 {
+    line.points.windows(2).fold(f64::INFINITY, |least, pair| {
+        let [a, b] = [0, 1].map(|end| line.place_from([0, 0], &pair[end]));
+        let (along, off) = ([b[0] - a[0], b[1] - a[1]], [to[0] - a[0], to[1] - a[1]]);
         let square = along[0] * along[0] + along[1] * along[1];
         let share = ((off[0] * along[0] + off[1] * along[1]) / square).clamp(0.0, 1.0);
-        let away = [off[0] - along[0] * share, off[1] - along[1] * share];
-        least.min((away[0] * away[0] + away[1] * away[1]).sqrt())
+        least.min((off[0] - along[0] * share).hypot(off[1] - along[1] * share))
     })
 }
 
+/// Strahler's order of a river.
+fn order(river: &Line) -> u32 {
+    match river.class {
+        LineClass::Order(order) => order,
+        other => panic!("{other:?} is no river's"),
+    }
+}
+
 /// Vertices from a point to a lake, 0 on it.
-fn from_lake(lake: &Lake, to: Point) -> f64 {
-    let to = [to.x, to.y].map(|grains| grains as f64 / GRAINS as f64);
+fn from_lake(lake: &Lake, to: [f64; 2]) -> f64 {
     let (mut inside, mut least) = (false, f64::INFINITY);
     for pair in lake.rings.iter().flat_map(|ring| ring.windows(2)) {
         let [a, b] = [pair[0], pair[1]].map(|[x, y]| [x - to[0], y - to[1]]);
@@ -255,41 +266,45 @@ fn from_lake(lake: &Lake, to: Point) -> f64 {
 fn rivers_fall_and_end_in_what_they_say() {
     let world = world();
     let area = Area::new(-512, -512, 1025, 1025);
-    let rivers = world.rivers(&area);
-    let by_id: BTreeMap<_, &River> = rivers.iter().map(|river| (river.id, &**river)).collect();
+    let rivers = rivers_of(&world, &area);
+    let by_id: BTreeMap<_, &Line> = rivers.iter().map(|river| (river.id, &**river)).collect();
     assert!(rivers.len() > 20 && by_id.len() == rivers.len());
     let wide = world.lakes(&area.padded(1024));
     let (mut seen, mut highest) = ([0; 3], 0);
     for river in &rivers {
         let id = river.id;
-        assert!(river.line.windows(2).all(|pair| pair[0].level_m > pair[1].level_m), "{id} does not fall");
-        assert!(river.width_m[0] <= river.width_m[1] && river.discharge_m3s[0] <= river.discharge_m3s[1], "{id}");
-        highest = highest.max(river.order);
-        let end = river.line[river.line.len() - 1];
-        match river.ending {
-            RiverEnding::River(other) => {
+        for pair in river.points.windows(2) {
+            assert!(pair[0].level_m > pair[1].level_m && pair[0].floor_m > pair[1].floor_m, "{id} does not fall");
+            assert!(pair[0].half_width_m <= pair[1].half_width_m, "{id} narrows");
+            assert!(pair[0].discharge_m3s <= pair[1].discharge_m3s, "{id} shrinks");
+        }
+        highest = highest.max(order(river));
+        let last = river.points[river.points.len() - 1];
+        let end = river.place_from([0, 0], &last);
+        match river.end {
+            LineEnd::Line(other) => {
                 seen[0] += 1;
                 // What it joins may be out of the area.
                 let Some(other) = by_id.get(&other) else { continue };
-                assert!(distance(&other.line, end.at) < 1.0, "{id} ends beside {}", other.id);
-                assert!(other.order >= river.order && other.width_m[1] >= river.width_m[1], "{id} and {}", other.id);
-                let last = other.line[other.line.len() - 1];
-                assert!(end.level_m >= last.level_m, "{id} ends under {}", other.id);
+                assert!(distance(other, end) < 1.0 / 256.0, "{id} ends beside {}", other.id);
+                let mouth = other.points[other.points.len() - 1];
+                let is_larger = order(other) >= order(river) && mouth.half_width_m >= last.half_width_m;
+                assert!(is_larger && last.level_m >= mouth.level_m, "{id} and {}", other.id);
             }
-            RiverEnding::Lake(node) => {
+            LineEnd::Lake(node) => {
                 seen[1] += 1;
                 let lake = wide.iter().find(|lake| lake.id == node).unwrap_or_else(|| panic!("no lake {node:?}"));
-                assert!(from_lake(lake, end.at) <= 1.0, "{id} ends beside its lake");
-                assert!(end.level_m > lake.level_m - 0.01, "{id} ends under its lake");
+                assert!(from_lake(lake, end) <= 1.0, "{id} ends beside its lake");
+                assert!(last.level_m > lake.level_m - 0.01, "{id} ends under its lake");
             }
-            RiverEnding::Sea => {
+            LineEnd::Sea => {
                 seen[2] += 1;
-                let near = end.at.x.div_euclid(GRAINS);
-                let around = Area::new(near, end.at.y.div_euclid(GRAINS), 2, 2).padded(8);
+                let [x, y] = end.map(|at| at.floor() as i64);
+                let around = Area::new(x, y, 2, 2).padded(8);
                 let water = world.relief().land(around, &Clock::default()).water.unwrap();
                 assert!(water.kind.values().contains(&WaterKind::Sea), "{id} ends away from the sea");
             }
-            RiverEnding::Sink => panic!("{id} ends in nothing"),
+            other => panic!("{id} ends in {other:?}"),
         }
     }
     assert!(seen.iter().all(|count| *count > 0), "rivers, lakes and the sea: {seen:?}");
@@ -319,12 +334,12 @@ fn lakes_are_rings_around_their_water() {
                 let (x, y) = (point[0] as i64, point[1] as i64);
                 Area { x0: area.x0.min(x), y0: area.y0.min(y), x1: area.x1.max(x + 2), y1: area.y1.max(y + 2) }
             });
-            let rivers = world.rivers(&around.padded(2));
+            let rivers = rivers_of(&world, &around.padded(2));
             let river = rivers
                 .iter()
                 .find(|river| river.id == outlet)
                 .unwrap_or_else(|| panic!("{outlet} begins away from lake {:?}", lake.id));
-            assert!((river.line[0].level_m - lake.level_m).abs() < 0.5, "{outlet} begins beside its lake");
+            assert!((river.points[0].level_m - lake.level_m).abs() < 0.5, "{outlet} begins beside its lake");
         }
     }
 }

@@ -7,8 +7,8 @@ use terrane::area::Area;
 use terrane::clock::Clock;
 use terrane::fluvial::channel::{Channel, ChannelId, Mouth};
 use terrane::fluvial::point::{GRAINS, Point};
-use terrane::fluvial::rivers::RiverEnding;
 use terrane::fluvial::{Fluvial, Land, WaterKind};
+use terrane::lines::LineEnd;
 use terrane::preset::{BUILT_IN, Preset};
 use terrane::world::World;
 
@@ -313,8 +313,9 @@ fn rivers_that_end_in_the_sea_reach_it() {
         let area = Area::new(x - 20, y - 20, 41, 41);
         let kinds = land(&world, area).water.unwrap().kind;
         let mut mouths = 0;
-        for river in fluvial(&world).rivers(&area).iter().filter(|river| river.ending == RiverEnding::Sea) {
-            let end = river.line[river.line.len() - 1].at;
+        for river in fluvial(&world).rivers(&area).iter().filter(|river| river.end == LineEnd::Sea) {
+            let [x, y] = river.fixed(river.points.last().unwrap());
+            let end = Point { x, y };
             let [column, row] = [end.x, end.y].map(|grains| grains.div_euclid(GRAINS));
             if !(area.x0 < column && column + 2 < area.x1 && area.y0 < row && row + 2 < area.y1) {
                 continue;

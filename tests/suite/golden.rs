@@ -10,14 +10,17 @@ use std::path::Path;
 use terrane::area::TileId;
 use terrane::map::MapPainter;
 use terrane::preset::{BUILT_IN, Preset};
-use terrane::tile::Tile;
+use terrane::tile::{Channel, Tile};
 use terrane::world::World;
 
 const TILES: [(i64, i64); 4] = [(0, 0), (1_000_000_000, -1_000_000_000), (-7, 3), (1 << 40, -(1 << 40))];
 
 #[test]
 fn every_preset_has_its_golden_bytes() {
-    let mut lines = String::from("# preset, tile x, tile y, BLAKE3 of the tile and of its map (48 cells, seed 1)\n");
+    let mut lines = format!(
+        "# preset, x, y, and the first 16 digits of the BLAKE3 of {} and the map of tiles of 48 cells, seed 1\n",
+        Channel::ALL.map(Channel::name).join(", ")
+    );
     let presets = || BUILT_IN.iter().map(|(name, text)| (*name, Preset::parse(name, text).unwrap()));
     for (name, preset) in presets() {
         let bare = Preset { places: None, ..preset };
@@ -58,6 +61,6 @@ fn write_hashes(lines: &mut String, name: &str, mut preset: Preset, tiles: &[(i6
             painter.paint_row(&tile, y, &mut row);
             map.update(&row);
         }
-        writeln!(lines, "{name} {x} {y} {} {}", tile.hash(), map.finalize()).unwrap();
+        writeln!(lines, "{name} {x} {y} {:.16} {}", tile.digest(), &map.finalize().to_hex()[..16]).unwrap();
     }
 }

@@ -387,3 +387,34 @@ fn what_makes_no_mesh_is_refused_with_what_would_do() {
     refused(&["--lod", "3..1"], "the finest level comes first");
     refused(&["--lod", "1", "--mesh-error", "1e-6", "--quantize"], "leave out --quantize");
 }
+
+#[test]
+fn an_option_that_no_export_reads_is_refused_with_those_that_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |exports: &str, options: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
+        let out = folder.path().join("out");
+        command.args(["bake", "hills", "--size", "1x1", "--dry-run"]).arg("--out").arg(out).args(options);
+        command.args(exports.split(' ').filter(|word| !word.is_empty())).output().unwrap()
+    };
+    for (exports, option, hint) in [
+        ("", &["--lod", "0"][..], "gltf, obj, obj-tiles"),
+        ("--export height,vector", &["--mesh-error", "0.5"], "gltf, obj, obj-tiles"),
+        ("--profile unity", &["--lod", "0..1"], "gltf, obj, obj-tiles"),
+        ("--export height", &["--quantize"], "that do: gltf\n"),
+        ("--export obj", &["--quantize"], "that do: gltf\n"),
+        ("--export obj-tiles", &["--meshopt"], "that do: gltf\n"),
+    ] {
+        let output = run(exports, option);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{exports} {option:?}: {stderr}");
+        assert!(stderr.contains(option[0]) && stderr.contains(hint), "{exports} {option:?}: {stderr}");
+    }
+    for (exports, options) in [
+        ("--export gltf", &["--lod", "0..1", "--mesh-error", "0.5", "--quantize", "--meshopt"][..]),
+        ("--export obj", &["--lod", "1", "--mesh-error", "0.5"]),
+        ("--profile blender", &["--lod", "2", "--quantize"]),
+    ] {
+        assert!(run(exports, options).status.success(), "{exports} {options:?}");
+    }
+}

@@ -1,11 +1,11 @@
 //! Settlements and roads of fluvial worlds: the same whatever is asked for, dry, and no steeper than they may be.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 use terrane::area::{Area, TileId};
 use terrane::fluvial::WaterKind;
-use terrane::places::land::{FIXED, Land, Water};
-use terrane::places::road::{Crossing, Road, RoadKind};
+use terrane::fluvial::survey::Survey;
+use terrane::lines::{FIXED, LineClass, LineId, LineKind, Lines, Structure, StructureKind};
 use terrane::preset::Preset;
 use terrane::tile::Tile;
 use terrane::world::World;
@@ -38,12 +38,17 @@ fn wide() -> Area {
     Area::new(-300, -500, 1000, 1000)
 }
 
+/// All roads that concern an area.
+fn roads_of(world: &World, area: &Area) -> Lines {
+    world.lines(area).into_iter().filter(|line| line.kind == LineKind::Road).collect()
+}
+
 /// A world and its roads in a wide area, made once for the tests that look at them.
-fn settled() -> &'static (World, Vec<Arc<Road>>) {
-    static SETTLED: OnceLock<(World, Vec<Arc<Road>>)> = OnceLock::new();
+fn settled() -> &'static (World, Lines) {
+    static SETTLED: OnceLock<(World, Lines)> = OnceLock::new();
     SETTLED.get_or_init(|| {
         let world = world();
-        let roads = world.roads(&wide());
+        let roads = roads_of(&world, &wide());
         assert!(roads.len() > 15, "{} roads", roads.len());
         (world, roads)
     })
@@ -56,7 +61,7 @@ fn places_to_look() -> Vec<TileId> {
         let [x, y] = at.map(|at| at.div_euclid(64 * FIXED));
         TileId { x, y }
     };
-    let crossed = roads.iter().flat_map(|road| road.crossings()).map(|crossing| tile(crossing.at));
+    let crossed = roads.iter().flat_map(|road| road.structures.iter().map(|structure| tile(structure.middle(road))));
     let mut tiles: Vec<TileId> = crossed.take(4).collect();
     assert_eq!(tiles.len(), 4);
     tiles.push(TileId { x: 100_000_000, y: -100_000_000 });
@@ -74,7 +79,7 @@ fn neighbours_agree_on_their_shared_vertices() {
     let mut graded = 0;
     for at in places_to_look() {
         let tile = Tile::new(&other, at);
-        graded += usize::from(!tile.roads().is_empty());
+        graded += usize::from(tile.lines().iter().any(|line| line.kind == LineKind::Road));
         let Area { x0, y0, x1, y1 } = tile.area();
         let south = Tile::new(&third, TileId { y: at.y + 1, ..at });
         (x0..x1).for_each(|x| assert_eq!(bits(&tile, x, y1 - 1), bits(&south, x, y1 - 1), "{at} at {x}"));
@@ -111,11 +116,11 @@ fn far_out_there_are_roads_too() {
     let side = 64 * 100_000_000;
     let area = Area::new(side, -side, 500, 500);
     let (one, other) = (world(), world());
-    let roads = one.roads(&area);
+    let roads = roads_of(&one, &area);
     assert!(!roads.is_empty());
     let part = Area::new(side + 200, -side + 100, 200, 300);
-    let inside: Vec<_> = roads.into_iter().filter(|road| road.overlaps(&part)).collect();
-    assert_eq!(other.roads(&part), inside);
+    let inside: Vec<_> = roads.into_iter().filter(|road| road.concerns(&part)).collect();
+    assert_eq!(roads_of(&other, &part), inside);
 }
 
 #[test]
@@ -142,16 +147,17 @@ fn roads_join_settlements_and_keep_to_their_grade() {
     let land = world.relief().fluvial().unwrap();
     let settings = world.preset().places.as_ref().unwrap();
     for road in roads {
-        let most = settings.max_grade[road.class as usize];
-        assert!(road.max_grade <= most, "{:?} climbs by {}", road.id, road.max_grade);
-        for (id, end) in [(road.id.0, road.points.first()), (road.id.1, road.points.last())] {
+        let (LineId::Road { from, to }, LineClass::Road(class)) = (road.id, road.class) else { panic!("{}", road.id) };
+        let most = settings.max_grade[class as usize];
+        assert!(road.max_grade() <= most, "{} climbs by {}", road.id, road.max_grade());
+        for (id, end) in [(from, road.points.first()), (to, road.points.last())] {
             let site = places.site(land, id).expect("a road ends at a settlement");
-            assert_eq!(end.unwrap().at, site.at.map(|at| at * FIXED));
+            assert_eq!(road.fixed(end.unwrap()), site.at.map(|at| at * FIXED));
         }
         for pair in road.points.windows(2) {
-            let [dx, dy] = [0, 1].map(|axis| (pair[1].at[axis] - pair[0].at[axis]) as f64 / FIXED as f64);
+            let [dx, dy] = [0, 1].map(|axis| pair[1].place[axis] - pair[0].place[axis]);
             let metres = (dx * dx + dy * dy).sqrt() * world.spacing_m();
-            assert!(f64::from((pair[1].level_m - pair[0].level_m).abs()) <= most * metres + 1e-9);
+            assert!((pair[1].level_m - pair[0].level_m).abs() <= most * metres + 1e-9);
         }
     }
 }
@@ -163,20 +169,20 @@ fn roads_are_dry_but_for_bridges_and_fords() {
     let apart = |a: [i64; 2], b: [i64; 2]| ((a[0] - b[0]) as f64).hypot((a[1] - b[1]) as f64);
     let mut crossed = 0;
     for road in roads {
-        let (rivers, crossings) = (Land::rivers(land, &road.bounds), road.crossings());
-        for pair in road.points.windows(2) {
-            let [from, to] = [pair[0].at, pair[1].at];
+        let rivers = Survey::rivers(land, &road.bounds);
+        for ([from, to], carrier) in road.pieces().zip(road.carriers()) {
+            let [from, to] = [from, to].map(|point| road.fixed(point));
             for at in [from, to] {
                 let [x, y] = at.map(|at| (at + FIXED / 2).div_euclid(FIXED));
                 let water = land.waters(x, y, 1, 1, 1)[0];
-                let bridged = pair.iter().any(|point| point.kind == RoadKind::Bridge);
+                let bridged = carrier == Some(StructureKind::Bridge);
                 // A vertex is wet or not, so next to a crossing a road may still be in the river.
-                let near = |crossing: &Crossing| {
-                    let [first, last] = [crossing.points.0, crossing.points.1].map(|point| road.points[point].at);
-                    apart(at, crossing.at) <= apart(first, last) / 2.0 + 2.0 * FIXED as f64
+                let near = |structure: &Structure| {
+                    let ends = [structure.first, structure.last].map(|point| road.fixed(&road.points[point]));
+                    apart(at, structure.middle(road)) <= apart(ends[0], ends[1]) / 2.0 + 2.0 * FIXED as f64
                 };
-                let crosses = crossings.iter().any(near);
-                assert!(water == Water::Dry || crosses, "{:?} runs along a river at {at:?}", road.id);
+                let crosses = road.structures.iter().any(near);
+                assert!(water == WaterKind::Dry || crosses, "{:?} runs along a river at {at:?}", road.id);
                 assert!(!water.is_open() || bridged, "{:?} runs into {water:?} at {at:?}", road.id);
             }
             let side = |a: [i64; 2], b: [i64; 2], at: [i64; 2]| {
@@ -186,7 +192,7 @@ fn roads_are_dry_but_for_bridges_and_fords() {
                 if side(river.from, river.to, from) != side(river.from, river.to, to)
                     && side(from, to, river.from) != side(from, to, river.to)
                 {
-                    assert!(pair.iter().all(|point| point.kind != RoadKind::Ground), "{:?} at {from:?}", road.id);
+                    assert!(carrier.is_some(), "{} at {from:?}", road.id);
                     crossed += 1;
                 }
             }
@@ -230,7 +236,7 @@ fn sparse_land_is_that_of_the_vertices() {
         let mut other = 0;
         for (index, (height_m, water)) in heights_m.iter().zip(&waters).enumerate() {
             let (x, y) = (area.x0 + (index % cols) as i64 * step, area.y0 + (index / cols) as i64 * step);
-            let same = (*water == Water::Dry) == (kinds.at(x, y) == WaterKind::Dry);
+            let same = (*water == WaterKind::Dry) == (kinds.at(x, y) == WaterKind::Dry);
             // Rounding may decide which side of a shore a vertex lies on.
             other += usize::from(!same || (height_m - full.heights.at(x, y)).abs() > 0.01);
         }

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use terrane::area::{Area, TileId};
-use terrane::preset::{BUILT_IN, Preset, summary};
+use terrane::preset::{BUILT_IN, Preset, Sources, summary};
 use terrane::tile::Tile;
 use terrane::world::World;
 
@@ -68,8 +68,206 @@ fn every_preset_makes_varied_land_within_a_fine_range() {
 fn a_seed_makes_another_world() {
     let height = |seed| {
         let world = World::new(Preset::load("thesis").unwrap().1, Some(seed)).unwrap();
-        Tile::new(&world, TileId { x: 0, y: 0 }).hash()
+        Tile::new(&world, TileId { x: 0, y: 0 }).digest()
     };
     assert_ne!(height(1), height(2));
     assert_eq!(height(2), height(2));
+}
+
+/// What is wrong: the text, where the error must point, what it must say, and its hint.
+type BadText = (&'static str, &'static str, &'static str, &'static str);
+
+const BAD_TEXTS: &[BadText] = &[
+    // Lists that are too long, and too short.
+    (
+        "spacing_m = 10\n[fluvial]\n[places]\nwidth_m = [1, 2, 3, 4]",
+        "4:11",
+        "places.width_m: expected a list of 3, found one of 4",
+        "schema",
+    ),
+    (
+        "spacing_m = 10\n[fluvial]\nhill_slope = [0.1]",
+        "3:14",
+        "fluvial.hill_slope: expected a list of 2, found one of 1",
+        "schema",
+    ),
+    (
+        "[[noise]]\nkind = \"fbm\"\nheight_m = 1\ncurve = [[0, 1, 2], [1, 2]]",
+        "4:10",
+        "noise[0].curve[0]: expected a list of 2",
+        "",
+    ),
+    // Defaults that do not go with what is written.
+    (
+        "spacing_m = 300\n[fluvial]\nlevels = 3",
+        "2:1",
+        "fluvial.trunk_m (not given): expected 64 to 4096 times spacing_m, which is 19200 to 1228800, but the default is 12800",
+        "a smaller spacing_m",
+    ),
+    (
+        "spacing_m = 10\n[fluvial]\nbasin_m = 100",
+        "3:11",
+        "fluvial.basin_m: expected 2 to 64 times trunk_m, which is 25600 to 819200, found 100",
+        "",
+    ),
+    (
+        "spacing_m = 10\n[fluvial]\nlake_m = 4000",
+        "3:10",
+        "fluvial.lake_m: expected at most 1600, an eighth of trunk_m, found 4000",
+        "",
+    ),
+    (
+        "tile_cells = 16\nspacing_m = 0.016\n[[noise]]\nkind = \"fbm\"\nheight_m = 1\nwavelength_m = 100\n[roads]\nwidth_m = 0.1",
+        "8:11",
+        "roads.width_m: expected at most 0.064, a quarter of a tile's side (tile_cells = 16, spacing_m = 0.016), found 0.1",
+        "a larger tile_cells",
+    ),
+    // Keys that nothing would read.
+    (
+        "spacing_m = 10\n[fluvial]\n[fluvial.coast]\nbelow = 0.1",
+        "3:10",
+        "fluvial.coast: nothing reads it without sea_level_m",
+        "give sea_level_m",
+    ),
+    (
+        "spacing_m = 10\n[fluvial]\n[ground]\nsand_m = [1, 2]",
+        "4:1",
+        "ground.sand_m: nothing reads it without sea_level_m",
+        "leave it out",
+    ),
+    (
+        "spacing_m = 10\n[fluvial]\n[ground]\nsnow_slope = [0.5, 1]",
+        "4:1",
+        "ground.snow_slope: nothing reads it without ground.snow_m",
+        "snow_m",
+    ),
+    (
+        "spacing_m = 10\n[fluvial]\n[warp]\nwavelength_m = 9\ndistance_m = 1",
+        "3:2",
+        "warp: nothing reads it in a world of fluvial",
+        "leave it out",
+    ),
+    // Types, in the user's words.
+    (
+        "spacing_m = 10\n[fluvial]\ntrunk_m = \"far\"",
+        "3:11",
+        "fluvial.trunk_m: expected a number, found \"far\"",
+        "schema",
+    ),
+    ("fluvial = 1", "1:11", "fluvial: expected a table, found 1", "schema"),
+    ("seed = 1.5\nspacing_m = 10\n[fluvial]", "1:8", "seed: expected a whole number, found 1.5", "schema"),
+    ("seed = -1\n[fluvial]", "1:8", "seed: expected 0 to 18446744073709551615, found -1", ""),
+    (
+        "spacing_m = 10\n[fluvial]\n[map]\ntint = \"blue\"",
+        "4:8",
+        "map.tint: expected \"temperate\" or \"arid\" or \"alpine\", found \"blue\"",
+        "",
+    ),
+    (
+        "[[noise]]\nkind = \"fbm\"\nheight_m = 1\n[roads]\ngraded = 1",
+        "5:10",
+        "roads.graded: expected true or false, found 1",
+        "",
+    ),
+    (
+        "spacing_m = 10\n[fluvial]\nlevels = 2024-01-01",
+        "3:10",
+        "fluvial.levels: expected a whole number, found the date 2024-01-01",
+        "",
+    ),
+    // What a preset extends.
+    ("extends = \"thesiss\"", "1:11", "extends: there is neither a file nor a built-in preset", "did you mean thesis?"),
+    ("extends = 3", "1:11", "extends: expected the name of a preset", "alps"),
+];
+
+#[test]
+fn a_bad_text_is_refused_in_the_users_words() {
+    for (text, place, words, hint) in BAD_TEXTS {
+        let error = Preset::parse("p.toml", text).expect_err(text);
+        let message = error.to_string();
+        assert!(message.starts_with(&format!("p.toml:{place}: {words}")), "{text:?}: {message}");
+        assert!(error.hint().unwrap_or_default().contains(hint), "{text:?}: {:?}", error.hint());
+    }
+}
+
+#[test]
+fn an_error_shows_neither_control_characters_nor_endless_lines() {
+    let long = "x".repeat(100_000);
+    for text in [
+        format!("[fluvial]\nlevels = \"\u{7f}\u{9b}31m\u{202e}{long}\""),
+        format!("[fluvial]\nlevels = 3 #{long}\n\"a\\u001b[31m{long}\" = 1"),
+        format!("# {long}\u{1b}[31m\n[fluvial]"),
+        format!("seed = 1 # {long}\nseed{long} = \u{1b}"),
+    ] {
+        let error = Preset::parse("p\u{1b}[31m.toml", &text).expect_err("it is wrong").to_string();
+        assert!(error.chars().all(|c| c == '\n' || !c.is_control() && c != '\u{202e}'), "{error:?}");
+        assert!(error.len() < 2500, "{} characters: {error}", error.len());
+    }
+}
+
+#[test]
+fn a_preset_extends_another_table_by_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        fs::write(folder.path().join(name), text).unwrap();
+        folder.path().join(name).to_str().unwrap().to_owned()
+    };
+    write("base.toml", "extends = \"alps\"\nspacing_m = 4\n[fluvial]\nlevels = 5\nhill_slope = [0.1, 0.2]\n");
+    let path = write("child.toml", "extends = \"base.toml\"\n[fluvial]\nlevels = 4\n");
+    let (name, child) = Preset::load(&path).unwrap();
+    let alps = Preset::load("alps").unwrap().1;
+    let mut expected = Preset { spacing_m: 4.0, ..alps };
+    let fluvial = expected.fluvial.as_mut().unwrap();
+    (fluvial.levels, fluvial.hill_slope) = (4, [0.1, 0.2]);
+    assert_eq!((&name[..], child), ("child", expected));
+    // An error points at the file that has the value.
+    write("base.toml", "extends = \"alps\"\n\n[fluvial]\ntrunk_slope = 3\n");
+    let error = Preset::load(&path).unwrap_err().to_string();
+    assert!(error.contains("base.toml:4:15: fluvial.trunk_slope: expected 0.0001 to 0.2, found 3"), "{error}");
+    // Nothing extends itself, whatever is between.
+    write("base.toml", "\nextends = \"./child.toml\"\n");
+    let error = Preset::load(&path).unwrap_err().to_string();
+    assert!(error.contains("base.toml:2:11: extends: this preset extends itself"), "{error}");
+}
+
+#[test]
+fn a_setting_comes_over_all_texts() {
+    let set = |settings: &[&str]| {
+        let mut sources = Sources::load("thesis").unwrap();
+        settings.iter().try_for_each(|setting| sources.set("--set", setting))?;
+        sources.preset()
+    };
+    let preset =
+        set(&["noise[0].height_m=300", "noise.0.octaves = 4", "map.tint=\"arid\"", "rivers.width_m=[1, 2]"]).unwrap();
+    assert_eq!((preset.noise[0].height_m, preset.noise[0].octaves), (300.0, 4));
+    assert_eq!(preset.rivers.unwrap().width_m, [1.0, 2.0]);
+    for (setting, place, words) in [
+        ("tile_cells=8", 12, "tile_cells: expected 16 to 4096, found 8"),
+        ("noise[0].octavs=8", 1, "noise[0].octavs: there is no such key here"),
+        ("noise[1].octaves=8", 1, "noise[1].octaves: there is no [1] in a list of 1"),
+        ("noise.octaves=8", 1, "noise.octaves: octaves is asked of a list"),
+        ("seed.x=8", 1, "seed.x: x is asked of what is no table"),
+        ("map.tint=arid", 10, "map.tint: this is no value"),
+        ("map.tint", 1, "there is no ="),
+        ("=3", 1, "this is no key"),
+        ("a..b=3", 1, "this is no key"),
+        ("seed=3\nspacing_m=1", 6, "seed: this is no value"),
+    ] {
+        let error = set(&["seed=2", setting]).expect_err(setting).to_string();
+        assert!(error.starts_with(&format!("--set:1:{place}: {words}")), "{setting}: {error}");
+    }
+    // An odd default is looked for where its table is.
+    let error = set(&["tile_cells=32"]).unwrap_err().to_string();
+    assert!(error.starts_with("presets/thesis.toml:") && error.contains("tile_cells = 32"), "{error}");
+}
+
+#[test]
+fn the_schema_has_the_bounds_that_are_checked() {
+    let schema = Preset::schema();
+    let bounds = |value: &serde_json::Value| (value["minimum"].as_f64(), value["maximum"].as_f64());
+    assert_eq!(bounds(&schema["properties"]["tile_cells"]), (Some(16.0), Some(4096.0)));
+    let places = &schema["$defs"]["PlacesSettings"]["properties"];
+    assert_eq!(bounds(&places["width_m"]["items"]), (Some(0.5), Some(50.0)));
+    assert_eq!((&places["width_m"]["minItems"], &places["width_m"]["maxItems"]), (&3.into(), &3.into()));
+    assert_eq!(schema["properties"]["extends"]["type"], "string");
 }

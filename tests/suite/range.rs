@@ -3,7 +3,12 @@
 use proptest::prelude::*;
 
 use terrane::area::Area;
-use terrane::preset::{Ground, Land, MapStyle, Mask, NoiseKind, NoiseTerm, Preset, Warp};
+use terrane::fluvial::settings::{Coast, FluvialSettings, Strata};
+use terrane::preset::ground::GroundSettings;
+use terrane::preset::map::MapStyle;
+use terrane::preset::{BUILT_IN, Preset, Sources};
+use terrane::recipe::mask::Mask;
+use terrane::relief::settings::{LandMask, NoiseKind, NoiseTerm, WarpSettings};
 use terrane::world::World;
 
 fn mask() -> impl Strategy<Value = Mask> {
@@ -50,12 +55,12 @@ fn term() -> impl Strategy<Value = NoiseTerm> {
 }
 
 fn preset() -> impl Strategy<Value = Preset> {
-    let warp = (50.0..3000.0, 1..4u32, 0.0..30.0).prop_map(|(wavelength_m, octaves, distance_m)| Warp {
+    let warp = (50.0..3000.0, 1..4u32, 0.0..30.0).prop_map(|(wavelength_m, octaves, distance_m)| WarpSettings {
         wavelength_m,
         octaves,
         distance_m,
     });
-    let land = (mask(), -800.0..100.0).prop_map(|(mask, floor_m)| Land { mask, floor_m });
+    let land = (mask(), -800.0..100.0).prop_map(|(mask, floor_m)| LandMask { mask, floor_m });
     (prop::collection::vec(term(), 1..4), prop::option::of(warp), prop::option::of(land)).prop_map(
         |(noise, warp, land)| Preset {
             seed: 1,
@@ -69,10 +74,69 @@ fn preset() -> impl Strategy<Value = Preset> {
             land,
             rivers: None,
             roads: None,
-            ground: Ground::default(),
+            ground: GroundSettings::default(),
             map: MapStyle::default(),
         },
     )
+}
+
+fn fluvial() -> impl Strategy<Value = Preset> {
+    let size = (2..=4u32, 8.0..24.0, prop::sample::select(vec![0.5, 4.0, 30.0]));
+    let heights = (0.0..3000.0, 1.0..4.0, 0.1..0.98, prop::option::of(-1.0..1.0f64), 1.0..2000.0);
+    let slopes = (0.0001..0.2, 0.05..0.9, [0.005..2.0, 0.005..2.0], [0.001..2.0, 0.001..2.0], 0.0..1000.0);
+    let strata = prop::option::of((1.0..1000.0, 1.0..20.0, 0.05..0.95));
+    let water = (0.01..10.0, 0.1..100.0, 0.0..1.0, -0.5..0.5, 0.0..0.2);
+    (size, heights, slopes, strata, water).prop_map(|(size, heights, slopes, strata, water)| {
+        let ((levels, finest, spacing_m), (base_m, ceiling, knee, sea, depth_m)) = (size, heights);
+        let (trunk_slope, channel_slope, hill_slope, slope, crest_m) = slopes;
+        let (runoff_m, river_width_m, lakes, below, valley) = water;
+        let trunk_m = f64::max(finest * f64::from(1 << levels), 64.0) * spacing_m;
+        let ceiling_m = f64::powf(10.0, ceiling);
+        let strata = strata.map(|(thickness_m, steepness, cliff)| Strata { thickness_m, steepness, cliff });
+        let settings = FluvialSettings {
+            trunk_m,
+            levels,
+            base_m,
+            trunk_slope,
+            channel_slope,
+            hill_slope,
+            crest_m,
+            ceiling_m,
+            knee,
+            strata,
+            runoff_m,
+            river_width_m,
+            lakes,
+            valley,
+            coast: Coast { below, slope, depth_m, ..Coast::default() },
+            ..FluvialSettings::default()
+        };
+        // From as far below 0 as the ceiling is above to where the land begins to be pressed together.
+        let sea_level_m = sea.map(|share| share * if share < 0.0 { ceiling_m } else { ceiling_m * knee });
+        Preset {
+            spacing_m,
+            sea_level_m,
+            fluvial: Some(settings),
+            ..Preset::parse("bare", "spacing_m = 10\n[fluvial]").unwrap()
+        }
+    })
+}
+
+proptest! {
+    // A fluvial world takes a second to plan.
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(48) })]
+
+    #[test]
+    fn no_fluvial_height_leaves_the_range(preset in fluvial(), seed: u64, x in -(1i64 << 40)..1 << 40) {
+        let world = World::new(preset, Some(seed)).unwrap();
+        let (min_m, max_m) = world.height_range_m();
+        for step in 0..6 {
+            let heights = world.relief().heights(Area::new(x + step * 61, step * 37, 40, 40));
+            for &height_m in heights.values() {
+                prop_assert!(min_m <= height_m && height_m <= max_m, "{height_m} m is outside {min_m}..{max_m} m");
+            }
+        }
+    }
 }
 
 proptest! {
@@ -103,4 +167,27 @@ fn the_range_of_the_thesis_is_that_of_its_series() {
     let sum: f64 = (0..8).map(|octave| 0.16f64.powi(octave)).sum();
     assert!((-0.1..=0.0).contains(&min_m), "{min_m}");
     assert!((max_m as f64 - 200.0 * sum).abs() < 0.1, "{max_m}");
+}
+
+#[test]
+fn a_sea_above_the_land_is_refused_and_one_far_below_is_warned_of() {
+    let world = |name: &str, setting: &str| {
+        let mut sources = Sources::load(name).unwrap();
+        sources.set("--set", setting).unwrap();
+        sources.preset().map(|preset| World::new(preset, None).unwrap())
+    };
+    let refused = world("archipelago", "sea_level_m=5000").unwrap_err().to_string();
+    assert!(refused.starts_with("--set:1:13: sea_level_m: expected at most 720, knee times ceiling_m"), "{refused}");
+    for (name, setting, words) in [
+        ("archipelago", "sea_level_m=-5000", "wastes"),
+        ("mountains", "sea_level_m=90000", "all is under the sea"),
+        ("mountains", "sea_level_m=-90000", "nothing is as low as the sea"),
+    ] {
+        let warnings = world(name, setting).unwrap().warnings();
+        assert!(warnings.len() == 1 && warnings[0].contains(words), "{warnings:?}");
+    }
+    for (name, _) in BUILT_IN {
+        let warnings = World::new(Preset::load(name).unwrap().1, None).unwrap().warnings();
+        assert!(warnings.is_empty(), "{name}: {warnings:?}");
+    }
 }

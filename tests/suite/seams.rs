@@ -55,7 +55,12 @@ fn neighbours_agree_on_their_shared_vertices() {
 fn assert_same_vertex(one: &Tile, other: &Tile, x: i64, y: i64, name: &str) {
     let look = |tile: &Tile| {
         let normal = tile.normals().at(x, y).map(f32::to_bits);
-        (tile.heights().at(x, y).to_bits(), normal, tile.blend().ground().at(x, y), tile.blend().cover().at(x, y))
+        let weights = (tile.blend().ground().at(x, y), tile.blend().cover().at(x, y));
+        let water = tile.water().map(|water| {
+            let metres = [&water.depth_m, &water.flow_m3s].map(|grid| grid.at(x, y).to_bits());
+            (water.kind.at(x, y), water.bed.at(x, y), metres)
+        });
+        (tile.heights().at(x, y).to_bits(), normal, weights, water)
     };
     assert_eq!(look(one), look(other), "{name}: tiles {} and {} differ at vertex ({x}, {y})", one.id(), other.id());
 }
@@ -138,6 +143,19 @@ fn overlapping_bakes_agree_byte_for_byte() {
         let first = tile_files(&bake(&world, (-2, -1), (4, 3), 1, &one), &one);
         let second = tile_files(&bake(&world, (-1, 0), (2, 5), 3, &other), &other);
         let mut shared = 0;
+        // Of all that has no file of its own, flow, beds and lines among it, the lists have hashes.
+        let listed = |out: &Path| -> BTreeMap<(String, String), String> {
+            let text = fs::read_to_string(out.join("hashes.txt")).unwrap();
+            let tile = |line: &str| {
+                let mut parts = line.splitn(3, ' ').map(str::to_owned);
+                ((parts.next().unwrap(), parts.next().unwrap()), parts.next().unwrap())
+            };
+            text.lines().skip(1).map(tile).collect()
+        };
+        let (listed, others) = (listed(&one), listed(&other));
+        let common: Vec<_> = listed.iter().filter(|(tile, _)| others.contains_key(*tile)).collect();
+        assert_eq!(common.len(), 4, "{name}");
+        assert!(common.iter().all(|(tile, hashes)| others[*tile] == **hashes), "{name}: {common:?} {others:?}");
         for (key, bytes) in &first {
             if let Some(others) = second.get(key) {
                 // The sidecar of a bare file is text; all else is a raster.

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use rusqlite::Connection;
 use serde_json::Value;
-use terrane::agents::way::WayKind;
 use terrane::area::{Area, Region, TileId};
 use terrane::bake::Watch;
 use terrane::export::{Export, Output, Plan};
+use terrane::lines::{LineId, LineKind};
 use terrane::preset::Preset;
 use terrane::world::World;
 
@@ -25,7 +25,7 @@ const WITHOUT_PATHS: &str = r#"
     noise = [{ kind = "ridged", height_m = 60.0, wavelength_m = 500.0, octaves = 4 }]
 "#;
 
-const LAYERS: [(&str, WayKind); 2] = [("rivers", WayKind::River), ("roads", WayKind::Road)];
+const LAYERS: [(&str, LineKind); 2] = [("rivers", LineKind::River), ("roads", LineKind::Road)];
 
 fn world(text: &str) -> World {
     World::new(Preset::parse("test", text).unwrap(), Some(3)).unwrap()
@@ -63,9 +63,10 @@ fn each_path_that_touches_the_region_is_there_once_in_both_formats() {
     bake(&world, region, 2, folder.path());
     let area = Area::new(-96, 64, region.width() as usize, region.height() as usize);
     for (name, kind) in LAYERS {
-        let paths = world.ways(&area);
-        let of_kind = paths.iter().filter(|path| path.way.kind() == kind && path.way.touches(&area));
-        let expected: BTreeSet<TileId> = of_kind.map(|path| path.owner).collect();
+        let lines = world.lines(&area);
+        let of_kind = lines.iter().filter(|line| line.kind == kind && line.touches(&area));
+        let owner = |id| if let LineId::Agent { owner, .. } = id { owner } else { panic!("{id} is no agent's") };
+        let expected: BTreeSet<TileId> = of_kind.map(|line| owner(line.id)).collect();
         let found: Vec<TileId> = layer(folder.path(), name).into_iter().map(|(owner, _)| owner).collect();
         assert_eq!(found, expected.iter().copied().collect::<Vec<_>>(), "{name}");
         let text = text(folder.path(), name);

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use terrane::agents::Direction;
 use terrane::agents::record::{Passage, TileRecord};
-use terrane::agents::walker::{Walker, WalkerOptions};
-use terrane::agents::way::WayKind;
+use terrane::agents::settings::{RiverAgents, RoadAgents};
 use terrane::area::{Area, TileId};
-use terrane::preset::{Preset, RiverAgents, RoadAgents};
+use terrane::lines::LineKind;
+use terrane::preset::Preset;
 use terrane::registry::{self, Registry, TileRow};
 use terrane::tile::Tile;
+use terrane::walker::{Walker, WalkerOptions};
 use terrane::world::World;
 
 const CELLS: u32 = 32;
@@ -41,7 +42,7 @@ fn walk(walker: &mut Walker, route: &[(i64, i64)]) {
 }
 
 fn hashes(walker: &Walker) -> BTreeMap<TileId, String> {
-    walker.tiles().map(|tile| (tile.id(), tile.hash().to_string())).collect()
+    walker.tiles().map(|tile| (tile.id(), tile.digest().to_string())).collect()
 }
 
 /// A walk that turns, comes near its own track and crosses it.
@@ -109,7 +110,7 @@ fn without_agents_a_tile_is_what_it_is_without_a_walker() {
         let mut walker = Walker::new(world, WalkerOptions { agents, ..WalkerOptions::default() });
         go(&mut walker, 1, 1);
         for tile in walker.tiles() {
-            assert_eq!(tile.hash(), Tile::new(&bare, tile.id()).hash());
+            assert_eq!(tile.digest(), Tile::new(&bare, tile.id()).digest());
         }
     }
 }
@@ -172,9 +173,9 @@ fn a_tile_left_and_visited_again_is_the_same_to_the_byte() {
         assert_eq!(hashes(&other), before);
         assert_eq!(other.records(), walker.records());
         // The test would prove nothing without rivers and roads in these tiles.
-        let ways: Vec<WayKind> =
-            before.keys().flat_map(|tile| other.ways(*tile).iter().map(terrane::agents::way::Way::kind)).collect();
-        assert!(ways.contains(&WayKind::River) && ways.contains(&WayKind::Road), "{ways:?}");
+        let kinds: Vec<LineKind> =
+            before.keys().flat_map(|tile| other.lines(*tile).iter().map(|line| line.kind)).collect();
+        assert!(kinds.contains(&LineKind::River) && kinds.contains(&LineKind::Road), "{kinds:?}");
     }
 }
 
@@ -218,8 +219,8 @@ fn vertex(id: TileId, [east, south]: [u16; 2]) -> (i64, i64) {
 }
 
 /// Every passage of a walk, with its tile and the vertices from a node to the next.
-fn passages(records: &[TileRecord]) -> Vec<(TileId, WayKind, i64, Passage)> {
-    let kinds = [(WayKind::River, 1), (WayKind::Road, 7)];
+fn passages(records: &[TileRecord]) -> Vec<(TileId, LineKind, i64, Passage)> {
+    let kinds = [(LineKind::River, 1), (LineKind::Road, 7)];
     let of = |record: &TileRecord| kinds.map(|(kind, stride)| Some((record.id, kind, stride, *record.passage(kind)?)));
     records.iter().flat_map(of).flatten().collect()
 }
@@ -242,7 +243,7 @@ fn an_agent_goes_on_beside_where_it_stopped() {
         assert_eq!((before.end_cells(stride as u32), before.lowest_m), (passage.before_cells, passage.lowest_before_m));
         *crossed.entry(kind).or_insert(0) += 1;
     }
-    assert!(crossed[&WayKind::River] > 5 && crossed[&WayKind::Road] > 5, "{crossed:?}");
+    assert!(crossed[&LineKind::River] > 5 && crossed[&LineKind::Road] > 5, "{crossed:?}");
 }
 
 #[test]
@@ -291,14 +292,13 @@ fn neighbours_agree_on_their_shared_vertices_with_agents_too() {
                         (tile.heights().at(x, y).to_bits(), normal, ground)
                     };
                     assert_eq!(look(tile), look(other), "{} and {} at ({x}, {y})", tile.id(), other.id());
-                    let imprint =
-                        tile.imprint().filter(|imprint| imprint.sand().at(x, y) + imprint.dirt().at(x, y) > 0.0);
-                    touched += usize::from(imprint.is_some());
+                    let grids = tile.imprint().into_iter().flat_map(|it| it.sand().into_iter().chain(it.dirt()));
+                    touched += usize::from(grids.map(|grid| grid.at(x, y)).any(|share| share > 0.0));
                 }
             }
         }
     }
-    assert!(touched > 100, "ways touch {touched} vertices of edges");
+    assert!(touched > 100, "lines touch {touched} vertices of edges");
 }
 
 #[test]
@@ -312,7 +312,7 @@ fn rivers_start_on_the_highest_vertex_and_roads_in_the_middle() {
             continue;
         }
         match kind {
-            WayKind::River => {
+            LineKind::River => {
                 // An eighth of the tile is margin.
                 let area = Area::new(tile.x * 32 + 4, tile.y * 32 + 4, 25, 25);
                 let heights = world.relief().heights(area);
@@ -322,7 +322,7 @@ fn rivers_start_on_the_highest_vertex_and_roads_in_the_middle() {
                 assert_eq!(passage.lowest_before_m, highest_m);
                 rivers += 1;
             }
-            WayKind::Road => {
+            LineKind::Road => {
                 assert_eq!(passage.start, [16, 16], "{tile}");
                 roads += 1;
             }

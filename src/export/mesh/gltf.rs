@@ -18,20 +18,95 @@ use serde_json::{Map, json};
 
 use super::glb::{COMPRESSION, Glb, MAX_BYTES, QUANTIZATION, TRANSFORM};
 use super::model::{Model, Modeller, Substance, by_substance, substance_of_water};
-use super::options::MeshOptions;
 use super::region::RegionFile;
 use super::relative_normals::relative_normals;
-use super::tile_path;
+
 use super::values::{of_land, of_ribbons, of_sheet};
+use super::{FOLDER, cost, names, tile_path};
 use crate::area::{Place, Region};
+use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::write_whole;
-use crate::export::manifest::FileRecord;
-use crate::export::raster::{Painter, Quantity};
-use crate::export::writer::{Sample, png_bytes};
+use crate::export::format::{Format, FormatCost, Request};
+use crate::export::options::MeshOptions;
+use crate::export::raster::quantity::{Painter, Quantity};
+use crate::export::raster::writer::{Encoding, Sample, png_bytes};
 use crate::tile::Tile;
 use crate::world::World;
+
+/// The format.
+pub(crate) struct Gltf;
+
+impl Format for Gltf {
+    fn name(&self) -> &'static str {
+        "gltf"
+    }
+
+    fn about(&self) -> &'static str {
+        "meshes of land, water and roads with textures: a GLB a tile, and a glTF that places all"
+    }
+
+    fn check(&self, request: &Request) -> Result<(), Error> {
+        Gltf::check_size(&request.region)
+    }
+
+    fn options(&self) -> &'static [&'static str] {
+        &["--lod", "--mesh-error", "--quantize", "--meshopt"]
+    }
+
+    fn folders(&self) -> Vec<&'static str> {
+        vec![FOLDER]
+    }
+
+    fn owns(&self, path: &str) -> bool {
+        names(path, true, false, &["gltf"]) || names(path, false, true, &["glb"])
+    }
+
+    fn cost(&self, request: &Request) -> FormatCost {
+        // The region's file has some kilobytes of each tile.
+        const IN_REGION: u64 = 16 << 10;
+        let files = (request.meshes.lods.all().len() as u64).saturating_mul(request.region.tiles() + 1);
+        cost(request, Gltf::bytes_at_most(&request.region), IN_REGION, files)
+    }
+
+    fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
+        Ok(vec![Box::new(GltfSink::create(request.world, request.region, request.meshes, out)?)])
+    }
+}
+
+impl Gltf {
+    /// The most bytes of a tile's GLB.
+    fn bytes_at_most(region: &Region) -> u64 {
+        let cells = u64::from(region.tile_cells());
+        let vertices = (cells + 1).pow(2);
+        let triangles = 2 * cells.pow(2);
+        // Positions, normals, tangents, two sets of coordinates and five weights of the land; its texels in four PNGs; as
+        // many vertices and triangles of water; roads.
+        let land = vertices * (12 + 12 + 16 + 8 + 8 + 20) + triangles * 12;
+        let texels = vertices * (3 + 3 + 4 + 4);
+        land + texels + texels / 8 + vertices * 32 + triangles * 12 + (1 << 20)
+    }
+
+    /// Refuses tiles of which a GLB could be larger than 2^32 bytes.
+    fn check_size(region: &Region) -> Result<(), Error> {
+        let bytes = Gltf::bytes_at_most(region);
+        if bytes <= MAX_BYTES {
+            return Ok(());
+        }
+        let fits = (1..region.tile_cells()).rev().find(|cells| {
+            let smaller = Region::new(region.at(), 1, 1, *cells);
+            smaller.is_ok_and(|region| Gltf::bytes_at_most(&region) <= MAX_BYTES)
+        });
+        Err(Error::Export {
+            message: format!(
+                "the GLB of a tile of {} cells a side could have {bytes} bytes, and GLB ends at 2^32",
+                region.tile_cells()
+            ),
+            hint: format!("give --tile-cells {} or less, or export obj", fits.unwrap_or(1)),
+        })
+    }
+}
 
 /// Writes the GLBs, each by the thread that made the tile, and the region's files, tile by tile.
 pub(crate) struct GltfSink<'a> {
@@ -43,13 +118,10 @@ pub(crate) struct GltfSink<'a> {
     records: Mutex<Vec<FileRecord>>,
 }
 
-/// The export's name.
-pub(super) const NAME: &str = "gltf";
-
 impl<'a> GltfSink<'a> {
     /// Begins the files in the folder of the bake.
     pub fn create(world: &'a World, region: Region, options: &MeshOptions, out: &Path) -> Result<GltfSink<'a>, Error> {
-        let painter = |name, quantity| (name, Painter::new(world, quantity, crate::export::Format::Png));
+        let painter = |name, quantity| (name, Painter::new(world, quantity, Encoding::Png));
         let regions = options.lods.all().iter().map(|lod| RegionFile::create(*lod, out));
         Ok(GltfSink {
             modeller: Modeller::new(world, region, options, options.quantized),
@@ -61,40 +133,6 @@ impl<'a> GltfSink<'a> {
             out: out.to_owned(),
             regions: Mutex::new(regions.collect::<Result<_, _>>()?),
             records: Mutex::default(),
-        })
-    }
-
-    /// The most bytes of a tile's GLB.
-    pub fn bytes_at_most(region: &Region) -> u64 {
-        let cells = u64::from(region.tile_cells());
-        let vertices = (cells + 1).pow(2);
-        let triangles = 2 * cells.pow(2);
-        // Positions, normals, tangents, two sets of coordinates and five weights of the land; its texels in four PNGs; as
-        // many vertices and triangles of water; roads.
-        let land = vertices * (12 + 12 + 16 + 8 + 8 + 20) + triangles * 12;
-        let texels = vertices * (3 + 3 + 4 + 4);
-        land + texels + texels / 8 + vertices * 32 + triangles * 12 + (1 << 20)
-    }
-
-    /// Whether GLBs can hold a region's tiles.
-    ///
-    /// # Errors
-    /// When one could be larger than 2^32 bytes.
-    pub fn check(region: &Region) -> Result<(), Error> {
-        let bytes = GltfSink::bytes_at_most(region);
-        if bytes <= MAX_BYTES {
-            return Ok(());
-        }
-        let fits = (1..region.tile_cells()).rev().find(|cells| {
-            let smaller = Region::new(region.at(), 1, 1, *cells);
-            smaller.is_ok_and(|region| GltfSink::bytes_at_most(&region) <= MAX_BYTES)
-        });
-        Err(Error::Export {
-            message: format!(
-                "the GLB of a tile of {} cells a side could have {bytes} bytes, and GLB ends at 2^32",
-                region.tile_cells()
-            ),
-            hint: format!("give --tile-cells {} or less, or export obj", fits.unwrap_or(1)),
         })
     }
 
@@ -215,7 +253,7 @@ fn extras(value: &impl Serialize) -> Box<RawValue> {
 
 impl Sink for GltfSink<'_> {
     fn name(&self) -> &str {
-        NAME
+        Gltf.name()
     }
 
     fn take(&self, tile: &Tile, place: Place) -> Result<Vec<u8>, Error> {
@@ -229,7 +267,7 @@ impl Sink for GltfSink<'_> {
             let record = FileRecord {
                 tile: Some(tile.id()),
                 mesh: Some(self.modeller.record(tile, lod, &model.land)),
-                ..FileRecord::new(path, NAME, finished)
+                ..FileRecord::new(path, Gltf.name(), finished)
             };
             self.records.lock().expect("no thread panics while it adds").push(record);
         }
@@ -264,10 +302,10 @@ mod tests {
     #[test]
     fn a_tile_that_no_glb_can_hold_is_refused_with_one_that_can_be() {
         let region = |cells: u32| Region::new(TileId { x: 0, y: 0 }, 1, 1, cells).unwrap();
-        assert!(GltfSink::check(&region(4096)).is_ok());
-        let error = GltfSink::check(&region(8192)).unwrap_err();
+        assert!(Gltf::check_size(&region(4096)).is_ok());
+        let error = Gltf::check_size(&region(8192)).unwrap_err();
         assert_eq!(error.exit_code(), 2);
         let largest = error.hint().unwrap().split(' ').find_map(|word| word.parse::<u32>().ok()).unwrap();
-        assert!(GltfSink::check(&region(largest)).is_ok() && GltfSink::check(&region(largest + 1)).is_err());
+        assert!(Gltf::check_size(&region(largest)).is_ok() && Gltf::check_size(&region(largest + 1)).is_err());
     }
 }

@@ -1,7 +1,6 @@
 //! Meshes: what of a tile they show, and the formats that hold it.
 //!
 //! ```text
-//!   options.rs            levels of detail, bounds, how numbers are written
 //!   model.rs              tile -> land, waters, ribbons, ordered for a GPU
 //!   values.rs             model -> numbers, in floats or in 8 and 16 bits
 //!   relative_normals.rs   tile, land -> the normal map of a coarse mesh
@@ -14,22 +13,18 @@ mod glb;
 mod gltf;
 mod model;
 mod obj;
-mod options;
 mod region;
 mod relative_normals;
 mod values;
 
-pub(super) use gltf::GltfSink;
-pub(super) use obj::ObjSink;
-pub use options::{Lods, MeshOptions};
+pub(super) use gltf::Gltf;
+pub(super) use obj::{OBJ, OBJ_TILES};
 
 use crate::area::Place;
+use crate::export::format::{FormatCost, RECORD_BYTES, Request};
 
 /// The folder of meshes in that of a bake.
-pub(super) const FOLDER: &str = "mesh";
-
-/// A path in it.
-pub(super) const FOLDER_AND_FILE: &str = "mesh/region.gltf";
+const FOLDER: &str = "mesh";
 
 /// The file of a tile at a level of detail.
 fn tile_path(lod: u32, place: Place, ending: &str) -> String {
@@ -46,8 +41,15 @@ fn level(lod: u32) -> String {
     if lod == 0 { String::new() } else { format!("_lod{lod}") }
 }
 
+/// What meshes take of which each has at most `bytes` in a file of its own, or as much of one, and `more` elsewhere.
+fn cost(request: &Request, bytes: u64, more: u64, files: u64) -> FormatCost {
+    let meshes = request.region.tiles().saturating_mul(request.meshes.lods.all().len() as u64);
+    let disk_bytes = (bytes + more + RECORD_BYTES).saturating_mul(meshes).saturating_add(1 << 20);
+    FormatCost { files, disk_bytes, kept_a_vertex: 0, tile_file_bytes: bytes }
+}
+
 /// Whether a bake gives a file with one of those endings that path, in a file of the region or of a tile.
-pub(super) fn names(path: &str, region: bool, tiles: bool, endings: &[&str]) -> bool {
+fn names(path: &str, region: bool, tiles: bool, endings: &[&str]) -> bool {
     let number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let stem = || {
         let (stem, ending) = path.strip_prefix(FOLDER)?.strip_prefix('/')?.rsplit_once('.')?;

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::area::Region;
-use crate::export::manifest::MeshRecord;
-use crate::export::mesh::options::MeshOptions;
+use crate::bake::MeshRecord;
+use crate::export::options::MeshOptions;
 use crate::fluvial::WaterKind;
 use crate::mesh::{Drape, Frame, Ribbon, RibbonKind, Sheet, Surface, ribbons, sheets};
 use crate::tile::Tile;

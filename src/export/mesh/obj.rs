@@ -9,15 +9,79 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use super::model::{Model, Modeller, SUBSTANCES, Substance, by_substance, substance_of_water};
-use super::options::MeshOptions;
-use super::{region_path, tile_path};
+use super::{FOLDER, cost, names, region_path, tile_path};
 use crate::area::{Place, Region};
+use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::{PartFile, write_whole};
-use crate::export::manifest::FileRecord;
+use crate::export::format::{Format, FormatCost, Request};
 use crate::tile::Tile;
-use crate::world::World;
+
+/// The format.
+pub(crate) struct Obj {
+    name: &'static str,
+    about: &'static str,
+    /// The export with the pictures that its materials show.
+    colour: &'static str,
+    /// One file a tile, or one of the region.
+    tiles: bool,
+}
+
+/// One OBJ of the region.
+pub(crate) static OBJ: Obj = Obj {
+    name: "obj",
+    about: "the same meshes as one OBJ of the region, with its MTL and colour",
+    colour: "colour",
+    tiles: false,
+};
+
+/// An OBJ a tile.
+pub(crate) static OBJ_TILES: Obj =
+    Obj { name: "obj-tiles", about: "the same, an OBJ a tile", colour: "colour-tiles", tiles: true };
+
+impl Format for Obj {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn about(&self) -> &'static str {
+        self.about
+    }
+
+    fn needs(&self) -> Option<&'static str> {
+        Some(self.colour)
+    }
+
+    fn options(&self) -> &'static [&'static str] {
+        &["--lod", "--mesh-error"]
+    }
+
+    fn folders(&self) -> Vec<&'static str> {
+        vec![FOLDER]
+    }
+
+    fn owns(&self, path: &str) -> bool {
+        names(path, !self.tiles, self.tiles, &["obj", "mtl"])
+    }
+
+    fn cost(&self, request: &Request) -> FormatCost {
+        let models = if self.tiles { request.region.tiles() } else { 1 };
+        let files = models.saturating_mul(2 * request.meshes.lods.all().len() as u64);
+        cost(request, bytes_at_most(&request.region), 0, files)
+    }
+
+    fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
+        Ok(vec![Box::new(ObjSink::create(self, request, out)?)])
+    }
+}
+
+/// The most bytes of a tile's text.
+fn bytes_at_most(region: &Region) -> u64 {
+    let cells = u64::from(region.tile_cells());
+    // A vertex of three lines of numbers, of the land and of water; two triangles a cell, each with nine numbers.
+    (cells + 1).pow(2) * 2 * 140 + 4 * cells.pow(2) * 9 * 12 + (1 << 20)
+}
 
 /// Writes OBJ files.
 pub(crate) struct ObjSink<'a> {
@@ -39,34 +103,22 @@ struct Text {
 
 impl<'a> ObjSink<'a> {
     /// Begins the files in the folder of the bake.
-    pub fn create(
-        world: &'a World,
-        region: Region,
-        options: &MeshOptions,
-        tiles: bool,
-        out: &Path,
-    ) -> Result<ObjSink<'a>, Error> {
+    fn create(format: &Obj, request: &Request<'a>, out: &Path) -> Result<ObjSink<'a>, Error> {
+        let Request { world, region, meshes, .. } = *request;
         let begin = |lod: &u32| -> Result<(String, PartFile, u64), Error> {
             let path = region_path(*lod, "obj");
             let mut file = PartFile::create(out.join(&path))?;
             writeln!(file, "mtllib {}", file_name(&region_path(*lod, "mtl"))).map_err(Error::io(file.path()))?;
             Ok((path, file, 0))
         };
-        let regions = (!tiles).then(|| options.lods.all().iter().map(begin).collect::<Result<Vec<_>, _>>());
+        let regions = (!format.tiles).then(|| meshes.lods.all().iter().map(begin).collect::<Result<Vec<_>, _>>());
         Ok(ObjSink {
-            name: if tiles { "obj-tiles" } else { "obj" },
-            modeller: Modeller::new(world, region, options, false),
+            name: format.name,
+            modeller: Modeller::new(world, region, meshes, false),
             out: out.to_owned(),
             regions: regions.transpose()?.map(Mutex::new),
             records: Mutex::default(),
         })
-    }
-
-    /// The most bytes of a tile's text.
-    pub fn bytes_at_most(region: &Region) -> u64 {
-        let cells = u64::from(region.tile_cells());
-        // A vertex of three lines of numbers, of the land and of water; two triangles a cell, each with nine numbers.
-        (cells + 1).pow(2) * 2 * 140 + 4 * cells.pow(2) * 9 * 12 + (1 << 20)
     }
 
     fn text(&self, tile: &Tile, place: Place, model: &Model) -> Text {

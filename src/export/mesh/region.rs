@@ -10,9 +10,10 @@ use serde_json::Value;
 
 use super::glb::COMPRESSION;
 use super::model::SUBSTANCES;
+use crate::bake::FileRecord;
 use crate::error::Error;
 use crate::export::file::PartFile;
-use crate::export::manifest::FileRecord;
+use crate::export::format::Format;
 
 /// A region's glTF under way: each of its lists in a file of its own until all tiles are there, so that none is held.
 pub(super) struct RegionFile {
@@ -184,7 +185,7 @@ impl RegionFile {
         let mut file = PartFile::create(path.clone())?;
         let record = self.path.clone();
         self.write(&mut file).map_err(Error::io(path))?;
-        Ok(FileRecord::new(record, super::gltf::NAME, file.finish()?))
+        Ok(FileRecord::new(record, super::Gltf.name(), file.finish()?))
     }
 
     fn write(self, file: &mut PartFile) -> std::io::Result<()> {

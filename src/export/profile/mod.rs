@@ -1,7 +1,7 @@
 //! Profiles: what a program at the other end takes, chosen together.
 //!
 //! ```text
-//!   mod.rs     the profiles: their images and what they refuse
+//!   mod.rs     the profiles: their formats and what they refuse
 //!   sizes.rs   region -> the nearest that a profile takes
 //!   notes.rs   world, region -> IMPORT.md
 //!   import_terrane.py   bake.json, GLBs -> a scene in Blender
@@ -14,14 +14,15 @@ use std::path::Path;
 use std::str::FromStr;
 
 use crate::area::Region;
+use crate::bake::FileRecord;
 use crate::error::{Error, nearest};
+use crate::export::Export;
 use crate::export::file::write_whole;
-use crate::export::image::{Edge, Image, Layout, Naming, Rows};
-use crate::export::manifest::FileRecord;
-use crate::export::mesh::{Lods, MeshOptions};
-use crate::export::raster::Quantity;
-use crate::export::writer::Format;
-use crate::export::{Content, Export, Kind};
+use crate::export::options::{Lods, MeshOptions};
+use crate::export::raster::Rasters;
+use crate::export::raster::image::Image;
+use crate::export::raster::quantity::Quantity;
+use crate::export::raster::writer::Encoding;
 use crate::tile::Material;
 use crate::world::World;
 
@@ -56,117 +57,68 @@ pub(super) const WRITTEN_BYTES: u64 = 64 << 10;
 /// Metres a vertex of Terrain3D, which clamps what lies outside. Source: `Terrain3D::set_vertex_spacing`.
 const TERRAIN3D_SPACING_M: [f64; 2] = [0.25, 100.0];
 
-const fn image(stem: &'static str, quantity: Quantity, format: Format) -> Image {
-    Image { export: "", stem, quantity, format, tiles: false, layout: Layout::PLAIN }
-}
-
-impl Image {
-    const fn of(self, export: &'static str) -> Image {
-        Image { export, ..self }
-    }
-
-    /// Without the vertices that tiles share.
-    const fn owned_only(self) -> Image {
-        Image { layout: Layout { edge: Edge::Owned, ..self.layout }, ..self }
-    }
-
-    /// One a tile.
-    const fn a_tile(self) -> Image {
-        Image { tiles: true, ..self }
-    }
-
-    /// One a tile, which the name counts from the south-west.
-    const fn a_tile_from_south(self) -> Image {
-        Image { tiles: true, layout: Layout { naming: Naming::Bare, ..self.layout }, ..self }
-    }
-
-    /// With the southernmost row first.
-    const fn upside_down(self) -> Image {
-        Image { layout: Layout { rows: Rows::FromSouth, ..self.layout }, ..self }
-    }
-}
-
 const fn weight(stem: &'static str, material: Material) -> Image {
-    image(stem, Quantity::Weight(material), Format::Png)
+    Image::new(stem, Quantity::Weight(material), Encoding::Png)
 }
 
 // No digit stands after an x, y, u or v in a name, but for a tile's place: Unreal would take it for one.
-const UNREAL: &[Image] = &[
-    image("unreal/height", Quantity::Height16, Format::Png).of("unreal"),
-    weight("unreal/grass", Material::Grass).of("unreal"),
-    weight("unreal/dirt", Material::Dirt).of("unreal"),
-    weight("unreal/rock", Material::Rock).of("unreal"),
-    weight("unreal/sand", Material::Sand).of("unreal"),
-    weight("unreal/snow", Material::Snow).of("unreal"),
+const UNREAL: [Image; 6] = [
+    Image::new("unreal/height", Quantity::Height16, Encoding::Png),
+    weight("unreal/grass", Material::Grass),
+    weight("unreal/dirt", Material::Dirt),
+    weight("unreal/rock", Material::Rock),
+    weight("unreal/sand", Material::Sand),
+    weight("unreal/snow", Material::Snow),
 ];
 
-const UNREAL_TILED: &[Image] = &[
-    image("unreal/height", Quantity::Height16, Format::Png).of("unreal-tiled").a_tile().owned_only(),
-    weight("unreal/grass", Material::Grass).of("unreal-tiled").a_tile().owned_only(),
-    weight("unreal/dirt", Material::Dirt).of("unreal-tiled").a_tile().owned_only(),
-    weight("unreal/rock", Material::Rock).of("unreal-tiled").a_tile().owned_only(),
-    weight("unreal/sand", Material::Sand).of("unreal-tiled").a_tile().owned_only(),
-    weight("unreal/snow", Material::Snow).of("unreal-tiled").a_tile().owned_only(),
+const UNREAL_TILED: [Image; 6] = {
+    let [height, grass, dirt, rock, sand, snow] = UNREAL;
+    [
+        height.owned_only(),
+        grass.owned_only(),
+        dirt.owned_only(),
+        rock.owned_only(),
+        sand.owned_only(),
+        snow.owned_only(),
+    ]
+};
+
+const UNITY: [Image; 3] = [
+    Image::new("unity/height", Quantity::Height16, Encoding::Raw).named_from_south().upside_down(),
+    Image::new("unity/splat_ground", Quantity::GroundWeights, Encoding::Png).named_from_south().owned_only(),
+    Image::new("unity/splat_cover", Quantity::CoverWeights, Encoding::Png).named_from_south().owned_only(),
 ];
 
-const UNITY: &[Image] = &[
-    image("unity/height", Quantity::Height16, Format::Raw).of("unity").a_tile_from_south().upside_down(),
-    image("unity/splat_ground", Quantity::GroundWeights, Format::Png).of("unity").a_tile_from_south().owned_only(),
-    image("unity/splat_cover", Quantity::CoverWeights, Format::Png).of("unity").a_tile_from_south().owned_only(),
-];
-
-const TERRAIN3D: &[Image] = &[
-    image("terrain3d/height", Quantity::HeightMetres, Format::ExrRgb).of("godot-terrain3d").owned_only(),
-    image("terrain3d/control", Quantity::Control, Format::ExrRgb).of("godot-terrain3d").owned_only(),
-    image("terrain3d/splat_ground", Quantity::GroundWeights, Format::Png).of("godot-terrain3d").owned_only(),
-    image("terrain3d/splat_cover", Quantity::CoverWeights, Format::Png).of("godot-terrain3d").owned_only(),
+const TERRAIN3D: [Image; 4] = [
+    Image::new("terrain3d/height", Quantity::HeightMetres, Encoding::ExrRgb).owned_only(),
+    Image::new("terrain3d/control", Quantity::Control, Encoding::ExrRgb).owned_only(),
+    Image::new("terrain3d/splat_ground", Quantity::GroundWeights, Encoding::Png).owned_only(),
+    Image::new("terrain3d/splat_cover", Quantity::CoverWeights, Encoding::Png).owned_only(),
 ];
 
 // The names that HTerrain gives to its own maps.
-const HTERRAIN: &[Image] = &[
-    image("hterrain/height", Quantity::Height16Whole, Format::Raw).of("hterrain"),
-    image("hterrain/splat", Quantity::GroundWeights, Format::Png).of("hterrain"),
-    image("hterrain/splat_1", Quantity::CoverWeights, Format::Png).of("hterrain"),
+const HTERRAIN: [Image; 3] = [
+    Image::new("hterrain/height", Quantity::Height16Whole, Encoding::Raw),
+    Image::new("hterrain/splat", Quantity::GroundWeights, Encoding::Png),
+    Image::new("hterrain/splat_1", Quantity::CoverWeights, Encoding::Png),
 ];
 
-const fn engine(name: &'static str, about: &'static str, images: &'static [Image]) -> Kind {
-    Kind { name, about, content: Content::Engine(images) }
+const fn engine(name: &'static str, about: &'static str, tiles: bool, images: &'static [Image]) -> Rasters {
+    Rasters { name, about, tiles, images }
 }
 
-/// The exports of profiles, which nothing else can ask for.
-static KINDS: [Kind; 5] = [
-    engine("unreal", "16-bit PNG, and a weight map a layer", UNREAL),
-    engine("unreal-tiled", "the same a tile, without the shared edge", UNREAL_TILED),
-    engine("unity", "RAW from the south, and splat maps, a tile each", UNITY),
-    engine("godot-terrain3d", "heights in metres, control map, splat maps", TERRAIN3D),
-    engine("hterrain", "RAW, and splat maps", HTERRAIN),
+/// The formats that nothing but a profile of the same name can ask for.
+pub(super) static FORMATS: [Rasters; 5] = [
+    engine("unreal", "16-bit PNG, and a weight map a layer", false, &UNREAL),
+    engine("unreal-tiled", "the same a tile, without the shared edge", true, &UNREAL_TILED),
+    engine("unity", "RAW from the south, and splat maps, a tile each", true, &UNITY),
+    engine("godot-terrain3d", "heights in metres, control map, splat maps", false, &TERRAIN3D),
+    engine("hterrain", "RAW, and splat maps", false, &HTERRAIN),
 ];
-
-/// The exports of all profiles.
-pub(super) fn exports() -> impl Iterator<Item = Export> {
-    KINDS.iter().map(Export)
-}
 
 /// Whether a profile writes a file of that path besides its exports.
 pub(super) fn names(path: &str) -> bool {
     [NOTES, SCRIPT.0].contains(&path)
-}
-
-/// The world's height range rounded out: HTerrain's dialog takes heights from -2000 to 2000 m, and each multiple of the
-/// scale that brings a range into it is a whole number there.
-pub(super) fn whole_range_m(world: &World) -> (f32, f32) {
-    let ((min_m, max_m), scale) = (world.height_range_m(), hterrain_scale(world));
-    let (low, mut high) = ((min_m / scale).floor(), (max_m / scale).ceil());
-    if low == high {
-        high += 1.0;
-    }
-    (low * scale, high * scale)
-}
-
-/// By how much HTerrain must stretch heights: 1, or as much more as brings them into its dialog.
-fn hterrain_scale(world: &World) -> f32 {
-    let (min_m, max_m) = world.height_range_m();
-    (min_m.abs().max(max_m.abs()) / 2000.0).ceil().max(1.0)
 }
 
 impl Profile {
@@ -215,8 +167,9 @@ impl Profile {
 
     /// The exports that it brings.
     pub(super) fn exports(self) -> impl Iterator<Item = Export> {
-        let gltf = Export::all().filter(move |export| self == Profile::Blender && export.name() == "gltf");
-        exports().filter(move |export| export.name() == self.name()).chain(gltf)
+        // Blender needs no format of its own.
+        let name = if self == Profile::Blender { "gltf" } else { self.name() };
+        Export::known().filter(move |export| export.name() == name)
     }
 
     /// The files that it writes besides.

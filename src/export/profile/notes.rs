@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use super::{Profile, components, hterrain_scale, whole_range_m};
+use super::{Profile, components};
 use crate::area::Region;
+use crate::export::raster::quantity::{hterrain_scale, whole_range_m};
 use crate::tile::Material;
 use crate::world::World;
 

@@ -1,0 +1,208 @@
+//! The lines that agents leave: smooth ones, with width and floor, along the nodes of their traces.
+
+use crate::agents::greedy::Node;
+use crate::agents::settings::{RiverAgents, RoadAgents};
+use crate::lines::{self, Bed, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
+
+/// How much of the depth of a river's bed is water.
+const FILLED: f32 = 0.75;
+
+/// Nodes to each side that are averaged into a point: what makes a line of the search's staircase.
+const SMOOTHING: usize = 5;
+
+/// Nodes from a point to the next: about as long as a bed is wide.
+const NODES_A_POINT: usize = 3;
+
+/// The river along the nodes of a trace and the heights of the un-carved ground there.
+///
+/// `before_cells` is how far the river has come when it reaches the first node, and `reach_cells` how far it can come at
+/// all: width and depth grow from source to there.
+///
+/// # Panics
+/// When there are no nodes, or not as many heights.
+pub fn river(
+    id: LineId,
+    nodes: &[Node],
+    heights_m: &[f32],
+    agents: &RiverAgents,
+    spacing_m: f64,
+    [before_cells, reach_cells]: [f32; 2],
+) -> Line {
+    assert_eq!(nodes.len(), heights_m.len(), "a height belongs to each node");
+    let grown = |[source, end]: [f64; 2], step: usize| {
+        source as f32 + (end - source) as f32 * ((before_cells + step as f32) / reach_cells).min(1.0)
+    };
+    // The banks never rise.
+    let lower = |lowest_m: &mut f32, height_m: &f32| {
+        *lowest_m = lowest_m.min(*height_m);
+        Some(*lowest_m)
+    };
+    let banks_m: Vec<f32> = heights_m.iter().scan(f32::INFINITY, lower).collect();
+    let point = |step: usize, place: [f64; 2]| {
+        // The bed lies below them, deeper and deeper.
+        let depth_m = grown(agents.depth_m, step);
+        LinePoint {
+            place,
+            level_m: f64::from(banks_m[step] - depth_m * (1.0 - FILLED)),
+            floor_m: f64::from(banks_m[step] - depth_m),
+            half_width_m: f64::from(grown(agents.width_m, step) / 2.0),
+            discharge_m3s: 0.0,
+        }
+    };
+    along(id, LineKind::River, nodes, point, Bed::Dug { bank_m: agents.bank_m }, spacing_m)
+}
+
+/// The road along the nodes of a trace, any number of vertices apart, and the heights of the ground there.
+///
+/// # Panics
+/// When there are no nodes, or not as many heights.
+pub fn road(id: LineId, nodes: &[Node], heights_m: &[f32], agents: &RoadAgents, spacing_m: f64) -> Line {
+    assert_eq!(nodes.len(), heights_m.len(), "a height belongs to each node");
+    let last = nodes.len() - 1;
+    let steps = agents.step_cells as usize;
+    // One node a vertex, as rivers have it, so that both are smoothed alike.
+    let (mut fine, mut levels_m) = (Vec::new(), Vec::new());
+    for (index, &(x, y)) in nodes.iter().enumerate() {
+        let (next, next_m) = (nodes[(index + 1).min(last)], heights_m[(index + 1).min(last)]);
+        for step in 0..if index == last { 1 } else { steps } {
+            let (share, side) = (step as i64, steps as i64);
+            fine.push((x + (next.0 - x) * share / side, y + (next.1 - y) * share / side));
+            levels_m.push(heights_m[index] + (next_m - heights_m[index]) * (step as f32 / steps as f32));
+        }
+    }
+    let half_width_m = f64::from(agents.width_m as f32 / 2.0);
+    let point = |step: usize, place: [f64; 2]| {
+        let level_m = f64::from(levels_m[step]);
+        LinePoint { place, level_m, floor_m: level_m, half_width_m, discharge_m3s: 0.0 }
+    };
+    let bed = Bed::Trodden { shoulder_m: agents.shoulder_m, graded: agents.graded };
+    along(id, LineKind::Road, &fine, point, bed, spacing_m)
+}
+
+/// The line along nodes that are a vertex apart, smoothed; its ends stay where they are.
+fn along(
+    id: LineId,
+    kind: LineKind,
+    nodes: &[Node],
+    point: impl Fn(usize, [f64; 2]) -> LinePoint,
+    bed: Bed,
+    spacing_m: f64,
+) -> Line {
+    let origin = *nodes.first().expect("a trace has a node");
+    let last = nodes.len() - 1;
+    let smoothed = |step: usize| {
+        let reach = SMOOTHING.min(step).min(last - step);
+        let around = &nodes[step - reach..=step + reach];
+        let mean = |coordinate: fn(&Node) -> i64, from: i64| {
+            f64::from(around.iter().map(|node| coordinate(node) - from).sum::<i64>() as f32 / around.len() as f32)
+        };
+        point(step, [mean(|node| node.0, origin.0), mean(|node| node.1, origin.1)])
+    };
+    let origin = [origin.0, origin.1];
+    let points: Vec<LinePoint> = (0..last).step_by(NODES_A_POINT).chain([last]).map(smoothed).collect();
+    Line {
+        id,
+        kind,
+        class: LineClass::Plain,
+        name: None,
+        course: id,
+        origin,
+        bounds: lines::bounds(origin, &points, reach(&points, bed, spacing_m)),
+        points,
+        structures: Vec::new(),
+        end: LineEnd::Nothing,
+        bed,
+        spacing_m,
+    }
+}
+
+/// This river with a pond at its end, so many times as wide.
+pub(super) fn with_pond(mut river: Line, widths: f32) -> Line {
+    let end = river.points[river.points.len() - 1];
+    river.points.push(LinePoint { half_width_m: f64::from(end.half_width_m as f32 * widths), ..end });
+    river.bounds = lines::bounds(river.origin, &river.points, reach(&river.points, river.bed, river.spacing_m));
+    river.end = LineEnd::Pond;
+    river
+}
+
+/// Vertices from the middle of a line to the end of its effect, at most.
+fn reach(points: &[LinePoint], bed: Bed, spacing_m: f64) -> f64 {
+    let bank_m = match bed {
+        Bed::Dug { bank_m } | Bed::Built { bank_m } => bank_m,
+        Bed::Trodden { shoulder_m, .. } => shoulder_m,
+        Bed::Natural => 0.0,
+    };
+    let widest_m = points.iter().map(|point| point.half_width_m).fold(0.0, f64::max);
+    (widest_m + bank_m) / spacing_m
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::area::{Area, TileId};
+    use crate::grid::Grid;
+    use crate::lines::Imprint;
+
+    fn id(kind: LineKind) -> LineId {
+        LineId::Agent { kind, owner: TileId { x: 0, y: 0 } }
+    }
+
+    fn a_river() -> Line {
+        let nodes: Vec<Node> = (0..200).map(|x| (x - 100, x / 4)).collect();
+        let heights: Vec<f32> = (0..200).map(|x| 50.0 - 0.1 * x as f32 + (x % 7) as f32 * 0.3).collect();
+        river(id(LineKind::River), &nodes, &heights, &RiverAgents::default(), 1.0, [0.0, 300.0])
+    }
+
+    fn a_road(nodes: &[Node], heights_m: &[f32]) -> Line {
+        let agents = RoadAgents { graded: true, ..RoadAgents::default() };
+        road(id(LineKind::Road), nodes, heights_m, &agents, 1.0)
+    }
+
+    fn shaped(bare: &Grid<f32>, lines: &[&Line]) -> (Imprint, Grid<f32>) {
+        let imprint = Imprint::new(bare, None, lines.iter().copied()).expect("the lines are here");
+        let mut heights = bare.clone();
+        imprint.shape(&mut heights, None);
+        (imprint, heights)
+    }
+
+    #[test]
+    fn a_rivers_floor_never_rises_and_its_bed_never_narrows() {
+        for pair in a_river().points.windows(2) {
+            assert!(pair[1].floor_m <= pair[0].floor_m && pair[1].half_width_m >= pair[0].half_width_m, "{pair:?}");
+        }
+    }
+
+    #[test]
+    fn lines_do_exactly_nothing_past_their_reach() {
+        for line in [a_river(), a_road(&[(-50, 0), (-43, 0), (-43, 7)], &[60.0; 3])] {
+            let area = line.bounds.padded(20);
+            let bare = Grid::filled(area, 55.0f32);
+            let (imprint, shaped) = shaped(&bare, &[&line]);
+            assert_ne!(shaped, bare, "a line leaves a trace");
+            let reach_m = reach(&line.points, line.bed, 1.0);
+            for (x, y) in (area.y0..area.y1).flat_map(|y| (area.x0..area.x1).map(move |x| (x, y))) {
+                let distance = line.points.iter().map(|point| {
+                    let [east, south] = line.place_from([x, y], point);
+                    (east * east + south * south).sqrt()
+                });
+                // The middle line passes between two points at most 2 vertices from the nearer one.
+                if distance.fold(f64::INFINITY, f64::min) > reach_m + 2.0 {
+                    let grids =
+                        imprint.sand().into_iter().chain(imprint.dirt()).chain(imprint.dug().map(|dug| &dug.water));
+                    let traces: f32 = grids.map(|grid| grid.at(x, y)).sum();
+                    assert_eq!((shaped.at(x, y), traces), (55.0, 0.0), "vertex ({x}, {y})");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_order_of_lines_does_not_matter() {
+        let one = a_river();
+        let nodes: Vec<Node> = (0..60).map(|y| (20, y - 10)).collect();
+        let other = river(id(LineKind::River), &nodes, &[44.0; 60], &RiverAgents::default(), 1.0, [0.0, 100.0]);
+        let road = a_road(&[(0, 20), (7, 20), (14, 20)], &[47.0, 48.0, 46.0]);
+        let bare = Grid::filled(Area::new(-40, -20, 120, 90), 50.0f32);
+        assert_eq!(shaped(&bare, &[&one, &other, &road]).1, shaped(&bare, &[&road, &other, &one]).1);
+    }
+}

@@ -1,0 +1,132 @@
+//! The bake: every tile of a region, made in parallel and handed to the sinks in order.
+
+mod record;
+
+pub(crate) use record::Finished;
+pub use record::{FileRecord, MeshRecord};
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use rayon::prelude::*;
+
+use crate::area::{Place, Region};
+use crate::clock::Clock;
+use crate::error::Error;
+use crate::tile::Tile;
+use crate::world::World;
+
+/// A consumer of finished tiles: a format.
+///
+/// [`take`](Sink::take) runs on any thread in any order; [`append`](Sink::append) sees whole rows of tiles from north
+/// to south.
+pub trait Sink: Send + Sync {
+    /// What progress and timings call it.
+    fn name(&self) -> &str;
+
+    /// What the sink keeps of a tile, as bytes of its own choice.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    fn take(&self, tile: &Tile, place: Place) -> Result<Vec<u8>, Error>;
+
+    /// Consumes one row of tiles: what was kept of each, from west to east.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error>;
+
+    /// Ends the sink's files and names them. Called once, after the last row.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    fn finish(&self) -> Result<Vec<FileRecord>, Error>;
+}
+
+/// What the world outside may know of a running bake, and say to it.
+#[derive(Debug, Default)]
+pub struct Watch {
+    /// Tiles done so far.
+    pub tiles: AtomicU64,
+    /// Set it, and the bake ends with [`Error::Interrupted`] before its next tile.
+    pub cancelled: AtomicBool,
+    /// Where the time goes.
+    pub clock: Clock,
+}
+
+/// The least tiles a thread should have to choose from, so that none waits long for the last one of a batch.
+const TILES_A_THREAD: u64 = 4;
+
+/// Rows of tiles that are made together: one, or as many as keep all threads busy in a narrow region.
+pub fn rows_in_flight(region: &Region, threads: usize) -> u64 {
+    (TILES_A_THREAD * threads as u64).div_ceil(region.cols()).clamp(1, region.rows())
+}
+
+/// Makes all tiles of a region and hands them to the sinks, on the threads of the current rayon pool.
+///
+/// While the sinks write one batch of rows, the next is made; so two batches of what the sinks keep are held at most,
+/// beside one tile a thread. Memory grows with the width of the region and not with its height.
+///
+/// # Errors
+/// The first error of a sink, or [`Error::Interrupted`].
+pub fn bake(world: &World, region: &Region, sinks: &[Box<dyn Sink + '_>], watch: &Watch) -> Result<(), Error> {
+    world.agents().prepare_for(region.cols());
+    let batch_rows = rows_in_flight(region, rayon::current_num_threads());
+    let mut made: Option<Batch> = None;
+    let mut first_row = 0;
+    while first_row < region.rows() {
+        let rows = batch_rows.min(region.rows() - first_row);
+        let (written, next) = rayon::join(
+            || made.take().map_or(Ok(()), |batch| batch.append(region, sinks, watch)),
+            || Batch::make(world, region, first_row, rows, sinks, watch),
+        );
+        written?;
+        made = Some(next?);
+        first_row += rows;
+    }
+    made.map_or(Ok(()), |batch| batch.append(region, sinks, watch))
+}
+
+/// Some rows of tiles, as the sinks keep them.
+struct Batch {
+    first_row: u64,
+    /// For each tile, row by row, what each sink has kept of it.
+    pieces: Vec<Vec<Vec<u8>>>,
+}
+
+impl Batch {
+    fn make(
+        world: &World,
+        region: &Region,
+        first_row: u64,
+        rows: u64,
+        sinks: &[Box<dyn Sink + '_>],
+        watch: &Watch,
+    ) -> Result<Batch, Error> {
+        let cols = region.cols();
+        let make = |index: u64| {
+            if watch.cancelled.load(Ordering::Relaxed) {
+                return Err(Error::Interrupted);
+            }
+            let place = Place { row: first_row + index / cols, col: index % cols };
+            let tile = Tile::timed(world, region.tile(place), &watch.clock);
+            let pieces = sinks
+                .iter()
+                .map(|sink| watch.clock.time(&format!("paint {}", sink.name()), || sink.take(&tile, place)));
+            let pieces = pieces.collect::<Result<Vec<_>, Error>>()?;
+            watch.tiles.fetch_add(1, Ordering::Relaxed);
+            Ok(pieces)
+        };
+        let pieces = (0..rows * cols).into_par_iter().map(make).collect::<Result<Vec<_>, Error>>()?;
+        Ok(Batch { first_row, pieces })
+    }
+
+    fn append(self, region: &Region, sinks: &[Box<dyn Sink + '_>], watch: &Watch) -> Result<(), Error> {
+        sinks.par_iter().enumerate().try_for_each(|(index, sink)| {
+            for (row, tiles) in (self.first_row..).zip(self.pieces.chunks(region.cols() as usize)) {
+                let pieces: Vec<&[u8]> = tiles.iter().map(|tile| &tile[index][..]).collect();
+                watch.clock.time(&format!("encode {}", sink.name()), || sink.append(row, &pieces))?;
+            }
+            Ok(())
+        })
+    }
+}

@@ -1,0 +1,114 @@
+//! What every format has to say of itself. The plan of a bake, the help, the registry and the removal of old files ask
+//! the [list](super::formats) and nobody by name.
+
+use std::path::Path;
+
+use crate::area::{Place, Region};
+use crate::bake::Sink;
+use crate::error::Error;
+use crate::export::options::MeshOptions;
+use crate::world::World;
+
+/// What a bake asks of its formats.
+#[derive(Clone, Copy)]
+pub(crate) struct Request<'a> {
+    pub world: &'a World,
+    pub region: Region,
+    pub meshes: &'a MeshOptions,
+}
+
+/// What the files of a format take.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct FormatCost {
+    /// Files.
+    pub files: u64,
+    /// The most bytes that they can take on the disk, as if nothing could be compressed, with what the manifest says of
+    /// each.
+    pub disk_bytes: u64,
+    /// Bytes that are kept of each vertex until its row of tiles is written.
+    pub kept_a_vertex: u64,
+    /// The most bytes of a file that a thread makes of one tile.
+    pub tile_file_bytes: u64,
+}
+
+impl FormatCost {
+    /// What both take.
+    pub fn and(self, other: FormatCost) -> FormatCost {
+        FormatCost {
+            files: self.files.saturating_add(other.files),
+            disk_bytes: self.disk_bytes.saturating_add(other.disk_bytes),
+            kept_a_vertex: self.kept_a_vertex + other.kept_a_vertex,
+            tile_file_bytes: self.tile_file_bytes.max(other.tile_file_bytes),
+        }
+    }
+}
+
+/// Bytes of a file's entry in the manifest, rounded up.
+pub(crate) const RECORD_BYTES: u64 = 512;
+
+/// What a format would show and a world has not, in words of an error.
+pub(crate) struct Lack {
+    /// What the format shows.
+    pub shows: &'static str,
+    /// What the world has instead.
+    pub has: &'static str,
+    /// What preset to bake for it.
+    pub preset: &'static str,
+}
+
+/// A format: something that a bake can leave. It lives in one file, and in the list.
+pub(crate) trait Format: Sync {
+    /// The name, as the command and the manifest know it.
+    fn name(&self) -> &'static str;
+
+    /// What it is, in a few words.
+    fn about(&self) -> &'static str;
+
+    /// What a world has not and it would show. Default: nothing.
+    fn lacks(&self, _world: &World) -> Option<Lack> {
+        None
+    }
+
+    /// Whether it can hold what is asked for. Default: it holds everything.
+    ///
+    /// # Errors
+    /// When it cannot; the hint says what will do.
+    fn check(&self, _request: &Request) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// The name of the format that its files refer to, and which must be baked with it. Default: none.
+    fn needs(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// The options of the command that only some formats read, and that this one reads. Default: none.
+    fn options(&self) -> &'static [&'static str] {
+        &[]
+    }
+
+    /// The folders of its files in that of the bake; `""` is that folder itself.
+    fn folders(&self) -> Vec<&'static str>;
+
+    /// Whether a bake of any region and world gives one of its files that path.
+    fn owns(&self, path: &str) -> bool;
+
+    /// The rasters that have a tile's vertices, as the registry lists them. Default: none.
+    fn rasters_of(&self, _region: &Region, _place: Place) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// What its files take.
+    fn cost(&self, request: &Request) -> FormatCost;
+
+    /// The sinks that write it into the folder of a bake.
+    ///
+    /// # Errors
+    /// When a file cannot be begun.
+    fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error>;
+}
+
+/// The folder of a path in that of a bake, `""` for that folder itself.
+pub(crate) fn folder(path: &str) -> &str {
+    path.split_once('/').map_or("", |parts| parts.0)
+}

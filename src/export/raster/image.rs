@@ -1,0 +1,133 @@
+//! Raster images: what each shows, how, and under which name.
+
+use crate::area::{Place, Region};
+use crate::export::raster::quantity::Quantity;
+use crate::export::raster::writer::Encoding;
+
+/// One raster image of a format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Image {
+    /// Folder and name, without place and ending.
+    pub stem: &'static str,
+    pub quantity: Quantity,
+    pub encoding: Encoding,
+    /// One a tile, or one of the region.
+    pub tiles: bool,
+    pub layout: Layout,
+}
+
+/// In which way an image lies in its file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Layout {
+    pub naming: Naming,
+    pub edge: Edge,
+    /// Of images of tiles; those of a region are written from the north.
+    pub rows: Rows,
+}
+
+/// How the file of a tile is named after its place in the region.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Naming {
+    /// `_x3_y0`: columns from the west, rows from the north.
+    Marked,
+    /// `_3_0`: columns from the west, rows from the south.
+    Bare,
+}
+
+/// Whether the eastern and southern edge are in the image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Edge {
+    /// Neighbours have the vertices between them in common: one vertex more than cells.
+    Shared,
+    /// Every vertex is in one tile only: as many vertices as cells.
+    Owned,
+}
+
+/// Which row is the first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Rows {
+    FromNorth,
+    FromSouth,
+}
+
+impl Naming {
+    /// What stands before each number.
+    fn marks(self) -> [&'static str; 2] {
+        match self {
+            Naming::Marked => ["_x", "_y"],
+            Naming::Bare => ["_", "_"],
+        }
+    }
+}
+
+impl Image {
+    /// An image of a region, as it lies when no engine has asked for anything else.
+    pub const fn new(stem: &'static str, quantity: Quantity, encoding: Encoding) -> Image {
+        let layout = Layout { naming: Naming::Marked, edge: Edge::Shared, rows: Rows::FromNorth };
+        Image { stem, quantity, encoding, tiles: false, layout }
+    }
+
+    /// Without the vertices that tiles share.
+    pub const fn owned_only(self) -> Image {
+        Image { layout: Layout { edge: Edge::Owned, ..self.layout }, ..self }
+    }
+
+    /// With names that count tiles from the south-west.
+    pub const fn named_from_south(self) -> Image {
+        Image { layout: Layout { naming: Naming::Bare, ..self.layout }, ..self }
+    }
+
+    /// With the southernmost row first.
+    pub const fn upside_down(self) -> Image {
+        Image { layout: Layout { rows: Rows::FromSouth, ..self.layout }, ..self }
+    }
+
+    /// The file in the folder of the bake, for the region or for a tile of it.
+    pub fn file(&self, region: &Region, place: Option<Place>) -> String {
+        let (stem, extension) = (self.stem, self.encoding.extension());
+        let Some(Place { row, col }) = place else { return format!("{stem}.{extension}") };
+        let row = match self.layout.naming {
+            Naming::Marked => row,
+            Naming::Bare => region.rows() - 1 - row,
+        };
+        let [east, other] = self.layout.naming.marks();
+        format!("{stem}{east}{col}{other}{row}.{extension}")
+    }
+
+    /// Whether [`file`](Image::file) gives that path in a region, or its sidecar has it.
+    pub fn names(&self, path: &str) -> bool {
+        let path = if self.encoding.has_sidecar() { path.strip_suffix(".json").unwrap_or(path) } else { path };
+        let Some(place) = path
+            .strip_prefix(self.stem)
+            .and_then(|rest| rest.strip_suffix(self.encoding.extension()).and_then(|rest| rest.strip_suffix('.')))
+        else {
+            return false;
+        };
+        let [east, other] = self.layout.naming.marks();
+        let numbers = || place.strip_prefix(east)?.split_once(other);
+        let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+        match self.tiles {
+            true => numbers().is_some_and(|(col, row)| is_number(col) && is_number(row)),
+            false => place.is_empty(),
+        }
+    }
+
+    /// Width and height of an image of the whole region.
+    pub fn size(&self, region: &Region) -> (u64, u64) {
+        let less = match self.layout.edge {
+            Edge::Shared => 0,
+            Edge::Owned => 1,
+        };
+        (region.width() - less, region.height() - less)
+    }
+
+    /// The columns and rows of vertices that this image takes of the tile at a place.
+    pub fn owned(&self, region: &Region, place: Place) -> (usize, usize) {
+        let cells = region.tile_cells() as usize;
+        match (self.layout.edge, self.tiles) {
+            (Edge::Owned, _) => (cells, cells),
+            (Edge::Shared, true) => (cells + 1, cells + 1),
+            (Edge::Shared, false) => region.owned(place),
+        }
+    }
+}

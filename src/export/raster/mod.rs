@@ -1,0 +1,183 @@
+//! The formats of rasters: the rows of a table, each an image or some of the region, or of every tile.
+//!
+//! ```text
+//!   quantity.rs   tile -> samples of what is shown     image.rs   which quantity, under which name, how it lies there
+//!   sinks.rs      tiles, image -> files                writer.rs  samples -> PNG, OpenEXR, bare, row by row
+//! ```
+
+pub(super) mod writer;
+pub(super) mod quantity;
+pub(super) mod image;
+mod sinks;
+
+use std::path::Path;
+
+use crate::area::{Place, Region};
+use crate::bake::Sink;
+use crate::error::Error;
+use crate::export::format::{Format, FormatCost, Lack, RECORD_BYTES, Request, folder};
+use crate::export::raster::image::Image;
+use crate::export::raster::quantity::Quantity;
+use crate::export::raster::sinks::{RegionRaster, TileRasters};
+use crate::export::raster::writer::Encoding;
+use crate::world::World;
+
+/// A format of rasters.
+pub(crate) struct Rasters {
+    pub name: &'static str,
+    pub about: &'static str,
+    /// One file each for the region, or with `tiles` one each a tile.
+    pub tiles: bool,
+    pub images: &'static [Image],
+}
+
+const HEIGHT: &[Image] = &[Image::new("height/height", Quantity::Height16, Encoding::Png)];
+const METRES: &[Image] = &[Image::new("height/height", Quantity::HeightMetres, Encoding::Exr)];
+const BARE: &[Image] = &[Image::new("height/height", Quantity::Height16, Encoding::R16)];
+/// The images of the blend map: four materials each.
+const BLEND: &[Image] = &[
+    Image::new("blend/blend_ground", Quantity::GroundWeights, Encoding::Png),
+    Image::new("blend/blend_cover", Quantity::CoverWeights, Encoding::Png),
+];
+const NORMAL: &[Image] = &[Image::new("normal/normal", Quantity::Normal, Encoding::Png)];
+const MAP: &[Image] = &[Image::new("map/map", Quantity::Map, Encoding::Png)];
+const COLOUR: &[Image] = &[Image::new("colour/colour", Quantity::Colour, Encoding::Png)];
+const WATER: &[Image] = &[Image::new("water/water", Quantity::Water, Encoding::Png)];
+const DEPTH: &[Image] = &[Image::new("water/depth", Quantity::WaterDepth, Encoding::Exr)];
+const FLOW: &[Image] = &[Image::new("water/flow", Quantity::Flow, Encoding::Exr)];
+
+const fn region(name: &'static str, about: &'static str, images: &'static [Image]) -> Rasters {
+    Rasters { name, about, tiles: false, images }
+}
+
+const fn tiles(name: &'static str, about: &'static str, images: &'static [Image]) -> Rasters {
+    Rasters { name, about, tiles: true, images }
+}
+
+/// The rasters that can be asked for by name.
+pub(super) static NAMED: [Rasters; 20] = [
+    region("height", "16-bit grey PNG of the region, over the world's height range", HEIGHT),
+    tiles("height-tiles", "the same, a PNG a tile", HEIGHT),
+    region("exr", "heights in metres as 32-bit float OpenEXR", METRES),
+    tiles("exr-tiles", "the same, an EXR a tile", METRES),
+    region("r16", "16-bit little-endian heights without a header, and a JSON sidecar", BARE),
+    tiles("r16-tiles", "the same, a pair a tile", BARE),
+    region("blend", "two RGBA PNGs: grass, dirt, rock, sand; snow", BLEND),
+    tiles("blend-tiles", "the same, two PNGs a tile", BLEND),
+    region("normal", "normal map, RGB PNG in the OpenGL convention (green is north)", NORMAL),
+    tiles("normal-tiles", "the same, a PNG a tile", NORMAL),
+    region("map", "top-down picture of the region, RGB PNG", MAP),
+    tiles("map-tiles", "the same, a PNG a tile", MAP),
+    region("colour", "colour of the ground without light, RGB PNG", COLOUR),
+    tiles("colour-tiles", "the same, a PNG a tile", COLOUR),
+    region("water", "where water is, 8-bit grey PNG: 64 river, 128 lake, 255 sea", WATER),
+    tiles("water-tiles", "the same, a PNG a tile", WATER),
+    region("depth", "depth of the water in metres as 32-bit float OpenEXR", DEPTH),
+    tiles("depth-tiles", "the same, an EXR a tile", DEPTH),
+    region("flow", "discharge of the rivers in m3/s as 32-bit float OpenEXR", FLOW),
+    tiles("flow-tiles", "the same, an EXR a tile", FLOW),
+];
+
+/// What headers, checksums and incompressible blocks add to raw samples: fdeflate's fixed code stretches noise by
+/// less than an eighth.
+fn encoded_at_most(raw: u64, rows: u64) -> u64 {
+    raw.saturating_add(raw / 8).saturating_add(rows.saturating_mul(16)).saturating_add(4096)
+}
+
+impl Rasters {
+    fn images(&self) -> impl Iterator<Item = Image> {
+        self.images.iter().map(|image| Image { tiles: self.tiles, ..*image })
+    }
+
+    fn cost_of(image: &Image, region: &Region) -> FormatCost {
+        let bytes = image.quantity.sample().bytes() as u64;
+        let side = u64::from(region.tile_cells()) + 1;
+        let (count, (width, height)) = match image.tiles {
+            true => (region.tiles(), (side, side)),
+            false => (1, image.size(region)),
+        };
+        let samples = width.saturating_mul(height).saturating_mul(image.encoding.copies());
+        let file = encoded_at_most(samples.saturating_mul(bytes), height);
+        // A sidecar is about as long as its entry in the manifest.
+        let sidecars = u64::from(image.encoding.has_sidecar());
+        FormatCost {
+            files: count.saturating_mul(1 + sidecars),
+            disk_bytes: file.saturating_add(RECORD_BYTES * (1 + 2 * sidecars)).saturating_mul(count),
+            kept_a_vertex: if image.tiles { 0 } else { bytes },
+            tile_file_bytes: if image.tiles { file } else { 0 },
+        }
+    }
+}
+
+impl Format for Rasters {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn about(&self) -> &'static str {
+        self.about
+    }
+
+    fn lacks(&self, world: &World) -> Option<Lack> {
+        let needs_water = self.images.iter().any(|image| image.quantity.needs_water());
+        (needs_water && world.relief().fluvial().is_none()).then_some(Lack {
+            shows: "the water of fluvial relief",
+            has: "relief of noise",
+            preset: "a preset with [fluvial]",
+        })
+    }
+
+    fn check(&self, request: &Request) -> Result<(), Error> {
+        let region = &request.region;
+        let side = region.width().max(region.height());
+        let holds = |image: &Image| image.tiles || side <= image.encoding.max_side();
+        let Some(image) = self.images().find(|image| !holds(image)) else { return Ok(()) };
+        let instead = |other: &&Rasters| other.images().any(|other| other.quantity == image.quantity && holds(&other));
+        let others: Vec<_> = NAMED.iter().filter(instead).map(Format::name).collect();
+        Err(Error::Export {
+            message: format!(
+                "export {} writes one {} of the region, which holds at most {} a side; the region has {} x {}",
+                self.name,
+                image.encoding.extension().to_uppercase(),
+                image.encoding.max_side(),
+                region.width(),
+                region.height()
+            ),
+            hint: format!("exports that hold it: {}", others.join(", ")),
+        })
+    }
+
+    fn folders(&self) -> Vec<&'static str> {
+        self.images.iter().map(|image| folder(image.stem)).collect()
+    }
+
+    fn owns(&self, path: &str) -> bool {
+        self.images().any(|image| image.names(path))
+    }
+
+    fn rasters_of(&self, region: &Region, place: Place) -> Vec<String> {
+        let files = self.images().flat_map(|image| {
+            let file = image.file(region, image.tiles.then_some(place));
+            let sidecar = image.encoding.has_sidecar().then(|| format!("{file}.json"));
+            [file].into_iter().chain(sidecar)
+        });
+        files.collect()
+    }
+
+    fn cost(&self, request: &Request) -> FormatCost {
+        self.images()
+            .map(|image| Rasters::cost_of(&image, &request.region))
+            .fold(FormatCost::default(), FormatCost::and)
+    }
+
+    fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
+        let Request { world, region, .. } = *request;
+        let sink = |image: Image| -> Result<Box<dyn Sink + 'a>, Error> {
+            match image.tiles {
+                true => Ok(Box::new(TileRasters::create(world, region, self.name, image, out))),
+                false => Ok(Box::new(RegionRaster::create(world, region, self.name, image, out)?)),
+            }
+        };
+        self.images().map(sink).collect()
+    }
+}

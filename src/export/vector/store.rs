@@ -1,0 +1,242 @@
+//! The features of a region, collected tile by tile and sorted when they are read: what the vector exports write.
+
+use std::collections::BTreeMap;
+use std::path::Path as FilePath;
+use std::sync::Mutex;
+
+use rusqlite::types::{ToSqlOutput, ValueRef};
+use rusqlite::{Connection, ToSql, params_from_iter};
+
+use crate::area::Region;
+use crate::error::Error;
+use crate::export::file::PartFile;
+use crate::features::layer::{Head, Kind};
+use crate::features::{AnyLayer, Row, Value, layers};
+use crate::preset::Preset;
+use crate::registry::unjournaled;
+use crate::tile::Tile;
+use crate::world::World;
+
+/// The most bytes that a vector export of a region takes, the store of its features among them.
+///
+/// How long rivers and roads are shows only when they are made; this is room for ways four times as long as their
+/// reach, for trunk rivers that come from eight nodes around the region, and for a road to every neighbour of all
+/// settlements around.
+pub(crate) fn bytes_at_most(world: &World, region: &Region) -> u64 {
+    // A footprint with its row.
+    const TILE_BYTES: u64 = 256;
+    let features = match world.relief().fluvial() {
+        Some(_) => fluvial_bytes_at_most(world, region),
+        None => path_bytes_at_most(world.preset(), region),
+    };
+    // What an empty database takes.
+    [features, region.tiles().saturating_mul(TILE_BYTES), 1 << 18].into_iter().fold(0, u64::saturating_add)
+}
+
+const FEATURE_BYTES: u64 = 1024;
+
+fn path_bytes_at_most(preset: &Preset, region: &Region) -> u64 {
+    // A point of a path as text with all digits, and in the store.
+    const POINT_BYTES: u64 = 44 + 16;
+    let paths = |density: f64, max_tiles: u32| {
+        let side = |count: u64| count.saturating_add(2 * max_tiles as u64);
+        let owners = side(region.cols()).saturating_mul(side(region.rows())) as f64 * density;
+        // A point is at most every vertex.
+        let points = 4 * (max_tiles as u64 + 1) * region.tile_cells() as u64;
+        (owners.ceil() as u64).saturating_mul(points * POINT_BYTES + FEATURE_BYTES)
+    };
+    let rivers = preset.rivers.as_ref().map_or(0, |rivers| paths(rivers.density, rivers.max_tiles));
+    let roads = preset.roads.as_ref().map_or(0, |roads| paths(roads.density, roads.max_tiles));
+    rivers.saturating_add(roads)
+}
+
+fn fluvial_bytes_at_most(world: &World, region: &Region) -> u64 {
+    // A point with a height as text with all digits, and in the store.
+    const POINT_BYTES: f64 = 66.0 + 24.0;
+    let Some(fluvial) = world.relief().fluvial() else { return 0 };
+    let fields = fluvial.fields();
+    let vertices = |pad: f64| (region.width() as f64 + 2.0 * pad) * (region.height() as f64 + 2.0 * pad);
+    let side = |level: u32| fields.side(level) as f64 * fields.metres_a_grain() / world.spacing_m();
+    let rivers = (0..fields.levels()).filter(|level| fluvial.has_rivers(*level)).map(|level| {
+        let side = side(level);
+        let cells = vertices(if level == 0 { 8.0 } else { 3.0 } * side) / (side * side);
+        // A channel is less than three cells long, and has a point every three vertices, or at each of its knots.
+        cells * (FEATURE_BYTES as f64 + (side + 128.0) * POINT_BYTES)
+    });
+    // A lake's shore is no longer than some of its half widths.
+    let lake = fields.lake_half_width() * fields.metres_a_grain() / world.spacing_m();
+    let lakes = vertices(side(0)) / (side(0) * side(0)) * (FEATURE_BYTES as f64 + 32.0 * lake * POINT_BYTES);
+    let coast = if fields.sea_level_m().is_finite() { vertices(512.0) / 16.0 * POINT_BYTES } else { 0.0 };
+    let peaks = vertices(64.0) / 4096.0 * FEATURE_BYTES as f64;
+    (rivers.sum::<f64>() + lakes + coast + peaks + road_bytes_at_most(world, region)) as u64
+}
+
+fn road_bytes_at_most(world: &World, region: &Region) -> f64 {
+    const POINT_BYTES: f64 = 66.0 + 24.0;
+    // Of neighbours on a plane there are at most three pairs a place; in mountains some roads cross many dips and ridges.
+    const ROADS: f64 = 3.0;
+    const CROSSINGS: f64 = 12.0;
+    let Some(places) = world.places() else { return 0.0 };
+    let side = places.site_side() as f64;
+    let cells = |vertices: u64| (vertices as f64 + 2.0 * places.reach() as f64) / side + 1.0;
+    // A road has a point every few metres, of which most can be left out.
+    let road = (1.0 + CROSSINGS) * FEATURE_BYTES as f64 + 256.0 * POINT_BYTES;
+    cells(region.width()) * cells(region.height()) * (FEATURE_BYTES as f64 + ROADS * road)
+}
+
+/// The features of a region, each once, by layer and key.
+///
+/// They wait in memory for their row of tiles and then in a nameless database in the folder of the bake, so memory does
+/// not grow with the region.
+pub(crate) struct FeatureStore<'a> {
+    world: &'a World,
+    waiting: Mutex<BTreeMap<(usize, Vec<u8>), Row>>,
+    store: Mutex<(Connection, PartFile)>,
+}
+
+impl<'a> FeatureStore<'a> {
+    /// The store of a world's features, in the folder in which its file will be.
+    pub fn create(world: &'a World, file: &FilePath) -> Result<FeatureStore<'a>, Error> {
+        let mut part = PartFile::create(file.with_extension("features"))?;
+        let path = part.lend();
+        let open = || {
+            let connection = Connection::open(path)?;
+            unjournaled(&connection)?;
+            for (number, layer) in layers(world).iter().enumerate() {
+                // Columns without types keep values as they are.
+                let columns = (0..layer.heads().len()).map(|column| format!("value_{column}, "));
+                let columns = columns.collect::<Vec<_>>().concat();
+                connection.execute_batch(&format!(
+                    "CREATE TABLE layer_{number} (key BLOB PRIMARY KEY, {columns}lines BLOB) WITHOUT ROWID"
+                ))?;
+            }
+            Ok(connection)
+        };
+        let connection = open().map_err(Error::sqlite(path))?;
+        Ok(FeatureStore { world, waiting: Mutex::default(), store: Mutex::new((connection, part)) })
+    }
+
+    /// The layers.
+    pub fn layers(&self) -> &'static [&'static dyn AnyLayer] {
+        layers(self.world)
+    }
+
+    /// Takes the features of a tile.
+    pub fn take(&self, tile: &Tile) {
+        for (number, layer) in self.layers().iter().enumerate() {
+            layer.visit(self.world, &tile.area(), &mut |key, row| self.add(number, key, row));
+        }
+    }
+
+    /// Takes a feature of a layer, which may be there already.
+    pub fn add(&self, layer: usize, key: Vec<u8>, row: impl Fn() -> Row) {
+        let waits =
+            |key: &(usize, Vec<u8>)| self.waiting.lock().expect("no thread panics while it adds").contains_key(key);
+        let key = (layer, key);
+        if !waits(&key) {
+            // Not under the lock: a long river takes its time.
+            let row = row();
+            self.waiting.lock().expect("no thread panics while it adds").insert(key, row);
+        }
+    }
+
+    /// Puts away what waits.
+    pub fn flush(&self) -> Result<(), Error> {
+        let waiting = std::mem::take(&mut *self.waiting.lock().expect("no thread panics while it adds"));
+        let (connection, part) = &mut *self.store.lock().expect("no thread panics while it writes");
+        let put = || {
+            let transaction = connection.transaction()?;
+            for ((number, key), Row { values, lines }) in waiting {
+                let lines = packed(&lines, self.layers()[number].shape().dimensions());
+                let marks = ", ?".repeat(values.len() + 1);
+                let insert = format!("INSERT OR IGNORE INTO layer_{number} VALUES (?{marks})");
+                let values = values.iter().map(|value| value as &dyn ToSql);
+                let row = [&key as &dyn ToSql].into_iter().chain(values).chain([&lines as &dyn ToSql]);
+                transaction.prepare_cached(&insert)?.execute(params_from_iter(row))?;
+            }
+            transaction.commit()
+        };
+        put().map_err(Error::sqlite(part.path()))
+    }
+
+    /// Visits all features of a layer, sorted by key, without holding them.
+    pub fn for_each(&self, number: usize, mut visit: impl FnMut(Row) -> Result<(), Error>) -> Result<(), Error> {
+        self.flush()?;
+        let (connection, part) = &*self.store.lock().expect("no thread panics while it writes");
+        let failed = || Error::sqlite(part.path());
+        let layer = &self.layers()[number];
+        let select = format!("SELECT * FROM layer_{number} ORDER BY key");
+        let mut select = connection.prepare(&select).map_err(failed())?;
+        let heads = layer.heads();
+        let parse = |row: &rusqlite::Row| {
+            let values = heads.iter().zip(1..).map(|(head, column)| Ok(value(head, row.get_ref(column)?)));
+            let lines = unpacked(row.get_ref(heads.len() + 1)?.as_blob()?, layer.shape().dimensions());
+            Ok(Row { values: values.collect::<rusqlite::Result<_>>()?, lines })
+        };
+        for row in select.query_map((), parse).map_err(failed())? {
+            visit(row.map_err(failed())?)?;
+        }
+        Ok(())
+    }
+}
+
+impl ToSql for Value {
+    fn to_sql(&self) -> rusqlite::Result<ToSqlOutput<'_>> {
+        Ok(ToSqlOutput::Borrowed(match self {
+            Value::Nothing => ValueRef::Null,
+            Value::Integer(number) => ValueRef::Integer(*number),
+            Value::Real(number) => ValueRef::Real(*number),
+            Value::Real32(number) => ValueRef::Real(f64::from(*number)),
+            Value::Text(text) => ValueRef::Text(text.as_bytes()),
+        }))
+    }
+}
+
+/// A value as a database has kept it.
+fn value(head: &Head, kept: ValueRef) -> Value {
+    match (kept, head.kind) {
+        (ValueRef::Integer(number), _) => Value::Integer(number),
+        (ValueRef::Real(number), Kind::Real32) => Value::Real32(number as f32),
+        (ValueRef::Real(number), _) => Value::Real(number),
+        (ValueRef::Text(text), _) => Value::Text(String::from_utf8_lossy(text).into_owned()),
+        (ValueRef::Null | ValueRef::Blob(_), _) => Value::Nothing,
+    }
+}
+
+/// Lines as bytes: of each the number of its points, and then these.
+fn packed(lines: &[Vec<[f64; 3]>], dimensions: usize) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for line in lines {
+        bytes.extend((line.len() as u64).to_le_bytes());
+        bytes.extend(line.iter().flat_map(|point| point[..dimensions].iter().flat_map(|number| number.to_le_bytes())));
+    }
+    bytes
+}
+
+fn unpacked(bytes: &[u8], dimensions: usize) -> Vec<Vec<[f64; 3]>> {
+    let mut words = bytes.as_chunks::<8>().0.iter();
+    let mut lines = Vec::new();
+    while let Some(count) = words.next() {
+        let mut number = || words.next().map_or(0.0, |word| f64::from_le_bytes(*word));
+        let mut point = || {
+            let mut point = [0.0; 3];
+            point[..dimensions].fill_with(&mut number);
+            point
+        };
+        lines.push((0..u64::from_le_bytes(*count)).map(|_| point()).collect());
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_come_out_as_they_went_in() {
+        let lines = vec![vec![[1.0, -2.5, 0.0], [f64::MIN_POSITIVE, 1e300, 0.0]], vec![[3.0, 4.0, 0.0]]];
+        assert_eq!(unpacked(&packed(&lines, 2), 2), lines);
+        let lines = vec![vec![[1.0, -2.5, 7.25]]];
+        assert_eq!(unpacked(&packed(&lines, 3), 3), lines);
+    }
+}

@@ -1,0 +1,318 @@
+//! Rivers, roads and their crossings: the features that are lines, or lie on them.
+
+use std::sync::Arc;
+
+use crate::area::{Area, TileId};
+use crate::features::layer::{Column, Kind, Layer, Shape, flat, point};
+use crate::features::names::lake_id;
+use crate::features::plane::{length_m, metres};
+use crate::lines::{
+    FIXED, Line, LineClass, LineEnd, LineId, LineKind, LinePoint, Lines, RoadClass, SiteId, Structure, StructureKind,
+};
+use crate::world::World;
+
+/// A river of a fluvial world, from source to end. Pairs are at its start and at its end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RiverFeature {
+    /// Its name in the world.
+    pub id: LineId,
+    /// The name on a map of all parts of its course; none in a world without places.
+    pub name: Option<String>,
+    /// The first part of its course, which the parts between lakes have in common.
+    pub course: LineId,
+    /// Strahler's order at its end.
+    pub order: u32,
+    /// Metres from end to end, seen from above.
+    pub length_m: f64,
+    /// Widths in metres.
+    pub width_m: [f64; 2],
+    /// Discharges in cubic metres a second.
+    pub discharge_m3s: [f64; 2],
+    /// Heights of its surface in metres.
+    pub level_m: [f64; 2],
+    /// What it ends in.
+    pub ending: LineEnd,
+    /// Metres east, north and up to the water's surface.
+    pub line: Vec<[f64; 3]>,
+}
+
+/// All rivers of fluvial worlds.
+pub static RIVERS: Layer<Arc<Line>, RiverFeature> = Layer {
+    name: "rivers",
+    about: "rivers, from source to end, with the height of their surface; metres and m3/s",
+    shape: Shape::LineZ,
+    columns: &[
+        Column::new("id", Kind::Text, |river| river.id.to_string().into()),
+        Column::optional("name", Kind::Text, |river| river.name.clone().into()),
+        Column::new("course", Kind::Text, |river| river.course.to_string().into()),
+        Column::keyed("strahler", "order", Kind::Integer, |river| i64::from(river.order).into()),
+        Column::new("length_m", Kind::Real, |river| river.length_m.into()),
+        Column::keyed("width_start_m", "width_m", Kind::Real, |river| river.width_m[0].into()),
+        Column::keyed("width_end_m", "width_m", Kind::Real, |river| river.width_m[1].into()),
+        Column::keyed("discharge_start_m3s", "discharge_m3s", Kind::Real, |river| river.discharge_m3s[0].into()),
+        Column::keyed("discharge_end_m3s", "discharge_m3s", Kind::Real, |river| river.discharge_m3s[1].into()),
+        Column::keyed("level_start_m", "level_m", Kind::Real, |river| river.level_m[0].into()),
+        Column::keyed("level_end_m", "level_m", Kind::Real, |river| river.level_m[1].into()),
+        Column::new("ending", Kind::Text, |river| river_ending(river.ending).0.into()),
+        Column::optional("joins", Kind::Text, |river| river_ending(river.ending).1.into()),
+    ],
+    sources: |world, area| world.lines_through(LineKind::River, area),
+    key: |river| river.id.to_string().into(),
+    feature: of_river,
+    lines: |river| vec![river.line],
+};
+
+/// What a river ends in, and the id of that.
+fn river_ending(end: LineEnd) -> (&'static str, Option<String>) {
+    match end {
+        LineEnd::Line(other) => ("river", Some(other.to_string())),
+        LineEnd::Lake(node) => ("lake", Some(lake_id(node))),
+        LineEnd::Sea => ("sea", None),
+        LineEnd::Pond | LineEnd::Sink | LineEnd::Site(_) | LineEnd::Nothing => ("sink", None),
+    }
+}
+
+/// Points of a line in metres east, north and up to its level.
+fn line_m<'a>(line: &Line, points: impl IntoIterator<Item = &'a LinePoint>) -> Vec<[f64; 3]> {
+    let place = |point: &LinePoint| {
+        let [east, north] = metres(line.place_from([0, 0], point), line.spacing_m);
+        [east, north, point.level_m]
+    };
+    points.into_iter().map(place).collect()
+}
+
+/// A value of a line's first point and of its last.
+fn ends<T>(line: &Line, value: impl Fn(&LinePoint) -> T) -> [T; 2] {
+    [&line.points[0], &line.points[line.points.len() - 1]].map(value)
+}
+
+fn of_river(_: &World, river: &Arc<Line>) -> RiverFeature {
+    let line = line_m(river, &river.points);
+    RiverFeature {
+        id: river.id,
+        name: river.name.clone(),
+        course: river.course,
+        order: if let LineClass::Order(order) = river.class { order } else { 0 },
+        length_m: length_m(&line),
+        width_m: ends(river, |point| 2.0 * point.half_width_m),
+        discharge_m3s: ends(river, |point| point.discharge_m3s),
+        level_m: ends(river, |point| point.level_m),
+        ending: river.end,
+        line,
+    }
+}
+
+/// A road from one settlement to another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoadFeature {
+    /// Its name in the world.
+    pub id: LineId,
+    /// How well it is built.
+    pub class: RoadClass,
+    /// The settlements that it joins.
+    pub sites: [SiteId; 2],
+    /// The steepest grade anywhere on it, metres up a metre ahead.
+    pub max_grade: f64,
+    /// Metres from edge to edge.
+    pub width_m: f64,
+    /// Metres from end to end of the line, seen from above.
+    pub length_m: f64,
+    /// Metres east, north and up to the road's surface; without points that a straight line shows as well.
+    pub line: Vec<[f64; 3]>,
+}
+
+/// All roads between settlements.
+pub static ROADS: Layer<Arc<Line>, RoadFeature> = Layer {
+    name: "roads",
+    about: "roads from one settlement to another, with the height of their surface; metres",
+    shape: Shape::LineZ,
+    columns: &[
+        Column::new("id", Kind::Text, |road| road.id.to_string().into()),
+        Column::new("class", Kind::Text, |road| class_name(road.class).into()),
+        // Both keys are words of SQL.
+        Column::keyed("from_site", "from", Kind::Text, |road| road.sites[0].to_string().into()),
+        Column::keyed("to_site", "to", Kind::Text, |road| road.sites[1].to_string().into()),
+        Column::new("max_grade", Kind::Real, |road| road.max_grade.into()),
+        Column::new("width_m", Kind::Real, |road| road.width_m.into()),
+        Column::new("length_m", Kind::Real, |road| road.length_m.into()),
+    ],
+    sources: roads_through,
+    key: |road| road.id.to_string().into(),
+    feature: of_road,
+    lines: |road| vec![road.line],
+};
+
+/// The roads of which the middle line touches an area.
+pub(super) fn roads_through(world: &World, area: &Area) -> Lines {
+    world.lines_through(LineKind::Road, area)
+}
+
+fn class_name(class: RoadClass) -> &'static str {
+    match class {
+        RoadClass::Track => "track",
+        RoadClass::Road => "road",
+        RoadClass::Highway => "highway",
+    }
+}
+
+fn of_road(_: &World, road: &Arc<Line>) -> RoadFeature {
+    let (LineId::Road { from, to }, LineClass::Road(class)) = (road.id, road.class) else {
+        unreachable!("roads of fluvial worlds join settlements")
+    };
+    let line = line_m(road, &road.outline());
+    RoadFeature {
+        id: road.id,
+        class,
+        sites: [from, to],
+        max_grade: road.max_grade(),
+        width_m: 2.0 * road.points[0].half_width_m,
+        length_m: length_m(&line),
+        line,
+    }
+}
+
+/// A bridge, a ford or a tunnel of a road.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CrossingFeature {
+    /// Its name in the world: `x`, the numbers of its road, and its own there.
+    pub id: String,
+    /// Which of the three it is.
+    pub kind: StructureKind,
+    /// Its road.
+    pub road: LineId,
+    /// Metres from end to end, seen from above.
+    pub length_m: f64,
+    /// Metres east and north of its middle.
+    pub at: [f64; 2],
+}
+
+/// All crossings of the roads that touch an area.
+pub static CROSSINGS: Layer<(Arc<Line>, usize), CrossingFeature> = Layer {
+    name: "crossings",
+    about: "bridges, fords and tunnels of the roads; metres",
+    shape: Shape::Point,
+    columns: &[
+        Column::new("id", Kind::Text, |crossing| crossing.id.clone().into()),
+        Column::new("kind", Kind::Text, |crossing| crossing.kind.name().into()),
+        Column::new("road", Kind::Text, |crossing| crossing.road.to_string().into()),
+        Column::new("length_m", Kind::Real, |crossing| crossing.length_m.into()),
+    ],
+    sources: crossings_of_roads,
+    key: |crossing| crossing_id(crossing).into(),
+    feature: of_crossing,
+    lines: |crossing| point(crossing.at),
+};
+
+fn crossings_of_roads(world: &World, area: &Area) -> Vec<(Arc<Line>, usize)> {
+    let crossings = |road: Arc<Line>| (0..road.structures.len()).map(move |number| (Arc::clone(&road), number));
+    roads_through(world, area).into_iter().flat_map(crossings).collect()
+}
+
+fn crossing_id((road, number): &(Arc<Line>, usize)) -> String {
+    // Numbers of a road sort as text.
+    format!("x{}:{number:03}", &road.id.to_string()[1..])
+}
+
+fn of_crossing(_: &World, source: &(Arc<Line>, usize)) -> CrossingFeature {
+    let road = &source.0;
+    let structure: &Structure = &road.structures[source.1];
+    let middle = structure.middle(road).map(|at| at as f64 / FIXED as f64);
+    CrossingFeature {
+        id: crossing_id(source),
+        kind: structure.kind,
+        road: road.id,
+        length_m: length_m(&line_m(road, &road.points[structure.first..=structure.last])),
+        at: metres(middle, road.spacing_m),
+    }
+}
+
+/// A river or a road of an agent, whole. Pairs are at its start and at its end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PathFeature {
+    /// The tile that its agent started from: its name in the world, among its kind.
+    pub owner: TileId,
+    /// How it ends.
+    pub ending: LineEnd,
+    /// Metres from end to end.
+    pub length_m: f64,
+    /// Widths in metres.
+    pub width_m: [f32; 2],
+    /// Heights of its floor in metres.
+    pub floor_m: [f32; 2],
+    /// Metres east and north; at least two points, of a path that is one place the same.
+    pub line: Vec<[f64; 2]>,
+}
+
+const PATH_COLUMNS: &[Column<PathFeature>] = &[
+    Column::new("owner_x", Kind::Integer, |path| path.owner.x.into()),
+    Column::new("owner_y", Kind::Integer, |path| path.owner.y.into()),
+    Column::new("ending", Kind::Text, |path| path_ending(path.ending).0.into()),
+    Column::optional("joins_x", Kind::Integer, |path| path_ending(path.ending).1.map(|tile| tile.x).into()),
+    Column::optional("joins_y", Kind::Integer, |path| path_ending(path.ending).1.map(|tile| tile.y).into()),
+    Column::new("length_m", Kind::Real, |path| path.length_m.into()),
+    Column::new("width_start_m", Kind::Real32, |path| path.width_m[0].into()),
+    Column::new("width_end_m", Kind::Real32, |path| path.width_m[1].into()),
+    Column::new("floor_start_m", Kind::Real32, |path| path.floor_m[0].into()),
+    Column::new("floor_end_m", Kind::Real32, |path| path.floor_m[1].into()),
+];
+
+/// All rivers of agents.
+pub static AGENT_RIVERS: Layer<Arc<Line>, PathFeature> = Layer {
+    name: "rivers",
+    about: "rivers, from source to end; metres",
+    shape: Shape::Line,
+    columns: PATH_COLUMNS,
+    sources: |world, area| world.lines_through(LineKind::River, area),
+    key: |path| path_key(owner(path.id)),
+    feature: of_path,
+    lines: |path| vec![flat(&path.line)],
+};
+
+/// All roads of agents.
+pub static AGENT_ROADS: Layer<Arc<Line>, PathFeature> = Layer {
+    name: "roads",
+    about: "roads, from the middle of the tile that owns each; metres",
+    sources: |world, area| world.lines_through(LineKind::Road, area),
+    ..AGENT_RIVERS
+};
+
+/// The tile that an agent's line belongs to.
+fn owner(id: LineId) -> TileId {
+    match id {
+        LineId::Agent { owner, .. } => owner,
+        LineId::River { .. } | LineId::Road { .. } => unreachable!("worlds of noise have lines of agents only"),
+    }
+}
+
+/// The key of the path that a tile owns: bytes in the order of the tiles' numbers.
+fn path_key(owner: TileId) -> Vec<u8> {
+    [owner.x, owner.y].map(|number| (number as u64 ^ (1 << 63)).to_be_bytes()).concat()
+}
+
+/// How a path ends, and the tile that owns what it ends in.
+fn path_ending(end: LineEnd) -> (&'static str, Option<TileId>) {
+    match end {
+        LineEnd::Sea => ("sea", None),
+        LineEnd::Line(other) => ("river", Some(owner(other))),
+        LineEnd::Pond => ("pond", None),
+        LineEnd::Lake(_) | LineEnd::Sink | LineEnd::Site(_) | LineEnd::Nothing => ("nothing", None),
+    }
+}
+
+fn of_path(_: &World, path: &Arc<Line>) -> PathFeature {
+    let mut line: Vec<[f64; 2]> =
+        line_m(path, &path.points).into_iter().map(|[east, north, _]| [east, north]).collect();
+    let length_m = length_m(&line);
+    // A line has two points in every format, and a pool may be one place.
+    if line.len() == 1 {
+        line.push(line[0]);
+    }
+    PathFeature {
+        owner: owner(path.id),
+        ending: path.end,
+        length_m,
+        width_m: ends(path, |point| 2.0 * point.half_width_m as f32),
+        floor_m: ends(path, |point| point.floor_m as f32),
+        line,
+    }
+}

@@ -1,0 +1,67 @@
+//! Settlements.
+
+use std::sync::Arc;
+
+use crate::area::Area;
+use crate::features::layer::{Column, Kind, Layer, Shape, point};
+use crate::features::lines::roads_through;
+use crate::features::plane::metres;
+use crate::lines::{LineId, SiteId};
+use crate::places::site::{Site, SiteClass};
+use crate::world::World;
+
+/// A settlement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SiteFeature {
+    /// Its name in the world.
+    pub id: SiteId,
+    /// Its name on a map.
+    pub name: String,
+    /// How large it is.
+    pub class: SiteClass,
+    /// People who live there.
+    pub population: u32,
+    /// Height of the land there in metres.
+    pub height_m: f32,
+    /// Metres east and north.
+    pub at: [f64; 2],
+}
+
+/// The settlements of an area, and those elsewhere that its roads lead to.
+pub static SITES: Layer<Arc<Site>, SiteFeature> = Layer {
+    name: "sites",
+    about: "settlements, also those elsewhere that the roads of the region lead to; metres",
+    shape: Shape::Point,
+    columns: &[
+        Column::new("id", Kind::Text, |site| site.id.to_string().into()),
+        Column::new("name", Kind::Text, |site| site.name.clone().into()),
+        Column::new("class", Kind::Text, |site| class_name(site.class).into()),
+        Column::new("population", Kind::Integer, |site| i64::from(site.population).into()),
+        Column::new("height_m", Kind::Real32, |site| site.height_m.into()),
+    ],
+    sources,
+    key: |site| site.id.to_string().into(),
+    feature: |world, site| SiteFeature {
+        id: site.id,
+        name: site.name.clone(),
+        class: site.class,
+        population: site.population,
+        height_m: site.height_m,
+        at: metres(site.at.map(|at| at as f64), world.spacing_m()),
+    },
+    lines: |site| point(site.at),
+};
+
+fn class_name(class: SiteClass) -> &'static str {
+    match class {
+        SiteClass::Hamlet => "hamlet",
+        SiteClass::Village => "village",
+        SiteClass::Town => "town",
+    }
+}
+
+fn sources(world: &World, area: &Area) -> Vec<Arc<Site>> {
+    let ends = |id: LineId| if let LineId::Road { from, to } = id { vec![from, to] } else { Vec::new() };
+    let ends = roads_through(world, area).into_iter().flat_map(|road| ends(road.id));
+    world.sites(area).into_iter().chain(ends.filter_map(|id| world.site(id))).collect()
+}

@@ -1,0 +1,99 @@
+//! What must be true of all layers, whatever they show.
+
+use std::collections::BTreeMap;
+
+use super::layer::Kind;
+use super::*;
+use crate::area::Area;
+use crate::preset::Preset;
+
+/// Lakes, a coast, settlements and roads within some hundred vertices of the origin.
+const FLUVIAL: &str = "
+    tile_cells = 64
+    spacing_m = 20.0
+    sea_level_m = 0.0
+    [fluvial]
+    trunk_m = 5120.0
+    levels = 4
+    base_m = 20.0
+    lakes = 0.5
+    [fluvial.uplift]
+    mask = { wavelength_m = 20000.0, octaves = 3, from = -0.4, to = 0.4 }
+    [places]
+    site_m = 2500.0
+";
+
+const AGENTS: &str = "
+    tile_cells = 32
+    noise = [{ kind = \"ridged\", height_m = 60.0, wavelength_m = 500.0, octaves = 4 }]
+    rivers = { density = 1.0, width_m = [1.0, 4.0], bank_m = 3.0 }
+    roads = { density = 1.0 }
+";
+
+fn world(text: &str) -> World {
+    World::new(Preset::parse("test", text).unwrap(), Some(5)).unwrap()
+}
+
+fn rows(layer: &dyn AnyLayer, world: &World, area: &Area) -> BTreeMap<Vec<u8>, Row> {
+    let mut rows = BTreeMap::new();
+    layer.visit(world, area, &mut |key, row| {
+        rows.insert(key, row());
+    });
+    rows
+}
+
+/// Two windows that overlap, of two worlds of one recipe: nothing is remembered of the first.
+fn two_windows(text: &str, [one, other]: [Area; 2], check: impl Fn(&dyn AnyLayer, [BTreeMap<Vec<u8>, Row>; 2])) {
+    let worlds = [world(text), world(text)];
+    for layer in layers(&worlds[0]) {
+        check(*layer, [rows(*layer, &worlds[0], &one), rows(*layer, &worlds[1], &other)]);
+    }
+}
+
+#[test]
+fn a_feature_is_the_same_in_every_window_and_as_its_layer_describes_it() {
+    let windows = [Area::new(-320, -320, 577, 577), Area::new(-100, -200, 320, 500)];
+    for (text, windows) in [(FLUVIAL, windows), (AGENTS, [Area::new(-96, -64, 193, 161), Area::new(-10, -33, 400, 65)])]
+    {
+        two_windows(text, windows, |layer, [first, second]| {
+            let name = layer.name();
+            let shared: Vec<_> = first.iter().filter(|(key, _)| second.contains_key(*key)).collect();
+            assert!(!shared.is_empty() && shared.len() < first.len(), "{} of {} {name}", shared.len(), first.len());
+            assert!(shared.iter().all(|(key, row)| second[*key] == **row), "{name} differ between two windows");
+            for row in first.values().chain(second.values()) {
+                let heads = layer.heads();
+                assert_eq!(heads.len(), row.values.len(), "{name}");
+                for (head, value) in heads.iter().zip(&row.values) {
+                    let is_right = match value {
+                        Value::Nothing => !head.required,
+                        Value::Integer(_) => head.kind == Kind::Integer,
+                        Value::Real(_) => head.kind == Kind::Real,
+                        Value::Real32(_) => head.kind == Kind::Real32,
+                        Value::Text(_) => head.kind == Kind::Text,
+                    };
+                    assert!(is_right, "{name}: {value:?} is no {head:?}");
+                }
+            }
+        });
+    }
+}
+
+#[test]
+fn typed_features_are_found_once_and_sorted() {
+    let world = world(FLUVIAL);
+    let area = Area::new(-256, -256, 513, 513);
+    let sites = sites::SITES.find(&world, &area);
+    assert!(sites.len() > 2 && sites.is_sorted_by(|a, b| a.id < b.id));
+    let roads = lines::ROADS.find(&world, &area);
+    assert!(roads.len() > 2);
+    for road in &roads {
+        for (id, end) in road.sites.iter().zip([road.line[0], road.line[road.line.len() - 1]]) {
+            // What a road leads to is there, and where it ends.
+            let site = sites.iter().find(|site| site.id == *id).unwrap_or_else(|| panic!("no {id}"));
+            assert_eq!(site.at, [end[0], end[1]], "{}", road.id);
+        }
+    }
+    let crossings = lines::CROSSINGS.find(&world, &area);
+    assert!(!crossings.is_empty());
+    assert!(crossings.iter().all(|crossing| roads.iter().any(|road| road.id == crossing.road)));
+}

@@ -1,0 +1,64 @@
+//! Coasts: the lines between land and sea, in pieces that belong to cells of the world.
+
+use crate::area::Area;
+use crate::clock::Clock;
+use crate::fluvial::landforms::contour::contours;
+use crate::fluvial::{Fluvial, WaterKind};
+use crate::geometry::LineSegment;
+use crate::grid::Grid;
+
+/// Vertices a side of a cell.
+pub(super) const CELL: i64 = 512;
+
+/// Metres above or under the water at the least, so that no crossing lies on a vertex.
+const LEAST_M: f32 = 1e-3;
+
+/// The id of a piece of coast: its cell, and its number there from north to south.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct CoastId {
+    /// Column and row of the cell, 512 vertices a side.
+    pub cell: (i64, i64),
+    /// From 0.
+    pub number: u32,
+}
+
+/// A piece of coast, with the land on its left in a map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coast {
+    /// Its name in the world.
+    pub id: CoastId,
+    /// Vertices east and south of the origin; of an island within a cell, the last point is the first.
+    pub line: Vec<[f64; 2]>,
+}
+
+impl Coast {
+    /// All pieces of a cell.
+    pub(super) fn of_cell(fluvial: &Fluvial, cell: (i64, i64)) -> Vec<Coast> {
+        let area = Area::new(cell.0 * CELL, cell.1 * CELL, CELL as usize + 1, CELL as usize + 1);
+        if !fluvial.may_have_coast(area) {
+            return Vec::new();
+        }
+        let land = fluvial.land(area, &Clock::default());
+        let Some(water) = land.water else { return Vec::new() };
+        let sea_m = fluvial.fields().sea_level_m() as f32;
+        let mut values = Grid::filled(area, 0.0);
+        for y in area.y0..area.y1 {
+            let kinds = water.kind.row(y, area.x0, area.x1);
+            let heights = land.heights.row(y, area.x0, area.x1);
+            for ((value, kind), height_m) in values.row_mut(y, area.x0, area.x1).iter_mut().zip(kinds).zip(heights) {
+                // A river's bed may lie deeper than the sea without being sea.
+                let above_m = height_m - sea_m;
+                *value = if *kind == WaterKind::Sea { above_m.min(-LEAST_M) } else { above_m.max(LEAST_M) };
+            }
+        }
+        let lines = contours(&values).into_iter().map(|contour| contour.points);
+        (0..).zip(lines).map(|(number, line)| Coast { id: CoastId { cell, number }, line }).collect()
+    }
+
+    /// Whether a part of it lies in the rectangle that the outer vertices of an area span.
+    pub fn touches(&self, area: &Area) -> bool {
+        let corner = [(area.x1 - 1 - area.x0) as f64, (area.y1 - 1 - area.y0) as f64];
+        let from = |point: [f64; 2]| [point[0] - area.x0 as f64, point[1] - area.y0 as f64];
+        self.line.windows(2).any(|pair| LineSegment::between(from(pair[0]), from(pair[1])).touches_rectangle(corner))
+    }
+}

@@ -1,0 +1,212 @@
+//! The survey: fluvial land as those know it who plan settlements and roads on it, with sparse heights and waters, and
+//! rivers as lines.
+//!
+//! The same kernel that fills tiles fills every `step`th vertex, at the cost of the nodes alone. Heights are those of a
+//! tile but for rounding. What has been found is remembered for a while, block by block, which changes nothing but time.
+
+use crate::area::Area;
+use crate::clock::Clock;
+use crate::fluvial::fields::Fields;
+use crate::fluvial::point::{GRAINS, Point};
+use crate::fluvial::segment::{Segment, Segments};
+use crate::fluvial::{Fluvial, WaterKind};
+use crate::geometry::{length, lerp};
+use crate::lines::FIXED;
+use crate::memory::Memory;
+
+/// Nodes a side of a block of sparse land.
+const BLOCK: i64 = 32;
+
+/// Vertices a side of the squares for which channels are gathered at a time.
+const PAGE: i64 = 256;
+
+/// Vertices from one point of a river's line to the next, at most: so finely it follows the bends of the world.
+const RIVER_VERTICES: f64 = 3.0;
+
+/// A grain is as fine as the parts in which lines are counted.
+const _: () = assert!(FIXED == GRAINS);
+
+/// What is known about the land before anything is planned on it.
+///
+/// Whatever is asked must be a pure function of the place and the step: the same vertex has the same height and water in
+/// every question with that step, and a piece of a river is the same in every area that it touches. With longer steps
+/// the land may be known less finely.
+pub trait Survey: Sync {
+    /// Height in metres of the bare land at the vertices `(x0 + i * step, y0 + j * step)`, row by row, `cols` x `rows`.
+    fn heights_m(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<f32>;
+
+    /// What stands on the land there, likewise. A river does where it is wide enough for a vertex to lie in it.
+    fn waters(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<WaterKind>;
+
+    /// All pieces of rivers whose middle line touches `area`, in any order.
+    fn rivers(&self, area: &Area) -> Vec<RiverPiece>;
+}
+
+impl WaterKind {
+    /// Whether it is a lake or the sea, which roads keep out of.
+    pub fn is_open(self) -> bool {
+        matches!(self, WaterKind::Lake | WaterKind::Sea)
+    }
+}
+
+/// A straight piece of a river's middle line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RiverPiece {
+    /// Upstream end in 1/256 vertex.
+    pub from: [i64; 2],
+    /// Downstream end in 1/256 vertex.
+    pub to: [i64; 2],
+    /// Width in metres.
+    pub width_m: f32,
+    /// Height in metres of the water's surface.
+    pub level_m: f32,
+}
+
+impl RiverPiece {
+    /// What pieces are sorted by, so that the order in which a survey lists them does not matter.
+    pub(crate) fn key(&self) -> ([i64; 2], [i64; 2], u32, u32) {
+        (self.from, self.to, self.width_m.to_bits(), self.level_m.to_bits())
+    }
+}
+
+/// What has been found lately.
+#[derive(Debug)]
+pub(super) struct Memories {
+    /// By step, column and row.
+    blocks: Memory<(i64, i64, i64), Sheet>,
+    /// Channels around pages.
+    pages: Memory<(i64, i64), Segments>,
+}
+
+impl Default for Memories {
+    fn default() -> Memories {
+        Memories { blocks: Memory::new(1 << 11), pages: Memory::new(64) }
+    }
+}
+
+/// The land on `BLOCK` x `BLOCK` nodes.
+#[derive(Debug)]
+struct Sheet {
+    heights_m: Vec<f32>,
+    waters: Vec<WaterKind>,
+}
+
+impl Survey for Fluvial {
+    fn heights_m(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<f32> {
+        self.sampled([x0, y0], step, (cols, rows), 0.0, |block| &block.heights_m)
+    }
+
+    fn waters(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<WaterKind> {
+        self.sampled([x0, y0], step, (cols, rows), WaterKind::Dry, |block| &block.waters)
+    }
+
+    fn rivers(&self, area: &Area) -> Vec<RiverPiece> {
+        let fields = self.fields();
+        // All that the warp may bring here.
+        let pad = self.warp.most_m().map(|metres| (metres / fields.metres_a_grain()).ceil() as i64 + GRAINS);
+        let (low, high) = (Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1, area.y1));
+        let rectangle =
+            [Point { x: low.x - pad[0], y: low.y - pad[1] }, Point { x: high.x + pad[0], y: high.y + pad[1] }];
+        let pieces = self.network().segments(fields.levels(), rectangle, low, 0.0);
+        let lakes: Vec<&Segment> = pieces.all.iter().filter(|piece| piece.widest_lake() > 0.0).collect();
+        let spring_m3s = fields.settings().spring_m3s;
+        let mut rivers = Vec::new();
+        for piece in &pieces.all {
+            if fields.discharge_m3s(lerp(piece.area, 1.0)) < spring_m3s {
+                continue;
+            }
+            let start = pieces.channels[piece.channel as usize].knots[piece.knot as usize].at;
+            let parts = (length(piece.along) / (RIVER_VERTICES * GRAINS as f64)).ceil().max(1.0) as usize;
+            let end = |part: usize| {
+                let share = part as f64 / parts as f64;
+                let at = self.in_world(start.moved(piece.along.map(|along| along * share)));
+                [at.x, at.y]
+            };
+            let mut from = end(0);
+            for part in 0..parts {
+                let to = end(part + 1);
+                let middle = (part as f64 + 0.5) / parts as f64;
+                let drained = lerp(piece.area, middle);
+                let level_m = lerp(piece.level_m, middle);
+                let at = [0, 1].map(|axis| piece.from[axis] + piece.along[axis] * middle);
+                let touches = |axis: usize, first: i64, past: i64| {
+                    from[axis].min(to[axis]) < past * FIXED && from[axis].max(to[axis]) >= first * FIXED
+                };
+                if touches(0, area.x0, area.x1)
+                    && touches(1, area.y0, area.y1)
+                    && from != to
+                    && fields.discharge_m3s(drained) >= spring_m3s
+                    && (level_m >= fields.sea_level_m()
+                        || !self.fields.in_sea(start.moved(piece.along.map(|along| along * middle))))
+                    && !lakes.iter().any(|lake| lake.is_lake_at(fields, at))
+                {
+                    rivers.push(RiverPiece {
+                        from,
+                        to,
+                        width_m: fields.river_width_m(drained) as f32,
+                        level_m: self.lifted_m(level_m) as f32,
+                    });
+                }
+                from = to;
+            }
+        }
+        rivers
+    }
+}
+
+impl Fluvial {
+    /// The values of the blocks under some nodes, row by row.
+    fn sampled<T: Copy>(
+        &self,
+        first: [i64; 2],
+        step: i64,
+        (cols, rows): (usize, usize),
+        value: T,
+        of: impl Fn(&Sheet) -> &[T],
+    ) -> Vec<T> {
+        assert!(step > 0 && step & (step - 1) == 0, "{step} vertices between nodes is no power of two");
+        assert!(first.iter().all(|at| at % step == 0), "{first:?} is not a node of every {step} vertices");
+        let [x0, y0] = first.map(|at| at / step);
+        let nodes = Area::new(x0, y0, cols, rows);
+        let mut values = vec![value; nodes.len()];
+        let blocks = |from: i64, to: i64| from.div_euclid(BLOCK)..=(to - 1).div_euclid(BLOCK);
+        for by in blocks(nodes.y0, nodes.y1) {
+            for bx in blocks(nodes.x0, nodes.x1) {
+                let block = self.survey.blocks.get((step, bx, by), || self.block(step, bx, by));
+                let own = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
+                let part = nodes.common(&own).expect("the block lies under the nodes");
+                for y in part.y0..part.y1 {
+                    let source = (y - own.y0) as usize * own.width() + (part.x0 - own.x0) as usize;
+                    let target = (y - nodes.y0) as usize * nodes.width() + (part.x0 - nodes.x0) as usize;
+                    let len = part.width();
+                    values[target..target + len].copy_from_slice(&of(&block)[source..source + len]);
+                }
+            }
+        }
+        values
+    }
+
+    fn block(&self, step: i64, bx: i64, by: i64) -> Sheet {
+        let area = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
+        let clock = Clock::default();
+        let land = if BLOCK * step <= PAGE {
+            let [px, py] = [area.x0, area.y0].map(|at| (at * step).div_euclid(PAGE));
+            let page = Area::new(px * PAGE, py * PAGE, PAGE as usize, PAGE as usize);
+            let pieces = self.survey.pages.get((px, py), || self.segments(page, 1));
+            self.land_of(&pieces, area, step, &clock)
+        } else {
+            self.land_of(&self.segments(area, step), area, step, &clock)
+        };
+        let kinds = land.water.expect("fluvial land knows its water").kind;
+        Sheet { heights_m: land.heights.values().to_vec(), waters: kinds.values().to_vec() }
+    }
+}
+
+impl Segment {
+    /// Whether a point, in grains from the pieces' origin, lies in the piece's lake.
+    fn is_lake_at(&self, fields: &Fields, at: [f64; 2]) -> bool {
+        let (share, square) = self.nearest(at);
+        let lake = lerp(self.lake, share);
+        lake > fields.least_lake(lerp(self.area, share)) && square < lake * lake
+    }
+}

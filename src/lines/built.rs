@@ -1,0 +1,235 @@
+//! What built roads do to an area: cutting and filling.
+//!
+//! Each piece of a road limits the heights around it: at a distance d beyond the road's edge they lie at most d/2 under
+//! it, which is the batter of a fill, and at most d/1.5 above it, that of a cut. Limits are combined by maximum and
+//! minimum, and where they contradict each other, as between two roads, their mean holds: so the order of roads and of
+//! pieces does not matter. Between two points of a bridge, or of a tunnel, the land stays as it is.
+
+use crate::area::Area;
+use crate::fluvial::{Water, WaterKind};
+use crate::grid::Grid;
+use crate::lines::{Bed, Line, StructureKind};
+
+/// Metres along for a metre of height, of a fill and of a cut: what loose earth and what firm ground stand at.
+const FILL: f32 = 2.0;
+const CUT: f32 = 1.5;
+
+/// Share of the bank from which on a road's effect fades, to exactly nothing at the bank's end; chosen by eye.
+const FADE: f32 = 0.6;
+
+/// What all built roads together do to the vertices of an area.
+#[derive(Clone, Debug)]
+pub struct Built {
+    limits: Grid<Limits>,
+    /// Share of road, 0 to 1. Bridges and tunnels have none: what lies under or over them is the land.
+    pub share: Grid<f32>,
+    /// Share of road as it is seen from above, 0 to 1, with bridges and fords, and at least a vertex wide.
+    pub decks: Grid<f32>,
+}
+
+/// What roads demand of a vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Limits {
+    /// The land must not be under this, in metres.
+    low_m: f32,
+    /// The land must not be above this, in metres.
+    high_m: f32,
+    /// How much of that is done, 0 to 1.
+    weight: f32,
+}
+
+/// Nothing is demanded.
+const FREE: Limits = Limits { low_m: f32::NEG_INFINITY, high_m: f32::INFINITY, weight: 0.0 };
+
+impl Limits {
+    fn and(self, other: Limits) -> Limits {
+        Limits {
+            low_m: self.low_m.max(other.low_m),
+            high_m: self.high_m.min(other.high_m),
+            weight: self.weight.max(other.weight),
+        }
+    }
+
+    fn applied(self, height_m: f32) -> f32 {
+        if self.weight <= 0.0 {
+            return height_m;
+        }
+        let limit_m = match self.low_m > self.high_m {
+            true => f32::midpoint(self.low_m, self.high_m),
+            false => height_m.max(self.low_m).min(self.high_m),
+        };
+        height_m + (limit_m - height_m) * self.weight
+    }
+}
+
+/// What one road does to a vertex, as far as it has been seen.
+#[derive(Clone, Copy)]
+struct Here {
+    limits: Limits,
+    /// Metres to the middle of the nearest piece on the ground, of the nearest on a bridge and of that in a tunnel.
+    ground_m: f32,
+    bridge_m: f32,
+    tunnel_m: f32,
+}
+
+impl Built {
+    /// Nothing done to `area`.
+    pub(crate) fn blank(area: Area) -> Built {
+        let grid = || Grid::filled(area, 0.0);
+        Built { limits: Grid::filled(area, FREE), share: grid(), decks: grid() }
+    }
+
+    /// Adds what a line does, if it is built.
+    pub(crate) fn add(&mut self, line: &Line) {
+        let Bed::Built { bank_m } = line.bed else { return };
+        let Some(part) = self.share.area().common(&line.bounds) else { return };
+        let unseen = Here { limits: FREE, ground_m: f32::INFINITY, bridge_m: f32::INFINITY, tunnel_m: f32::INFINITY };
+        let mut seen = Grid::filled(part, unseen);
+        let (bank_m, spacing_m) = (bank_m as f32, line.spacing_m as f32);
+        // A built road is as wide everywhere.
+        let half_m = line.points[0].half_width_m as f32;
+        let reach = ((line.points[0].half_width_m + bank_m as f64) / line.spacing_m) as i64 + 1;
+        for ([from, to], carrier) in line.pieces().zip(line.carriers()) {
+            let piece = Piece::new(line, [from.place, to.place]);
+            let Some(around) = piece.around(reach).common(&part) else { continue };
+            let (from_m, rise_m) = (from.level_m as f32, to.level_m as f32 - from.level_m as f32);
+            for y in around.y0..around.y1 {
+                let row = seen.row_mut(y, around.x0, around.x1);
+                for (x, here) in (around.x0..around.x1).zip(row) {
+                    let (along, distance_m) = piece.nearest(x, y);
+                    let beyond_m = (distance_m - half_m).max(0.0);
+                    if beyond_m >= bank_m {
+                        continue;
+                    }
+                    let nearest_m = match carrier {
+                        Some(StructureKind::Bridge) => &mut here.bridge_m,
+                        Some(StructureKind::Tunnel) => &mut here.tunnel_m,
+                        Some(StructureKind::Ford) | None => &mut here.ground_m,
+                    };
+                    *nearest_m = nearest_m.min(distance_m);
+                    if matches!(carrier, Some(StructureKind::Bridge | StructureKind::Tunnel)) {
+                        continue;
+                    }
+                    let level_m = from_m + rise_m * along;
+                    let weight = ((1.0 - beyond_m / bank_m) / (1.0 - FADE)).min(1.0);
+                    let limits = Limits { low_m: level_m - beyond_m / FILL, high_m: level_m + beyond_m / CUT, weight };
+                    here.limits = here.limits.and(limits);
+                }
+            }
+        }
+        for y in part.y0..part.y1 {
+            let rows = self.limits.row_mut(y, part.x0, part.x1).iter_mut();
+            let shares = self.share.row_mut(y, part.x0, part.x1).iter_mut();
+            let decks = self.decks.row_mut(y, part.x0, part.x1).iter_mut();
+            for ((here, deck), (limits, share)) in seen.row(y, part.x0, part.x1).iter().zip(decks).zip(rows.zip(shares))
+            {
+                let covered = |half_m: f32, distance_m: f32| ((half_m - distance_m) / spacing_m + 0.5).clamp(0.0, 1.0);
+                *deck = deck.max(covered(half_m.max(spacing_m / 2.0), here.ground_m.min(here.bridge_m)));
+                // What is nearest to a bridge or a tunnel belongs to it; at its ends the ground has the last word.
+                if here.bridge_m.min(here.tunnel_m) < here.ground_m || here.ground_m == f32::INFINITY {
+                    continue;
+                }
+                *limits = limits.and(here.limits);
+                *share = share.max(covered(half_m, here.ground_m));
+            }
+        }
+    }
+
+    /// Leaves alone all vertices that are wet or in the bed of a channel: what would fill a bed would dam it, and what would
+    /// cut a river's bank would let it out. A dry bed still shows the road.
+    pub(super) fn spare(&mut self, water: &Water) {
+        assert_eq!(water.kind.area(), self.share.area(), "waters are spared where the roads are");
+        let vertices = self.limits.values_mut().iter_mut().zip(self.share.values_mut());
+        for ((limits, share), (kind, bed)) in vertices.zip(water.kind.values().iter().zip(water.bed.values())) {
+            let is_wet = *kind != WaterKind::Dry;
+            if is_wet || *bed {
+                *limits = FREE;
+            }
+            if is_wet {
+                *share = 0.0;
+            }
+        }
+    }
+
+    /// Cuts and fills heights in metres of the bare land.
+    pub(crate) fn shape(&self, heights: &mut Grid<f32>) {
+        assert_eq!(heights.area(), self.limits.area(), "heights are shaped where the roads are");
+        for (height_m, limits) in heights.values_mut().iter_mut().zip(self.limits.values()) {
+            *height_m = limits.applied(*height_m);
+        }
+    }
+
+    /// What is done to a part of the area, which must be within it.
+    pub(super) fn part(&self, area: Area) -> Built {
+        Built { limits: self.limits.part(area), share: self.share.part(area), decks: self.decks.part(area) }
+    }
+}
+
+/// A straight piece of a road. Vertices are taken relative to its ends, in exact differences, so that nothing depends on the
+/// area that is asked for.
+struct Piece {
+    origin: [i64; 2],
+    ends: [[f64; 2]; 2],
+    way: [f32; 2],
+    /// The way from its start to its end, over the square of its length.
+    per_square: [f32; 2],
+    spacing_m: f32,
+}
+
+impl Piece {
+    fn new(line: &Line, ends: [[f64; 2]; 2]) -> Piece {
+        let way = [0, 1].map(|axis| (ends[1][axis] - ends[0][axis]) as f32);
+        let square = way[0] * way[0] + way[1] * way[1];
+        let per_square = way.map(|part| if square > 0.0 { part / square } else { 0.0 });
+        Piece { origin: line.origin, ends, way, per_square, spacing_m: line.spacing_m as f32 }
+    }
+
+    /// The vertices within so many of the piece, and a few more.
+    fn around(&self, reach: i64) -> Area {
+        let [from, to] = self.ends;
+        let low = |axis: usize| self.origin[axis] + from[axis].min(to[axis]).floor() as i64 - reach;
+        let high = |axis: usize| self.origin[axis] + from[axis].max(to[axis]).floor() as i64 + reach + 2;
+        Area { x0: low(0), y0: low(1), x1: high(0), y1: high(1) }
+    }
+
+    /// How far along the piece its point nearest to a vertex lies, 0 to 1, and the metres to there.
+    fn nearest(&self, x: i64, y: i64) -> (f32, f32) {
+        let vertex = [(x - self.origin[0]) as f64, (y - self.origin[1]) as f64];
+        let off = |end: [f64; 2]| [(vertex[0] - end[0]) as f32, (vertex[1] - end[1]) as f32];
+        let start = off(self.ends[0]);
+        let along = start[0] * self.per_square[0] + start[1] * self.per_square[1];
+        // At an end the distance is to the end itself: two pieces that meet there agree to the bit.
+        let (along, [dx, dy]) = match along {
+            ..=0.0 => (0.0, start),
+            1.0.. => (1.0, off(self.ends[1])),
+            _ => (along, [start[0] - along * self.way[0], start[1] - along * self.way[1]]),
+        };
+        (along, (dx * dx + dy * dy).sqrt() * self.spacing_m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lines::tests::road;
+
+    #[test]
+    fn under_viaducts_and_over_tunnels_the_land_stays_as_it_is() {
+        // 8 m between vertices and from point to point, level at 50 m in land that is level at 30 m or 80 m.
+        for (kind, land_m) in [(StructureKind::Bridge, 30.0), (StructureKind::Tunnel, 80.0)] {
+            let carrier = |x: i64| (10..=20).contains(&x).then_some(kind);
+            let line = road((0..=30).map(|x| ([x as f64, 10.0], 50.0, carrier(x))), 8.0);
+            let area = Area::new(0, 0, 31, 21);
+            let mut built = Built::blank(area);
+            built.add(&line);
+            let mut heights = Grid::filled(area, land_m);
+            built.shape(&mut heights);
+            for x in 0..31 {
+                let is_carried = (11..20).contains(&x);
+                assert_eq!(heights.at(x, 10), if is_carried { land_m } else { 50.0 }, "{kind:?} {x}");
+                assert_eq!(built.share.at(x, 10) > 0.5, !is_carried, "{kind:?} {x}");
+                assert_eq!(built.decks.at(x, 10) > 0.5, !is_carried || kind == StructureKind::Bridge, "{kind:?} {x}");
+            }
+        }
+    }
+}

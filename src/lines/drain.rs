@@ -1,0 +1,114 @@
+//! Drains: ditches and culverts for the water that cuts and fills would dam.
+//!
+//! Where they leave a vertex without a lower neighbour, which the bare land gave it, water goes on as on the bare land,
+//! from each vertex to the lowest one next to it: along that way the land is cut, evenly down to the first vertex that is
+//! low enough. A vertex has one way down, so drains that meet go on together, and the lowest of all falls as each does:
+//! their order does not matter.
+
+use crate::area::Area;
+use crate::grid::Grid;
+
+/// Vertices that a drain is long at most: most are shorter, and what needs longer ones is a gorge.
+const REACH: usize = 4;
+
+/// The area of land that the drains of an area depend on: where they begin and end, and what lies next to that.
+pub fn input(area: Area) -> Area {
+    area.padded(REACH + 1)
+}
+
+/// Cuts drains into heights that roads have shaped, given those of the bare land, and for each vertex, row by row, whether
+/// it is wet: there a drain ends. Of the area that this is the [`input`] of, all are there.
+///
+/// # Panics
+/// When the three are not of the same area.
+pub fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
+    let area = heights.area();
+    assert_eq!(bare.area(), area, "bare land and heights are those of one area");
+    assert_eq!(wet.len(), area.len(), "every vertex is wet or not");
+    let (bare, shaped, width) = (bare.values(), heights.values().to_vec(), area.width());
+    let drains = heights.values_mut();
+    let is_inside = |at: usize| (1..width - 1).contains(&(at % width)) && (width..shaped.len() - width).contains(&at);
+    let around = |at: usize| {
+        let rows = [at - width, at, at + width];
+        rows.into_iter().flat_map(|middle| middle - 1..=middle + 1).filter(move |other| *other != at)
+    };
+    let is_pit = |heights_m: &[f32], at: usize| around(at).all(|other| heights_m[other] >= heights_m[at]);
+    for start in (0..shaped.len()).filter(|at| is_inside(*at) && !wet[*at]) {
+        if !is_pit(&shaped, start) || is_pit(bare, start) {
+            continue;
+        }
+        let mut way = vec![start];
+        while way.len() <= REACH && is_inside(way[way.len() - 1]) {
+            let here = way[way.len() - 1];
+            // Of equal ones the first, wherever the area begins.
+            let next = around(here).reduce(|low, other| if bare[other] < bare[low] { other } else { low });
+            let Some(next) = next.filter(|next| bare[*next] < bare[here]) else { break };
+            way.push(next);
+            if shaped[next] < shaped[start] || wet[next] {
+                break;
+            }
+        }
+        let (top_m, end_m) = (shaped[start], shaped[way[way.len() - 1]]);
+        if end_m < top_m {
+            let fall_m = (end_m - top_m) / (way.len() - 1) as f32;
+            for (step, at) in way.iter().enumerate().take(way.len() - 1) {
+                drains[*at] = drains[*at].min(top_m + fall_m * step as f32);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A hollow that runs down to the east, and a dam or a trench across it, wholly in the land.
+    fn hollow(area: Area, dam_m: f32) -> (Grid<f32>, Grid<f32>) {
+        let (mut bare, mut shaped) = (Grid::filled(area, 0.0), Grid::filled(area, 0.0));
+        for y in area.y0..area.y1 {
+            for x in area.x0..area.x1 {
+                let height_m = (y - 3).abs() as f32 * 2.0 - x as f32;
+                bare.row_mut(y, x, x + 1)[0] = height_m;
+                // Sagging to the middle.
+                let is_road = (10..=11).contains(&x);
+                shaped.row_mut(y, x, x + 1)[0] = height_m + if is_road { dam_m } else { 0.0 };
+            }
+        }
+        (bare, shaped)
+    }
+
+    fn pits(heights: &Grid<f32>) -> usize {
+        let Area { x0, y0, x1, y1 } = heights.area();
+        let is_pit = |x: i64, y: i64| {
+            let lower = |(dx, dy): (i64, i64)| heights.at(x + dx, y + dy) < heights.at(x, y);
+            !(-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))).any(lower)
+        };
+        (y0 + 1..y1 - 1).flat_map(|y| (x0 + 1..x1 - 1).map(move |x| (x, y))).filter(|(x, y)| is_pit(*x, *y)).count()
+    }
+
+    #[test]
+    fn what_a_road_dams_runs_through_it() {
+        let area = Area::new(0, -10, 24, 26);
+        for dam_m in [5.0, -1.5] {
+            let (bare, mut heights) = hollow(area, dam_m);
+            assert!(pits(&bare) == 0 && pits(&heights) > 0, "{dam_m}");
+            drain(&bare, &vec![false; area.len()], &mut heights);
+            assert_eq!(pits(&heights), 0, "{dam_m}");
+        }
+    }
+
+    #[test]
+    fn nothing_outside_the_input_matters() {
+        let area = Area::new(7, -1, 10, 8);
+        let drained = |outside_m: Option<f32>| {
+            let (mut bare, mut heights) = hollow(Area::new(0, -10, 24, 26), 5.0);
+            for grid in [&mut bare, &mut heights] {
+                outside_m.inspect(|height_m| grid.fill_outside(input(area), *height_m));
+            }
+            let wet = vec![false; bare.values().len()];
+            drain(&bare, &wet, &mut heights);
+            heights.part(area).values().iter().map(|height_m| height_m.to_bits()).collect::<Vec<_>>()
+        };
+        assert_eq!(drained(None), drained(Some(f32::NAN)));
+    }
+}

@@ -1,0 +1,70 @@
+//! What rivers with dug beds do to an area: agents' rivers.
+//!
+//! Each value is a maximum over the lines, so their order does not matter.
+
+use crate::area::Area;
+use crate::grid::Grid;
+use crate::lines::nearest::{self, fade, raise};
+use crate::lines::{Bed, Line};
+
+/// What all dug lines together do to the vertices of an area.
+#[derive(Clone, Debug)]
+pub struct Dug {
+    /// Metres by which the land is cut down.
+    pub cut_m: Grid<f32>,
+    /// Share of sand, 0 to 1.
+    pub sand: Grid<f32>,
+    /// Share of water, 0 to 1.
+    pub water: Grid<f32>,
+}
+
+impl Dug {
+    /// Nothing done to `area`.
+    pub(super) fn blank(area: Area) -> Dug {
+        let grid = || Grid::filled(area, 0.0);
+        Dug { cut_m: grid(), sand: grid(), water: grid() }
+    }
+
+    /// Adds what a line does to bare heights.
+    pub(super) fn add(&mut self, line: &Line, heights: &Grid<f32>) {
+        let Bed::Dug { bank_m } = line.bed else { return };
+        let (bank_m, spacing_m) = (bank_m as f32, line.spacing_m as f32);
+        nearest::visit(line, self.cut_m.area(), |x, y, place| {
+            let fall = fade(place.outside_m / bank_m);
+            raise(&mut self.cut_m, x, y, (heights.at(x, y) - place.floor_m).max(0.0) * fall);
+            // Sand lies in the bed and on the lower half of the bank.
+            raise(&mut self.sand, x, y, fade(2.0 * place.outside_m / bank_m));
+            // Water fills the bed; its edge is as soft as a vertex is wide.
+            raise(&mut self.water, x, y, (0.5 - place.outside_m / spacing_m).clamp(0.0, 1.0));
+        });
+    }
+
+    /// Cuts the beds into heights.
+    pub(super) fn shape(&self, heights: &mut Grid<f32>) {
+        for (height_m, cut_m) in heights.values_mut().iter_mut().zip(self.cut_m.values()) {
+            *height_m -= cut_m;
+        }
+    }
+
+    /// Adds what another one does to a part of this one's area.
+    pub(super) fn merge(&mut self, other: &Dug) {
+        let Area { x0, y0, x1, y1 } = other.cut_m.area();
+        for (x, y) in (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y))) {
+            raise(&mut self.cut_m, x, y, other.cut_m.at(x, y));
+            raise(&mut self.sand, x, y, other.sand.at(x, y));
+            raise(&mut self.water, x, y, other.water.at(x, y));
+        }
+    }
+
+    /// Does only a share of it to a vertex.
+    pub(super) fn weaken(&mut self, x: i64, y: i64, share: f32) {
+        for grid in [&mut self.cut_m, &mut self.sand, &mut self.water] {
+            grid.row_mut(y, x, x + 1)[0] *= share;
+        }
+    }
+
+    /// What is done to a part of the area, which must be within it.
+    pub(super) fn part(&self, area: Area) -> Dug {
+        Dug { cut_m: self.cut_m.part(area), sand: self.sand.part(area), water: self.water.part(area) }
+    }
+}

@@ -1,0 +1,124 @@
+//! Where vertices lie by an agent's line: what its bed and its dirt follow from.
+
+use crate::area::Area;
+use crate::grid::Grid;
+use crate::lines::{Bed, Line, LinePoint};
+
+/// Where a vertex lies by a line.
+#[derive(Clone, Copy)]
+pub(super) struct Nearest {
+    /// Metres from the line's edge outwards; negative inside.
+    pub outside_m: f32,
+    /// Height of the line's floor there in metres.
+    pub floor_m: f32,
+}
+
+/// Metres from the edge of an agent's line to the hard end of its effect.
+fn bank_m(line: &Line) -> f32 {
+    match line.bed {
+        Bed::Dug { bank_m } => bank_m as f32,
+        Bed::Trodden { shoulder_m, .. } => shoulder_m as f32,
+        Bed::Natural | Bed::Built { .. } => unreachable!("agents dig and tread"),
+    }
+}
+
+/// Calls `visit` for all vertices of `area` on which an agent's line has an effect, once each.
+///
+/// What counts is the nearest piece of the line alone. The most that any piece does would do, too, but leaves a ripple
+/// along the bank where one piece follows on the other.
+pub(super) fn visit(line: &Line, area: Area, mut visit: impl FnMut(i64, i64, Nearest)) {
+    let Some(part) = area.common(&line.bounds) else { return };
+    let bank_m = bank_m(line);
+    let mut nearest = Grid::filled(part, Nearest { outside_m: f32::INFINITY, floor_m: 0.0 });
+    for piece in line.pieces().map(|ends| Piece::new(line, ends, bank_m)) {
+        let Area { x0, y0, x1, y1 } = piece.near(part);
+        for y in y0..y1 {
+            for (x, here) in (x0..x1).zip(nearest.row_mut(y, x0, x1)) {
+                let place = piece.nearest(x, y);
+                if place.outside_m < here.outside_m {
+                    *here = place;
+                }
+            }
+        }
+    }
+    for y in part.y0..part.y1 {
+        for (x, place) in (part.x0..part.x1).zip(nearest.row(y, part.x0, part.x1)) {
+            // A vertex that no piece has visited lies past the end of the effect.
+            if place.outside_m < bank_m {
+                visit(x, y, *place);
+            }
+        }
+    }
+}
+
+/// Whether any piece of an agent's line can have an effect on a vertex of `area`, which is exact but for corners.
+pub(super) fn touches(line: &Line, area: &Area) -> bool {
+    let pieces = || line.pieces().map(|ends| Piece::new(line, ends, bank_m(line)));
+    line.bounds.common(area).is_some() && pieces().any(|piece| !piece.near(*area).is_empty())
+}
+
+/// 1 up to 0, 0 from 1 on, and smooth between.
+pub(crate) fn fade(distance: f32) -> f32 {
+    let rest = 1.0 - distance.clamp(0.0, 1.0);
+    rest * rest * (3.0 - 2.0 * rest)
+}
+
+/// Sets the value of a vertex to another one that is greater.
+pub(super) fn raise<T: Copy + PartialOrd>(grid: &mut Grid<T>, x: i64, y: i64, value: T) {
+    let here = &mut grid.row_mut(y, x, x + 1)[0];
+    if value > *here {
+        *here = value;
+    }
+}
+
+/// A straight piece of an agent's line, in `f32`: its points lie near the line's origin.
+struct Piece {
+    origin: [i64; 2],
+    from: [f32; 2],
+    to: [f32; 2],
+    half_width_m: [f32; 2],
+    floor_m: [f32; 2],
+    bank_m: f32,
+    spacing_m: f32,
+}
+
+impl Piece {
+    fn new(line: &Line, [from, to]: [&LinePoint; 2], bank_m: f32) -> Piece {
+        let ends = |value: fn(&LinePoint) -> f64| [value(from) as f32, value(to) as f32];
+        Piece {
+            origin: line.origin,
+            from: from.place.map(|at| at as f32),
+            to: to.place.map(|at| at as f32),
+            half_width_m: ends(|point| point.half_width_m),
+            floor_m: ends(|point| point.floor_m),
+            bank_m,
+            spacing_m: line.spacing_m as f32,
+        }
+    }
+
+    /// The vertices of `area` that the piece can have an effect on, and then some.
+    fn near(&self, area: Area) -> Area {
+        let reach = (self.half_width_m[0].max(self.half_width_m[1]) + self.bank_m) / self.spacing_m;
+        let low = |axis: usize, edge: i64| {
+            (self.origin[axis] + (self.from[axis].min(self.to[axis]) - reach).floor() as i64).max(edge)
+        };
+        let high = |axis: usize, edge: i64| {
+            (self.origin[axis] + (self.from[axis].max(self.to[axis]) + reach).ceil() as i64 + 1).min(edge)
+        };
+        let (x0, y0) = (low(0, area.x0), low(1, area.y0));
+        // Beside the area it ends before it begins.
+        Area { x0, y0, x1: high(0, area.x1).max(x0), y1: high(1, area.y1).max(y0) }
+    }
+
+    fn nearest(&self, x: i64, y: i64) -> Nearest {
+        let along = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
+        let square = along[0] * along[0] + along[1] * along[1];
+        let east = (x - self.origin[0]) as f32 - self.from[0];
+        let south = (y - self.origin[1]) as f32 - self.from[1];
+        let share = if square > 0.0 { ((east * along[0] + south * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
+        let (off_east, off_south) = (east - along[0] * share, south - along[1] * share);
+        let distance_m = (off_east * off_east + off_south * off_south).sqrt() * self.spacing_m;
+        let between = |[from, to]: [f32; 2]| from + (to - from) * share;
+        Nearest { outside_m: distance_m - between(self.half_width_m), floor_m: between(self.floor_m) }
+    }
+}

@@ -1,0 +1,305 @@
+//! Names of settlements, rivers, lakes and peaks, put together from the syllables of a region's tongue.
+//!
+//! A name is a pure function of the seed, of the site cell that the thing lies in and of a number that tells things in
+//! one cell apart. The tongue changes from region to region, so that neighbours sound alike.
+
+use crate::hash::{self, Stream};
+use crate::lines::SiteId;
+
+/// The sounds of a tongue, and how it makes names of things.
+struct Tongue {
+    /// What a syllable begins with.
+    onsets: &'static [&'static str],
+    /// Its middle.
+    nuclei: &'static [&'static str],
+    /// What the last syllable of a stem ends with.
+    codas: &'static [&'static str],
+    /// What stands between two syllables.
+    links: &'static [&'static str],
+    /// Endings of settlements; an empty one leaves the stem alone.
+    towns: &'static [&'static str],
+    /// Rivers; `*` is the stem with a capital, `+` the stem in small letters.
+    rivers: &'static [&'static str],
+    /// Lakes, likewise.
+    lakes: &'static [&'static str],
+    /// Peaks, likewise.
+    peaks: &'static [&'static str],
+}
+
+const TONGUES: [Tongue; 5] = [
+    Tongue {
+        onsets: &["b", "br", "d", "dr", "f", "g", "gr", "h", "k", "l", "m", "n", "r", "s", "st", "t", "tr", "v"],
+        nuclei: &["a", "e", "i", "o", "u", "ei", "au"],
+        codas: &["l", "r", "n", "rn", "ld", "lm", "nd", "rd", "s", "k"],
+        links: &["", "", "r", "n", "l"],
+        towns: &["stad", "by", "vik", "heim", "torp", "lund", "", ""],
+        rivers: &["*a", "*elv", "*"],
+        lakes: &["*vatn", "*sjo", "*tjern"],
+        peaks: &["*tind", "*horn", "*fjell", "*nut"],
+    },
+    Tongue {
+        onsets: &["b", "c", "d", "f", "g", "l", "m", "n", "p", "r", "s", "t", "v", "br", "tr", "gl"],
+        nuclei: &["a", "e", "i", "o", "u", "ia", "ie"],
+        codas: &["n", "r", "l", "s", "rn", "nt", "lv", "rs"],
+        links: &["", "", "", "n", "r", "l"],
+        towns: &["ano", "ella", "ona", "ezza", "ino", "ara", "ole"],
+        rivers: &["*o", "*a", "Rio *o"],
+        lakes: &["Lago *o", "Lago di *a"],
+        peaks: &["Monte *o", "Cima *a", "Pizzo *o"],
+    },
+    Tongue {
+        onsets: &["b", "br", "c", "cr", "d", "f", "g", "gl", "l", "m", "n", "p", "r", "s", "t", "tr", "w", "th"],
+        nuclei: &["a", "e", "i", "o", "y", "ea", "oa"],
+        codas: &["n", "l", "r", "ch", "nd", "rt", "rr", "ll", "sk"],
+        links: &["", "", "n", "l", "r"],
+        towns: &["ton", "ford", "wick", "ham", "ley", "mere", "bury", ""],
+        rivers: &["River *", "*", "* Water"],
+        lakes: &["Lake *", "* Mere", "* Water"],
+        peaks: &["Mount *", "* Fell", "* Pike", "* Tor"],
+    },
+    Tongue {
+        onsets: &["b", "d", "g", "j", "k", "kr", "l", "m", "n", "p", "r", "s", "st", "t", "v", "z", "zl", "vr"],
+        nuclei: &["a", "e", "i", "o", "u"],
+        codas: &["n", "r", "l", "k", "v", "st", "m", "z"],
+        links: &["", "", "", "r", "d", "s"],
+        towns: &["ov", "ovo", "in", "grad", "ec", "ava", "itsa", "ane"],
+        rivers: &["*a", "*ava", "*itsa"],
+        lakes: &["*sko Jezero", "*ino Jezero"],
+        peaks: &["*ski Vrh", "*ina Gora", "*nik"],
+    },
+    Tongue {
+        onsets: &["h", "j", "k", "l", "m", "n", "p", "r", "s", "t", "v"],
+        nuclei: &["a", "e", "i", "o", "u", "aa", "ii", "ai", "ie", "uo", "oi"],
+        codas: &["", "", "n", "s", "l"],
+        links: &["", "", "", "l", "n", "s", "r"],
+        towns: &["la", "ranta", "maki", "kyla", "salo", "niemi", ""],
+        rivers: &["*joki", "*virta"],
+        lakes: &["*jarvi", "*lampi"],
+        peaks: &["*tunturi", "*vaara", "*maki"],
+    },
+];
+
+/// Site cells a side of the squares of which each has a point where a tongue is at home.
+const HOME_CELLS: i64 = 10;
+
+/// Groups of letters that mean something else to an English reader.
+const UNWELCOME: &[&str] = &[
+    "anal", "anus", "ass", "bitch", "boob", "cock", "crap", "cum", "cunt", "damn", "dick", "fag", "fuck", "hell",
+    "kill", "kkk", "kok", "nazi", "neg", "nig", "paki", "pee", "penis", "pis", "poo", "porn", "pric", "rape", "sex",
+    "shit", "slut", "tard", "tit", "turd", "vag", "wank", "whor",
+];
+
+/// The name of the settlement of a site cell.
+pub fn settlement(seed: u64, id: SiteId) -> String {
+    named(seed, Stream::SettlementName, id, 0, |tongue, dice| {
+        let ending = dice.pick(tongue.towns);
+        // A short stem carries an ending; without one it has two syllables.
+        let long = ending.is_empty() || dice.below(4) == 0;
+        capital(&joined(stem(tongue, dice, long), ending)) + ending
+    })
+}
+
+/// The names of a world's things, by where they are.
+#[derive(Clone, Debug)]
+pub struct Names {
+    seed: u64,
+    /// Vertices a side of a site cell.
+    cell_side: i64,
+}
+
+impl Names {
+    /// The names of a world whose site cells have so many vertices a side.
+    pub fn new(seed: u64, cell_side: i64) -> Names {
+        Names { seed, cell_side }
+    }
+
+    /// The name of a river: one of those of the site cell that a vertex of it lies in, by the numbers of its id.
+    pub fn river(&self, at: [i64; 2], id: &[i64]) -> String {
+        river(self.seed, self.cell(at), number(id))
+    }
+
+    /// The name of a lake, likewise.
+    pub fn lake(&self, at: [i64; 2], id: &[i64]) -> String {
+        lake(self.seed, self.cell(at), number(id))
+    }
+
+    /// The name of a peak, likewise.
+    pub fn peak(&self, at: [i64; 2], id: &[i64]) -> String {
+        peak(self.seed, self.cell(at), number(id))
+    }
+
+    fn cell(&self, at: [i64; 2]) -> SiteId {
+        let [i, j] = at.map(|at| at.div_euclid(self.cell_side));
+        SiteId { i, j }
+    }
+}
+
+/// What tells things in one cell apart.
+fn number(id: &[i64]) -> u64 {
+    id.iter().fold(0, |number, part| hash::mix(number ^ *part as u64))
+}
+
+/// The name of a river: `cell` is the site cell of a place that belongs to it alone, its mouth, say, and `number` tells
+/// rivers of one cell apart.
+fn river(seed: u64, cell: SiteId, number: u64) -> String {
+    thing(seed, Stream::RiverName, cell, number, |tongue| tongue.rivers)
+}
+
+/// The name of a lake; see [`river`].
+fn lake(seed: u64, cell: SiteId, number: u64) -> String {
+    thing(seed, Stream::LakeName, cell, number, |tongue| tongue.lakes)
+}
+
+/// The name of a peak; see [`river`].
+fn peak(seed: u64, cell: SiteId, number: u64) -> String {
+    thing(seed, Stream::PeakName, cell, number, |tongue| tongue.peaks)
+}
+
+fn thing(
+    seed: u64,
+    stream: Stream,
+    cell: SiteId,
+    number: u64,
+    patterns: fn(&Tongue) -> &'static [&'static str],
+) -> String {
+    named(seed, stream, cell, number, |tongue, dice| {
+        let pattern = dice.pick(patterns(tongue));
+        let ending = pattern.split_once('*').map_or("", |(_, ending)| ending);
+        let long = dice.below(3) > 0;
+        pattern.replace('*', &capital(&joined(stem(tongue, dice, long), ending)))
+    })
+}
+
+/// The first name that `make` gives which means nothing else.
+fn named(seed: u64, stream: Stream, cell: SiteId, number: u64, make: impl Fn(&Tongue, &mut Dice) -> String) -> String {
+    let tongue = tongue(seed, cell);
+    let mut dice = Dice { key: hash::mix(cell.hash(seed, stream) ^ hash::mix(number)), thrown: 0 };
+    loop {
+        let name = make(tongue, &mut dice);
+        let small = name.to_lowercase();
+        if !UNWELCOME.iter().any(|group| small.contains(group)) {
+            return name;
+        }
+    }
+}
+
+/// The tongue that is spoken in a site cell: that of the nearest home.
+fn tongue(seed: u64, cell: SiteId) -> &'static Tongue {
+    let square = (cell.i.div_euclid(HOME_CELLS), cell.j.div_euclid(HOME_CELLS));
+    let homes = (-1..=1).flat_map(|dj| (-1..=1).map(move |di| (di, dj))).map(|(di, dj)| {
+        let (i, j) = (square.0 + di, square.1 + dj);
+        let hash = SiteId { i, j }.hash(seed, Stream::Tongue);
+        let at = |square: i64, bits: u64| square * HOME_CELLS + (bits % HOME_CELLS as u64) as i64;
+        let (east, south) = (at(i, hash & 0xFFFF) - cell.i, at(j, (hash >> 16) & 0xFFFF) - cell.j);
+        (east * east + south * south, hash)
+    });
+    let (_, hash) = homes.min().expect("there are nine squares");
+    &TONGUES[((hash >> 32) % TONGUES.len() as u64) as usize]
+}
+
+/// A stem of one or two syllables.
+fn stem(tongue: &Tongue, dice: &mut Dice, long: bool) -> String {
+    let mut stem = String::new();
+    for _ in 0..=usize::from(long) {
+        if !stem.is_empty() {
+            let link = dice.pick(tongue.links);
+            stem.push_str(link);
+        }
+        let onset = match stem.chars().last() {
+            // Two clusters in a row are hard to say.
+            Some(last) if !is_vowel(last) => &dice.pick(tongue.onsets)[..1],
+            _ => dice.pick(tongue.onsets),
+        };
+        stem.push_str(onset);
+        stem.push_str(dice.pick(tongue.nuclei));
+    }
+    stem.push_str(dice.pick(tongue.codas));
+    stem
+}
+
+/// A stem without what cannot stand before its ending: two like letters, or a cluster before a consonant.
+fn joined(mut stem: String, ending: &str) -> String {
+    let Some(first) = ending.chars().next() else { return stem };
+    let last = |stem: &str| stem.chars().last();
+    if is_vowel(first) {
+        while stem.len() > 2 && last(&stem).is_some_and(is_vowel) {
+            stem.pop();
+        }
+    } else if first != ' ' {
+        let cluster = stem.chars().rev().take_while(|letter| !is_vowel(*letter)).count() > 1;
+        if stem.len() > 2 && (cluster || last(&stem) == Some(first)) {
+            stem.pop();
+        }
+    }
+    stem
+}
+
+fn is_vowel(letter: char) -> bool {
+    "aeiouy".contains(letter)
+}
+
+fn capital(word: &str) -> String {
+    let mut letters = word.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// Hashes of one key, one after the other.
+struct Dice {
+    key: u64,
+    thrown: u64,
+}
+
+impl Dice {
+    fn below(&mut self, limit: u64) -> u64 {
+        self.thrown += 1;
+        (hash::combine(self.key, self.thrown) >> 16) % limit
+    }
+
+    fn pick(&mut self, from: &'static [&'static str]) -> &'static str {
+        from[self.below(from.len() as u64) as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn names_differ_and_can_be_said() {
+        let ids = || (0..40).flat_map(|j| (0..25).map(move |i| SiteId { i: i - 7, j: j + 10_000_000_000 }));
+        let kinds: [&dyn Fn(SiteId) -> String; 4] =
+            [&|id| settlement(7, id), &|id| river(7, id, 1), &|id| lake(7, id, 1), &|id| peak(7, id, 1)];
+        for make in kinds {
+            let names: Vec<String> = ids().map(make).collect();
+            assert_eq!(names, ids().map(make).collect::<Vec<_>>());
+            let distinct: BTreeSet<&String> = names.iter().collect();
+            assert!(distinct.len() >= 900, "{} of 1000 differ", distinct.len());
+            for name in &names {
+                assert!((3..=24).contains(&name.len()), "{name}");
+                assert!(name.chars().all(|letter| letter.is_ascii_alphabetic() || letter == ' '), "{name}");
+                assert!(name.chars().next().is_some_and(|first| first.is_ascii_uppercase()), "{name}");
+                let hard = name.split(|letter: char| is_vowel(letter.to_ascii_lowercase()) || letter == ' ');
+                assert!(hard.clone().all(|cluster| cluster.len() <= 4), "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn another_seed_or_number_is_another_name() {
+        let cells = || (0..1000).map(|i| SiteId { i, j: 3 });
+        let same = |other: &dyn Fn(SiteId) -> String| cells().filter(|id| river(1, *id, 1) == other(*id)).count();
+        assert!(same(&|id| river(2, id, 1)) < 20);
+        assert!(same(&|id| river(1, id, 2)) < 20);
+    }
+
+    #[test]
+    fn neighbours_mostly_share_a_tongue() {
+        let here = |i: i64, j: i64| std::ptr::from_ref(tongue(7, SiteId { i, j }));
+        let same = (0..900).filter(|n| here(n / 30, n % 30) == here(n / 30 + 1, n % 30)).count();
+        assert!(same > 750, "{same} of 900");
+        let spoken: BTreeSet<_> = (0..100).map(|i| here(i * 10, 0)).collect();
+        assert_eq!(spoken.len(), TONGUES.len());
+    }
+}

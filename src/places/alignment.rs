@@ -1,0 +1,188 @@
+//! The middle line of a road: a way with its corners rounded, as points that lie evenly along it.
+
+use crate::fluvial::WaterKind;
+use crate::fluvial::survey::Survey;
+use crate::lines::FIXED;
+use crate::places::plan::{Scale, distance2};
+use crate::places::route::{Route, bend_m};
+
+/// Nodes by which a rounded corner may miss the way's own.
+const MISS: f64 = 0.4;
+
+/// Straight pieces that a bend is made of before points are laid along it.
+const BEND_PIECES: i64 = 16;
+
+/// Points that the land is asked about at a time.
+const CHUNK: usize = 16;
+
+/// The middle line of a road, about [`Scale::fine`] vertices from point to point.
+#[derive(Debug)]
+pub(super) struct Alignment {
+    /// In 1/256 vertex from the window's first node.
+    pub points: Vec<[i64; 2]>,
+    /// Whether a point lies on a leg that goes over a lake or the sea.
+    pub bridged: Vec<bool>,
+    /// Metres from a point to the next.
+    pub lengths_m: Vec<f64>,
+}
+
+impl Alignment {
+    /// The line along a way. Corners are rounded as far as `softness` (0 to 1) says, but always so far that no curve is
+    /// sharper than `radius_m`.
+    pub fn along(route: &Route, scale: &Scale, radius_m: f64, softness: f64) -> Alignment {
+        let (corners, legs) = corners(route, scale);
+        let mut path = vec![(corners[0], legs[0])];
+        for index in 1..corners.len() - 1 {
+            let (before, here, after) = (corners[index - 1], corners[index], corners[index + 1]);
+            let (to, away) = (direction(before, here), direction(here, after));
+            let cos = to.0[0] * away.0[0] + to.0[1] * away.0[1];
+            let half_sin = ((1.0 - cos) / 2.0).max(0.0).sqrt();
+            let least = bend_m(cos, radius_m) / scale.spacing_m;
+            // At a bridge's end the bend is as short as it may be.
+            let soft = if legs[index - 1] || legs[index] { 0.0 } else { softness };
+            let wished = (to.1.min(away.1) / 2.0).min(2.0 * MISS * scale.step as f64 / half_sin.max(1e-9)) * soft;
+            let reach = least.max(wished);
+            let start = [here[0] - to.0[0] * reach, here[1] - to.0[1] * reach];
+            let end = [here[0] + away.0[0] * reach, here[1] + away.0[1] * reach];
+            for piece in 0..=BEND_PIECES {
+                let along = piece as f64 / BEND_PIECES as f64;
+                let rest = 1.0 - along;
+                let at = |axis: usize| {
+                    start[axis] * rest * rest + here[axis] * (2.0 * rest * along) + end[axis] * along * along
+                };
+                let leg = if piece * 2 < BEND_PIECES { legs[index - 1] } else { legs[index] };
+                path.push(([at(0), at(1)], leg));
+            }
+        }
+        path.push((corners[corners.len() - 1], legs[legs.len() - 1]));
+        Alignment::laid(&path, scale)
+    }
+
+    /// Points that lie evenly along a path, whose pieces tell whether they are bridged.
+    fn laid(path: &[([f64; 2], bool)], scale: &Scale) -> Alignment {
+        let lengths: Vec<f64> = path.windows(2).map(|pair| direction(pair[0].0, pair[1].0).1).collect();
+        let whole: f64 = lengths.iter().sum();
+        let count = ((whole / scale.fine as f64) as usize).max(2);
+        let mut line = Alignment { points: Vec::new(), bridged: Vec::new(), lengths_m: Vec::new() };
+        let (mut piece, mut before) = (0, 0.0);
+        for index in 0..=count {
+            let at = whole * index as f64 / count as f64;
+            while piece + 1 < lengths.len() && before + lengths[piece] < at {
+                before += lengths[piece];
+                piece += 1;
+            }
+            let share = if lengths[piece] > 0.0 { ((at - before) / lengths[piece]).clamp(0.0, 1.0) } else { 0.0 };
+            let (from, to) = (path[piece].0, path[piece + 1].0);
+            let fixed = |axis: usize| {
+                let place = from[axis] + (to[axis] - from[axis]) * share;
+                (place * FIXED as f64 + 0.5).floor() as i64
+            };
+            line.points.push([fixed(0), fixed(1)]);
+            line.bridged.push(path[piece].1);
+        }
+        let first = path[0].0.map(|at| (at * FIXED as f64 + 0.5).floor() as i64);
+        line.points[0] = first;
+        line.points[count] = path[path.len() - 1].0.map(|at| (at * FIXED as f64 + 0.5).floor() as i64);
+        let metres = |pair: &[[i64; 2]]| length_m(pair[0], pair[1], scale.spacing_m);
+        line.lengths_m = line.points.windows(2).map(metres).collect();
+        line
+    }
+
+    /// The leg of the way that a point lies next to.
+    pub fn leg(&self, point: usize, route: &Route, scale: &Scale) -> usize {
+        let fixed = |node: [i64; 2]| node.map(|at| at * scale.step * FIXED);
+        let far = |leg: usize| distance2(self.points[point], fixed(route.nodes[leg]), fixed(route.nodes[leg + 1]));
+        (0..route.bridges.len()).min_by(|a, b| far(*a).total_cmp(&far(*b))).expect("a way has legs")
+    }
+
+    /// What each point lies in: a lake or the sea if any corner of its cell, [`Scale::fine`] vertices a side, does, and a
+    /// river if a nearest corner does. `origin` is the window's first vertex.
+    pub fn waters(&self, land: &dyn Survey, origin: [i64; 2], scale: &Scale) -> Vec<WaterKind> {
+        self.asked(origin, scale, |x0, y0, cols, rows| {
+            let waters = land.waters(x0, y0, scale.fine, cols, rows);
+            move |corners: [usize; 4], [east, south]: [f64; 2]| {
+                let waters = corners.map(|corner| waters[corner]);
+                let is_near = |corner: usize| {
+                    let half = |share: f64, is_past: bool| if is_past { share >= 0.5 } else { share <= 0.5 };
+                    half(east, corner % 2 == 1) && half(south, corner >= 2)
+                };
+                let river = (0..4).find(|corner| waters[*corner] == WaterKind::River && is_near(*corner));
+                match waters.iter().find(|water| water.is_open()) {
+                    Some(open) => *open,
+                    None => river.map_or(WaterKind::Dry, |corner| waters[corner]),
+                }
+            }
+        })
+    }
+
+    /// The height of the land at each point in metres.
+    pub fn heights_m(&self, land: &dyn Survey, origin: [i64; 2], scale: &Scale) -> Vec<f64> {
+        self.asked(origin, scale, |x0, y0, cols, rows| {
+            let heights_m = land.heights_m(x0, y0, scale.fine, cols, rows);
+            move |corners: [usize; 4], [east, south]: [f64; 2]| {
+                let [a, b, c, d] = corners.map(|corner| heights_m[corner] as f64);
+                let (north, below) = (a + (b - a) * east, c + (d - c) * east);
+                north + (below - north) * south
+            }
+        })
+    }
+
+    /// Asks the land around some points at a time and reads it at each: in `read`, by the four corners of the point's
+    /// cell and its place in there.
+    fn asked<T, R: Fn([usize; 4], [f64; 2]) -> T>(
+        &self,
+        origin: [i64; 2],
+        scale: &Scale,
+        ask: impl Fn(i64, i64, usize, usize) -> R,
+    ) -> Vec<T> {
+        let side = scale.fine * FIXED;
+        let mut values = Vec::with_capacity(self.points.len());
+        for chunk in self.points.chunks(CHUNK) {
+            let cells = |at: &[i64; 2]| [0, 1].map(|axis| (at[axis] + origin[axis] * FIXED).div_euclid(side));
+            let end = |axis: usize, sign: i64| {
+                chunk.iter().map(|at| cells(at)[axis] * sign).max().expect("a chunk has points") * sign
+            };
+            let (x0, y0, x1, y1) = (end(0, -1), end(1, -1), end(0, 1), end(1, 1));
+            let (cols, rows) = ((x1 - x0 + 2) as usize, (y1 - y0 + 2) as usize);
+            let read = ask(x0 * scale.fine, y0 * scale.fine, cols, rows);
+            for at in chunk {
+                let [x, y] = cells(at);
+                let corner = (y - y0) as usize * cols + (x - x0) as usize;
+                let share = |axis: usize| (at[axis] + origin[axis] * FIXED).rem_euclid(side) as f64 / side as f64;
+                values.push(read([corner, corner + 1, corner + cols, corner + cols + 1], [share(0), share(1)]));
+            }
+        }
+        values
+    }
+}
+
+/// Metres between two places in 1/256 vertex.
+pub(super) fn length_m(a: [i64; 2], b: [i64; 2], spacing_m: f64) -> f64 {
+    let (dx, dy) = ((b[0] - a[0]) as f64, (b[1] - a[1]) as f64);
+    (dx * dx + dy * dy).sqrt() * (spacing_m / FIXED as f64)
+}
+
+/// A way's ends and turning points in vertices, and for each leg between them whether it is bridged.
+fn corners(route: &Route, scale: &Scale) -> (Vec<[f64; 2]>, Vec<bool>) {
+    let place = |node: [i64; 2]| node.map(|at| (at * scale.step) as f64);
+    let (mut corners, mut legs) = (vec![place(route.nodes[0])], vec![route.bridges[0]]);
+    for index in 1..route.nodes.len() - 1 {
+        let [before, here, after] = [route.nodes[index - 1], route.nodes[index], route.nodes[index + 1]];
+        let (a, b) = ([here[0] - before[0], here[1] - before[1]], [after[0] - here[0], after[1] - here[1]]);
+        let goes_on = a[0] * b[1] == a[1] * b[0] && route.bridges[index - 1] == route.bridges[index];
+        if !goes_on {
+            corners.push(place(here));
+            legs.push(route.bridges[index]);
+        }
+    }
+    corners.push(place(route.nodes[route.nodes.len() - 1]));
+    (corners, legs)
+}
+
+/// The direction from one place to another, of length 1, and their distance.
+fn direction(from: [f64; 2], to: [f64; 2]) -> ([f64; 2], f64) {
+    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+    let length = (dx * dx + dy * dy).sqrt();
+    let scale = if length > 0.0 { 1.0 / length } else { 0.0 };
+    ([dx * scale, dy * scale], length)
+}

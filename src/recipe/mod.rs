@@ -1,0 +1,13 @@
+//! What the settings of all stages share: the paths of their keys, their form and their faults, and masks.
+//!
+//! A range stands once, as an attribute of the field: the schema that users read has it from there, and so has the check.
+
+pub(crate) mod fault;
+pub(crate) mod form;
+pub mod mask;
+
+/// Heights and their factors may not be larger: 16 bits would be too coarse and `f32` metres too.
+pub(crate) const HEIGHT_LIMIT_M: f64 = 100_000.0;
+
+/// Wavelengths of noise in metres: no octave is finer than the vertices, and longer waves are flat on any region.
+pub(crate) const WAVELENGTH_M: [f64; 2] = [0.001, 1e9];

@@ -1,0 +1,187 @@
+//! What a tile is, as hashes: the cheapest proof that two of them agree.
+
+use std::fmt;
+
+use crate::area::Area;
+use crate::fluvial::WaterKind;
+use crate::grid::Grid;
+use crate::lines::{Line, LineClass, LineEnd, RoadClass};
+use crate::places::site::Site;
+use crate::tile::Tile;
+
+/// A part of a tile that has a hash of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// Heights in metres, as 32-bit floats, row by row.
+    Heights,
+    /// Normals: all of east, then of up, of south, as 32-bit floats.
+    Normals,
+    /// Blend weights, a byte each: of all vertices grass, dirt, rock, sand, and then of all snow and three unused.
+    Blend,
+    /// Kinds of water, a byte each: 0 none, 1 river, 2 lake, 3 sea.
+    Water,
+    /// Depths of the water in metres, as 32-bit floats.
+    Depth,
+    /// Discharges in cubic metres a second, as 32-bit floats.
+    Flow,
+    /// Whether vertices lie in the bed of a channel, a byte each.
+    Beds,
+    /// The rivers and roads that concern the tile, whole.
+    Lines,
+    /// The settlements on it.
+    Sites,
+}
+
+impl Channel {
+    /// All channels, in the order in which lists have them.
+    pub const ALL: [Channel; 9] = [
+        Channel::Heights,
+        Channel::Normals,
+        Channel::Blend,
+        Channel::Water,
+        Channel::Depth,
+        Channel::Flow,
+        Channel::Beds,
+        Channel::Lines,
+        Channel::Sites,
+    ];
+
+    /// The name in lists and in the registry.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Channel::Heights => "heights",
+            Channel::Normals => "normals",
+            Channel::Blend => "blend",
+            Channel::Water => "water",
+            Channel::Depth => "depth",
+            Channel::Flow => "flow",
+            Channel::Beds => "beds",
+            Channel::Lines => "lines",
+            Channel::Sites => "sites",
+        }
+    }
+}
+
+/// The BLAKE3 of each channel of a tile, of the tile's own vertices, edges included, row by row from the north-western one.
+///
+/// All numbers are hashed least significant byte first, so that the hashes are the same on every machine. A tile of a relief
+/// that knows of no water has no hashes of water and beds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Digest([Option<blake3::Hash>; Channel::ALL.len()]);
+
+impl Digest {
+    /// The digest of those hashes, in the order of [`Channel::ALL`].
+    pub fn new(hashes: [Option<blake3::Hash>; Channel::ALL.len()]) -> Digest {
+        Digest(hashes)
+    }
+
+    /// The hash of a channel, if the tile has it.
+    pub fn of(&self, channel: Channel) -> Option<blake3::Hash> {
+        self.0[channel as usize]
+    }
+
+    /// All channels and their hashes.
+    pub fn channels(&self) -> impl Iterator<Item = (Channel, Option<blake3::Hash>)> {
+        Channel::ALL.into_iter().zip(self.0)
+    }
+}
+
+impl fmt::Display for Digest {
+    /// All hashes in full, with spaces between, `-` for those that the tile has not; with a precision, so many digits of each.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, hash) in self.0.iter().enumerate() {
+            let separator = if index > 0 { " " } else { "" };
+            match hash {
+                Some(hash) => write!(f, "{separator}{}", &hash.to_hex()[..f.precision().unwrap_or(64)])?,
+                None => write!(f, "{separator}-")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Tile {
+    /// The hashes of all that the tile holds.
+    pub fn digest(&self) -> Digest {
+        let area = self.area();
+        let water = self.water();
+        let floats = |grid: &Grid<f32>| hash(area, [grid], f32::to_le_bytes);
+        let of = |channel| match channel {
+            Channel::Heights => Some(floats(self.heights())),
+            Channel::Normals => Some(hash(area, self.normals().axes(), f32::to_le_bytes)),
+            Channel::Blend => Some(hash(area, [self.blend().ground(), self.blend().cover()], u32::to_le_bytes)),
+            Channel::Water => water.map(|water| hash(area, [&water.kind], |kind: WaterKind| [kind as u8])),
+            Channel::Depth => water.map(|water| floats(&water.depth_m)),
+            Channel::Flow => water.map(|water| floats(&water.flow_m3s)),
+            Channel::Beds => water.map(|water| hash(area, [&water.bed], |bed: bool| [u8::from(bed)])),
+            Channel::Lines => Some(of_texts(self.lines().iter().map(|line| bytes_of_line(line)))),
+            Channel::Sites => Some(of_texts(self.sites().iter().map(|site| bytes_of_site(site)))),
+        };
+        Digest(Channel::ALL.map(of))
+    }
+}
+
+/// The hash of the values of an area in some grids, one grid after the other.
+fn hash<T: Copy, const N: usize>(
+    area: Area,
+    grids: impl IntoIterator<Item = impl std::ops::Deref<Target = Grid<T>>>,
+    bytes: impl Fn(T) -> [u8; N],
+) -> blake3::Hash {
+    let mut hasher = blake3::Hasher::new();
+    // In one piece, since long pieces are hashed several times as fast.
+    let mut piece = Vec::with_capacity(area.len() * N);
+    for grid in grids {
+        piece.clear();
+        for y in area.y0..area.y1 {
+            piece.extend(grid.row(y, area.x0, area.x1).iter().flat_map(|value| bytes(*value)));
+        }
+        hasher.update(&piece);
+    }
+    hasher.finalize()
+}
+
+/// The hash of a list of byte strings, each after its length.
+fn of_texts(texts: impl Iterator<Item = Vec<u8>>) -> blake3::Hash {
+    let mut hasher = blake3::Hasher::new();
+    for text in texts {
+        hasher.update(&(text.len() as u64).to_le_bytes());
+        hasher.update(&text);
+    }
+    hasher.finalize()
+}
+
+fn bytes_of_line(line: &Line) -> Vec<u8> {
+    let class = match line.class {
+        LineClass::Plain => String::new(),
+        LineClass::Order(order) => order.to_string(),
+        LineClass::Road(RoadClass::Track) => "track".to_owned(),
+        LineClass::Road(RoadClass::Road) => "road".to_owned(),
+        LineClass::Road(RoadClass::Highway) => "highway".to_owned(),
+    };
+    let end = match line.end {
+        LineEnd::Sea => "sea".to_owned(),
+        LineEnd::Line(other) => other.to_string(),
+        LineEnd::Lake((x, y)) => format!("l:{x}:{y}"),
+        LineEnd::Pond => "pond".to_owned(),
+        LineEnd::Sink => "sink".to_owned(),
+        LineEnd::Site(site) => site.to_string(),
+        LineEnd::Nothing => String::new(),
+    };
+    let name = line.name.as_deref().unwrap_or_default();
+    let mut bytes = format!("{}\n{class}\n{name}\n{}\n{end}\n", line.id, line.course).into_bytes();
+    for structure in &line.structures {
+        bytes.extend(format!("{} {} {}\n", structure.kind.name(), structure.first, structure.last).into_bytes());
+    }
+    bytes.extend(line.origin.iter().flat_map(|part| part.to_le_bytes()));
+    for point in &line.points {
+        let [east, south] = point.place;
+        let numbers = [east, south, point.level_m, point.floor_m, point.half_width_m, point.discharge_m3s];
+        bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+    }
+    bytes
+}
+
+fn bytes_of_site(site: &Site) -> Vec<u8> {
+    let Site { id, at: [x, y], height_m, class, population, name } = site;
+    format!("{id}\n{x} {y} {}\n{class:?} {population}\n{name}", height_m.to_bits()).into_bytes()
+}

@@ -1,0 +1,456 @@
+//! The classic agents: rivers and roads that go as far as there are tiles, and wait there for more.
+//!
+//! Based on: Grelsson (2014), sections 4.2 and 4.3. An agent sees one tile only. Where it leaves it, what follows
+//! depends on whether the tile behind that edge was ever made; so all of this depends on the order of making.
+//!
+//! A tile holds at most one river and one road, as its record does. When several wait at its edges, the one that has
+//! come farthest goes on, and the others end behind the edge.
+
+use std::cmp::Ordering;
+
+use crate::agents::greedy::{End, Heuristic, Node, Trace, resume, search};
+use crate::agents::heuristic::{RiverHeuristic, RoadHeuristic};
+use crate::agents::record::{Passage, Records, TileRecord};
+use crate::agents::{Direction, Terrain, bed};
+use crate::area::{Area, TileId};
+use crate::grid::Grid;
+use crate::hash::{self, Stream};
+use crate::lines::{Imprint, Line, LineId, LineKind, fade};
+use crate::world::World;
+
+/// Nodes that an agent may have in one tile, per cell of the tile's side: one that has more walks in circles. Times
+/// the largest tile's cells, it fits the 16 bits of a record.
+const NODES_A_CELL: usize = 8;
+
+/// Cells from a tile's edge within which agents go across it or back, but not along it: a bed that lies on an edge would
+/// be cut off there, since a tile that stands never changes. The thesis has no such rule, and its beds end so. In small
+/// tiles it is an eighth of the side.
+const MARGIN_CELLS: u32 = 12;
+
+/// Cells over which a line of one tile fades towards the tile's edge: little, so that what crosses the edge and is not
+/// faded closes the gap.
+const EDGE_FADE_CELLS: i64 = 6;
+
+/// Cells that a step over an edge is drawn out to both sides, so that it closes the gap that faded ways leave.
+const CROSSING_CELLS: i64 = 3;
+
+/// A tile that is being made, as agents need it.
+pub(super) struct TileAgents<'a> {
+    world: &'a World,
+    id: TileId,
+    area: Area,
+    heights: &'a Grid<f32>,
+}
+
+/// An agent about to walk over a tile.
+#[derive(Clone, Copy)]
+struct Leg {
+    /// Its first node in the tile.
+    start: Node,
+    /// The node before, in the tile that it comes from, and the step from there.
+    behind: Option<(Node, Direction)>,
+    direction: Direction,
+    before_cells: u32,
+    lowest_m: f32,
+}
+
+impl<'a> TileAgents<'a> {
+    /// The tile at `id`, of which the bare heights are known with their pad.
+    pub fn new(world: &'a World, id: TileId, heights: &'a Grid<f32>) -> TileAgents<'a> {
+        TileAgents { world, id, area: id.area(world.tile_cells()), heights }
+    }
+
+    /// The record and the lines of the tile when it is made for the first time, the terrain growing in `growth`.
+    pub fn settle(&self, records: &Records, growth: Direction) -> (TileRecord, Vec<Line>) {
+        let kinds = self.kinds();
+        // Whoever waits at the edges goes on; a tile starts agents of its own only when nobody does.
+        let waiting = kinds.clone().filter_map(|kind| Some((kind, self.waiting(kind, records)?)));
+        let mut legs: Vec<(LineKind, Leg)> = waiting.collect();
+        if legs.is_empty() {
+            legs = kinds.filter_map(|kind| Some((kind, self.started(kind, growth)?))).collect();
+        }
+        let mut record = TileRecord { id: self.id, river: None, road: None };
+        let mut lines = Vec::new();
+        for (kind, leg) in legs {
+            if let Some((passage, nodes)) = self.walk(kind, leg, records) {
+                lines.push(self.line(kind, &passage, nodes));
+                match kind {
+                    LineKind::River => record.river = Some(passage),
+                    LineKind::Road => record.road = Some(passage),
+                }
+            }
+        }
+        (record, lines)
+    }
+
+    /// The lines of the tile when it is made again.
+    pub fn lines(&self, record: &TileRecord) -> Vec<Line> {
+        let again = |kind| {
+            let passage = record.passage(kind)?;
+            let nodes = self.trace(kind, self.leg(kind, passage), passage.nodes as usize).nodes;
+            Some(self.line(kind, passage, nodes))
+        };
+        self.kinds().filter_map(again).collect()
+    }
+
+    /// The kinds of agents that the world has.
+    fn kinds(&self) -> impl Iterator<Item = LineKind> + Clone + use<> {
+        let preset = self.world.preset();
+        let river = preset.rivers.is_some().then_some(LineKind::River);
+        let road = preset.roads.is_some().then_some(LineKind::Road);
+        [river, road].into_iter().flatten()
+    }
+
+    /// The agent that waits at one of the tile's edges, and of several the one that has come farthest.
+    fn waiting(&self, kind: LineKind, records: &Records) -> Option<Leg> {
+        let stride = self.stride(kind);
+        let mut farthest: Option<Leg> = None;
+        for direction in Direction::ALL {
+            let from = neighbour(self.id, direction.opposite());
+            let Some(passage) = records.find(from).and_then(|record| record.passage(kind)) else { continue };
+            let before_cells = passage.end_cells(stride as u32);
+            if passage.exit == Some(direction) && farthest.is_none_or(|leg| before_cells > leg.before_cells) {
+                let behind = vertex(from.area(self.world.tile_cells()), passage.last);
+                farthest = Some(Leg {
+                    start: step(behind, direction, stride),
+                    behind: Some((behind, direction)),
+                    direction: passage.direction,
+                    before_cells,
+                    lowest_m: passage.lowest_m,
+                });
+            }
+        }
+        farthest
+    }
+
+    /// The agent that starts in the tile, if the hash gives it one: a river at the highest vertex, a road in the middle.
+    fn started(&self, kind: LineKind, direction: Direction) -> Option<Leg> {
+        let preset = self.world.preset();
+        let density = match kind {
+            LineKind::River => preset.rivers.as_ref()?.density,
+            LineKind::Road => preset.roads.as_ref()?.density,
+        };
+        let stream = hash::stream(self.world.seed(), Stream::WalkerAgent.of(kind as u64));
+        if hash::share(hash::lattice(stream, self.id.x, self.id.y)) >= density {
+            return None;
+        }
+        let start = match kind {
+            LineKind::River => self.highest(),
+            LineKind::Road => {
+                let half = self.world.tile_cells() as i64 / 2;
+                (self.area.x0 + half, self.area.y0 + half)
+            }
+        };
+        let lowest_m = self.height_m(start);
+        let leg = Leg { start, behind: None, direction, before_cells: 0, lowest_m };
+        (!self.ground().is_under_water(start)).then_some(leg)
+    }
+
+    /// The tile's highest vertex beyond the margin, of several the first.
+    fn highest(&self) -> Node {
+        let margin = self.margin_cells();
+        let Area { x0, y0, x1, y1 } = self.area;
+        let (x0, y0, x1, y1) = (x0 + margin, y0 + margin, x1 - margin, y1 - margin);
+        let mut highest = (f32::NEG_INFINITY, (x0, y0));
+        for y in y0..y1 {
+            for (x, height_m) in (x0..).zip(self.heights.row(y, x0, x1)) {
+                if *height_m > highest.0 {
+                    highest = (*height_m, (x, y));
+                }
+            }
+        }
+        highest.1
+    }
+
+    /// The way of an agent that comes here for the first time; `None` when nothing of it is left.
+    fn walk(&self, kind: LineKind, leg: Leg, records: &Records) -> Option<(Passage, Vec<Node>)> {
+        let Trace { mut nodes, end } = self.trace(kind, leg, NODES_A_CELL * self.world.tile_cells() as usize);
+        let mut exit = None;
+        if let End::Edge(direction) = end {
+            // What was made once comes back unchanged, so it stands in the way even when nobody is near.
+            if records.find(neighbour(self.id, direction)).is_none() {
+                exit = Some(direction);
+            } else if leg.behind.is_some() {
+                nodes.truncate(nodes.len() - nodes.len() / 3);
+            } else {
+                return None;
+            }
+        }
+        // One that got nowhere leaves no trace.
+        if nodes.len() == 1 && leg.behind.is_none() && exit.is_none() {
+            return None;
+        }
+        let local = |(x, y): Node| [(x - self.area.x0) as u16, (y - self.area.y0) as u16];
+        let passage = Passage {
+            start: local(leg.start),
+            direction: leg.direction,
+            entry: leg.behind.map(|(_, step)| step),
+            exit,
+            nodes: nodes.len() as u16,
+            last: local(*nodes.last().expect("a trace has a node")),
+            before_cells: leg.before_cells,
+            lowest_before_m: leg.lowest_m,
+            lowest_m: nodes.iter().map(|node| self.height_m(*node)).fold(leg.lowest_m, f32::min),
+        };
+        Some((passage, nodes))
+    }
+
+    /// The agent of a passage, as it was before it walked.
+    fn leg(&self, kind: LineKind, passage: &Passage) -> Leg {
+        let start = vertex(self.area, passage.start);
+        let behind = passage.entry.map(|entry| (step(start, entry.opposite(), self.stride(kind)), entry));
+        let Passage { direction, before_cells, lowest_before_m, .. } = *passage;
+        Leg { start, behind, direction, before_cells, lowest_m: lowest_before_m }
+    }
+
+    fn trace(&self, kind: LineKind, leg: Leg, most: usize) -> Trace {
+        let (mut ground, preset) = (self.ground(), self.world.preset());
+        match (kind, &preset.rivers, &preset.roads) {
+            (LineKind::River, Some(rivers), _) => {
+                let heuristic = RiverHeuristic::resumed(&mut ground, rivers, leg.direction, leg.lowest_m);
+                let mut trace = self.go(heuristic, leg, most);
+                // A river ends where it reaches the sea.
+                if let Some(mouth) = trace.nodes.iter().position(|node| self.ground().is_under_water(*node)) {
+                    trace.nodes.truncate(mouth + 1);
+                    trace.end = End::Refused;
+                }
+                trace
+            }
+            (LineKind::Road, _, Some(roads)) => {
+                self.go(RoadHeuristic::new(&mut ground, roads, leg.direction), leg, most)
+            }
+            _ => unreachable!("only kinds that the world has walk"),
+        }
+    }
+
+    fn go(&self, heuristic: impl Heuristic, leg: Leg, most: usize) -> Trace {
+        let mut heuristic = ClearOfEdges { heuristic, area: self.area, margin_cells: self.margin_cells() };
+        match leg.behind {
+            None => search(&mut heuristic, leg.start, self.area, most),
+            // The step over the edge is taken in any case, since the tile behind shows it.
+            Some((behind, _)) if heuristic.refuses(behind, leg.start) => {
+                Trace { nodes: vec![leg.start], end: End::Refused }
+            }
+            Some((behind, _)) => resume(&mut heuristic, behind, leg.start, self.area, most),
+        }
+    }
+
+    fn margin_cells(&self) -> i64 {
+        MARGIN_CELLS.min(self.world.tile_cells() / 8) as i64
+    }
+
+    /// The bed of a passage, from the last node before the tile to the first one after it.
+    fn line(&self, kind: LineKind, passage: &Passage, nodes: Vec<Node>) -> Line {
+        let leg = self.leg(kind, passage);
+        let beyond = passage.exit.map(|exit| step(vertex(self.area, passage.last), exit, self.stride(kind)));
+        let line: Vec<Node> = leg.behind.map(|(node, _)| node).into_iter().chain(nodes).chain(beyond).collect();
+        // The floor never rises, across edges too.
+        let level = |at: usize, height_m: f32| if at == 0 { height_m.min(leg.lowest_m) } else { height_m };
+        self.bed(kind, &line, level, leg.before_cells)
+    }
+
+    /// The bed along nodes, of an agent that has come some way before the first of them; `level` makes the ground that a
+    /// river has come to of the height of a node.
+    fn bed(&self, kind: LineKind, line: &[Node], level: impl Fn(usize, f32) -> f32, before_cells: u32) -> Line {
+        let (preset, spacing_m) = (self.world.preset(), self.world.spacing_m());
+        let id = LineId::Agent { kind, owner: self.id };
+        let mut heights: Vec<f32> = line.iter().map(|node| self.height_m(*node)).collect();
+        match (kind, &preset.rivers, &preset.roads) {
+            (LineKind::River, Some(rivers), _) => {
+                heights.iter_mut().enumerate().for_each(|(at, height_m)| *height_m = level(at, *height_m));
+                let reach_cells = (rivers.max_tiles + 1) as f32 * self.world.tile_cells() as f32;
+                bed::river(id, line, &heights, rivers, spacing_m, [before_cells as f32, reach_cells])
+            }
+            (LineKind::Road, _, Some(roads)) => bed::road(id, line, &heights, roads, spacing_m),
+            _ => unreachable!("only kinds that the world has leave a bed"),
+        }
+    }
+
+    /// What the tile's lines do to it.
+    ///
+    /// A tile that stands never changes, and a line is known on this side of an edge only. So lines fade out towards the
+    /// edges, and what is left there is the one step over the edge of each agent that crosses it, which both tiles know:
+    /// it gives them the same heights, normals and ground at the vertices that they share.
+    pub fn imprint(&self, records: &Records, lines: &[Line]) -> Option<Imprint> {
+        let mut imprint = Imprint::new(self.heights, None, lines);
+        if let Some(imprint) = &mut imprint {
+            fade_out(imprint, self.area, None);
+        }
+        for (edge, line) in self.crossings(records) {
+            let Some(near) = line.bounds.common(&self.heights.area()) else { continue };
+            if let Some(mut crossing) = Imprint::new(&self.heights.part(near), None, [&line]) {
+                fade_out(&mut crossing, self.area, Some(edge));
+                imprint.get_or_insert_with(|| Imprint::blank(self.heights.area())).merge(&crossing);
+            }
+        }
+        imprint
+    }
+
+    /// The steps of agents over each edge of the tile, outwards and inwards, whether taken or still waited for, and
+    /// those of agents that nobody takes over.
+    fn crossings(&self, records: &Records) -> Vec<(Direction, Line)> {
+        let mut crossings = Vec::new();
+        for kind in self.kinds() {
+            for edge in Direction::ALL {
+                for (from, exit) in [(self.id, edge), (neighbour(self.id, edge), edge.opposite())] {
+                    let passage = records.find(from).and_then(|record| record.passage(kind));
+                    let Some(passage) = passage.filter(|passage| passage.exit == Some(exit)) else { continue };
+                    crossings.push((edge, self.crossing(kind, from, passage, exit)));
+                }
+            }
+        }
+        crossings
+    }
+
+    /// The bed of an agent's step over an edge, of which both tiles must know the same.
+    fn crossing(&self, kind: LineKind, from: TileId, passage: &Passage, exit: Direction) -> Line {
+        let stride = self.stride(kind);
+        let last = vertex(from.area(self.world.tile_cells()), passage.last);
+        let end_cells = passage.end_cells(stride as u32);
+        match kind {
+            LineKind::River => {
+                let nodes = (-CROSSING_CELLS..=1 + CROSSING_CELLS).map(|cells| step(last, exit, cells));
+                let line: Vec<Node> = nodes.collect();
+                // Upstream the river has not yet come to its lowest ground.
+                let level = |at: usize, height_m: f32| match (at as i64).cmp(&CROSSING_CELLS) {
+                    Ordering::Less => height_m.max(passage.lowest_m),
+                    Ordering::Equal => height_m.min(passage.lowest_m),
+                    Ordering::Greater => height_m,
+                };
+                self.bed(kind, &line, level, end_cells.saturating_sub(CROSSING_CELLS as u32))
+            }
+            LineKind::Road => {
+                // Within the margin a road goes straight: so it came, and so it goes on.
+                let straight = if stride > self.margin_cells() { 0..=1 } else { -1..=2 };
+                let line: Vec<Node> = straight.map(|steps| step(last, exit, steps * stride)).collect();
+                self.bed(kind, &line, |_, height_m| height_m, end_cells)
+            }
+        }
+    }
+
+    fn stride(&self, kind: LineKind) -> i64 {
+        match (kind, &self.world.preset().roads) {
+            (LineKind::Road, Some(roads)) => roads.step_cells as i64,
+            _ => 1,
+        }
+    }
+
+    /// The bare height at a vertex in metres, in the tile or not.
+    fn height_m(&self, (x, y): Node) -> f32 {
+        let place = Area::new(x, y, 1, 1);
+        if self.heights.area().contains(&place) {
+            self.heights.at(x, y)
+        } else {
+            self.world.relief().heights(place).at(x, y)
+        }
+    }
+
+    fn ground(&self) -> TileTerrain<'_> {
+        let preset = self.world.preset();
+        TileTerrain {
+            area: self.area,
+            heights: self.heights,
+            half_per_spacing: (0.5 / preset.spacing_m) as f32,
+            slope_scale: preset.ground.slope_scale as f32,
+            sea_level_m: preset.sea_level_m.map(|level_m| level_m as f32),
+        }
+    }
+}
+
+/// A heuristic that does not let agents go along an edge of the tile within its margin.
+struct ClearOfEdges<H> {
+    heuristic: H,
+    area: Area,
+    margin_cells: i64,
+}
+
+impl<H: Heuristic> Heuristic for ClearOfEdges<H> {
+    fn stride(&self) -> i64 {
+        self.heuristic.stride()
+    }
+
+    fn score(&mut self, from: Node, to: Node, step: Direction) -> Option<f32> {
+        let Area { x0, y0, x1, y1 } = self.area;
+        let cells = match step {
+            Direction::East | Direction::West => (from.1 - y0).min(y1 - 1 - from.1),
+            Direction::North | Direction::South => (from.0 - x0).min(x1 - 1 - from.0),
+        };
+        if cells < self.margin_cells { None } else { self.heuristic.score(from, to, step) }
+    }
+
+    fn refuses(&mut self, from: Node, to: Node) -> bool {
+        self.heuristic.refuses(from, to)
+    }
+}
+
+fn step((x, y): Node, direction: Direction, stride: i64) -> Node {
+    let (east, south) = direction.step();
+    (x + east * stride, y + south * stride)
+}
+
+fn neighbour(id: TileId, direction: Direction) -> TileId {
+    let (x, y) = step((id.x, id.y), direction, 1);
+    TileId { x, y }
+}
+
+/// Weakens an imprint towards the edges of `tile`, but for an `open` one, to exactly nothing one vertex before them.
+fn fade_out(imprint: &mut Imprint, tile: Area, open: Option<Direction>) {
+    let area = imprint.area();
+    let far = |direction, cells: i64| if open == Some(direction) { i64::MAX } else { cells };
+    let across = |x: i64| far(Direction::West, x - tile.x0).min(far(Direction::East, tile.x1 - 1 - x));
+    let down = |y: i64| far(Direction::North, y - tile.y0).min(far(Direction::South, tile.y1 - 1 - y));
+    for y in area.y0..area.y1 {
+        let cells_south = down(y);
+        // Between the western and the eastern edge nothing changes, except by the northern and the southern one.
+        let (west, east) = match cells_south > EDGE_FADE_CELLS {
+            true => (tile.x0 + EDGE_FADE_CELLS + 1, tile.x1 - 1 - EDGE_FADE_CELLS),
+            false => (area.x1, area.x1),
+        };
+        for x in (area.x0..west.min(area.x1)).chain(east.max(west).max(area.x0)..area.x1) {
+            let cells = cells_south.min(across(x));
+            if cells <= EDGE_FADE_CELLS {
+                imprint.weaken(x, y, 1.0 - fade((cells - 1).max(0) as f32 / EDGE_FADE_CELLS as f32));
+            }
+        }
+    }
+}
+
+fn vertex(area: Area, [east, south]: [u16; 2]) -> Node {
+    (area.x0 + east as i64, area.y0 + south as i64)
+}
+
+/// The bare ground of one tile.
+struct TileTerrain<'a> {
+    area: Area,
+    heights: &'a Grid<f32>,
+    half_per_spacing: f32,
+    slope_scale: f32,
+    sea_level_m: Option<f32>,
+}
+
+impl TileTerrain<'_> {
+    /// The tile's vertex that is nearest: a road looks several vertices ahead, past the edge and its pad.
+    fn nearest(&self, (x, y): Node) -> Node {
+        (x.clamp(self.area.x0, self.area.x1 - 1), y.clamp(self.area.y0, self.area.y1 - 1))
+    }
+}
+
+impl Terrain for TileTerrain<'_> {
+    fn height_m(&mut self, (x, y): Node) -> f32 {
+        self.heights.at(x, y)
+    }
+
+    fn steepness(&mut self, node: Node) -> f32 {
+        let (x, y) = self.nearest(node);
+        let difference = |from: f32, to: f32| (to - from) * self.half_per_spacing;
+        let east = difference(self.heights.at(x - 1, y), self.heights.at(x + 1, y));
+        let south = difference(self.heights.at(x, y - 1), self.heights.at(x, y + 1));
+        let up = 1.0 / (east * east + south * south + 1.0).sqrt();
+        (self.slope_scale * (1.0 - up)).min(1.0)
+    }
+
+    fn is_under_water(&mut self, node: Node) -> bool {
+        let (x, y) = self.nearest(node);
+        self.sea_level_m.is_some_and(|level_m| self.heights.at(x, y) < level_m)
+    }
+}
