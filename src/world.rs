@@ -43,12 +43,10 @@ impl World {
         preset.check()?;
         let seed = seed.unwrap_or(preset.seed);
         let Preset { spacing_m, sea_level_m, .. } = preset;
+        let (warp, land) = (preset.warp.as_ref(), preset.land.as_ref());
         let relief = match &preset.fluvial {
             Some(settings) => Relief::Fluvial(Box::new(Fluvial::new(settings, spacing_m, sea_level_m, seed))),
-            None => {
-                let (warp, land) = (preset.warp.as_ref(), preset.land.as_ref());
-                Relief::Noise(Box::new(NoiseRelief::new(&preset.noise, warp, land, spacing_m, seed)))
-            }
+            None => Relief::Noise(Box::new(NoiseRelief::new(&preset.noise, warp, land, spacing_m, seed))),
         };
         let agents = (preset.rivers.as_ref(), preset.roads.as_ref());
         let paths = Paths::new(agents, preset.tile_cells, spacing_m, sea_level_m, preset.ground.slope_scale, seed);
