@@ -14,7 +14,7 @@
 //! ```
 //!
 //! Everything is a pure function of the seed and of lattice ids. A vertex depends on the segments of channels whose
-//! [reach](Segment::reach) holds it, a channel on those of coarser levels within a few cells, and a trunk on its
+//! [reach](segment::Segment::reach) holds it, a channel on those of coarser levels within a few cells, and a trunk on its
 //! whole basin, which is flooded and remembered.
 
 pub mod settings;
