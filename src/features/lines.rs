@@ -18,7 +18,7 @@ use crate::world::World;
 /// A river of a fluvial world, from source to end. Pairs are at its start and at its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RiverFeature {
-    /// Its name in the world.
+    /// The channel in which it begins, and its number there: its name in the world.
     pub id: RiverId,
     /// The name on a map of all parts of its course; none in a world without places.
     pub name: Option<String>,

@@ -13,7 +13,7 @@ use crate::world::World;
 /// A settlement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SiteFeature {
-    /// Its name in the world: `s`, and its cell.
+    /// `s`, and its cell: its name in the world.
     pub id: String,
     /// Its name on a map.
     pub name: String,
