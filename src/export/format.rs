@@ -61,7 +61,7 @@ pub(crate) trait Format: Sync {
     /// The name, as the command and the manifest know it.
     fn name(&self) -> &'static str;
 
-    /// What it is, in a few words.
+    /// What the format holds, in a few words.
     fn about(&self) -> &'static str;
 
     /// What a world has not and it would show. Default: nothing.
@@ -98,7 +98,7 @@ pub(crate) trait Format: Sync {
         Vec::new()
     }
 
-    /// What its files take.
+    /// How many files it has, and what these take.
     fn cost(&self, request: &Request) -> FormatCost;
 
     /// The sinks that write it into the folder of a bake.

@@ -15,7 +15,7 @@ use crate::tile::{Channel, Tile};
 /// The file in the folder of the bake.
 pub(crate) const PATH: &str = "hashes.txt";
 
-/// The format.
+/// The list of hashes, as a format.
 pub(crate) struct Hashes;
 
 impl Format for Hashes {

@@ -63,7 +63,7 @@ impl Export {
         self.0.name()
     }
 
-    /// What it is, in a few words.
+    /// What the export holds, in a few words.
     pub fn about(self) -> &'static str {
         self.0.about()
     }

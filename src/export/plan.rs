@@ -63,7 +63,7 @@ impl<'a> Plan<'a> {
         Plan { world, preset_name, region, exports, meshes, profile: None }.checked()
     }
 
-    /// The same, with the files of a profile too.
+    /// The plan with the files of a profile too.
     ///
     /// # Errors
     /// As [`new`](Plan::new), and when the engine of the profile cannot take the region; the hint names the nearest that it
@@ -100,7 +100,7 @@ impl<'a> Plan<'a> {
         Request { world, region, meshes }
     }
 
-    /// The same plan with meshes made in another way.
+    /// The plan with meshes made in another way.
     ///
     /// # Errors
     /// When they cannot be made so; the hint says what will do.

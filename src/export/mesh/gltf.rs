@@ -35,7 +35,7 @@ use crate::export::raster::writer::{Encoding, Sample, png_bytes};
 use crate::tile::Tile;
 use crate::world::World;
 
-/// The format.
+/// glTF, as a format: a GLB a tile and level of detail, and a glTF of the region for each level.
 pub(crate) struct Gltf;
 
 impl Format for Gltf {

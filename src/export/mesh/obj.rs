@@ -18,7 +18,7 @@ use crate::export::file::{PartFile, write_whole};
 use crate::export::format::{Format, FormatCost, Request};
 use crate::tile::Tile;
 
-/// The format.
+/// OBJ, as a format.
 pub(crate) struct Obj {
     name: &'static str,
     about: &'static str,
@@ -246,7 +246,7 @@ impl Text {
         Ok(())
     }
 
-    /// Itself as bytes, and back: what a sink keeps of a tile until its turn comes.
+    /// The text as bytes, which a sink keeps of a tile until its turn comes.
     fn pack(&self, bytes: &mut Vec<u8>) {
         let add = |bytes: &mut Vec<u8>, part: &[u8]| {
             bytes.extend((part.len() as u64).to_le_bytes());

@@ -144,7 +144,7 @@ impl Profile {
         }
     }
 
-    /// What it leaves, in a few words.
+    /// What the profile leaves, in a few words.
     pub fn about(self) -> &'static str {
         match self {
             Profile::Blender => "GLBs, and a script that builds the scene: collections, materials, water, sun, camera",

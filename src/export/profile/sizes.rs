@@ -48,7 +48,7 @@ struct Size {
 }
 
 impl Profile {
-    /// What it takes, in words.
+    /// The sizes that the program takes, in words.
     fn rule(self) -> &'static str {
         match self {
             Profile::Blender => "any size",

@@ -11,7 +11,7 @@ use crate::world::World;
 pub(crate) enum Quantity {
     /// The height, as 65,536 steps over the world's range.
     Height16,
-    /// The same over the range rounded out to whole metres, for dialogs that take no others.
+    /// The height, as 65,536 steps over the range rounded out to whole metres, for dialogs that take no others.
     Height16Whole,
     /// The height in metres.
     HeightMetres,

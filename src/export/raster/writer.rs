@@ -25,11 +25,11 @@ pub(crate) enum Encoding {
     Png,
     /// OpenEXR scan lines, one 32-bit float channel `Y`, not compressed: float terrain hardly shrinks.
     Exr,
-    /// The same channel thrice, as R, G and B, for readers that know no other.
+    /// OpenEXR with one channel thrice, as R, G and B, for readers that know no other.
     ExrRgb,
     /// Bare 16-bit samples, little-endian, with a JSON sidecar.
     R16,
-    /// The same under the name that engines ask for, without a sidecar.
+    /// Bare 16-bit samples under the name that engines ask for, without a sidecar.
     Raw,
 }
 

@@ -29,7 +29,7 @@ fn path(layer: &dyn AnyLayer) -> String {
     format!("{FOLDER}/{}.geojson", layer.name())
 }
 
-/// The format.
+/// GeoJSON, as a format: a file a layer.
 pub(crate) struct GeoJson;
 
 impl Format for GeoJson {

@@ -83,7 +83,7 @@ const SCHEMA: &str = "
     );
 ";
 
-/// The format.
+/// GeoPackage, as a format.
 pub(crate) struct GeoPackage;
 
 impl Format for GeoPackage {
