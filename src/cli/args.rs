@@ -230,7 +230,8 @@ impl TypedValueParser for Named {
     }
 }
 
-fn preset_names() -> Vec<&'static str> {
+/// The names of the built-in presets.
+pub(super) fn preset_names() -> Vec<&'static str> {
     BUILT_IN.iter().map(|(name, _)| *name).collect()
 }
 

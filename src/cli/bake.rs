@@ -26,7 +26,9 @@ pub(super) fn run(job: &Job, console: &Console) -> Result<(), Error> {
     let sources = job.sources()?;
     let name = sources.name().to_owned();
     let world = World::new(sources.preset()?, options.seed)?;
-    console.warnings(&world.warnings());
+    if !options.quiet {
+        console.warnings(&world.warnings());
+    }
     let exports = job.exports()?;
     let region = Region::new(job.at, job.size.0, job.size.1, world.tile_cells())?;
     let mut plan = Plan::new(&world, &name, region, exports)?.with_meshes(job.meshes())?;

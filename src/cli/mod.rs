@@ -2,6 +2,7 @@
 
 mod args;
 mod bake;
+mod completions;
 mod console;
 mod experiment;
 mod progress;
@@ -58,11 +59,7 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
             };
             Console::text(&(serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"))
         }
-        Command::Completions { shell } => {
-            let mut script = Vec::new();
-            clap_complete::generate(shell, &mut Arguments::command(), "terrane", &mut script);
-            Console::bytes(&script)
-        }
+        Command::Completions { shell } => Console::text(&completions::script(shell)),
         Command::Man => {
             let mut page = Vec::new();
             let render = |command: clap::Command, page: &mut Vec<u8>| clap_mangen::Man::new(command).render(page);

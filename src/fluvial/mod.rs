@@ -23,7 +23,6 @@
 //! and `strahler` know whole rivers, and `survey` the land as roads ask for it.
 
 pub mod settings;
-pub mod land;
 pub mod point;
 pub mod fields;
 mod lift;
@@ -53,11 +52,11 @@ use std::sync::Arc;
 use crate::area::Area;
 use crate::clock::{Clock, stage};
 use crate::hash::{self, Stream};
+use crate::land::Land;
 use crate::names::Names;
 use crate::simd::dispatch;
 use fields::Fields;
 use gullies::Gullies;
-pub use land::{Land, Water, WaterKind};
 use lift::Lift;
 use network::Network;
 use point::Point;

@@ -9,7 +9,8 @@ use crate::clock::Clock;
 use crate::fluvial::fields::Fields;
 use crate::fluvial::point::{GRAINS, Point};
 use crate::fluvial::segment::{Segment, Segments};
-use crate::fluvial::{Fluvial, WaterKind};
+use crate::fluvial::Fluvial;
+use crate::land::WaterKind;
 use crate::geometry::{length, lerp};
 use crate::lines::FIXED;
 use crate::memory::Memory;
@@ -40,13 +41,6 @@ pub trait Survey: Sync {
 
     /// All pieces of rivers whose middle line touches `area`, in any order.
     fn rivers(&self, area: &Area) -> Vec<RiverPiece>;
-}
-
-impl WaterKind {
-    /// Whether it is a lake or the sea, which roads keep out of.
-    pub fn is_open(self) -> bool {
-        matches!(self, WaterKind::Lake | WaterKind::Sea)
-    }
 }
 
 /// A straight piece of a river's middle line.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::fields::Fields;
-use super::land::{Land, Water, WaterKind};
+use crate::land::{Land, Water, WaterKind};
 use super::lift::Lift;
 use super::point::Point;
 use super::segment::{Segment, Segments};

@@ -6,7 +6,7 @@
 //! pieces does not matter. Between two points of a bridge, or of a tunnel, the land stays as it is.
 
 use crate::area::Area;
-use crate::fluvial::{Water, WaterKind};
+use crate::land::{Water, WaterKind};
 use crate::grid::Grid;
 use crate::lines::{Bed, Line, StructureKind};
 

@@ -3,7 +3,7 @@
 //! Its parts are one for each way in which lines are made ([`Bed`](crate::lines::Bed)); the order of lines does not matter.
 
 use crate::area::Area;
-use crate::fluvial::{Water, WaterKind};
+use crate::land::{Water, WaterKind};
 use crate::grid::Grid;
 use crate::lines::built::Built;
 use crate::lines::drain;

@@ -4,7 +4,7 @@ pub(crate) mod colour;
 mod mark;
 mod tint;
 
-use crate::fluvial::WaterKind;
+use crate::land::WaterKind;
 use crate::lines::Imprint;
 use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::Tile;

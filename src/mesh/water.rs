@@ -1,7 +1,7 @@
 //! The surfaces of water: seas and lakes in few triangles, for they are flat; rivers cell by cell.
 
 use super::Drape;
-use crate::fluvial::WaterKind;
+use crate::land::WaterKind;
 use crate::tile::Tile;
 use crate::world::World;
 

@@ -1,6 +1,6 @@
 //! The middle line of a road: a way with its corners rounded, as points that lie evenly along it.
 
-use crate::fluvial::WaterKind;
+use crate::land::WaterKind;
 use crate::fluvial::survey::Survey;
 use crate::lines::FIXED;
 use crate::places::plan::{Scale, distance2};

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::fluvial::WaterKind;
+use crate::land::WaterKind;
 use crate::fluvial::survey::Survey;
 use crate::lines::{
     self, Bed, FIXED, Line, LineClass, LineEnd, LineId, LineKind, LinePoint, RoadClass, Structure, StructureKind,

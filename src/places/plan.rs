@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::area::Area;
-use crate::fluvial::WaterKind;
+use crate::land::WaterKind;
 use crate::fluvial::survey::{RiverPiece, Survey};
 use crate::lines::FIXED;
 use crate::memory::Memory;

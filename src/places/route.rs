@@ -10,7 +10,7 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
-use crate::fluvial::WaterKind;
+use crate::land::WaterKind;
 use crate::hash::{self, Stream};
 use crate::lines::FIXED;
 use crate::places::plan::{RiverIndex, Scale, Window, distance2};

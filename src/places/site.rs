@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::fluvial::WaterKind;
+use crate::land::WaterKind;
 use crate::fluvial::survey::Survey;
 use crate::hash::{self, Stream};
 use crate::lines::{FIXED, SiteId};

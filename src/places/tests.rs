@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use super::*;
-use crate::fluvial::WaterKind;
+use crate::land::WaterKind;
 use crate::fluvial::survey::RiverPiece;
 use crate::grid::Grid;
 use crate::hash;

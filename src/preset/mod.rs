@@ -1,11 +1,19 @@
 //! Presets: a world's recipe as its author writes it, read with errors that point at the place.
 //!
-//! [`Preset`] is the recipe as written; [`World`](crate::world::World) is the recipe as understood. Every key, its
-//! unit, its range and its default is documented here, and the error for an unknown key lists the known ones.
+//! [`Preset`] is the recipe as written; [`World`](crate::world::World) is the recipe as understood. The settings of a stage,
+//! with the units, ranges and defaults of their keys, stand with that stage; here they are put together, and what must
+//! hold between stages is checked. The settings of what comes after the world, [`ground`] and [`map`], stand here too.
+//!
+//! ```text
+//! origin.rs   name or path -> text        built_in.rs   the files of presets/
+//! source.rs   texts that extend each other, options -> one table (merge.rs) -> Preset
+//! ```
 
 mod built_in;
 pub mod ground;
 pub mod map;
+mod merge;
+mod origin;
 mod source;
 
 use std::ops::RangeInclusive;
@@ -13,6 +21,8 @@ use std::ops::RangeInclusive;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
+use toml::Spanned;
+use toml::de::DeValue;
 
 use crate::agents::settings::{RiverAgents, RoadAgents};
 use crate::error::Error;
@@ -190,3 +200,25 @@ impl Preset {
 
 /// More terms than anybody needs; the time of a bake grows with each.
 const MAX_TERMS: usize = 16;
+
+/// Keys that nothing reads unless another one is written too.
+const NEEDS: &[(&str, &str)] = &[
+    ("fluvial.coast", "sea_level_m"),
+    ("ground.sand_m", "sea_level_m"),
+    ("ground.snow_slope", "ground.snow_m"),
+    ("ground.snow_aspect_m", "ground.snow_m"),
+];
+
+/// Finds the first key of a preset as written that nothing would read.
+fn check_needs(root: &DeValue) -> Result<(), Fault> {
+    let path = |keys: &str| keys.split('.').fold(KeyPath::default(), |path, key| path.key(key));
+    let is_written =
+        |keys: &str| keys.split('.').try_fold(root, |value, key| value.get(key).map(Spanned::get_ref)).is_some();
+    match NEEDS.iter().find(|(key, needed)| is_written(key) && !is_written(needed)) {
+        Some((key, needed)) => {
+            let hint = format!("give {needed}, or leave it out");
+            Err(path(key).fault(format!("nothing reads it without {needed}"), hint).at_key())
+        }
+        None => Ok(()),
+    }
+}

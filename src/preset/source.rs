@@ -1,23 +1,19 @@
 //! Where a preset is written: its text, those that it extends, and settings on top, read with errors that point there.
 
-use std::borrow::Cow;
-use std::fs;
 use std::io::Read;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Deserialize;
-
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 use crate::error::{Error, SourcePlace, clipped};
-use crate::preset::{BUILT_IN, Preset, built_in};
-use crate::recipe::fault::{Fault, KeyPath, Step};
+use crate::preset::merge::{key_path, locate, merge, put};
+use crate::preset::origin::{Origin, read_text, text_of};
+use crate::preset::{Preset, built_in, check_needs};
+use crate::recipe::fault::{Fault, KeyPath};
 use crate::recipe::form;
-
-/// No preset is longer than this; a longer file is something else.
-const MAX_PRESET_BYTES: u64 = 1 << 20;
 
 /// The texts that make a preset, from the one that all extend to the last setting.
 ///
@@ -218,191 +214,4 @@ impl Sources {
         let place = SourcePlace::new(&source.file, &source.text, span);
         Error::Preset { message: clipped(&message), source_place: Some(Box::new(place)), hint: hint.to_owned() }
     }
-}
-
-/// Where a preset is found.
-#[derive(Clone, Debug)]
-enum Origin {
-    BuiltIn(&'static str),
-    File { given: PathBuf, canonical: Option<PathBuf> },
-}
-
-impl Origin {
-    /// A built-in preset, or else a file, as named from a folder.
-    fn find(name: &str, folder: &Path) -> Result<Origin, Error> {
-        if let Some((name, _)) = BUILT_IN.iter().find(|(known, _)| *known == name) {
-            return Ok(Origin::BuiltIn(name));
-        }
-        let given = folder.join(name);
-        let canonical = fs::canonicalize(&given).ok();
-        if canonical.is_none() && Path::new(name).components().count() == 1 && Path::new(name).extension().is_none() {
-            built_in(name)?;
-        }
-        Ok(Origin::File { given, canonical })
-    }
-
-    fn name(&self) -> String {
-        match self {
-            Origin::BuiltIn(name) => (*name).to_owned(),
-            Origin::File { given, .. } => given.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
-        }
-    }
-
-    fn is(&self, other: &Origin) -> bool {
-        match (self, other) {
-            (Origin::BuiltIn(one), Origin::BuiltIn(other)) => one == other,
-            (Origin::File { canonical: one, .. }, Origin::File { canonical: other, .. }) => {
-                one.is_some() && one == other
-            }
-            _ => false,
-        }
-    }
-}
-
-/// Keys that nothing reads unless another one is written too.
-const NEEDS: &[(&str, &str)] = &[
-    ("fluvial.coast", "sea_level_m"),
-    ("ground.sand_m", "sea_level_m"),
-    ("ground.snow_slope", "ground.snow_m"),
-    ("ground.snow_aspect_m", "ground.snow_m"),
-];
-
-fn check_needs(root: &DeValue) -> Result<(), Fault> {
-    let path = |keys: &str| keys.split('.').fold(KeyPath::default(), |path, key| path.key(key));
-    let is_written =
-        |keys: &str| keys.split('.').try_fold(root, |value, key| value.get(key).map(Spanned::get_ref)).is_some();
-    match NEEDS.iter().find(|(key, needed)| is_written(key) && !is_written(needed)) {
-        Some((key, needed)) => {
-            let hint = format!("give {needed}, or leave it out");
-            Err(path(key).fault(format!("nothing reads it without {needed}"), hint).at_key())
-        }
-        None => Ok(()),
-    }
-}
-
-/// The keys of `noise[0].height_m` or `noise.0.height_m`.
-fn key_path(text: &str) -> Option<KeyPath> {
-    let mut path = KeyPath::default();
-    for part in text.trim().split('.') {
-        let mut names = part.split('[');
-        let name =
-            names.next().filter(|name| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-'))?;
-        path = match name.parse() {
-            Ok(index) => path.index(index),
-            Err(_) if name.is_empty() => return None,
-            Err(_) => path.key(name),
-        };
-        for index in names {
-            path = path.index(index.strip_suffix(']')?.parse().ok()?);
-        }
-    }
-    Some(path)
-}
-
-/// Lets `new` come over what is there: table by table, all else whole.
-fn merge<'a>(value: &mut Spanned<DeValue<'a>>, new: Spanned<DeValue<'a>>) {
-    let span = new.span();
-    match (value.get_mut(), new.into_inner()) {
-        (DeValue::Table(table), DeValue::Table(new)) => {
-            let mut old = std::mem::take(table);
-            for (key, mut new) in new {
-                if let Some(mut merged) = old.remove(key.get_ref().as_ref()) {
-                    merge(&mut merged, new);
-                    new = merged;
-                }
-                old.insert(key, new);
-            }
-            *value = Spanned::new(span, DeValue::Table(old));
-        }
-        (_, new) => *value = Spanned::new(span, new),
-    }
-}
-
-/// Puts a value at a path of keys and indices; tables that are not there are made, and begin at `key`.
-fn put<'a>(
-    value: &mut Spanned<DeValue<'a>>,
-    steps: &[Step],
-    key: &Range<usize>,
-    new: Spanned<DeValue<'a>>,
-) -> Result<(), String> {
-    let Some((step, rest)) = steps.split_first() else {
-        *value = new;
-        return Ok(());
-    };
-    match (step, value.get_mut()) {
-        (Step::Key(name), DeValue::Table(table)) => {
-            let mut inner = table
-                .remove(name.as_str())
-                .unwrap_or_else(|| Spanned::new(key.clone(), DeValue::Table(DeTable::new())));
-            put(&mut inner, rest, key, new)?;
-            table.insert(Spanned::new(key.clone(), Cow::Owned(name.clone())), inner);
-            Ok(())
-        }
-        (Step::Index(index), DeValue::Array(values)) => {
-            let count = values.len();
-            match values.get_mut(*index) {
-                Some(inner) => put(inner, rest, key, new),
-                None => Err(format!("there is no [{index}] in a list of {count}")),
-            }
-        }
-        (Step::Key(name), DeValue::Array(_)) => Err(format!("{name} is asked of a list, and it needs an index")),
-        (Step::Key(name), _) => Err(format!("{name} is asked of what is no table")),
-        (Step::Index(index), _) => Err(format!("[{index}] is asked of what is no list")),
-    }
-}
-
-/// Where a fault is, and whether its value is written at all; if not, the place is the nearest table that is.
-fn locate(root: &Spanned<DeValue>, fault: &Fault) -> (Range<usize>, bool) {
-    let mut value = root;
-    let mut key = root.span();
-    for step in &fault.path.0 {
-        let next = match step {
-            Step::Key(name) => {
-                value.get_ref().as_table().and_then(|table| table.get_key_value(name.as_str())).map(|(name, value)| {
-                    key = name.span();
-                    value
-                })
-            }
-            Step::Index(index) => value.get_ref().get(*index),
-        };
-        let Some(next) = next else { return (value.span(), false) };
-        value = next;
-    }
-    (if fault.key_itself { key } else { value.span() }, true)
-}
-
-/// The text of a preset file.
-fn read_text(path: &Path) -> Result<String, Error> {
-    let refuse = |message: String, hint: &str| {
-        let message = format!("{}: {message}", path.display());
-        Err(Error::Preset { message, source_place: None, hint: hint.into() })
-    };
-    match fs::metadata(path) {
-        Ok(metadata) if metadata.is_dir() => refuse("is a folder, not a preset".into(), "name the file in it"),
-        Ok(_) => match fs::File::open(path) {
-            Ok(file) => text_of(&path.to_string_lossy(), file),
-            Err(error) => refuse(error.to_string(), ""),
-        },
-        Err(error) => refuse(error.to_string(), "name a preset file or a built-in preset (terrane presets)"),
-    }
-}
-
-/// The text that a reader gives, if it is one.
-fn text_of(file: &str, reader: impl Read) -> Result<String, Error> {
-    let refuse = |message: String, hint: &str| {
-        Err(Error::Preset { message: format!("{file}: {message}"), source_place: None, hint: hint.into() })
-    };
-    let mut bytes = Vec::new();
-    // One byte more than allowed is enough to know, even of a device that never ends.
-    if let Err(error) = reader.take(MAX_PRESET_BYTES + 1).read_to_end(&mut bytes) {
-        return refuse(error.to_string(), "");
-    }
-    if bytes.len() as u64 > MAX_PRESET_BYTES {
-        return refuse("is longer than 1 MiB, so it is no preset".into(), "a preset is a short TOML text");
-    }
-    String::from_utf8(bytes).or_else(|error| {
-        let at = error.utf8_error().valid_up_to();
-        let line = error.as_bytes()[..at].split(|&byte| byte == b'\n').count();
-        refuse(format!("is not UTF-8 from byte {at} (line {line}) on"), "save it as UTF-8 text")
-    })
 }

@@ -69,8 +69,9 @@ impl Display for KeyPath {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         for (index, step) in self.0.iter().enumerate() {
             match step {
-                Step::Key(key) if index == 0 => f.write_str(key)?,
-                Step::Key(key) => write!(f, ".{key}")?,
+                // A key that is longer than any is known again by its beginning.
+                Step::Key(key) if index == 0 => write!(f, "{key:.60}")?,
+                Step::Key(key) => write!(f, ".{key:.60}")?,
                 Step::Index(index) => write!(f, "[{index}]")?,
             }
         }

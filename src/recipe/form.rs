@@ -141,12 +141,11 @@ fn check_range(schema: &Value, value: &DeValue, path: &KeyPath) -> Result<(), Fa
         _ => unreachable!("only numbers have ranges"),
     };
     let whole_bound = |bound: &Value| bound.as_i64().map(i128::from).or(bound.as_u64().map(i128::from));
-    let inside = match (whole, whole_bound(low), whole_bound(high)) {
-        (Some(whole), Some(low), Some(high)) => (low..=high).contains(&whole),
-        _ => {
-            let bound = |bound: &Value| bound.as_f64().expect("every number has its bounds");
-            (bound(low)..=bound(high)).contains(&number)
-        }
+    let inside = if let (Some(whole), Some(low), Some(high)) = (whole, whole_bound(low), whole_bound(high)) {
+        (low..=high).contains(&whole)
+    } else {
+        let bound = |bound: &Value| bound.as_f64().expect("every number has its bounds");
+        (bound(low)..=bound(high)).contains(&number)
     };
     if inside {
         return Ok(());

@@ -8,7 +8,8 @@ pub use noise::NoiseRelief;
 
 use crate::area::Area;
 use crate::clock::{Clock, stage};
-use crate::fluvial::{Fluvial, Land};
+use crate::fluvial::Fluvial;
+use crate::land::Land;
 use crate::grid::Grid;
 
 /// A world's relief. Heights are a pure function of the vertex: any area, the same bits.

@@ -3,7 +3,7 @@
 use std::f64::consts::SQRT_2;
 
 use crate::area::Area;
-use crate::fluvial::{Water, WaterKind};
+use crate::land::{Water, WaterKind};
 use crate::grid::Grid;
 use crate::lines::Imprint;
 use crate::preset::ground::GroundSettings;

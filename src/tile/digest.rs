@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::area::Area;
-use crate::fluvial::WaterKind;
+use crate::land::WaterKind;
 use crate::grid::Grid;
 use crate::lines::{Line, LineClass, LineEnd, RoadClass};
 use crate::places::site::Site;

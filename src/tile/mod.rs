@@ -14,7 +14,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::area::{Area, TileId};
 use crate::clock::{Clock, stage};
-use crate::fluvial::{Land, Water};
+use crate::land::{Land, Water};
 use crate::grid::Grid;
 use crate::lines::{Bed, Imprint, Line, Lines};
 use crate::places::site::Site;

@@ -567,7 +567,7 @@ fn a_preset_may_come_from_standard_input_and_options() {
 #[test]
 fn a_warning_is_told_and_stops_nothing() {
     let desk = Desk::new();
-    let outcome = desk.done(&["bake", "small.toml", "--size", "1x1", "--set", "sea_level_m=-500", "--json", "-q"]);
+    let outcome = desk.done(&["bake", "small.toml", "--size", "1x1", "--set", "sea_level_m=-500", "--json"]);
     assert!(outcome.stderr.starts_with("warning: nothing is as low as the sea"), "{outcome}");
     let warning = &outcome.objects()[0];
     assert_eq!((&warning["type"], warning["message"].as_str().is_some()), (&"warning".into(), true), "{outcome}");

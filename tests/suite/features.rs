@@ -11,7 +11,7 @@ use terrane::area::{Area, Region, TileId};
 use terrane::bake::Watch;
 use terrane::clock::Clock;
 use terrane::export::{Export, Output, Plan};
-use terrane::fluvial::WaterKind;
+use terrane::land::WaterKind;
 use terrane::fluvial::landforms::lakes::Lake;
 use terrane::lines::{Line, LineClass, LineEnd, LineKind, Lines};
 use terrane::preset::Preset;

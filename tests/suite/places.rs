@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use terrane::area::{Area, TileId};
-use terrane::fluvial::WaterKind;
+use terrane::land::WaterKind;
 use terrane::fluvial::survey::Survey;
 use terrane::lines::{FIXED, LineClass, LineId, LineKind, Lines, Structure, StructureKind};
 use terrane::preset::Preset;

@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use proptest::prelude::*;
+
 use terrane::area::{Area, TileId};
 use terrane::preset::{BUILT_IN, Preset, Sources, summary};
 use terrane::tile::Tile;
@@ -270,4 +272,79 @@ fn the_schema_has_the_bounds_that_are_checked() {
     assert_eq!(bounds(&places["width_m"]["items"]), (Some(0.5), Some(50.0)));
     assert_eq!((&places["width_m"]["minItems"], &places["width_m"]["maxItems"]), (&3.into(), &3.into()));
     assert_eq!(schema["properties"]["extends"]["type"], "string");
+}
+
+#[test]
+fn a_preset_that_was_made_and_not_read_is_checked_too() {
+    let (_, thesis) = Preset::load("thesis").unwrap();
+    let odd = Preset { spacing_m: f64::NAN, ..thesis.clone() };
+    let error = World::new(odd, None).unwrap_err().to_string();
+    assert_eq!(error, "spacing_m: expected 0.001 to 10000, found NaN");
+    assert_eq!(World::new(Preset { seed: u64::MAX, ..thesis }, None).unwrap().seed(), u64::MAX);
+}
+
+/// Parts of presets, well and badly formed.
+const TOKENS: &[&str] = &[
+    "[[noise]]\n",
+    "[fluvial]\n",
+    "[fluvial.coast]\n",
+    "[places]\n",
+    "[ground]\n",
+    "[rivers]\n",
+    "kind = ",
+    "\"fbm\"\n",
+    "height_m = ",
+    "spacing_m = ",
+    "width_m = ",
+    "curve = ",
+    "octaves = ",
+    "levels = ",
+    "extends = ",
+    "\"alps\"\n",
+    "1\n",
+    "-1.5\n",
+    "nan\n",
+    "1e999\n",
+    "[1, 2, 3]\n",
+    "[]\n",
+    "[[0, 1], [1, \"x\"]]\n",
+    "{ from = 1 }\n",
+    "true\n",
+    "2024-01-01\n",
+    "0x10\n",
+    "9999999999999999999999\n",
+    "\n",
+    "#",
+    "\"",
+    "]",
+    "=",
+    ".",
+    "\u{feff}",
+    "\r\n",
+    "\u{1b}",
+    "ü",
+];
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(4096) })]
+
+    #[test]
+    fn whatever_is_written_is_read_or_refused_in_words(
+        tokens in prop::collection::vec(prop::sample::select(TOKENS), 0..12),
+        setting in prop::collection::vec(prop::sample::select(TOKENS), 0..4),
+    ) {
+        let refused = |error: terrane::error::Error| {
+            let message = error.to_string();
+            let own = ["f64", "u32", "u64", "invalid type", "unknown field", "missing field", "unknown variant"];
+            prop_assert!(own.iter().all(|word| !message.contains(word)), "{message}");
+            Ok(())
+        };
+        match Sources::parse("p.toml", &tokens.concat()) {
+            Ok(mut sources) => {
+                _ = sources.set("--set", &setting.concat());
+                sources.preset().map_or_else(refused, |_| Ok(()))?;
+            }
+            Err(error) => refused(error)?,
+        }
+    }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::area::Region;
 use crate::bake::MeshRecord;
 use crate::export::options::MeshOptions;
-use crate::fluvial::WaterKind;
+use crate::land::WaterKind;
 use crate::mesh::{Drape, Frame, Ribbon, RibbonKind, Sheet, Surface, ribbons, sheets};
 use crate::tile::Tile;
 use crate::world::World;

@@ -1,7 +1,7 @@
 //! What rasters can show of a tile, and the painter of their samples.
 
 use crate::export::raster::writer::{Encoding, Sample};
-use crate::fluvial::{Water, WaterKind};
+use crate::land::{Water, WaterKind};
 use crate::map::{self, MapPainter};
 use crate::tile::{Material, Tile};
 use crate::world::World;

@@ -3,7 +3,8 @@
 use crate::area::Area;
 use crate::clock::Clock;
 use crate::fluvial::landforms::contour::contours;
-use crate::fluvial::{Fluvial, WaterKind};
+use crate::fluvial::Fluvial;
+use crate::land::WaterKind;
 use crate::geometry::LineSegment;
 use crate::grid::Grid;
 

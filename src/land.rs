@@ -52,3 +52,10 @@ pub enum WaterKind {
     /// The sea.
     Sea,
 }
+
+impl WaterKind {
+    /// Whether it is a lake or the sea, which roads keep out of.
+    pub fn is_open(self) -> bool {
+        matches!(self, WaterKind::Lake | WaterKind::Sea)
+    }
+}

@@ -1,0 +1,33 @@
+//! Completion scripts of shells.
+
+use clap::CommandFactory;
+use clap_complete::Shell;
+
+use crate::cli::args::{Arguments, preset_names};
+
+/// The script of a shell that completes the command's options and the names that they take.
+///
+/// A preset is one of the names or a file. Bash falls back to files by itself; in the scripts of zsh and fish it is added.
+pub(super) fn script(shell: Shell) -> String {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Arguments::command(), "terrane", &mut script);
+    let script = String::from_utf8(script).expect("scripts are text");
+    let names = preset_names().join(" ");
+    match shell {
+        Shell::Zsh => {
+            let both = format!(
+                "#compdef terrane\n\n_terrane_preset() {{\n    _alternative 'presets:preset:({names})' 'files:file:_files'\n}}\n"
+            );
+            // Only where a file will do: `presets` prints what is built in.
+            let lines = script.lines().map(|line| match line.starts_with("':preset -- ") {
+                true => line.replace(&format!(":({names})'"), ":_terrane_preset'"),
+                false => line.to_owned(),
+            });
+            lines.collect::<Vec<_>>().join("\n").replacen("#compdef terrane\n", &both, 1) + "\n"
+        }
+        Shell::Fish => ["bake", "tile", "presets"].iter().fold(script, |script, command| {
+            format!("{script}complete -c terrane -n \"__fish_terrane_using_subcommand {command}\" -a \"{names}\"\n")
+        }),
+        _ => script,
+    }
+}

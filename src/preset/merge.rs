@@ -1,0 +1,100 @@
+//! Tables of TOML, each value with its place: merged, changed and searched.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::recipe::fault::{Fault, KeyPath, Step};
+
+/// The keys of `noise[0].height_m` or `noise.0.height_m`.
+pub(super) fn key_path(text: &str) -> Option<KeyPath> {
+    let mut path = KeyPath::default();
+    for part in text.trim().split('.') {
+        let mut names = part.split('[');
+        let name =
+            names.next().filter(|name| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-'))?;
+        path = match name.parse() {
+            Ok(index) => path.index(index),
+            Err(_) if name.is_empty() => return None,
+            Err(_) => path.key(name),
+        };
+        for index in names {
+            path = path.index(index.strip_suffix(']')?.parse().ok()?);
+        }
+    }
+    Some(path)
+}
+
+/// Lets `new` come over what is there: table by table, all else whole.
+pub(super) fn merge<'a>(value: &mut Spanned<DeValue<'a>>, new: Spanned<DeValue<'a>>) {
+    let span = new.span();
+    match (value.get_mut(), new.into_inner()) {
+        (DeValue::Table(table), DeValue::Table(new)) => {
+            let mut old = std::mem::take(table);
+            for (key, mut new) in new {
+                if let Some(mut merged) = old.remove(key.get_ref().as_ref()) {
+                    merge(&mut merged, new);
+                    new = merged;
+                }
+                old.insert(key, new);
+            }
+            *value = Spanned::new(span, DeValue::Table(old));
+        }
+        (_, new) => *value = Spanned::new(span, new),
+    }
+}
+
+/// Puts a value at a path of keys and indices; tables that are not there are made, and begin at `key`.
+pub(super) fn put<'a>(
+    value: &mut Spanned<DeValue<'a>>,
+    steps: &[Step],
+    key: &Range<usize>,
+    new: Spanned<DeValue<'a>>,
+) -> Result<(), String> {
+    let Some((step, rest)) = steps.split_first() else {
+        *value = new;
+        return Ok(());
+    };
+    match (step, value.get_mut()) {
+        (Step::Key(name), DeValue::Table(table)) => {
+            let mut inner = table
+                .remove(name.as_str())
+                .unwrap_or_else(|| Spanned::new(key.clone(), DeValue::Table(DeTable::new())));
+            put(&mut inner, rest, key, new)?;
+            table.insert(Spanned::new(key.clone(), Cow::Owned(name.clone())), inner);
+            Ok(())
+        }
+        (Step::Index(index), DeValue::Array(values)) => {
+            let count = values.len();
+            match values.get_mut(*index) {
+                Some(inner) => put(inner, rest, key, new),
+                None => Err(format!("there is no [{index}] in a list of {count}")),
+            }
+        }
+        (Step::Key(name), DeValue::Array(_)) => Err(format!("{name} is asked of a list, and it needs an index")),
+        (Step::Key(name), _) => Err(format!("{name} is asked of what is no table")),
+        (Step::Index(index), _) => Err(format!("[{index}] is asked of what is no list")),
+    }
+}
+
+/// Where a fault is, and whether its value is written at all; if not, the place is the nearest table that is.
+pub(super) fn locate(root: &Spanned<DeValue>, fault: &Fault) -> (Range<usize>, bool) {
+    let mut value = root;
+    let mut key = root.span();
+    for step in &fault.path.0 {
+        let next = match step {
+            Step::Key(name) => {
+                value.get_ref().as_table().and_then(|table| table.get_key_value(name.as_str())).map(|(name, value)| {
+                    key = name.span();
+                    value
+                })
+            }
+            Step::Index(index) => value.get_ref().get(*index),
+        };
+        let Some(next) = next else { return (value.span(), false) };
+        value = next;
+    }
+    (if fault.key_itself { key } else { value.span() }, true)
+}

@@ -1,0 +1,86 @@
+//! Where a preset is found, and its text.
+
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use crate::preset::{BUILT_IN, built_in};
+
+/// No preset is longer than this; a longer file is something else.
+const MAX_PRESET_BYTES: u64 = 1 << 20;
+
+/// Where a preset is found.
+#[derive(Clone, Debug)]
+pub(super) enum Origin {
+    BuiltIn(&'static str),
+    File { given: PathBuf, canonical: Option<PathBuf> },
+}
+
+impl Origin {
+    /// A built-in preset, or else a file, as named from a folder.
+    pub fn find(name: &str, folder: &Path) -> Result<Origin, Error> {
+        if let Some((name, _)) = BUILT_IN.iter().find(|(known, _)| *known == name) {
+            return Ok(Origin::BuiltIn(name));
+        }
+        let given = folder.join(name);
+        let canonical = fs::canonicalize(&given).ok();
+        if canonical.is_none() && Path::new(name).components().count() == 1 && Path::new(name).extension().is_none() {
+            built_in(name)?;
+        }
+        Ok(Origin::File { given, canonical })
+    }
+
+    pub fn name(&self) -> String {
+        match self {
+            Origin::BuiltIn(name) => (*name).to_owned(),
+            Origin::File { given, .. } => given.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        }
+    }
+
+    pub fn is(&self, other: &Origin) -> bool {
+        match (self, other) {
+            (Origin::BuiltIn(one), Origin::BuiltIn(other)) => one == other,
+            (Origin::File { canonical: one, .. }, Origin::File { canonical: other, .. }) => {
+                one.is_some() && one == other
+            }
+            _ => false,
+        }
+    }
+}
+
+/// The text of a preset file.
+pub(super) fn read_text(path: &Path) -> Result<String, Error> {
+    let refuse = |message: String, hint: &str| {
+        let message = format!("{}: {message}", path.display());
+        Err(Error::Preset { message, source_place: None, hint: hint.into() })
+    };
+    match fs::metadata(path) {
+        Ok(metadata) if metadata.is_dir() => refuse("is a folder, not a preset".into(), "name the file in it"),
+        Ok(_) => match fs::File::open(path) {
+            Ok(file) => text_of(&path.to_string_lossy(), file),
+            Err(error) => refuse(error.to_string(), ""),
+        },
+        Err(error) => refuse(error.to_string(), "name a preset file or a built-in preset (terrane presets)"),
+    }
+}
+
+/// The text that a reader gives, if it is one.
+pub(super) fn text_of(file: &str, reader: impl Read) -> Result<String, Error> {
+    let refuse = |message: String, hint: &str| {
+        Err(Error::Preset { message: format!("{file}: {message}"), source_place: None, hint: hint.into() })
+    };
+    let mut bytes = Vec::new();
+    // One byte more than allowed is enough to know, even of a device that never ends.
+    if let Err(error) = reader.take(MAX_PRESET_BYTES + 1).read_to_end(&mut bytes) {
+        return refuse(error.to_string(), "");
+    }
+    if bytes.len() as u64 > MAX_PRESET_BYTES {
+        return refuse("is longer than 1 MiB, so it is no preset".into(), "a preset is a short TOML text");
+    }
+    String::from_utf8(bytes).or_else(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..at].split(|&byte| byte == b'\n').count();
+        refuse(format!("is not UTF-8 from byte {at} (line {line}) on"), "save it as UTF-8 text")
+    })
+}
