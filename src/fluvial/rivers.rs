@@ -156,9 +156,8 @@ impl Fluvial {
 
     /// The points of the network that a channel must touch to touch an area in the world, with some grains to spare.
     fn network_around(&self, area: &Area, spare: i64) -> [Point; 2] {
-        let pad = self.warp.most_m().map(|metres| (metres / self.fields.metres_a_grain()).ceil() as i64 + spare);
-        let (low, high) = (Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1, area.y1));
-        [Point { x: low.x - pad[0], y: low.y - pad[1] }, Point { x: high.x + pad[0], y: high.y + pad[1] }]
+        let [low, high] = self.warp.input(*area, 1);
+        [low.moved([-spare as f64; 2]), high.moved([spare as f64; 2])]
     }
 
     /// An area that holds all of the world whose points lie in a rectangle of the network.

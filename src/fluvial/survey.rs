@@ -96,12 +96,9 @@ impl Survey for Fluvial {
 
     fn rivers(&self, area: &Area) -> Vec<RiverPiece> {
         let fields = self.fields();
-        // All that the warp may bring here.
-        let pad = self.warp.most_m().map(|metres| (metres / fields.metres_a_grain()).ceil() as i64 + GRAINS);
-        let (low, high) = (Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1, area.y1));
-        let rectangle =
-            [Point { x: low.x - pad[0], y: low.y - pad[1] }, Point { x: high.x + pad[0], y: high.y + pad[1] }];
-        let pieces = self.network().segments(fields.levels(), rectangle, low, 0.0);
+        // All that the warp may bring here, and a vertex more for what is rounded on the way.
+        let rectangle = self.warp.input(area.padded(1), 1);
+        let pieces = self.network().segments(fields.levels(), rectangle, Point::at_vertex(area.x0, area.y0), 0.0);
         let lakes: Vec<&Segment> = pieces.all.iter().filter(|piece| piece.widest_lake() > 0.0).collect();
         let spring_m3s = fields.settings().spring_m3s;
         let mut rivers = Vec::new();

@@ -108,18 +108,18 @@ pub struct Courses {
     seed: u64,
     fields: Arc<Fields>,
     drafts: Memory<ChunkId, Vec<Draft>>,
-    courses: Memory<ChunkId, Vec<Course>>,
+    taken: Memory<ChunkId, Vec<Course>>,
 }
 
 impl Courses {
     /// The courses of a world with these fields.
     pub fn new(fields: Arc<Fields>, seed: u64) -> Courses {
-        Courses { seed, fields, drafts: Memory::new(1 << 11), courses: Memory::new(1 << 11) }
+        Courses { seed, fields, drafts: Memory::new(1 << 11), taken: Memory::new(1 << 11) }
     }
 
     /// Where the tributaries of a chunk's cells begin and end.
     pub fn of(&self, id: ChunkId, above: &impl Fn(ChunkId) -> Segments) -> Arc<Vec<Course>> {
-        self.courses.get(id, || {
+        self.taken.get(id, || {
             let own = self.drafts(id, above);
             let around: Vec<Arc<Vec<Draft>>> = id.with_neighbours().map(|chunk| self.drafts(chunk, above)).collect();
             let above = above(id);

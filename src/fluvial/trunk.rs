@@ -137,9 +137,7 @@ impl Trunks {
     /// The basin of a node, and where its water goes.
     pub fn drained(&self, id: NodeId) -> Drained {
         let basin = self.basin(self.root(SPILL_ROUNDS, id));
-        let place =
-            basin.nodes.binary_search_by_key(&id, |(id, _)| *id).expect("a basin holds what drains to its sink");
-        basin.nodes[place].1
+        basin.nodes[basin.place(id)].1
     }
 
     /// Where the water of a node goes after some rounds of spilling.
@@ -150,6 +148,7 @@ impl Trunks {
             }
             let before = rounds - 1;
             let spill = self.spill(before, self.root(before, id));
+            // On the way from the pass to the sink the links turn around; at the pass the water leaves the basin.
             match spill.path.iter().position(|node| *node == id) {
                 Some(0) => spill.pass.map(|(_, beyond)| beyond),
                 Some(place) => Some(spill.path[place - 1]),
@@ -201,6 +200,7 @@ impl Trunks {
             let height = |id: NodeId| (self.node(id).potential, id);
             let mut inside = nodes.clone();
             inside.sort_unstable();
+            // The lowest edge out of the basin, by its higher end and then by its lower one.
             let mut lowest: Option<(Height, Height, NodeId, NodeId)> = None;
             for &id in &nodes {
                 for other in neighbours(id) {
@@ -238,6 +238,7 @@ impl Trunks {
             let none = Spill { pass: None, path: Vec::new() };
             let rim = self.rim(rounds, sink);
             let Some((pass, beyond)) = rim.pass else { return none };
+            // Two that would spill into each other would be a circle: the water stays in the lower one.
             let target = self.root(rounds, beyond);
             let back = self.rim(rounds, target).pass.map(|(_, beyond)| self.root(rounds, beyond));
             let height = |id: NodeId| (self.node(id).potential, id);
@@ -262,73 +263,95 @@ impl Trunks {
     /// All nodes of a sink with their areas and levels.
     fn basin(&self, sink: NodeId) -> Arc<Basin> {
         self.basins.get(sink, || {
-            let ids = self.flood(SPILL_ROUNDS, sink);
+            let flood = self.flood(SPILL_ROUNDS, sink);
             let drained = |id: &NodeId| {
                 let to = if *id == sink { None } else { self.receiver(SPILL_ROUNDS, *id) };
                 let sea_at = to.and_then(|to| self.fields.dry_share(self.node(*id).at, self.node(to).at));
                 (*id, Drained { to, sea_at, main: None, area: 1, level_m: 0.0, lake: self.lake(*id) })
             };
-            let mut nodes: Vec<(NodeId, Drained)> = ids.iter().map(drained).collect();
-            nodes.sort_unstable_by_key(|(id, _)| *id);
-            let place = |nodes: &[(NodeId, Drained)], id: NodeId| {
-                nodes.binary_search_by_key(&id, |(id, _)| *id).expect("a link stays in its basin")
-            };
-            // Areas from the springs down: the reverse of the flood.
-            for id in ids.iter().rev() {
-                let here = nodes[place(&nodes, *id)].1;
-                if let Some(to) = here.to.filter(|_| here.sea_at.is_none()) {
-                    let to = place(&nodes, to);
-                    nodes[to].1.area += here.area;
-                    let larger = nodes[to].1.main.is_none_or(|main| {
-                        let main_area = nodes[place(&nodes, main)].1.area;
-                        (here.area, *id) > (main_area, main)
-                    });
-                    if larger {
-                        nodes[to].1.main = Some(*id);
-                    }
-                }
-            }
-            for (_, here) in &mut nodes {
+            let mut basin = Basin { nodes: flood.iter().map(drained).collect() };
+            basin.nodes.sort_unstable_by_key(|(id, _)| *id);
+            basin.add_areas(&flood);
+            for (_, here) in &mut basin.nodes {
                 if here.lake < 2.0 * self.fields.least_lake(here.area as f64) {
                     here.lake = 0.0;
                 }
             }
-            // What the coast leaves them, from the springs down: what comes from lower land is lower still.
-            let mut most_m: Vec<f64> =
-                nodes.iter().map(|(id, _)| self.fields.below_coast_m(self.node(*id).at)).collect();
-            for id in ids.iter().rev().filter(|_| self.fields.has_sea()) {
-                let here = place(&nodes, *id);
-                let Drained { to: Some(to), sea_at: None, .. } = nodes[here].1 else { continue };
-                let (from, there) = (self.node(*id).at, place(&nodes, to));
-                let way = self.node(to).at.from(from);
-                let places = (1..COAST_PLACES).map(|n| way.map(|part| part * n as f64 / COAST_PLACES as f64));
-                let lowest_m =
-                    places.map(|way| self.fields.below_coast_m(from.moved(way))).fold(most_m[here], f64::min);
-                most_m[there] = most_m[there].min(lowest_m);
-            }
-            // Levels from the sink up.
-            for id in &ids {
-                let here = place(&nodes, *id);
-                let node = self.node(*id);
-                let Some(to) = nodes[here].1.to else {
-                    nodes[here].1.level_m = self.fields.sink_level_m(node.sea);
-                    continue;
-                };
-                let (below_m, dry) = match nodes[here].1.sea_at {
-                    Some(dry) => (self.fields.sea_level_m(), dry),
-                    None => (nodes[place(&nodes, to)].1.level_m, 1.0),
-                };
-                let length_m = node.at.distance(self.node(to).at) * dry * self.fields.metres_a_grain();
-                let slope = self.fields.river_slope(self.fields.uplift(node.at), nodes[here].1.area as f64);
-                let free_m = below_m + length_m * slope;
-                nodes[here].1.level_m = free_m.min(most_m[here]).max(below_m + length_m * slope.min(LEAST_SLOPE));
-                if most_m[here] < free_m {
-                    // The land falls away on the sea's side.
-                    nodes[here].1.lake = 0.0;
-                }
-            }
-            Basin { nodes }
+            self.set_levels(&flood, &mut basin);
+            basin
         })
+    }
+
+    /// The height in metres that the coast leaves each node of a basin and what comes to it: what comes from lower land is
+    /// lower still.
+    fn below_coast_m(&self, flood: &[NodeId], basin: &Basin) -> Vec<f64> {
+        let mut most_m: Vec<f64> =
+            basin.nodes.iter().map(|(id, _)| self.fields.below_coast_m(self.node(*id).at)).collect();
+        // From the springs down: the reverse of the flood.
+        for id in flood.iter().rev().filter(|_| self.fields.has_sea()) {
+            let here = basin.place(*id);
+            let Drained { to: Some(to), sea_at: None, .. } = basin.nodes[here].1 else { continue };
+            let (from, there) = (self.node(*id).at, basin.place(to));
+            let way = self.node(to).at.from(from);
+            let places = (1..COAST_PLACES).map(|n| way.map(|part| part * n as f64 / COAST_PLACES as f64));
+            let lowest_m = places.map(|way| self.fields.below_coast_m(from.moved(way))).fold(most_m[here], f64::min);
+            most_m[there] = most_m[there].min(lowest_m);
+        }
+        most_m
+    }
+
+    /// Gives the nodes of a basin their levels, from the sink up: by the law of rivers, and no higher than the coast leaves
+    /// them.
+    fn set_levels(&self, flood: &[NodeId], basin: &mut Basin) {
+        let most_m = self.below_coast_m(flood, basin);
+        for id in flood {
+            let here = basin.place(*id);
+            let (node, Drained { to, sea_at, area, .. }) = (self.node(*id), basin.nodes[here].1);
+            let Some(to) = to else {
+                basin.nodes[here].1.level_m = self.fields.sink_level_m(node.sea);
+                continue;
+            };
+            // The way ends where it comes to the sea.
+            let (below_m, dry) = match sea_at {
+                Some(dry) => (self.fields.sea_level_m(), dry),
+                None => (basin.nodes[basin.place(to)].1.level_m, 1.0),
+            };
+            let length_m = node.at.distance(self.node(to).at) * dry * self.fields.metres_a_grain();
+            let slope = self.fields.river_slope(self.fields.uplift(node.at), area as f64);
+            let free_m = below_m + length_m * slope;
+            let drained = &mut basin.nodes[here].1;
+            drained.level_m = free_m.min(most_m[here]).max(below_m + length_m * slope.min(LEAST_SLOPE));
+            if most_m[here] < free_m {
+                // The land falls away on the sea's side.
+                drained.lake = 0.0;
+            }
+        }
+    }
+}
+
+impl Basin {
+    /// The place of a node among the basin's.
+    fn place(&self, id: NodeId) -> usize {
+        self.nodes.binary_search_by_key(&id, |(id, _)| *id).expect("a basin holds what drains to its sink")
+    }
+
+    /// Adds up the areas, from the springs down: the reverse of the flood. Of those that come to a node the one with the most
+    /// area is its main river; of equal ones the id decides.
+    fn add_areas(&mut self, flood: &[NodeId]) {
+        for id in flood.iter().rev() {
+            let here = self.nodes[self.place(*id)].1;
+            // What the sea cuts off does not come to the next node.
+            let Some(to) = here.to.filter(|_| here.sea_at.is_none()) else { continue };
+            let to = self.place(to);
+            self.nodes[to].1.area += here.area;
+            let larger = self.nodes[to].1.main.is_none_or(|main| {
+                let main_area = self.nodes[self.place(main)].1.area;
+                (here.area, *id) > (main_area, main)
+            });
+            if larger {
+                self.nodes[to].1.main = Some(*id);
+            }
+        }
     }
 }
 

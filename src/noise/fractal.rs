@@ -131,7 +131,7 @@ impl Fractal {
 
     /// Runs the kernel of this kind, at the chosen level if none is given. A kernel a kind: one for all would
     /// be a single function of a size that only an optimising compiler can cope with.
-    fn run(&self, level: Option<Level>, area: Area, warp: Option<Warp<'_>>, out: &mut [f32]) {
+    fn run(&self, level: Option<Level>, area: Area, warp: Option<Displacement<'_>>, out: &mut [f32]) {
         match self.kind {
             FractalKind::Fbm => self.run_kind::<Fbm>(level, area, warp, out),
             FractalKind::Ridged { .. } => self.run_kind::<Ridged>(level, area, warp, out),
@@ -140,7 +140,7 @@ impl Fractal {
         }
     }
 
-    fn run_kind<F: Fold>(&self, level: Option<Level>, area: Area, warp: Option<Warp<'_>>, out: &mut [f32]) {
+    fn run_kind<F: Fold>(&self, level: Option<Level>, area: Area, warp: Option<Displacement<'_>>, out: &mut [f32]) {
         let fill = Fill::<F> { fractal: self, area, warp, out, kind: PhantomData };
         match level {
             Some(level) => simd::dispatch_at(level, fill),
@@ -148,7 +148,7 @@ impl Fractal {
         }
     }
 
-    fn checked_warp<'a>(&self, area: Area, dx_m: &'a [f32], dy_m: &'a [f32], values: usize) -> Warp<'a> {
+    fn checked_warp<'a>(&self, area: Area, dx_m: &'a [f32], dy_m: &'a [f32], values: usize) -> Displacement<'a> {
         let vertices = area.width() * area.height();
         assert!(
             values == vertices && dx_m.len() == vertices && dy_m.len() == vertices,
@@ -163,7 +163,7 @@ impl Fractal {
             "a displacement is more than {} m, or not a number",
             self.max_warp_m
         );
-        Warp { dx_m, dy_m }
+        Displacement { dx_m, dy_m }
     }
 }
 
@@ -193,7 +193,7 @@ impl Octave {
 
 /// Displacements of the vertices of an area, in metres.
 #[derive(Clone, Copy)]
-struct Warp<'a> {
+struct Displacement<'a> {
     dx_m: &'a [f32],
     dy_m: &'a [f32],
 }
@@ -202,7 +202,7 @@ struct Warp<'a> {
 struct Fill<'a, F> {
     fractal: &'a Fractal,
     area: Area,
-    warp: Option<Warp<'a>>,
+    warp: Option<Displacement<'a>>,
     out: &'a mut [f32],
     kind: PhantomData<F>,
 }
