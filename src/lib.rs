@@ -21,37 +21,40 @@
 //!
 //! # How data flows
 //!
+//! The modules below stand in the order of this diagram, and a file imports only from modules above its own; a test says
+//! so. Each layer is a pure function of the world and of lattice coordinates, and no tile ever looks at a neighbour.
+//!
 //! ```text
-//!   preset/     text -> Preset, with every key checked               a user's recipe; recipe/: what all settings share
+//!   error, area, grid, hash, geometry, clock, memory, device, simd      what all use
 //!      |
-//!   world.rs    Preset + seed -> World                               ranges proved, pads added up
+//!   noise/      fractals of simplex noise on the lanes of simd
+//!   recipe/     what all settings share: key paths, faults, checks by the schema, masks
+//!   land        heights and the water on them
+//!   lines/      one type for rivers and roads, and the imprint that they leave in land        input: 5 vertices more
+//!   names       what rivers, lakes, peaks and settlements are called
 //!      |
-//!   relief/     World, area -> heights in metres                     pad 0
-//!      |          noise/ over simd.rs: fractals of simplex noise
-//!      |          fluvial/: rivers first, then the land between them; a river is followed to its end
-//!   agents/     bare heights -> rivers and roads, whole              reach: the tiles that a path may cross
+//!   fluvial/    rivers first, then the land between them; lakes, coasts, peaks; a survey for those who plan on it
+//!   relief/     World, area -> land: of noise, or fluvial                                     input: the area
+//!   places/     survey -> settlements, and roads between them: lines                          reach: 2 site cells
+//!   agents/     bare heights -> the thesis' rivers and roads: lines                           reach: the tiles they may cross
 //!      |
-//!   places/     fluvial land -> settlements, roads between them      reach: 2 site cells
+//!   preset/     text -> Preset: a user's recipe, every key checked by the stage that reads it
+//!   world       Preset + seed -> World: ranges proved, memories bounded
+//!   tile/       land, lines -> imprint -> normals -> blend weights; the digest of each channel
+//!   features/   World, area -> rivers, lakes, coasts, roads, sites, peaks, crossings with typed attributes
+//!   mesh/       tile -> triangles: land, water, ribbons      map/  tile -> picture
 //!      |
-//!   tile/       heights, paths, roads -> carved, graded -> normals -> blend weights   pad HEIGHT_PAD = 1
-//!      |
-//!   features/   World, area -> rivers, lakes, coasts, peaks, sites, roads, with attributes and names
-//!      |
-//!   mesh/       heights -> triangles, all or few within a bound; waters, roads    an edge looks at its own heights only
-//!      |
-//!   bake/       Region -> all its tiles, in parallel, in order
-//!      |
-//!   export/     tiles, features -> files, map/ -> pictures; registry.rs, a log and never an input; profiles, plan, manifest
-//!      |
-//!   experiment/ World, camera -> timings, tables, charts             the thesis' measurement and method
-//!      |
-//!   cli/        the command, a thin layer on all this                the only part that prints
+//!   bake/       Region -> all its tiles, in parallel, in order, to sinks
+//!   registry    which tiles there are; a log and never an input of a bake
+//!   export/     a file a format, and the list of formats; profiles, plan, manifest
+//!   walker/     the endless terrain around a walker, whose agents look at neighbours
+//!   experiment/ World, camera -> timings, tables, charts: the thesis' measurement
+//!   cli/        the command, a thin layer on all this, and the only part that prints
 //! ```
 //!
-//! The modules below stand in this order, after the small ones that all use: [`error`], [`area`], [`grid`], [`hash`],
-//! [`clock`]. Each layer is a pure function of the world and of lattice coordinates and reads only the layers above it,
-//! within a pad that stands in one place ([`world::HEIGHT_PAD`]); no tile ever looks at a neighbouring tile.
-//! One is an exception to the order: [`agents::walker`], the endless terrain around a walker, which stands on tiles and whose agents look at neighbours.
+//! What a stage reads around the area that it makes stands in that stage, as a function `input(area) -> area`, and
+//! whoever calls it folds these: [`tile::shaped_input`] those of normals and weights, and [`lines::Imprint::input`] that of
+//! drains. For each a test fills all outside with NaN and finds the result unchanged.
 //!
 //! # Words
 //!
@@ -62,12 +65,27 @@
 //! | tile | N x N cells and so (N+1) x (N+1) vertices; neighbours share those of their edge |
 //! | area | a half-open rectangle of vertices |
 //! | region | the rectangle of tiles that one bake covers |
-//! | pad | how far around its area a stage must read |
+//! | input | the area that a stage reads to make an area |
+//! | reach | how far a river or road sticks out of the tile or site that owns it |
 //! | preset / world | the recipe as written / as checked and resolved |
+//! | settings | what a preset says to one stage |
+//! | fault | what is wrong with a setting, and under which key |
+//! | stream | one use of chance, with its number in the register ([`hash::Stream`]) |
+//! | land | heights and the water on them |
+//! | survey | land as planners ask for it: sparse heights and waters, rivers as lines |
+//! | line | a river or a road, whole: points with place, level, floor, half width and discharge |
+//! | structure | what carries a line where the land does not: a bridge, a tunnel, a ford |
+//! | bed | what a line does to the land: natural, dug, trodden or built |
+//! | imprint | what all lines together do to an area |
+//! | channel, segment | a watercourse of the network, wet or dry / a straight part of it |
+//! | trunk, tributary | a channel of the coarsest level / of one below |
+//! | course, alignment, profile | the channels of a river / the middle of a road as planned / its heights |
+//! | route, trace | the nodes of a planned road / of an agent's way |
+//! | landform, feature | a lake, coast or peak as found / anything that maps and vectors show, with attributes |
 //! | blend map | how much of each ground material a vertex has; the weights of a vertex sum to exactly 255 |
-//! | reach | how far a river or road sticks out of the tile that owns it |
-//! | path, way | a river or a road, whole / its bed |
-//! | sink, export | a consumer of finished tiles: a format |
+//! | channel of a tile, digest | one kind of its values / the BLAKE3 of each |
+//! | format, sink | a way to write a bake / what writes one bake so |
+//! | memory | values of a pure function that are kept for a while, bounded by bytes |
 //!
 //! # Units and axes
 //!

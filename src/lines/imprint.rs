@@ -1,6 +1,6 @@
 //! The imprint: what all lines together do to an area of land.
 //!
-//! Its parts are one for each way in which lines are made ([`Bed`](crate::lines::Bed)); the order of lines does not matter.
+//! Its parts are one for each way in which lines are made ([`Bed`]); the order of lines does not matter.
 
 use crate::area::Area;
 use crate::land::{Water, WaterKind};

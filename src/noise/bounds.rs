@@ -1,6 +1,6 @@
 //! Proof of a fractal's range, by interval arithmetic over its octaves.
 
-use super::fractal::FractalKind;
+use super::spec::FractalKind;
 
 /// A closed interval.
 #[derive(Clone, Copy, Debug)]

@@ -26,10 +26,12 @@ mod fractal;
 mod lattice;
 mod rows;
 mod simplex;
+mod spec;
 mod splat;
 mod stripes;
 
-pub use fractal::{Fractal, FractalKind, FractalSpec};
+pub use fractal::Fractal;
+pub use spec::{FractalKind, FractalSpec};
 pub use stripes::Stripes;
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! All integration tests in one binary, so that they link once: a file a subject.
 
 mod agents;
+mod architecture;
 mod cli;
 mod far;
 mod features;
