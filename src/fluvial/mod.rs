@@ -18,9 +18,9 @@
 //! whole basin, which is flooded and remembered. What a stage reads to make an area stands beside it, as its `input`.
 //!
 //! The rooms, in the order of that way: `fields` and `lift` have the laws; `trunk` the lattice of the largest rivers,
-//! `trunk_curve` and `trunk_course` their lines; `tributary_course` and `tributary` all others; `network` finds channels and
-//! their `segment`s by place, in chunks; `warp`, `valley` and `valley_side`, `gullies`, `coast` and `water` make rasters of them; `rivers`
-//! and `strahler` know whole rivers, and `survey` the land as roads ask for it.
+//! `trunk_curve` and `trunk_course` their lines; `tributary_course` and `tributary` all others; `network` finds channels
+//! and their `segment`s by place, in chunks; `warp`, `valley` and `valley_side`, `gullies`, `coast` and `water` make
+//! rasters of them; `rivers` and `strahler` know whole rivers, and `survey` the land as roads ask for it.
 
 pub mod settings;
 pub mod point;

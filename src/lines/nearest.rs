@@ -32,6 +32,10 @@ pub(super) fn visit(line: &Line, area: Area, mut visit: impl FnMut(i64, i64, Nea
     let mut nearest = Grid::filled(part, Nearest { outside_m: f32::INFINITY, floor_m: 0.0 });
     for piece in line.pieces().map(|ends| Piece::new(line, ends, bank_m)) {
         let Area { x0, y0, x1, y1 } = piece.near(part);
+        if x0 == x1 {
+            // It lies east or west of the area, where there are no rows.
+            continue;
+        }
         for y in y0..y1 {
             for (x, here) in (x0..x1).zip(nearest.row_mut(y, x0, x1)) {
                 let place = piece.nearest(x, y);
