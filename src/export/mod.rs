@@ -127,3 +127,40 @@ impl fmt::Display for Export {
         f.write_str(self.name())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::area::{Region, TileId};
+    use crate::bake::Watch;
+    use crate::preset::Preset;
+    use crate::world::World;
+    use format::{Request, folder};
+
+    /// What adding a format must not forget: it bakes here, and what it says of its files is held against them.
+    #[test]
+    fn every_format_leaves_the_files_that_it_says_and_knows_them_again() {
+        let text = "tile_cells = 16\nnoise = [{ kind = \"ridged\", height_m = 60.0, wavelength_m = 300.0, octaves = 4 }]\n\
+                    rivers = { density = 1.0 }";
+        let world = World::new(Preset::parse("test", text).unwrap(), None).unwrap();
+        let region = Region::new(TileId { x: -1, y: 2 }, 2, 3, 16).unwrap();
+        let meshes = MeshOptions { lods: "0..1".parse().unwrap(), ..MeshOptions::default() };
+        let exports: Vec<Export> = Export::known().filter(|export| export.0.lacks(&world).is_none()).collect();
+        let plan = Plan::new(&world, "test", region, exports.clone()).unwrap().with_meshes(meshes.clone()).unwrap();
+        let out = tempfile::tempdir().unwrap();
+        let output = Output::prepare(out.path(), false, &plan.cost(2)).unwrap();
+        let manifest = plan.run(&output, &Watch::default()).unwrap();
+        let request = Request { world: &world, region, meshes: &meshes };
+        for export in exports {
+            let files: Vec<_> = manifest.files.iter().filter(|file| file.export == export.name()).collect();
+            let (cost, bytes) = (export.0.cost(&request), files.iter().map(|file| file.bytes).sum::<u64>());
+            assert_eq!(files.len() as u64, cost.files, "{export}");
+            assert!(bytes <= cost.disk_bytes, "{export} has {bytes} bytes and says {}", cost.disk_bytes);
+            for path in files.iter().map(|file| &file.path) {
+                let owners: Vec<_> = Export::known().filter(|export| export.0.owns(path)).collect();
+                assert_eq!(owners, [export], "{path}");
+                assert!(export.0.folders().contains(&folder(path)), "{path}");
+            }
+        }
+    }
+}
