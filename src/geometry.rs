@@ -64,7 +64,8 @@ impl LineSegment {
 
     /// Whether it touches the rectangle from the origin to `corner`, edges included.
     pub fn touches_rectangle(&self, corner: [f64; 2]) -> bool {
-        // The part of the line that lies between both pairs of edges: none if it leaves the one before it enters the other.
+        // The part of the line that lies between both pairs of edges: none if it leaves the one before it enters the
+        // other.
         let (mut enters, mut leaves) = (0.0f64, 1.0f64);
         for axis in [0, 1] {
             let (from, way) = (self.from[axis], self.along[axis]);

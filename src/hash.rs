@@ -78,8 +78,8 @@ macro_rules! register {
 const PARTS: u64 = 1 << 32;
 
 register! {
-    /// Every use of chance in a world: its number, and how many it owns. What is new takes the next number that is free;
-    /// to change one changes worlds.
+    /// Every use of chance in a world: its number, and how many it owns. What is new takes the next number that is
+    /// free; to change one changes worlds.
     Stream:
     /// Domain warp of relief of noise, east.
     NoiseWarpEast = 1, 1;

@@ -43,7 +43,8 @@ pub struct Channel {
     pub hill_slope: f64,
     /// Area that drains through what it runs into, there, in cells of the trunk lattice; its own for the sea and lakes.
     pub mouth_area: f64,
-    /// For a trunk, the next node and whether this is that river's own upper course; not for one that the sea cuts short.
+    /// For a trunk, the next node and whether this is that river's own upper course; not for one that the sea cuts
+    /// short.
     pub next: Option<(NodeId, bool)>,
     bounds: [Point; 2],
 }

@@ -15,8 +15,8 @@ pub struct ChunkId {
     pub y: i64,
 }
 
-/// Cells a side of a chunk: of trunks, which are long and cost much, and of tributaries, whose neighbours must be within
-/// the next chunk.
+/// Cells a side of a chunk: of trunks, which are long and cost much, and of tributaries, whose neighbours must be
+/// within the next chunk.
 const fn side(level: u32) -> i64 {
     if level == 0 { 2 } else { 8 }
 }

@@ -1,19 +1,19 @@
 //! The coast: the edge of the land and the floor of the sea, by how far inland a place is.
 //!
-//! How far inland is known on a coarse lattice of the plane, and between its points by bilinear interpolation: rivers that
-//! run to the coast ask the same lattice ([`Fields::in_sea`]).
+//! How far inland is known on a coarse lattice of the plane, and between its points by bilinear interpolation: rivers
+//! that run to the coast ask the same lattice ([`Fields::in_sea`]).
 
 use super::fields::{COAST_STEP, Fields};
 use super::point::Point;
 use super::warp::Displaced;
 use crate::area::Area;
 
-/// Nodes of a block, for which the coarse lattice is read at a time: across, and down. So few that far inland and far out
-/// at sea whole blocks can be left out, so many that a point of the lattice serves several nodes.
+/// Nodes of a block, for which the coarse lattice is read at a time: across, and down. So few that far inland and far
+/// out at sea whole blocks can be left out, so many that a point of the lattice serves several nodes.
 const BLOCK: (usize, usize) = (64, 16);
 
-/// The cell of the coarse lattice that a vertex lies in, along one axis, once it is displaced by so many vertices, and how
-/// far into the cell, 0 to 1.
+/// The cell of the coarse lattice that a vertex lies in, along one axis, once it is displaced by so many vertices, and
+/// how far into the cell, 0 to 1.
 ///
 /// Relative to the cell that holds the vertex itself, so it is as exact anywhere as at the origin.
 fn cell(at: i64, by: f32) -> (i64, f32) {
@@ -57,7 +57,8 @@ impl Window {
     }
 }
 
-/// The height of the coast at the nodes of an area, and infinity where it is neither lower than the land nor in the sea;
+/// The height of the coast at the nodes of an area, and infinity where it is neither lower than the land nor in the
+/// sea;
 /// `None` where it is nowhere.
 pub fn heights(fields: &Fields, spacing_m: f64, nodes: &Displaced, land_m: &[f32]) -> Option<Vec<f32>> {
     if !fields.has_sea() {

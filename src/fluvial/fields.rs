@@ -25,18 +25,19 @@ struct Sea {
     metres_a_unit: f64,
 }
 
-/// Vertices from one place to the next at which rasters know the coast: the potential varies over kilometres, and to ask for
-/// it at each vertex would cost more than all else.
+/// Vertices from one place to the next at which rasters know the coast: the potential varies over kilometres, and to
+/// ask for it at each vertex would cost more than all else.
 pub const COAST_STEP: i64 = 16;
 
-/// Vertices that a brook runs on into the sea where there is room: there its bed is deeper than the sea's floor at first.
+/// Vertices that a brook runs on into the sea where there is room: there its bed is deeper than the sea's floor at
+/// first.
 const INTO_SEA: f64 = 6.0;
 
 /// Share of the coast's height above the sea that a bed has at most, so that it lies in a valley. Chosen by eye.
 const COAST_INCISION: f64 = 0.7;
 
-/// What the rounding of a valley's floor is less wide than, as a share of a trunk cell's side: two of them side by side leave
-/// room for a ridge.
+/// What the rounding of a valley's floor is less wide than, as a share of a trunk cell's side: two of them side by side
+/// leave room for a ridge.
 const WIDEST_TROUGH: f64 = 0.3;
 
 impl Fields {
@@ -160,7 +161,8 @@ impl Fields {
 
     /// Width of a river in metres, by area.
     ///
-    /// Based on: L. B. Leopold, T. Maddock, The hydraulic geometry of stream channels, 1953 (the root of the discharge).
+    /// Based on: L. B. Leopold, T. Maddock, The hydraulic geometry of stream channels, 1953 (the root of the
+    /// discharge).
     pub fn river_width_m(&self, area: f64) -> f64 {
         self.settings.river_width_m * self.discharge_m3s(area).sqrt()
     }
@@ -249,8 +251,8 @@ impl Fields {
         Some(dry)
     }
 
-    /// The nearest point of the coast from a point on land, about, if it is no further than `most` grains, and a point of
-    /// the sea beyond it: of the coast that the rasters have.
+    /// The nearest point of the coast from a point on land, about, if it is no further than `most` grains, and a point
+    /// of the sea beyond it: of the coast that the rasters have.
     pub fn coast_near(&self, at: Point, most: f64) -> Option<[Point; 2]> {
         self.sea.as_ref()?;
         let above = |at: Point| self.potential(at) - self.settings.coast.below;

@@ -1,8 +1,8 @@
 //! Gullies: what runs down the hillsides between the channels that the network knows.
 //!
 //! Stripes that run down the fall line are carved into the land, octave by octave, each octave down the slopes that the
-//! ones before have made; then a little roughness. Both fade out towards the channels and the crests, and are so shallow
-//! that the land still falls along the fall line: no pit comes of them.
+//! ones before have made; then a little roughness. Both fade out towards the channels and the crests, and are so
+//! shallow that the land still falls along the fall line: no pit comes of them.
 //!
 //! Based on: R. Johansen (runevision), Fast and Gorgeous Erosion Filter, 2026.
 
@@ -32,17 +32,17 @@ struct Octave {
     slope: f32,
 }
 
-/// Wavelength of the first octave in cells of the finest level, so that gullies go on from the brooks; and how many times
-/// shorter each further one is: not twice, or crests of two octaves would fall together.
+/// Wavelength of the first octave in cells of the finest level, so that gullies go on from the brooks; and how many
+/// times shorter each further one is: not twice, or crests of two octaves would fall together.
 const FIRST_WAVE: f64 = 0.9;
 const WAVE_RATIO: f64 = 2.1;
 
-/// Depth of gullies as a share of their wavelength, where the settings ask for whole gullies on a slope of 1: so shallow that
-/// their flanks are less steep than the hillside, and fall along it.
+/// Depth of gullies as a share of their wavelength, where the settings ask for whole gullies on a slope of 1: so
+/// shallow that their flanks are less steep than the hillside, and fall along it.
 const DEPTH: f64 = 0.2;
 
-/// Height of the roughness as a share of its first wavelength, where the settings ask for whole gullies on a slope of 1: so
-/// low that the land still falls along the fall line.
+/// Height of the roughness as a share of its first wavelength, where the settings ask for whole gullies on a slope of
+/// 1: so low that the land still falls along the fall line.
 const ROUGHNESS: f64 = 0.03;
 
 /// Waves shorter than this many vertices cannot be seen.
@@ -170,7 +170,8 @@ impl Kernel for Across<'_> {
     fn run<S: Simd>(self, simd: S) {
         for at in (0..self.fall[0].len()).step_by(S::LANES) {
             let (x, y) = (simd.load(&self.fall[0][at..]), simd.load(&self.fall[1][at..]));
-            // On a crest or a floor there is no direction; the least length keeps the vector short instead of undefined.
+            // On a crest or a floor there is no direction; the least length keeps the vector short instead of
+            // undefined.
             let length = simd.sqrt(x * x + y * y);
             let scale = simd.splat(1.0) / simd.max(length, simd.splat(1e-6));
             simd.store(-y * scale, &mut self.across[0][at..]);

@@ -14,8 +14,9 @@
 //! ```
 //!
 //! Everything is a pure function of the seed and of lattice ids. A vertex depends on the segments of channels whose
-//! [reach](segment::Segment::reach) holds it, a channel on those of coarser levels within a few cells, and a trunk on its
-//! whole basin, which is flooded and remembered. What a stage reads to make an area stands beside it, as its `input`.
+//! [reach](segment::Segment::reach) holds it, a channel on those of coarser levels within a few cells, and a trunk on
+//! its whole basin, which is flooded and remembered. What a stage reads to make an area stands beside it, as its
+//! `input`.
 //!
 //! The rooms, in the order of that way: `fields` and `lift` have the laws; `trunk` the lattice of the largest rivers,
 //! `trunk_curve` and `trunk_course` their lines; `tributary_course` and `tributary` all others; `network` finds channels
@@ -129,8 +130,8 @@ impl Fluvial {
 
     /// Bounds that no height can leave: (lowest, highest) in metres.
     ///
-    /// Beds lie at most a river's or a lake's greatest depth below the lowest water, the sea is less deep than its settings
-    /// say, and the ceiling is never reached.
+    /// Beds lie at most a river's or a lake's greatest depth below the lowest water, the sea is less deep than its
+    /// settings say, and the ceiling is never reached.
     pub fn range_m(&self) -> (f32, f32) {
         let settings = self.fields.settings();
         let sea_m = self.fields.sea_level_m();

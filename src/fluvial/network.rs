@@ -1,16 +1,16 @@
 //! The network of channels: the trunks, and level by level the tributaries that join what is already there.
 //!
-//! A cell of a level's lattice may hold the head of a channel, whose course is a straight line to the nearest channel of
-//! the levels above it: such lines cannot cross each other, nor what they run to. Where it crosses nothing that may be
-//! there, the line runs aslant downstream instead. Around its course a channel wanders, in a tube that no other's tube
-//! meets; at last [`Fluvial`](super::Fluvial) warps the plane, channels and hills alike. Where the coast is nearer a
-//! channel runs to the coast. Its bed rises from where it ends, by the law of rivers, and never above the valley
+//! A cell of a level's lattice may hold the head of a channel, whose course is a straight line to the nearest channel
+//! of the levels above it: such lines cannot cross each other, nor what they run to. Where it crosses nothing that may
+//! be there, the line runs aslant downstream instead. Around its course a channel wanders, in a tube that no other's
+//! tube meets; at last [`Fluvial`](super::Fluvial) warps the plane, channels and hills alike. Where the coast is nearer
+//! a channel runs to the coast. Its bed rises from where it ends, by the law of rivers, and never above the valley
 //! sides that the levels above it make.
 //!
 //! Channels come in chunks of cells, each a pure function of its place that asks for the chunks of the levels above.
 //!
-//! Based on: M. Gaillard, B. Benes, E. Guérin, E. Galin, D. Rohmer, M.-P. Cani, Dendry: a procedural model for dendritic
-//! patterns, 2019 (nested lattices that join the nearest channel).
+//! Based on: M. Gaillard, B. Benes, E. Guérin, E. Galin, D. Rohmer, M.-P. Cani, Dendry: a procedural model for
+//! dendritic patterns, 2019 (nested lattices that join the nearest channel).
 
 use std::sync::Arc;
 
@@ -81,8 +81,8 @@ impl Network {
         chunk.channels.iter().find(|channel| channel.id == (level, x, y)).cloned()
     }
 
-    /// The segments of the first `levels` levels whose [reach](Segment::reach), by `brook` grains, touches a rectangle, relative
-    /// to `origin`.
+    /// The segments of the first `levels` levels whose [reach](Segment::reach), by `brook` grains, touches a rectangle,
+    /// relative to `origin`.
     pub fn segments(&self, levels: u32, rectangle: [Point; 2], origin: Point, brook: f64) -> Segments {
         let [low, high] = rectangle.map(|corner| corner.from(origin));
         let (mut channels, mut all) = (Vec::new(), Vec::new());

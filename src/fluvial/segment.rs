@@ -47,8 +47,8 @@ pub struct Segment {
 /// whose bed it lies: it would be land, and break the brook.
 const STEEPER: f64 = 2.5;
 
-/// Grains from a channel beyond which its side has risen more than that of a brook does within `brook` grains, by the half
-/// widths of the rounding of its floor and of its lake.
+/// Grains from a channel beyond which its side has risen more than that of a brook does within `brook` grains, by the
+/// half widths of the rounding of its floor and of its lake.
 ///
 /// A side rises as `sqrt(d^2 - lake^2 + trough^2) - trough`, and a brook's, which has neither, as `d`: solved for d.
 pub fn reach(brook: f64, trough: f64, lake: f64) -> f64 {

@@ -1,7 +1,7 @@
 //! Strahler's orders of channels that hold water.
 //!
-//! Based on: A. N. Strahler, Quantitative analysis of watershed geomorphology, 1957. Where two streams of the same order
-//! meet, the stream below has one more; a stream that meets a larger one changes nothing.
+//! Based on: A. N. Strahler, Quantitative analysis of watershed geomorphology, 1957. Where two streams of the same
+//! order meet, the stream below has one more; a stream that meets a larger one changes nothing.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -6,12 +6,12 @@
 
 use crate::area::Area;
 use crate::clock::Clock;
+use crate::fluvial::Fluvial;
 use crate::fluvial::fields::Fields;
 use crate::fluvial::point::{GRAINS, Point};
 use crate::fluvial::segment::{Segment, Segments};
-use crate::fluvial::Fluvial;
-use crate::land::WaterKind;
 use crate::geometry::{length, lerp};
+use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::memory::Memory;
 

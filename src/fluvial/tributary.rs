@@ -20,12 +20,12 @@ pub fn most_area(level: u32) -> f64 {
     0.25f64.powi(level as i32)
 }
 
-/// Share of its area that a tributary has at its head less than at its mouth: a head has a quarter of it, as much as the mouth
-/// of a tributary of the next level.
+/// Share of its area that a tributary has at its head less than at its mouth: a head has a quarter of it, as much as
+/// the mouth of a tributary of the next level.
 const AREA_FALL: f64 = 0.75;
 
-/// How far from the middle of its course channels are looked for that a tributary may be under: in lengths of the course, and
-/// in cells more.
+/// How far from the middle of its course channels are looked for that a tributary may be under: in lengths of the
+/// course, and in cells more.
 const NEAR: f64 = 1.5;
 
 /// The tributaries of a world.
@@ -42,7 +42,8 @@ impl Tributaries {
         Tributaries { seed, courses: Courses::new(Arc::clone(&fields), seed), fields }
     }
 
-    /// The tributaries whose heads are in the cells of a chunk, given whom to ask for the segments of the levels above one.
+    /// The tributaries whose heads are in the cells of a chunk, given whom to ask for the segments of the levels above
+    /// one.
     pub fn of(&self, id: ChunkId, above: &impl Fn(ChunkId) -> Segments) -> Vec<Arc<Channel>> {
         let segments = above(id);
         // The straight courses of this one's and its neighbours' tributaries.
@@ -93,8 +94,8 @@ impl Tributaries {
         channel
     }
 
-    /// Where a tributary goes, from its shore up, which is so far [from the origin, and from the shore to the head]; around
-    /// it are the lines that it must not cross.
+    /// Where a tributary goes, from its shore up, which is so far [from the origin, and from the shore to the head];
+    /// around it are the lines that it must not cross.
     fn wander(&self, level: u32, id: NodeId, [from, way]: [[f64; 2]; 2], around: &[LineSegment]) -> Vec<[f64; 2]> {
         let segments = self.fields.segments_a_channel(level);
         let straight: Vec<[f64; 2]> = (0..=segments)
@@ -108,8 +109,8 @@ impl Tributaries {
         if lines(&wandered, 1).iter().any(crosses) { straight } else { wandered }
     }
 
-    /// The knots of a tributary from its shore up, through places that are relative to an origin, given the segments of larger
-    /// valleys near it.
+    /// The knots of a tributary from its shore up, through places that are relative to an origin, given the segments of
+    /// larger valleys near it.
     fn bed(
         &self,
         level: u32,

@@ -1,7 +1,7 @@
 //! The straight courses of tributaries: which cells of a level have one, and where it begins and ends.
 //!
-//! Straight lines to the nearest channel do not cross, nor do they cross channels; aslant they may. So each cell makes a
-//! draft with both ends, of which neighbours know nothing, and then takes one by what the drafts around it might do.
+//! Straight lines to the nearest channel do not cross, nor do they cross channels; aslant they may. So each cell makes
+//! a draft with both ends, of which neighbours know nothing, and then takes one by what the drafts around it might do.
 
 use std::sync::Arc;
 
@@ -19,18 +19,19 @@ use crate::memory::Memory;
 /// that what a channel depends on stays near.
 const JOIN_CELLS: f64 = 2.5;
 
-/// Cells that lie between a head and the nearest channel at least: at the finest level, and more at each level above it. What
-/// begins nearer would be a short stub. Chosen by eye.
+/// Cells that lie between a head and the nearest channel at least: at the finest level, and more at each level above
+/// it. What begins nearer would be a short stub. Chosen by eye.
 const LEAST_CELLS: (f64, f64) = (0.45, 0.12);
 
-/// How far downstream of the nearest point a tributary ends, as a share of the distance: at the finest level, and more at
-/// each level above it, up to a most.
+/// How far downstream of the nearest point a tributary ends, as a share of the distance: at the finest level, and more
+/// at each level above it, up to a most.
 ///
 /// Longer and more slanting tributaries at the coarser levels make large basins longer than wide: Hack's law.
 const SLANT: (f64, f64, f64) = (0.35, 0.2, 1.3);
 
-/// How far from all channels a tributary that runs aslant keeps, as a share of the way to where it ends, and at how many
-/// places: one that comes nearer brushes past a bend of what it runs to, or along it, and in the world they would cross.
+/// How far from all channels a tributary that runs aslant keeps, as a share of the way to where it ends, and at how
+/// many places: one that comes nearer brushes past a bend of what it runs to, or along it, and in the world they would
+/// cross.
 const GRAZES: f64 = 0.15;
 const GRAZES_AT: u32 = 16;
 
@@ -41,16 +42,16 @@ const LEFT_OUT: f64 = 0.15;
 const EDGE: f64 = 0.1;
 const INNER: f64 = 0.8;
 
-/// How far from a tributary's foot others are looked at that it might come across, in lengths of its direct way. One that
-/// runs aslant is less than twice as long.
+/// How far from a tributary's foot others are looked at that it might come across, in lengths of its direct way. One
+/// that runs aslant is less than twice as long.
 const AROUND: f64 = 3.0;
 
-/// Cells that a tributary sticks out of the cell of its head at most: it ends within `JOIN_CELLS * sqrt(1 + SLANT^2)`, and
-/// wanders by less than a cell.
+/// Cells that a tributary sticks out of the cell of its head at most: it ends within `JOIN_CELLS * sqrt(1 + SLANT^2)`,
+/// and wanders by less than a cell.
 pub const REACH_CELLS: f64 = 5.0;
 
-/// Cells around a chunk beyond which no channel of the levels above it matters: further than a tributary may end, it may be
-/// under the valley side of what is still further.
+/// Cells around a chunk beyond which no channel of the levels above it matters: further than a tributary may end, it
+/// may be under the valley side of what is still further.
 pub const ABOVE_CELLS: f64 = JOIN_CELLS + 3.0;
 
 /// Where a tributary begins, and where it ends if it runs straight to the nearest channel or if it runs aslant.
@@ -101,8 +102,8 @@ impl End {
     }
 }
 
-/// The courses of a world's tributaries. What they join, the segments of the levels above a chunk and around it, relative
-/// to its corner, is asked of whoever asks for them.
+/// The courses of a world's tributaries. What they join, the segments of the levels above a chunk and around it,
+/// relative to its corner, is asked of whoever asks for them.
 #[derive(Debug)]
 pub struct Courses {
     seed: u64,
@@ -144,7 +145,8 @@ impl Courses {
         })
     }
 
-    /// Where the tributary of a cell begins and may end, if there is one, given the segments of the levels above around it.
+    /// Where the tributary of a cell begins and may end, if there is one, given the segments of the levels above around
+    /// it.
     fn draft(&self, level: u32, id: NodeId, above: &Segments) -> Option<Draft> {
         let (fields, cell) = (&self.fields, self.fields.side(level));
         let seed = hash::network_level(self.seed, level);

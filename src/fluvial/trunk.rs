@@ -282,8 +282,8 @@ impl Trunks {
         })
     }
 
-    /// The height in metres that the coast leaves each node of a basin and what comes to it: what comes from lower land is
-    /// lower still.
+    /// The height in metres that the coast leaves each node of a basin and what comes to it: what comes from lower land
+    /// is lower still.
     fn below_coast_m(&self, flood: &[NodeId], basin: &Basin) -> Vec<f64> {
         let mut most_m: Vec<f64> =
             basin.nodes.iter().map(|(id, _)| self.fields.below_coast_m(self.node(*id).at)).collect();
@@ -300,8 +300,8 @@ impl Trunks {
         most_m
     }
 
-    /// Gives the nodes of a basin their levels, from the sink up: by the law of rivers, and no higher than the coast leaves
-    /// them.
+    /// Gives the nodes of a basin their levels, from the sink up: by the law of rivers, and no higher than the coast
+    /// leaves them.
     fn set_levels(&self, flood: &[NodeId], basin: &mut Basin) {
         let most_m = self.below_coast_m(flood, basin);
         for id in flood {
@@ -335,8 +335,8 @@ impl Basin {
         self.nodes.binary_search_by_key(&id, |(id, _)| *id).expect("a basin holds what drains to its sink")
     }
 
-    /// Adds up the areas, from the springs down: the reverse of the flood. Of those that come to a node the one with the most
-    /// area is its main river; of equal ones the id decides.
+    /// Adds up the areas, from the springs down: the reverse of the flood. Of those that come to a node the one with
+    /// the most area is its main river; of equal ones the id decides.
     fn add_areas(&mut self, flood: &[NodeId]) {
         for id in flood.iter().rev() {
             let here = self.nodes[self.place(*id)].1;

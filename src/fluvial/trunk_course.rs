@@ -1,9 +1,9 @@
 //! The courses of trunks from node to node, and their beds.
 //!
 //! In four steps, each of which asks for the one before of the trunks around, so that it does not matter which comes
-//! first: a smooth curve; a straight line instead, where the curve comes too close to that of a trunk that shares a node;
-//! meanders, in a tube that no other's tube meets; and a bed that keeps below the coast and below the sides of the larger
-//! valley that it comes to.
+//! first: a smooth curve; a straight line instead, where the curve comes too close to that of a trunk that shares a
+//! node; meanders, in a tube that no other's tube meets; and a bed that keeps below the coast and below the sides of
+//! the larger valley that it comes to.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -19,16 +19,16 @@ use crate::geometry::{LineSegment, lines};
 use crate::hash::{self, Draw};
 use crate::memory::Memory;
 
-/// How steep a river runs down the side of a larger one's valley at most, as a share of that side's slope: so it cuts into
-/// it, and is not lost on it. Chosen by eye.
+/// How steep a river runs down the side of a larger one's valley at most, as a share of that side's slope: so it cuts
+/// into it, and is not lost on it. Chosen by eye.
 pub const INCISION: f64 = 0.7;
 
-/// Cells of the trunk lattice that a trunk sticks out of the cell of its upper node at most: it runs to a neighbouring one,
-/// and its curve bulges by less than its length.
+/// Cells of the trunk lattice that a trunk sticks out of the cell of its upper node at most: it runs to a neighbouring
+/// one, and its curve bulges by less than its length.
 pub const REACH_CELLS: f64 = 2.5;
 
-/// Knots from one to the next of the lines by which a trunk keeps clear of others: its tube is much wider than what the curve
-/// does between them.
+/// Knots from one to the next of the lines by which a trunk keeps clear of others: its tube is much wider than what the
+/// curve does between them.
 const CLEAR_STEP: usize = 8;
 
 /// Slope from which on a river does not meander. Chosen by eye.
@@ -167,8 +167,8 @@ impl TrunkCourses {
         }
     }
 
-    /// The course of the trunk from a node to the next: a smooth curve, or a straight line where that comes too close to
-    /// another one with which it shares a node.
+    /// The course of the trunk from a node to the next: a smooth curve, or a straight line where that comes too close
+    /// to another one with which it shares a node.
     fn apart_trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
         let make = || {
             let smooth = self.smooth_trunk(id)?;

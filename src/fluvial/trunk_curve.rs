@@ -11,7 +11,8 @@ use crate::geometry::{LineSegment, length, lines};
 /// eye.
 const LAKE_SHAPE: [f64; 4] = [1.0, 0.94, 0.78, 0.5];
 
-/// Half width of a lake where it ends, as a share of the least that a lake has: of two that are equal rounding would choose.
+/// Half width of a lake where it ends, as a share of the least that a lake has: of two that are equal rounding would
+/// choose.
 const LAKE_END: f64 = 0.99;
 
 /// How steep a bed is that goes on under the sea: enough that it falls. Chosen by eye.
@@ -20,8 +21,8 @@ pub const DROWNED_SLOPE: f64 = 0.002;
 /// Straight segments of a trunk at least, so that a curve of a coarse network is still one. Chosen by eye.
 const LEAST_SEGMENTS: usize = 16;
 
-/// How long the curve's tangents at the nodes are, as a share of those that Hermite's cubic has: a little less curved, so
-/// that a trunk bulges by less than its length. Chosen by eye.
+/// How long the curve's tangents at the nodes are, as a share of those that Hermite's cubic has: a little less curved,
+/// so that a trunk bulges by less than its length. Chosen by eye.
 const TANGENT: f64 = 0.8;
 
 /// Area that drains through a spring, in cells of the trunk lattice: a quarter of its own cell. Chosen by eye.
@@ -30,9 +31,9 @@ const SPRING_AREA: f64 = 0.25;
 /// How far a trunk bulges to the side at most, as a share of its length: a bound for the cubic.
 const BULGE: f64 = 0.2;
 
-/// How far apart two trunks that share a node are at least, as a share of the way from the node, and from which share of
-/// the trunk's length on. Closer ones could come across
-/// each other where the warp draws them together. Chosen by eye.
+/// How far apart two trunks that share a node are at least, as a share of the way from the node, and from which share
+/// of the trunk's length on. Closer ones could come across each other where the warp draws them together. Chosen by
+/// eye.
 const APART: f64 = 0.1;
 const APART_FROM: f64 = 0.25;
 

@@ -1,13 +1,13 @@
 //! Valleys: the lowest of the valley sides that rise from the channels around a vertex.
 //!
-//! From a channel the land rises as `slope * (sqrt(d^2 + f^2) - f)` with the distance d from its water: rounded over the
-//! width f of its floor, then straight. The lowest of all sides has no pits: away from a channel its own side falls to
-//! it, and along a channel the bed falls. Where two sides meet is a crest, sharp or rounded.
+//! From a channel the land rises as `slope * (sqrt(d^2 + f^2) - f)` with the distance d from its water: rounded over
+//! the width f of its floor, then straight. The lowest of all sides has no pits: away from a channel its own side falls
+//! to it, and along a channel the bed falls. Where two sides meet is a crest, sharp or rounded.
 //!
-//! Vertices, or every so many of them, are done in patches aligned with the world, each with the segments that can be lowest
-//! in it: a bound on how steep sides are tells which cannot, so leaving them out changes nothing. In three steps, each with
-//! what the one before has left: segments by their reach and those that may be lowest in a block of patches, those that may
-//! be lowest in a patch, the lowest at a vertex.
+//! Vertices, or every so many of them, are done in patches aligned with the world, each with the segments that can be
+//! lowest in it: a bound on how steep sides are tells which cannot, so leaving them out changes nothing. In three
+//! steps, each with what the one before has left: segments by their reach and those that may be lowest in a block of
+//! patches, those that may be lowest in a patch, the lowest at a vertex.
 
 use super::fields::Fields;
 use super::point::{GRAINS, Point};
@@ -23,12 +23,12 @@ pub const PATCH: (usize, usize) = (16, 4);
 /// would leave more segments to each patch, smaller ones look at all segments more often.
 const BLOCK: (usize, usize) = (2, 8);
 
-/// Cells of the finest level within which a brook can matter to a vertex; measured: among millions, a few are reached over
-/// five.
+/// Cells of the finest level within which a brook can matter to a vertex; measured: among millions, a few are reached
+/// over five.
 const BROOK_CELLS: i64 = 6;
 
-/// Grains from a vertex, once it is displaced, within which brooks matter; other channels do as far as their sides rise no
-/// more than that.
+/// Grains from a vertex, once it is displaced, within which brooks matter; other channels do as far as their sides rise
+/// no more than that.
 pub fn brook_reach(fields: &Fields) -> f64 {
     (BROOK_CELLS * fields.side(fields.levels() - 1)) as f64
 }
@@ -94,8 +94,8 @@ pub struct FillValleys<'a> {
     pub warp: [&'a [f32]; 2],
     /// Slope of the hillsides at each vertex.
     pub slope: &'a [f32],
-    /// The segments around the area, at least all whose [reach](Segment::reach) by that of a [brook](brook_reach) holds a
-    /// displaced node.
+    /// The segments around the area, at least all whose [reach](Segment::reach) by that of a [brook](brook_reach) holds
+    /// a displaced node.
     pub segments: &'a Segments,
     /// Where it is written.
     pub out: &'a mut Valleys,
@@ -172,8 +172,8 @@ impl FillValleys<'_> {
         let corner_point = Point::at_vertex(corner[0] * self.step, corner[1] * self.step);
         let offset = corner_point.from(self.segments.origin);
         let spread = self.spread(corner, part);
-        // Segments that may reach it, by their bounding rectangles; from here on in metres from the block's corner, which
-        // are exact enough in f32 wherever in the world that is.
+        // Segments that may reach it, by their bounding rectangles; from here on in metres from the block's corner,
+        // which are exact enough in f32 wherever in the world that is.
         block.clear();
         let metres = self.fields.metres_a_grain();
         // A little more than the radius, for its rounding.
@@ -191,8 +191,8 @@ impl FillValleys<'_> {
             }
         }
         block.pad();
-        // Of those the ones that may be lowest somewhere in the block. A segment whose reach ends within it bounds nothing:
-        // in some of its patches it does not count.
+        // Of those the ones that may be lowest somewhere in the block. A segment whose reach ends within it bounds
+        // nothing: in some of its patches it does not count.
         self.measure(simd, block, &spread, around as f32, limits);
         patch.clear();
         keep(block, limits, f32::NEG_INFINITY, patch);
@@ -246,9 +246,10 @@ impl FillValleys<'_> {
         (LEAST_HALF_WIDTH * GRAINS as f64 * self.fields.metres_a_grain()) as f32
     }
 
-    /// Limits of each segment's side over a group of vertices: the lowest that it can be, less the highest that the lowest
-    /// of all can be; and what is left of its reach, in metres, once it has come to the middle. The lowest is one of those
-    /// whose reach goes on for `beyond_m` from there: of a block's segments, one that matters to all of its patches.
+    /// Limits of each segment's side over a group of vertices: the lowest that it can be, less the highest that the
+    /// lowest of all can be; and what is left of its reach, in metres, once it has come to the middle. The lowest is
+    /// one of those whose reach goes on for `beyond_m` from there: of a block's segments, one that matters to all of
+    /// its patches.
     #[inline(always)]
     fn measure<S: Simd>(&self, simd: S, segments: &Columns, spread: &Spread, beyond_m: f32, limits: &mut Limits) {
         let len = segments.number.len();
@@ -264,8 +265,8 @@ impl FillValleys<'_> {
         for start in (0..len).step_by(S::LANES) {
             let segment = LaneSegment::load(simd, segments, start, level_floor);
             let side = segment.side(simd, middle);
-            // By how much a side may differ from what it is in the middle: no more than it changes in a radius, along the
-            // segment and across it. In a lake it falls, so there the gentlest hillside is the highest.
+            // By how much a side may differ from what it is in the middle: no more than it changes in a radius, along
+            // the segment and across it. In a lake it falls, so there the gentlest hillside is the highest.
             let (risen, fallen) = (simd.max(side.rise, zero), simd.min(side.rise, zero));
             let slack = (steep + simd.load(&segments.steepness[start..]) * (simd.splat(1.0) + steep)) * radius;
             let left = simd.load(&segments.reach[start..]) - simd.sqrt(side.square);
@@ -303,8 +304,8 @@ impl FillValleys<'_> {
                     simd.splat((y - corner[1]) as f32) * spacing_m + simd.load(&self.warp[1][index..]),
                 ];
                 let slope = simd.load(&self.slope[index..]);
-                // The lowest side and the second-lowest of another channel, between which the crest is; and the room that
-                // there is to round it.
+                // The lowest side and the second-lowest of another channel, between which the crest is; and the room
+                // that there is to round it.
                 let far = simd.splat(f32::MAX);
                 let (mut best, mut second, mut room) = (far, far, far);
                 let (mut level, mut off, mut share) = (zero, [zero, zero], zero);
@@ -316,8 +317,8 @@ impl FillValleys<'_> {
                     let own = simd.splat_u32(segments.channel[segment]);
                     let same = simd.eq_u32(own, channel);
                     let lower = simd.lt(height, best);
-                    // What is not lowest, of another channel than what is: segments of one channel have no crest between
-                    // them. They come one after the other, so what was second stays.
+                    // What is not lowest, of another channel than what is: segments of one channel have no crest
+                    // between them. They come one after the other, so what was second stays.
                     let rest = simd.select(lower, best, height);
                     second = simd.select(same, second, simd.min(rest, second));
                     room = simd.min(room, three * height - side.level);
@@ -333,7 +334,8 @@ impl FillValleys<'_> {
                 let gap = second - best;
                 let round = simd.max(simd.min(crest_m, room - (best + best)), zero);
                 let over = simd.max(round - gap, zero);
-                // A fourth would round a crest off; as the room shrinks downhill, more than a fifth would leave a furrow.
+                // A fourth would round a crest off; as the room shrinks downhill, more than a fifth would leave a
+                // furrow.
                 let lowered = over * over / (simd.max(round, simd.splat(1e-3)) * simd.splat(5.0));
                 let steepness = simd.min(gap / simd.max(round, simd.splat(1e-3)), simd.splat(1.0));
                 let distance = simd.sqrt(off[0] * off[0] + off[1] * off[1]);

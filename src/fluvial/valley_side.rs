@@ -10,8 +10,9 @@ use crate::simd::{MAX_LANES, Simd};
 /// place of a river and not to one further down.
 pub const CROSS_FALL: f32 = 0.02;
 
-/// What all floors rise sideways, as a share of the hillside's slope: next to nothing, so that no two vertices are equally high. In a lake they
-/// fall so from the shore to the middle: what runs into it is never lower, and where lakes overlap the deepest counts.
+/// What all floors rise sideways, as a share of the hillside's slope: next to nothing, so that no two vertices are
+/// equally high. In a lake they fall so from the shore to the middle: what runs into it is never lower, and where lakes
+/// overlap the deepest counts.
 const FLOOR_FALL: f32 = 0.001;
 
 /// Half width in vertices of the least bed: its floor is level across, so that in whichever direction it runs an

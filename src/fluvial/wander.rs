@@ -12,16 +12,16 @@ use crate::hash::Draw;
 
 /// How far the middle of a stretch lies to the side at most, as a share of its length.
 ///
-/// What each halving adds to the length of a channel is what makes long rivers longer than their basins are wide: Hack's
-/// law. Half is a corner of 90 degrees, at most.
+/// What each halving adds to the length of a channel is what makes long rivers longer than their basins are wide:
+/// Hack's law. Half is a corner of 90 degrees, at most.
 const SWING: f64 = 0.5;
 
-/// How much of the way to the next course a channel may take: less than a half, so that two never meet, with some room for
-/// their widths.
+/// How much of the way to the next course a channel may take: less than a half, so that two never meet, with some room
+/// for their widths.
 const TUBE: f64 = 0.4;
 
-/// Shares of a channel's length by which it lies to the side at the ends of its segments, whose number is a power of two;
-/// 0 at both ends.
+/// Shares of a channel's length by which it lies to the side at the ends of its segments, whose number is a power of
+/// two; 0 at both ends.
 pub fn offsets(seed: u64, id: (i64, i64), segments: usize) -> Vec<f64> {
     // Midpoint displacement: the middle of each stretch moves to the side, then the middles of its halves.
     let mut offsets = vec![0.0; segments + 1];

@@ -1,8 +1,8 @@
 //! The warp: what bends the straight lines of the network, and crests and hillsides with them.
 //!
-//! The land at a vertex is that of the network's plane at the vertex displaced by smooth noise. The displacement changes
-//! by less than a vertex from one vertex to the next, so the plane is bent but never folded: lines that do not cross in
-//! the network do not cross in the world.
+//! The land at a vertex is that of the network's plane at the vertex displaced by smooth noise. The displacement
+//! changes by less than a vertex from one vertex to the next, so the plane is bent but never folded: lines that do not
+//! cross in the network do not cross in the world.
 
 use crate::area::Area;
 use crate::fluvial::fields::Fields;
@@ -15,7 +15,8 @@ use crate::noise::{Fractal, FractalKind, FractalSpec};
 /// Displacements east and south of all vertices.
 #[derive(Debug)]
 pub struct Warp {
-    /// On the lattice of the vertices, of every second vertex, every fourth and so on, as far as their waves are longer.
+    /// On the lattice of the vertices, of every second vertex, every fourth and so on, as far as their waves are
+    /// longer.
     axes: Vec<[Fractal; 2]>,
     distance_m: f32,
     spacing_m: f64,
@@ -42,8 +43,8 @@ const PATCH: i64 = 64;
 impl Warp {
     pub fn new(fields: &Fields, spacing_m: f64, seed: u64) -> Warp {
         let finest_m = fields.side(fields.levels() - 1) as f64 * fields.metres_a_grain();
-        // From the valleys of the middle levels down to little more than those of the finest. With H above 1 each octave
-        // bends the plane less than the one before.
+        // From the valleys of the middle levels down to little more than those of the finest. With H above 1 each
+        // octave bends the plane less than the one before.
         let spec =
             FractalSpec { kind: FractalKind::Fbm, octaves: 5, wavelength_m: 16.0 * finest_m, lacunarity: 2.0, h: 1.6 };
         let axes = |step: i64| {

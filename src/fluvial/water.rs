@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use super::fields::Fields;
-use crate::land::{Land, Water, WaterKind};
 use super::lift::Lift;
 use super::point::Point;
 use super::segment::{Segment, Segments};
@@ -14,6 +13,7 @@ use super::warp::Displaced;
 use crate::area::Area;
 use crate::geometry::{length, lerp};
 use crate::grid::Grid;
+use crate::land::{Land, Water, WaterKind};
 
 /// No river is deeper, in metres: about as deep as the lower Amazon.
 pub const DEEPEST_RIVER_M: f32 = 40.0;
@@ -21,20 +21,21 @@ pub const DEEPEST_RIVER_M: f32 = 40.0;
 /// Half width in vertices of the widest bed that a brook has where the warp draws vertices apart.
 const MOST_HALF_WIDTH: f64 = 3.0;
 
-/// Half width of a brook's bed at least, as a share of the way from a vertex to the next: a half, and some more for bends.
+/// Half width of a brook's bed at least, as a share of the way from a vertex to the next: a half, and some more for
+/// bends.
 const BED_SHARE: f32 = 0.6;
 
 /// What the floor of a wide river falls from its banks to its middle line, as a share of its depth: the water of a wide
 /// bed runs there, and not along a bank.
 const BED_FALL: f32 = 0.3;
 
-/// Width of a bank as a share of the river's half width, and its depth at its outer edge as a share of the river's. Chosen
-/// by eye.
+/// Width of a bank as a share of the river's half width, and its depth at its outer edge as a share of the river's.
+/// Chosen by eye.
 const BANK: f32 = 0.3;
 const LEAST_BANK: f32 = 0.1;
 
-/// What a bed rises at most where the land around it does, as a share of its depth: next to nothing, but enough that no two
-/// vertices beside each other are equally high.
+/// What a bed rises at most where the land around it does, as a share of its depth: next to nothing, but enough that no
+/// two vertices beside each other are equally high.
 const BED_RISE: f32 = 0.05;
 
 /// Depth of a lake as a share of its half width. Chosen by eye.
@@ -173,8 +174,8 @@ impl<'a> FillWater<'a> {
         let Place { segment, share, distance_m } = self.place(at, index, least_half_m);
         let segment = &self.segments.all[segment];
         let channel = &self.segments.channels[segment.channel as usize];
-        // At its mouth a channel is as deep as what it runs into: a dry one is a notch in its bank, and between the banks
-        // there is only that.
+        // At its mouth a channel is as deep as what it runs into: a dry one is a notch in its bank, and between the
+        // banks there is only that.
         let last = segment.knot as usize + 2 == channel.knots.len();
         let left_m = (1.0 - share) * length(segment.along) * fields.metres_a_grain();
         let between_banks = last && left_m <= fields.river_width_m(channel.mouth_area) / 2.0;
@@ -246,7 +247,8 @@ impl<'a> FillWater<'a> {
         above.into_iter().find(is_inside).unwrap_or(own)
     }
 
-    /// The numbers of the segments that lead to one: the one before it in its channel, and those that end where it begins.
+    /// The numbers of the segments that lead to one: the one before it in its channel, and those that end where it
+    /// begins.
     fn above(&self, number: usize) -> impl Iterator<Item = usize> {
         let segment = &self.segments.all[number];
         let before = number.checked_sub(1).filter(|before| {
@@ -260,8 +262,8 @@ impl<'a> FillWater<'a> {
 
     /// Metres, in the warped plane, from a node to the furthest of those beside it, as if these were a vertex away.
     ///
-    /// A line that runs between two vertices comes within half of that to one of them: with all such ones in its bed, it
-    /// is unbroken also where the warp has vertices far apart.
+    /// A line that runs between two vertices comes within half of that to one of them: with all such ones in its bed,
+    /// it is unbroken also where the warp has vertices far apart.
     fn apart_m(&self, index: usize) -> f32 {
         let Displaced { area, step, metres } = self.nodes;
         let width = area.width();
@@ -284,15 +286,15 @@ fn dry(height_m: f32) -> Vertex {
 
 /// Depth of a river in metres, by its discharge: the 3/8 th power, which is all square roots.
 ///
-/// Based on: L. B. Leopold, T. Maddock, The hydraulic geometry of stream channels, 1953, where depth goes with about the 0.4 th
-/// power of discharge.
+/// Based on: L. B. Leopold, T. Maddock, The hydraulic geometry of stream channels, 1953, where depth goes with about
+/// the 0.4 th power of discharge.
 pub(super) fn river_depth_m(discharge_m3s: f64) -> f32 {
     let fourth = discharge_m3s.sqrt().sqrt();
     ((0.35 * fourth * fourth.sqrt()) as f32).min(DEEPEST_RIVER_M)
 }
 
-/// Depth of a bed in metres at a distance from its middle line: a floor that falls to that line, and banks, where the river
-/// is wide enough to have them.
+/// Depth of a bed in metres at a distance from its middle line: a floor that falls to that line, and banks, where the
+/// river is wide enough to have them.
 fn bed_depth_m(deepest_m: f32, distance_m: f32, half_m: f32, least_half_m: f32) -> f32 {
     let beyond = distance_m - least_half_m;
     if half_m <= least_half_m || beyond <= 0.0 {

@@ -9,8 +9,8 @@ pub const MAX_LANES: usize = 16;
 
 /// Lane operations of one level. A value of the type is a proof that the CPU has the level.
 ///
-/// Comparisons with NaN are false; which NaN an operation makes may differ between levels. Integers wrap. Slices given to loads and stores must hold at least
-/// [`Simd::LANES`] elements, or they panic; only the first `LANES` are touched.
+/// Comparisons with NaN are false; which NaN an operation makes may differ between levels. Integers wrap. Slices given
+/// to loads and stores must hold at least [`Simd::LANES`] elements, or they panic; only the first `LANES` are touched.
 pub trait Simd: Copy + Send + Sync + 'static {
     /// Lanes of one vector: a power of two, at most [`MAX_LANES`].
     const LANES: usize;

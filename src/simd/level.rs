@@ -56,7 +56,8 @@ impl Level {
         Level::ALL.into_iter().filter(|level| level.is_available()).collect()
     }
 
-    /// The level that [`dispatch`](crate::simd::dispatch) uses: the one named by `TERRANE_SIMD`, or else the widest available.
+    /// The level that [`dispatch`](crate::simd::dispatch) uses: the one named by `TERRANE_SIMD`, or else the widest
+    /// available.
     ///
     /// # Errors
     /// A sentence for the user, if the variable names no level or one that this CPU lacks.
