@@ -81,7 +81,7 @@ impl Builder<'_> {
         (a, b): (&Site, &Site),
     ) -> Option<Road> {
         let scale = &self.ground.scale;
-        let standard = self.settings.standard(class);
+        let standard = self.settings.standard(class as usize);
         let [from, to] = [a.at, b.at].map(|at| at.map(|at| at.div_euclid(scale.step)));
         let inside = |node: Node| [node[0] - window.at[0], node[1] - window.at[1]];
         let mut closed = BTreeSet::new();

@@ -3,7 +3,6 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::places::road::RoadClass;
 use crate::recipe::HEIGHT_LIMIT_M;
 use crate::recipe::fault::{Fault, KeyPath};
 use crate::recipe::form;
@@ -81,9 +80,8 @@ impl PlacesSettings {
         Ok(())
     }
 
-    /// What is asked of roads of a class.
-    pub(super) fn standard(&self, class: RoadClass) -> Standard {
-        let index = class as usize;
+    /// What is asked of roads of a class, by its place in the lists: 0 for tracks, 1 for roads, 2 for highways.
+    pub(super) fn standard(&self, index: usize) -> Standard {
         Standard {
             width_m: self.width_m[index],
             max_grade: self.max_grade[index],
