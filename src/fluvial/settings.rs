@@ -78,8 +78,8 @@ pub struct FluvialSettings {
     /// Half width in metres of the largest lakes, 0 to 5,120,000 and at most an eighth of `trunk_m`. Default: a sixteenth of `trunk_m`.
     #[schemars(range(min = 0, max = 5_120_000))]
     pub lake_m: Option<f64>,
-    /// The coast; needs `sea_level_m`. Default: as of [`Coast`].
-    pub coast: Coast,
+    /// The coast; needs `sea_level_m`. Default: as of [`CoastSettings`].
+    pub coast: CoastSettings,
 }
 
 impl Default for FluvialSettings {
@@ -105,7 +105,7 @@ impl Default for FluvialSettings {
             spring_m3s: 0.05,
             lakes: 0.1,
             lake_m: None,
-            coast: Coast::default(),
+            coast: CoastSettings::default(),
         }
     }
 }
@@ -150,7 +150,7 @@ fn half() -> f64 {
 /// Where the sea is and how it meets the land.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Coast {
+pub struct CoastSettings {
     /// The noise (about -1 to 1) of the basins below which the sea is, -10 to 10. Default: -0.15.
     #[schemars(range(min = -10, max = 10))]
     pub below: f64,
@@ -165,9 +165,9 @@ pub struct Coast {
     pub depth_m: f64,
 }
 
-impl Default for Coast {
-    fn default() -> Coast {
-        Coast { below: -0.15, octaves: 4, slope: [0.15, 0.02], depth_m: 300.0 }
+impl Default for CoastSettings {
+    fn default() -> CoastSettings {
+        CoastSettings { below: -0.15, octaves: 4, slope: [0.15, 0.02], depth_m: 300.0 }
     }
 }
 

@@ -25,7 +25,6 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use crate::agents::settings::{RiverAgents, RoadAgents};
-use crate::error::Error;
 use crate::fluvial::settings::FluvialSettings;
 use crate::places::settings::PlacesSettings;
 use crate::preset::ground::GroundSettings;
@@ -98,23 +97,6 @@ fn default_tile_cells() -> u32 {
 pub const TILE_CELLS: RangeInclusive<u32> = 16..=4096;
 
 impl Preset {
-    /// The built-in preset of that name or else the preset in the file of that path, and its short name.
-    ///
-    /// # Errors
-    /// When there is no such preset, or when it cannot be read or understood.
-    pub fn load(name_or_path: &str) -> Result<(String, Preset), Error> {
-        let sources = Sources::load(name_or_path)?;
-        Ok((sources.name().to_owned(), sources.preset()?))
-    }
-
-    /// The preset that `text` writes, with every default filled in. `file` is what errors name.
-    ///
-    /// # Errors
-    /// When it is not TOML, has an unknown key, lacks one or has a value out of its range; the error points at it.
-    pub fn parse(file: &str, text: &str) -> Result<Preset, Error> {
-        Sources::parse(file, text)?.preset()
-    }
-
     /// The JSON schema of preset files.
     pub fn schema() -> serde_json::Value {
         let mut schema = form::schema::<Preset>();

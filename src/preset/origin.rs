@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
-use crate::preset::{BUILT_IN, built_in};
+use crate::preset::built_in::{BUILT_IN, built_in};
 
 /// No preset is longer than this; a longer file is something else.
 const MAX_PRESET_BYTES: u64 = 1 << 20;

@@ -9,9 +9,10 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 use crate::error::{Error, SourcePlace, clipped};
+use crate::preset::built_in::built_in;
 use crate::preset::merge::{key_path, locate, merge, put};
 use crate::preset::origin::{Origin, read_text, text_of};
-use crate::preset::{Preset, built_in, check_needs};
+use crate::preset::{Preset, check_needs};
 use crate::recipe::fault::{Fault, KeyPath};
 use crate::recipe::form;
 
@@ -213,5 +214,24 @@ impl Sources {
         let span = span.start - source.start..span.end.saturating_sub(source.start);
         let place = SourcePlace::new(&source.file, &source.text, span);
         Error::Preset { message: clipped(&message), source_place: Some(Box::new(place)), hint: hint.to_owned() }
+    }
+}
+
+impl Preset {
+    /// The built-in preset of that name or else the preset in the file of that path, and its short name.
+    ///
+    /// # Errors
+    /// When there is no such preset, or when it cannot be read or understood.
+    pub fn load(name_or_path: &str) -> Result<(String, Preset), Error> {
+        let sources = Sources::load(name_or_path)?;
+        Ok((sources.name().to_owned(), sources.preset()?))
+    }
+
+    /// The preset that `text` writes, with every default filled in. `file` is what errors name.
+    ///
+    /// # Errors
+    /// When it is not TOML, has an unknown key, lacks one or has a value out of its range; the error points at it.
+    pub fn parse(file: &str, text: &str) -> Result<Preset, Error> {
+        Sources::parse(file, text)?.preset()
     }
 }
