@@ -140,10 +140,10 @@ mod tests {
     /// What adding a format must not forget: it bakes here, and what it says of its files is held against them.
     #[test]
     fn every_format_leaves_the_files_that_it_says_and_knows_them_again() {
-        let text = "tile_cells = 16\nnoise = [{ kind = \"ridged\", height_m = 60.0, wavelength_m = 300.0, octaves = 4 }]\n\
-                    rivers = { density = 1.0 }";
+        let text = "tile_cells = 32\nnoise = [{ kind = \"ridged\", height_m = 60.0, wavelength_m = 300.0, octaves = 4 }]\n\
+                    rivers = { density = 1.0, width_m = [1.0, 4.0], bank_m = 3.0 }";
         let world = World::new(Preset::parse("test", text).unwrap(), None).unwrap();
-        let region = Region::new(TileId { x: -1, y: 2 }, 2, 3, 16).unwrap();
+        let region = Region::new(TileId { x: -1, y: 2 }, 2, 3, 32).unwrap();
         let meshes = MeshOptions { lods: "0..1".parse().unwrap(), ..MeshOptions::default() };
         let exports: Vec<Export> = Export::known().filter(|export| export.0.lacks(&world).is_none()).collect();
         let plan = Plan::new(&world, "test", region, exports.clone()).unwrap().with_meshes(meshes.clone()).unwrap();
