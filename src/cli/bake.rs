@@ -73,7 +73,7 @@ pub(super) fn run(job: &Job, console: &Console) -> Result<(), Error> {
     let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
     let rate = region.vertices() as f64 / elapsed.as_secs_f64() / 1e6;
     let object = json!({
-        "type": "done", "out": out, "files": manifest.files.len() + 1, "bytes": bytes, "tiles": region.tiles(),
+        "type": "done", "out": out.to_string_lossy(), "files": manifest.files.len() + 1, "bytes": bytes, "tiles": region.tiles(),
         "vertices": region.vertices(), "seconds": elapsed.as_secs_f64(), "mvertices_per_second": rate,
     });
     let text = format!(
@@ -101,7 +101,7 @@ fn print_plan(
     let step_m = (max_m - min_m) / 65535.0;
     let seconds = estimate(world, region, cost, threads).as_secs_f64();
     let object = json!({
-        "type": "plan", "out": out, "tiles": region.tiles(), "width": region.width(), "height": region.height(),
+        "type": "plan", "out": out.to_string_lossy(), "tiles": region.tiles(), "width": region.width(), "height": region.height(),
         "min_m": min_m, "max_m": max_m, "step_m": step_m, "files": cost.files, "disk_bytes_at_most": cost.disk_bytes,
         "memory_bytes": cost.memory_bytes, "seconds": seconds, "threads": threads,
     });
