@@ -5,7 +5,10 @@ use std::sync::Arc;
 use crate::agents::paths::{PathList, Paths};
 use crate::area::Area;
 use crate::error::Error;
+use crate::fluvial::Fluvial;
+use crate::fluvial::point::GRAINS;
 use crate::fluvial::rivers::River;
+use crate::memory::Fill;
 use crate::places::Places;
 use crate::places::road::Road;
 use crate::places::site::{Site, SiteId};
@@ -125,6 +128,41 @@ impl World {
     /// The rivers and roads of this world, and what is remembered of them.
     pub(crate) fn paths(&self) -> &Paths {
         &self.paths
+    }
+
+    /// Bytes that this world remembers at most of what it has planned and made, while a region of so many columns is
+    /// baked.
+    pub fn memory_bytes(&self, cols: u64) -> u64 {
+        self.paths.prepare_for(cols);
+        self.fills().iter().map(|fill| fill.most as u64).sum()
+    }
+
+    /// Bytes that this world remembers now.
+    pub fn remembered_bytes(&self) -> u64 {
+        self.fills().iter().map(|fill| fill.held as u64).sum()
+    }
+
+    /// How full the memories of all stages are.
+    pub(crate) fn fills(&self) -> Vec<Fill> {
+        let relief = self.relief.fluvial().map(Fluvial::fills).unwrap_or_default();
+        let places = self.places.as_ref().map(Places::fills).unwrap_or_default();
+        let features = self.relief.fluvial().map(|_| self.vectors.fills()).unwrap_or_default();
+        [relief, self.paths.fills(), places, features].concat()
+    }
+
+    /// Vertices around an area that are planned to make it, about.
+    pub(crate) fn planned_around(&self) -> i64 {
+        let trunks = self.relief.fluvial().map_or(0, |fluvial| 2 * fluvial.fields().side(0) / GRAINS);
+        let places = self.places.as_ref().map_or(0, Places::reach);
+        trunks.max(places).max(self.paths.reach())
+    }
+
+    /// Bytes that a thread holds while it plans, measured: a search of a usual route among them, which is far from the
+    /// longest.
+    pub(crate) fn planning_bytes(&self) -> u64 {
+        let fluvial = if self.relief.fluvial().is_some() { 2 << 20 } else { 0 };
+        let routes = if self.places.is_some() { 2 << 20 } else { 0 };
+        fluvial + routes
     }
 
     /// Bounds that no height of this world can leave: (lowest, highest) in metres. 16-bit heights are encoded in them.

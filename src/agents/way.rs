@@ -4,6 +4,7 @@ use crate::agents::Direction;
 use crate::agents::greedy::Node;
 use crate::area::Area;
 use crate::grid::Grid;
+use crate::memory::heap_bytes;
 use crate::preset::{RiverAgents, RoadAgents};
 
 /// A river or a road.
@@ -42,6 +43,9 @@ pub struct WayPoint {
     /// Height in metres of the water's surface, or of the road.
     pub level_m: f32,
 }
+
+heap_bytes!(Way: points);
+heap_bytes!(WayPoint);
 
 /// How much of the depth of a river's bed is water.
 const FILLED: f32 = 0.75;

@@ -13,13 +13,17 @@ mod geopackage;
 mod geojson;
 mod manifest;
 mod profile;
+mod cost;
+mod limit;
 mod plan;
 
 pub use manifest::{Axes, DeviceProfile, FileRecord, HeightRange, Manifest, MeshRecord, RegionRecord};
 pub use mesh::{Lods, MeshOptions};
 pub use profile::Profile;
 
-pub use plan::{Bytes, Cost, Output, Plan};
+pub use cost::{Cost, Forecast};
+pub use limit::Limit;
+pub use plan::{Bytes, Output, Plan};
 pub use writer::Format;
 
 use std::fmt;

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use crate::agents::paths::BYTES_A_REMEMBERED_TILE;
 use crate::area::Region;
 use crate::bake::{Sink, Watch, bake, rows_in_flight};
 use crate::error::Error;
+use crate::export::cost::{Cost, Forecast};
 use crate::export::file::{PartFile, remove_unfinished, sync_folder, write_whole};
 use crate::export::image::Image;
 use crate::export::manifest::{self, Manifest};
@@ -27,19 +27,14 @@ pub struct Plan<'a> {
     profile: Option<Profile>,
 }
 
-/// What a bake will leave and need.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cost {
-    /// Files, the manifest among them.
-    pub files: u64,
-    /// The most bytes that they can take on the disk: as if nothing could be compressed.
-    pub disk_bytes: u64,
-    /// About the most memory in use.
-    pub memory_bytes: u64,
-}
+/// The program itself, with what the allocator keeps.
+const PROCESS_BYTES: u64 = 8 << 20;
 
-/// The program itself, with the stacks of its threads and what the allocator keeps.
-const PROCESS_BYTES: u64 = 32 << 20;
+/// The stack of a thread, and what the allocator keeps for it.
+const THREAD_BYTES: u64 = 2 << 20;
+
+/// What files of features hold while they are written: pages of the database, and the features of a row of tiles.
+const FEATURE_BYTES: u64 = 4 << 20;
 
 /// Bytes of the manifest without its files and of a file's entry in it, rounded up.
 const MANIFEST_BYTES: u64 = 16 << 10;
@@ -200,10 +195,23 @@ impl<'a> Plan<'a> {
         let in_flight = tiles_in_flight.saturating_mul(side * side * kept_a_vertex);
         let records = files.saturating_mul(RECORD_BYTES);
         let rows = tiles_in_flight.saturating_mul(ROW_BYTES);
-        let remembered =
-            self.world.paths().tiles_to_remember(region.cols()).saturating_mul(BYTES_A_REMEMBERED_TILE) as u64;
-        let parts = [in_flight, a_thread * threads as u64, remembered, records, rows, PROCESS_BYTES];
-        Cost { files, disk_bytes, memory_bytes: parts.into_iter().fold(0, u64::saturating_add) }
+        let planning = self.world.planning_bytes();
+        let features = if self.has_features() { FEATURE_BYTES } else { 0 };
+        let parts =
+            [features, in_flight, (a_thread + planning + THREAD_BYTES) * threads as u64, records, rows, PROCESS_BYTES];
+        let working_bytes = parts.into_iter().fold(0, u64::saturating_add);
+        let memory_bytes = working_bytes.saturating_add(self.world.memory_bytes(region.cols()));
+        Cost { files, disk_bytes, working_bytes, memory_bytes }
+    }
+
+    /// What the bake of that cost will probably take. It may take as long as planning does to say so.
+    pub fn forecast(&self, cost: &Cost, threads: usize) -> Forecast {
+        Forecast::new(self.world, &self.region, cost, self.has_features(), threads)
+    }
+
+    /// Whether rivers, lakes and the like are written, not only shown.
+    fn has_features(&self) -> bool {
+        self.exports.iter().any(|export| matches!(export.0.content, Content::GeoPackage | Content::GeoJson))
     }
 
     /// Bakes into a prepared folder, on the threads of the current rayon pool.

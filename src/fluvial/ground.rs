@@ -9,7 +9,7 @@ use crate::fluvial::fields::Fields;
 use crate::fluvial::network::{Piece, Pieces, mix};
 use crate::fluvial::point::{GRAINS, Point, length};
 use crate::fluvial::{Fluvial, WaterKind};
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory, heap_bytes};
 use crate::places::land::{FIXED, Land, RiverPiece, Water};
 
 /// Nodes a side of a block of sparse land.
@@ -35,7 +35,14 @@ pub(super) struct Memories {
 
 impl Default for Memories {
     fn default() -> Memories {
-        Memories { blocks: Memory::new(1 << 11), pages: Memory::new(64) }
+        Memories { blocks: Memory::new(4 << 20), pages: Memory::new(16 << 20) }
+    }
+}
+
+impl Memories {
+    /// How full they are.
+    pub fn fills(&self) -> Vec<Fill> {
+        vec![self.blocks.fill(), self.pages.fill()]
     }
 }
 
@@ -45,6 +52,8 @@ struct Block {
     heights_m: Vec<f32>,
     waters: Vec<Water>,
 }
+
+heap_bytes!(Block: heights_m, waters);
 
 impl Land for Fluvial {
     fn heights_m(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<f32> {

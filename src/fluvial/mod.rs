@@ -37,6 +37,7 @@ use crate::area::Area;
 use crate::clock::Clock;
 use crate::grid::Grid;
 use crate::hash;
+use crate::memory::Fill;
 use crate::preset::Preset;
 use crate::simd::dispatch;
 use fields::{COAST_STEP, Fields};
@@ -140,6 +141,11 @@ const BED_FALL: f32 = 0.3;
 const LAKE_DEPTH: f32 = 0.1;
 
 impl Fluvial {
+    /// How full its memories are.
+    pub(crate) fn fills(&self) -> Vec<Fill> {
+        [self.network.fills(), self.warp.fills(), self.rivers.fills(), self.ground.fills()].concat()
+    }
+
     /// The relief of a checked preset with those settings.
     pub(crate) fn new(preset: &Preset, settings: &FluvialSettings, seed: u64) -> Fluvial {
         let fields = Arc::new(Fields::new(preset, settings, seed));

@@ -19,7 +19,7 @@ use super::fields::Fields;
 use super::point::{GRAINS, Point, chance, length};
 use super::trunk::{Drained, LEAST_SLOPE, NodeId, Trunks, neighbours};
 use super::wander::{self, Line};
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory, heap_bytes};
 
 /// The id of a channel: its level, and the cell of that level's lattice that holds its head.
 pub type ChannelId = (u32, i64, i64);
@@ -36,6 +36,8 @@ pub struct Knot {
     /// Half width in grains of the lake here, 0 where there is none.
     pub lake: f64,
 }
+
+heap_bytes!(Knot);
 
 /// What a channel runs into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,11 +68,15 @@ pub struct Channel {
     bounds: [Point; 2],
 }
 
+heap_bytes!(Channel: knots);
+
 /// The channels whose heads are in a square of cells.
 #[derive(Debug)]
 struct Chunk {
     channels: Vec<Arc<Channel>>,
 }
+
+heap_bytes!(Chunk: channels);
 
 /// Cells a side of a chunk: of trunks, which are long and cost much, and of tributaries, whose neighbours must be within
 /// the next chunk.
@@ -146,6 +152,8 @@ pub struct Pieces {
     pub all: Vec<Piece>,
 }
 
+heap_bytes!(Pieces: channels, all);
+
 /// A straight piece of a channel: from one knot to the next. Pairs are a value at its upper end, and how that changes
 /// to its lower end.
 #[derive(Clone, Debug)]
@@ -168,6 +176,8 @@ pub struct Piece {
     /// Half widths of a lake, in grains.
     pub lake: [f64; 2],
 }
+
+heap_bytes!(Piece);
 
 /// Grains from a channel beyond which its side has risen more than that of a brook does within `brook` grains, by the half
 /// widths of the rounding of its floor and of its lake.
@@ -226,13 +236,20 @@ impl Network {
             trunks: Trunks::new(Arc::clone(&fields), seed),
             fields,
             seed,
-            smooth: Memory::new(1 << 10),
-            apart: Memory::new(1 << 10),
-            free: Memory::new(1 << 10),
-            drafts: Memory::new(1 << 11),
-            courses: Memory::new(1 << 11),
-            chunks: Memory::new(1 << 11),
+            smooth: Memory::new(8 << 20),
+            apart: Memory::new(8 << 20),
+            free: Memory::new(8 << 20),
+            drafts: Memory::new(24 << 20),
+            courses: Memory::new(12 << 20),
+            chunks: Memory::new(64 << 20),
         }
+    }
+
+    /// How full its memories are.
+    pub(super) fn fills(&self) -> Vec<Fill> {
+        let trunks = [self.smooth.fill(), self.apart.fill(), self.free.fill()];
+        let channels = [self.drafts.fill(), self.courses.fill(), self.chunks.fill()];
+        [self.trunks.fills(), trunks.to_vec(), channels.to_vec()].concat()
     }
 
     /// The trunk lattice.
@@ -817,6 +834,8 @@ struct Draft {
     aslant: Option<End>,
 }
 
+heap_bytes!(Draft);
+
 /// Where a tributary begins and where it ends.
 #[derive(Debug)]
 struct Course {
@@ -824,6 +843,8 @@ struct Course {
     head: Point,
     end: End,
 }
+
+heap_bytes!(Course);
 
 /// Where a tributary ends.
 #[derive(Clone, Copy, Debug)]

@@ -15,7 +15,7 @@ use super::point::{GRAINS, Point};
 use super::strahler::{Join, Strahler, locate};
 use super::trunk::NodeId;
 use crate::area::Area;
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory, heap_bytes};
 
 /// The id of a river: the channel in which it begins, and its number among those that begin there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -42,6 +42,8 @@ pub struct RiverPoint {
     /// Height of the water's surface in metres.
     pub level_m: f64,
 }
+
+heap_bytes!(RiverPoint);
 
 /// What a river ends in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,6 +76,8 @@ pub struct River {
     /// What it ends in.
     pub ending: RiverEnding,
 }
+
+heap_bytes!(River: line);
 
 impl River {
     /// Whether a part of it lies in the rectangle that the outer vertices of an area span.
@@ -117,7 +121,14 @@ pub(super) struct Rivers {
 
 impl Default for Rivers {
     fn default() -> Rivers {
-        Rivers { strahler: Strahler::default(), courses: Memory::new(1 << 11), of_courses: Memory::new(1 << 11) }
+        Rivers { strahler: Strahler::default(), courses: Memory::new(8 << 20), of_courses: Memory::new(8 << 20) }
+    }
+}
+
+impl Rivers {
+    /// How full its memories are.
+    pub fn fills(&self) -> Vec<Fill> {
+        [self.strahler.fills(), vec![self.courses.fill(), self.of_courses.fill()]].concat()
     }
 }
 
@@ -128,6 +139,8 @@ struct Course {
     parts: Vec<Part>,
 }
 
+heap_bytes!(Course: channels, parts);
+
 /// A part of a course that is a river.
 #[derive(Debug)]
 struct Part {
@@ -136,6 +149,8 @@ struct Part {
     /// What it was cut by; `None` where the course itself ends.
     end: Option<Ground>,
 }
+
+heap_bytes!(Part: samples);
 
 /// A place of a course: in the network, not in the world.
 #[derive(Clone, Copy, Debug)]
@@ -146,6 +161,8 @@ struct Sample {
     level_m: f64,
     area: f64,
 }
+
+heap_bytes!(Sample);
 
 impl Sample {
     /// The place at a share of the way to another one.

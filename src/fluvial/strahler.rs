@@ -10,7 +10,7 @@ use super::Fluvial;
 use super::network::{Channel, ChannelId, Mouth};
 use super::point::Point;
 use super::trunk::{NodeId, neighbours};
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory, heap_bytes};
 
 /// A tributary that holds water, where it joins a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +22,8 @@ pub struct Join {
     id: ChannelId,
     order: u32,
 }
+
+heap_bytes!(Join);
 
 /// The orders along a channel.
 #[derive(Clone, Debug)]
@@ -67,11 +69,16 @@ pub struct Strahler {
 
 impl Default for Strahler {
     fn default() -> Strahler {
-        Strahler { joins: Memory::new(1 << 14), starts: Memory::new(1 << 12) }
+        Strahler { joins: Memory::new(4 << 20), starts: Memory::new(1 << 20) }
     }
 }
 
 impl Strahler {
+    /// How full its memories are.
+    pub(super) fn fills(&self) -> Vec<Fill> {
+        vec![self.joins.fill(), self.starts.fill()]
+    }
+
     /// The orders of a channel.
     pub fn orders(&self, fluvial: &Fluvial, channel: &Channel) -> Orders {
         let start = match channel.id {

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use super::fields::Fields;
 use super::point::{Point, chance};
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory, heap_bytes};
 
 /// A node of the trunk lattice: column and row.
 pub type NodeId = (i64, i64);
@@ -50,11 +50,15 @@ pub struct Node {
     pub sea: bool,
 }
 
+heap_bytes!(Node);
+
 /// All nodes that drain to the same sink, in the order of their ids.
 #[derive(Debug)]
 pub struct Basin {
     nodes: Vec<(NodeId, Drained)>,
 }
+
+heap_bytes!(Basin: nodes);
 
 /// A node as its basin drains it.
 #[derive(Clone, Copy, Debug)]
@@ -73,6 +77,8 @@ pub struct Drained {
     pub lake: f64,
 }
 
+heap_bytes!(Drained);
+
 /// How high a node lies; of equal ones the id decides.
 type Height = (f64, NodeId);
 
@@ -83,6 +89,8 @@ struct Spill {
     /// The nodes from the pass to the sink, whose links turn around if the basin spills.
     path: Vec<NodeId>,
 }
+
+heap_bytes!(Spill: path);
 
 /// The trunk lattice of a world.
 #[derive(Debug)]
@@ -103,13 +111,20 @@ impl Trunks {
         Trunks {
             seed,
             fields,
-            patches: Memory::new(256),
-            receivers: Memory::new(1 << 15),
-            roots: Memory::new(1 << 15),
-            rims: Memory::new(1 << 12),
-            spills: Memory::new(1 << 12),
-            basins: Memory::new(512),
+            patches: Memory::new(1 << 20),
+            receivers: Memory::new(8 << 20),
+            roots: Memory::new(6 << 20),
+            rims: Memory::new(1 << 20),
+            spills: Memory::new(1 << 20),
+            basins: Memory::new(4 << 20),
         }
+    }
+
+    /// How full its memories are.
+    pub(super) fn fills(&self) -> Vec<Fill> {
+        let nodes = [self.patches.fill(), self.receivers.fill(), self.roots.fill()];
+        let basins = [self.rims.fill(), self.spills.fill(), self.basins.fill()];
+        [nodes, basins].concat()
     }
 
     /// The node of an id.

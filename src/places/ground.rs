@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::area::Area;
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory, heap_bytes};
 use crate::places::land::{FIXED, Land, RiverPiece, Water};
 
 /// How far apart things are looked at. All lengths are whole vertices, and sites lie on nodes of the plan.
@@ -44,9 +44,6 @@ impl Scale {
 /// Nodes a side of a block of land that is remembered.
 const BLOCK: i64 = 32;
 
-/// Blocks that are remembered: about a dozen megabytes, and more than the largest search looks at.
-const BLOCKS: usize = 1024;
-
 /// The land on the nodes of the plan, remembered block by block.
 #[derive(Debug)]
 pub(super) struct Ground {
@@ -60,6 +57,8 @@ struct Block {
     waters: Vec<Water>,
     rivers: Vec<RiverPiece>,
 }
+
+heap_bytes!(Block: heights_m, waters, rivers);
 
 /// The land on a rectangle of nodes.
 #[derive(Debug)]
@@ -78,7 +77,12 @@ pub(super) struct Window {
 
 impl Ground {
     pub fn new(scale: Scale) -> Ground {
-        Ground { scale, blocks: Memory::new(BLOCKS) }
+        Ground { scale, blocks: Memory::new(12 << 20) }
+    }
+
+    /// How full its memories are.
+    pub fn fills(&self) -> Vec<Fill> {
+        vec![self.blocks.fill()]
     }
 
     /// The land on `cols` x `rows` nodes from node `at` on.

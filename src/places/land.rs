@@ -1,6 +1,7 @@
 //! The land as those find it who settle on it and build roads: heights, waters and rivers.
 
 use crate::area::Area;
+use crate::memory::heap_bytes;
 
 /// Parts of a vertex in which places on a line are counted: road points and river pieces.
 pub const FIXED: i64 = 256;
@@ -34,6 +35,8 @@ pub enum Water {
     Sea,
 }
 
+heap_bytes!(Water);
+
 impl Water {
     /// Whether it is a lake or the sea, which roads keep out of.
     pub fn is_open(self) -> bool {
@@ -53,6 +56,8 @@ pub struct RiverPiece {
     /// Height in metres of the water's surface.
     pub level_m: f32,
 }
+
+heap_bytes!(RiverPiece);
 
 impl RiverPiece {
     /// What pieces are sorted by, so that the order in which the land lists them does not matter.

@@ -45,7 +45,7 @@ use std::sync::Arc;
 
 use crate::area::Area;
 use crate::error::Error;
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory};
 use crate::places::build::Builder;
 use crate::places::ground::{Ground, Scale};
 use crate::places::land::Land;
@@ -54,12 +54,6 @@ use crate::places::route::Domain;
 use crate::places::settings::PlacesSettings;
 use crate::places::site::{Site, SiteId};
 use crate::preset::KeyPath;
-
-/// Site cells that are remembered: a hundred bytes each.
-const SITES: usize = 1 << 14;
-
-/// Roads that are remembered: some twenty kilobytes each.
-const ROADS: usize = 1 << 11;
 
 /// Settlements and roads of a world. What has been found is remembered for a while, which changes nothing but time.
 ///
@@ -85,10 +79,15 @@ impl Places {
             settings: settings.clone(),
             seed,
             ground: Ground::new(Scale::new(settings.site_m, spacing_m)),
-            sites: Memory::new(SITES),
-            edges: Memory::new(SITES),
-            roads: Memory::new(ROADS),
+            sites: Memory::new(2 << 20),
+            edges: Memory::new(1 << 20),
+            roads: Memory::new(8 << 20),
         })
+    }
+
+    /// How full its memories are.
+    pub(crate) fn fills(&self) -> Vec<Fill> {
+        [self.ground.fills(), vec![self.sites.fill(), self.edges.fill(), self.roads.fill()]].concat()
     }
 
     /// Side of a site cell in vertices.

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::area::Area;
 use crate::fluvial::rivers::crosses;
+use crate::memory::heap_bytes;
 use crate::places::land::FIXED;
 use crate::places::site::{Site, SiteClass, SiteId};
 
@@ -55,6 +56,8 @@ pub struct RoadPoint {
     pub kind: RoadKind,
 }
 
+heap_bytes!(RoadPoint);
+
 /// A road from one site to another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Road {
@@ -75,6 +78,8 @@ pub struct Road {
     /// All vertices that it can have an effect on, and then some.
     pub bounds: Area,
 }
+
+heap_bytes!(Road: points);
 
 /// A place where a road crosses water, or leaves the land.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::hash;
+use crate::memory::heap_bytes;
 use crate::places::ground::{Ground, Rivers, Window};
 use crate::places::land::{FIXED, Land, Water};
 use crate::places::names;
@@ -52,6 +53,8 @@ pub struct Site {
     /// Its name.
     pub name: String,
 }
+
+heap_bytes!(Site: name);
 
 /// Positions that are looked at, and of those that could be lived on, how many are compared.
 const POSITIONS: u64 = 400;

@@ -188,7 +188,7 @@ fn roads() -> &'static [Arc<Road>] {
 fn windows_agree_whatever_was_asked_before() {
     let land = land();
     // One of the three hardly remembers anything.
-    let forgetful = Places { sites: Memory::new(100), roads: Memory::new(1), ..places() };
+    let forgetful = Places { sites: Memory::new(10_000), roads: Memory::new(1), ..places() };
     let (one, other, third) = (places(), forgetful, places());
     let [west, east] = [near(), Area { x0: 2500, x1: 6500, ..near() }];
     // One is asked from the west, one from the east after something far off, one by four threads.

@@ -5,6 +5,7 @@ use crate::clock::Clock;
 use crate::fluvial::rivers::crosses;
 use crate::fluvial::{Fluvial, WaterKind};
 use crate::grid::Grid;
+use crate::memory::heap_bytes;
 use crate::vectors::contour::contours;
 
 /// Vertices a side of a cell.
@@ -30,6 +31,8 @@ pub struct Coast {
     /// Vertices east and south of the origin; of an island within a cell, the last point is the first.
     pub line: Vec<[f64; 2]>,
 }
+
+heap_bytes!(Coast: line);
 
 impl Coast {
     /// All pieces of a cell.

@@ -7,6 +7,7 @@ use crate::fluvial::rivers::{RiverId, crosses};
 use crate::fluvial::trunk::NodeId;
 use crate::fluvial::{Fluvial, WaterKind};
 use crate::grid::Grid;
+use crate::memory::heap_bytes;
 use crate::vectors::contour::{contours, twice_area};
 
 /// A lake.
@@ -24,6 +25,8 @@ pub struct Lake {
     /// The river that runs out of it.
     pub outlet: Option<RiverId>,
 }
+
+heap_bytes!(Lake: rings);
 
 /// The least metres by which the shore is under or above the water at a vertex: no crossing lies on a vertex.
 const LEAST_M: f32 = 1e-3;

@@ -21,7 +21,7 @@ use std::sync::Arc;
 use crate::area::Area;
 use crate::fluvial::rivers::River;
 use crate::fluvial::trunk::NodeId;
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory};
 use crate::relief::Relief;
 use coast::Coast;
 use lakes::Lake;
@@ -37,7 +37,7 @@ pub struct Vectors {
 
 impl Default for Vectors {
     fn default() -> Vectors {
-        Vectors { lakes: Memory::new(1 << 10), coasts: Memory::new(1 << 9), summits: Memory::new(1 << 12) }
+        Vectors { lakes: Memory::new(4 << 20), coasts: Memory::new(4 << 20), summits: Memory::new(8 << 20) }
     }
 }
 
@@ -49,6 +49,11 @@ fn cells(area: &Area, side: i64, pad: i64) -> impl Iterator<Item = (i64, i64)> +
 }
 
 impl Vectors {
+    /// How full its memories are.
+    pub(crate) fn fills(&self) -> Vec<Fill> {
+        vec![self.lakes.fill(), self.coasts.fill(), self.summits.fill()]
+    }
+
     /// All rivers of which a part lies in an area, whole, sorted by id.
     pub fn rivers(&self, relief: &Relief, area: &Area) -> Vec<Arc<River>> {
         relief.fluvial().map(|fluvial| fluvial.rivers(area)).unwrap_or_default()
