@@ -1,7 +1,9 @@
 //! All integration tests in one binary, so that they link once: a file a subject.
 
 mod agents;
+mod channels;
 mod cli;
+mod cost;
 mod far;
 mod features;
 mod fluvial;
@@ -16,3 +18,11 @@ mod simd;
 mod vector;
 mod walker;
 mod water;
+mod worlds;
+
+/// Seeds of the worlds whose laws are checked.
+const SEEDS: std::ops::RangeInclusive<u64> = 1..=1;
+
+/// Bakes whose memory is measured: preset, size, threads, exports.
+const BAKES: &[(&str, &str, &str, &str)] =
+    &[("thesis", "8x8", "2", "height,blend,normal,map"), ("archipelago", "2x2", "2", "height,vector")];
