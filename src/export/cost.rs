@@ -46,7 +46,6 @@ impl Forecast {
     ///
     /// With `features`, rivers, lakes and the like are looked for there too.
     pub fn new(world: &World, region: &Region, cost: &Cost, features: bool, threads: usize) -> Forecast {
-        world.memory_bytes(region.cols());
         let middle = region.tile(Place { row: region.rows() / 2, col: region.cols() / 2 });
         let clock = Clock::default();
         let time = || {
