@@ -233,7 +233,8 @@ mod tests {
         for key in (0..10_000).chain(0..10_000) {
             get(key);
         }
-        assert!((19_800..=20_000).contains(&made.get()), "{}", made.get());
+        // Some of the first round were still there, all of the second were.
+        assert!((18_900..20_000).contains(&made.get()), "{}", made.get());
     }
 
     #[test]

@@ -160,7 +160,7 @@ impl World {
     /// Bytes that a thread holds while it plans, measured: a search of a usual route among them, which is far from the
     /// longest.
     pub(crate) fn planning_bytes(&self) -> u64 {
-        let fluvial = if self.relief.fluvial().is_some() { 2 << 20 } else { 0 };
+        let fluvial = if self.relief.fluvial().is_some() { 1 << 20 } else { 0 };
         let routes = if self.places.is_some() { 2 << 20 } else { 0 };
         fluvial + routes
     }
