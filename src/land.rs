@@ -2,6 +2,7 @@
 
 use crate::area::Area;
 use crate::grid::Grid;
+use crate::memory::heap_bytes;
 
 /// The land of an area, and the water on it.
 #[derive(Clone, Debug)]
@@ -52,6 +53,8 @@ pub enum WaterKind {
     /// The sea.
     Sea,
 }
+
+heap_bytes!(WaterKind);
 
 impl WaterKind {
     /// Whether it is a lake or the sea, which roads keep out of.

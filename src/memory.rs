@@ -2,60 +2,203 @@
 
 use std::collections::HashMap;
 use std::hash::{BuildHasher, Hash, RandomState};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 
-/// Remembers the values of a pure function: the last `capacity` that were asked for in any case, twice that at most.
+/// What a value takes beside its own place.
+pub(crate) trait HeapBytes {
+    /// Bytes that the value holds on the heap. What several values share counts for each, so that sums are never short.
+    fn heap_bytes(&self) -> usize;
+}
+
+/// Says of a type which of its fields hold something on the heap: `heap_bytes!(Type: field, field)`, or none.
+macro_rules! heap_bytes {
+    ($type:ty $(: $($field:ident),+)?) => {
+        impl $crate::memory::HeapBytes for $type {
+            fn heap_bytes(&self) -> usize {
+                0 $($(+ $crate::memory::HeapBytes::heap_bytes(&self.$field))+)?
+            }
+        }
+    };
+}
+pub(crate) use heap_bytes;
+
+heap_bytes!(bool);
+heap_bytes!(u32);
+heap_bytes!(u64);
+heap_bytes!(i64);
+heap_bytes!(f32);
+heap_bytes!(f64);
+
+impl<A: HeapBytes, B: HeapBytes> HeapBytes for (A, B) {
+    fn heap_bytes(&self) -> usize {
+        self.0.heap_bytes() + self.1.heap_bytes()
+    }
+}
+
+impl<T: HeapBytes> HeapBytes for Option<T> {
+    fn heap_bytes(&self) -> usize {
+        self.as_ref().map_or(0, T::heap_bytes)
+    }
+}
+
+impl<T: HeapBytes, const N: usize> HeapBytes for [T; N] {
+    fn heap_bytes(&self) -> usize {
+        self.iter().map(T::heap_bytes).sum()
+    }
+}
+
+impl<T: HeapBytes> HeapBytes for Vec<T> {
+    fn heap_bytes(&self) -> usize {
+        self.capacity() * size_of::<T>() + self.iter().map(T::heap_bytes).sum::<usize>()
+    }
+}
+
+impl<T: HeapBytes> HeapBytes for Arc<T> {
+    fn heap_bytes(&self) -> usize {
+        COUNTS + size_of::<T>() + T::heap_bytes(self)
+    }
+}
+
+impl HeapBytes for String {
+    fn heap_bytes(&self) -> usize {
+        self.capacity()
+    }
+}
+
+/// Bytes that an [`Arc`] keeps beside its value, to count who shares it.
+const COUNTS: usize = 2 * size_of::<usize>();
+
+/// Bytes that an allocator keeps beside a block, as a middle of what those of today do.
+const BLOCK: usize = 8;
+
+/// How full a [`Memory`] is, in bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Fill {
+    /// What is held now.
+    pub held: usize,
+    /// What is held at most.
+    pub most: usize,
+}
+
+/// Remembers the values of a pure function, as many as fit into some bytes: those that were asked for last.
 ///
 /// A value is computed once even if several threads ask at a time; computing it must not ask for the same key again.
 #[derive(Debug)]
 pub(crate) struct Memory<K, V> {
     shards: Vec<Mutex<Shard<K, V>>>,
-    shard_capacity: usize,
+    /// Bytes of a generation of a shard.
+    room: AtomicUsize,
     hasher: RandomState,
 }
 
 /// A value under way or done.
 type Slot<V> = Arc<OnceLock<Arc<V>>>;
 
-/// Two generations: what is asked for is young; when the young are too many, they grow old and the old are forgotten.
+/// Two generations: what is asked for is young; when the young are too large, they grow old and the old are forgotten.
 #[derive(Debug)]
 struct Shard<K, V> {
-    young: HashMap<K, Slot<V>>,
-    old: HashMap<K, Slot<V>>,
+    young: Generation<K, V>,
+    old: Generation<K, V>,
 }
 
-impl<K: Copy + Eq + Hash, V> Memory<K, V> {
-    /// A memory of at least `capacity` values.
-    pub fn new(capacity: usize) -> Memory<K, V> {
-        const SHARDS: usize = 16;
-        let shard = || Mutex::new(Shard { young: HashMap::new(), old: HashMap::new() });
+#[derive(Debug)]
+struct Generation<K, V> {
+    /// Each with its bytes.
+    slots: HashMap<K, (Slot<V>, usize)>,
+    bytes: usize,
+}
+
+impl<K: Copy + Eq + Hash, V: HeapBytes> Memory<K, V> {
+    /// Bytes of an entry without what its value holds: its place in a table that is filled to two thirds in the middle,
+    /// its slot, and its value.
+    const ENTRY_BYTES: usize = (size_of::<(K, (Slot<V>, usize))>() + 1) * 3 / 2
+        + (COUNTS + size_of::<OnceLock<Arc<V>>>() + BLOCK)
+        + (COUNTS + size_of::<V>() + BLOCK);
+
+    /// A memory that takes at most so many bytes, unless single values are so large that there is hardly room for one.
+    pub fn new(bytes: usize) -> Memory<K, V> {
+        // So many threads can look up at once; a shard of a small memory would have room for too few values.
+        let shards = (bytes >> 18).clamp(1, 16);
+        let generation = || Generation { slots: HashMap::new(), bytes: 0 };
+        let shard = || Mutex::new(Shard { young: generation(), old: generation() });
         Memory {
-            shards: (0..SHARDS).map(|_| shard()).collect(),
-            shard_capacity: capacity.div_ceil(SHARDS).max(1),
+            shards: (0..shards).map(|_| shard()).collect(),
+            room: AtomicUsize::new(bytes / (2 * shards)),
             hasher: RandomState::new(),
         }
+    }
+
+    /// What it holds now, and what it holds at most.
+    pub fn fill(&self) -> Fill {
+        let held = |shard: &Mutex<Shard<K, V>>| {
+            let shard = shard.lock().expect("no thread panics while it looks up");
+            shard.young.bytes + shard.old.bytes
+        };
+        let most = 2 * self.shards.len() * self.room.load(Ordering::Relaxed);
+        Fill { held: self.shards.iter().map(held).sum(), most }
+    }
+
+    /// Makes room for so many bytes, if it has less.
+    pub fn reserve(&self, bytes: usize) {
+        self.room.fetch_max(bytes / (2 * self.shards.len()), Ordering::Relaxed);
     }
 
     /// The value of `key`, which is made if it is not remembered.
     pub fn get(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
         let shard = &self.shards[self.hasher.hash_one(key) as usize % self.shards.len()];
-        let slot = shard.lock().expect("no thread panics while it looks up").slot(key, self.shard_capacity);
+        let lock = || shard.lock().expect("no thread panics while it looks up");
+        let room = self.room.load(Ordering::Relaxed);
+        let slot = lock().slot(key, Self::ENTRY_BYTES, room);
         // Not under the lock: making one value may ask for others.
-        Arc::clone(slot.get_or_init(|| Arc::new(make())))
+        let mut held = None;
+        let value = slot.get_or_init(|| {
+            let value = make();
+            held = Some(value.heap_bytes());
+            Arc::new(value)
+        });
+        if let Some(bytes) = held {
+            lock().grow(key, &slot, bytes, room);
+        }
+        Arc::clone(value)
     }
 }
 
 impl<K: Copy + Eq + Hash, V> Shard<K, V> {
-    fn slot(&mut self, key: K, capacity: usize) -> Slot<V> {
-        if let Some(slot) = self.young.get(&key) {
+    /// The slot of a key, which is young from now on; a new one takes so many bytes.
+    fn slot(&mut self, key: K, bytes: usize, room: usize) -> Slot<V> {
+        if let Some((slot, _)) = self.young.slots.get(&key) {
             return Arc::clone(slot);
         }
-        if self.young.len() >= capacity {
-            self.old = std::mem::take(&mut self.young);
-        }
-        let slot = self.old.remove(&key).unwrap_or_default();
-        self.young.insert(key, Arc::clone(&slot));
+        let (slot, bytes) = self.old.remove(&key).unwrap_or_else(|| (Slot::default(), bytes));
+        self.hold(key, (Arc::clone(&slot), bytes), room);
         slot
+    }
+
+    /// Counts what a value has turned out to hold, unless it is forgotten already.
+    fn grow(&mut self, key: K, slot: &Slot<V>, more: usize, room: usize) {
+        let held = self.young.remove(&key).or_else(|| self.old.remove(&key));
+        if let Some((own, bytes)) = held {
+            let more = if Arc::ptr_eq(&own, slot) { more } else { 0 };
+            self.hold(key, (own, bytes + more), room);
+        }
+    }
+
+    fn hold(&mut self, key: K, entry: (Slot<V>, usize), room: usize) {
+        if self.young.bytes + entry.1 > room && !self.young.slots.is_empty() {
+            let empty = Generation { slots: HashMap::new(), bytes: 0 };
+            self.old = std::mem::replace(&mut self.young, empty);
+        }
+        self.young.bytes += entry.1;
+        self.young.slots.insert(key, entry);
+    }
+}
+
+impl<K: Eq + Hash, V> Generation<K, V> {
+    fn remove(&mut self, key: &K) -> Option<(Slot<V>, usize)> {
+        let entry = self.slots.remove(key)?;
+        self.bytes -= entry.1;
+        Some(entry)
     }
 }
 
@@ -66,27 +209,40 @@ mod tests {
 
     #[test]
     fn what_was_asked_lately_is_not_made_again_and_the_rest_is_forgotten() {
-        let memory = Memory::new(64);
+        let memory: Memory<u64, Vec<u64>> = Memory::new(1 << 20);
         let made = Cell::new(0);
         let get = |key: u64| {
-            *memory.get(key, || {
+            memory.get(key, || {
                 made.set(made.get() + 1);
-                key * 2
-            })
+                vec![key; 100]
+            })[99]
         };
         for key in 0..10_000 {
-            assert_eq!(get(key), key * 2);
-            assert_eq!(get(key), key * 2);
+            assert_eq!(get(key), key);
+            assert_eq!(get(key), key);
+            assert!(memory.fill().held <= 1 << 20);
         }
         assert_eq!(made.get(), 10_000);
-        let kept: usize = memory
-            .shards
-            .iter()
-            .map(|shard| {
-                let shard = shard.lock().unwrap();
-                shard.young.len() + shard.old.len()
-            })
-            .sum();
-        assert!((64..=128 + 32).contains(&kept), "{kept} values are kept");
+        assert!(memory.fill().held > 1 << 19, "{} bytes are kept", memory.fill().held);
+        // A quarter of the bytes is room for two hundred of them.
+        for key in 9_800..10_000 {
+            get(key);
+        }
+        assert_eq!(made.get(), 10_000);
+        memory.reserve(20 << 20);
+        for key in (0..10_000).chain(0..10_000) {
+            get(key);
+        }
+        // Some of the first round were still there, all of the second were.
+        assert!((18_900..20_000).contains(&made.get()), "{}", made.get());
+    }
+
+    #[test]
+    fn a_value_larger_than_the_room_for_it_is_remembered_alone() {
+        let memory: Memory<u64, Vec<u64>> = Memory::new(1 << 10);
+        for key in [1, 1, 2, 2, 1] {
+            assert_eq!(memory.get(key, || vec![key; 1 << 10])[0], key);
+        }
+        assert!(memory.fill().held < 5 << 13, "{} bytes are kept", memory.fill().held);
     }
 }

@@ -10,7 +10,9 @@ use crate::fluvial::landforms::Landforms;
 use crate::fluvial::landforms::coast::Coast;
 use crate::fluvial::landforms::lakes::Lake;
 use crate::fluvial::landforms::peaks::Peak;
+use crate::fluvial::point::GRAINS;
 use crate::lines::{LineKind, Lines, SiteId};
+use crate::memory::Fill;
 use crate::names::Names;
 use crate::places::Places;
 use crate::places::site::Site;
@@ -167,6 +169,41 @@ impl World {
     /// The agents of this world, and what is remembered of them.
     pub(crate) fn agents(&self) -> &Agents {
         &self.agents
+    }
+
+    /// Bytes that this world remembers at most of what it has planned and made, while a region of so many columns is
+    /// baked.
+    pub fn memory_bytes(&self, cols: u64) -> u64 {
+        self.agents.prepare_for(cols);
+        self.fills().iter().map(|fill| fill.most as u64).sum()
+    }
+
+    /// Bytes that this world remembers now.
+    pub fn remembered_bytes(&self) -> u64 {
+        self.fills().iter().map(|fill| fill.held as u64).sum()
+    }
+
+    /// How full the memories of all stages are.
+    pub(crate) fn fills(&self) -> Vec<Fill> {
+        let relief = self.relief.fluvial().map(Fluvial::fills).unwrap_or_default();
+        let places = self.places.as_ref().map(Places::fills).unwrap_or_default();
+        let features = self.relief.fluvial().map(|_| self.landforms.fills()).unwrap_or_default();
+        [relief, self.agents.fills(), places, features].concat()
+    }
+
+    /// Vertices around an area that are planned to make it, about.
+    pub(crate) fn planned_around(&self) -> i64 {
+        let trunks = self.relief.fluvial().map_or(0, |fluvial| 2 * fluvial.fields().side(0) / GRAINS);
+        let places = self.places.as_ref().map_or(0, Places::reach);
+        trunks.max(places).max(self.agents.reach())
+    }
+
+    /// Bytes that a thread holds while it plans, measured: a search of a usual route among them, which is far from the
+    /// longest.
+    pub(crate) fn planning_bytes(&self) -> u64 {
+        let fluvial = if self.relief.fluvial().is_some() { 1 << 20 } else { 0 };
+        let routes = if self.places.is_some() { 2 << 20 } else { 0 };
+        fluvial + routes
     }
 
     /// Bounds that no height of this world can leave: (lowest, highest) in metres. 16-bit heights are encoded in them.

@@ -9,9 +9,8 @@
 //! against those of higher rank that it crosses, three deep. What is deeper is taken as it was traced:
 //! chains so long are rare, and their end is a river that stops where another has just ended.
 
-use std::collections::{BTreeMap, HashMap};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, OnceLock};
+use std::collections::HashMap;
+use std::sync::Arc;
 
 use crate::agents::greedy::{Node, Trace, search};
 use crate::agents::heuristic::{RiverHeuristic, RoadHeuristic};
@@ -21,19 +20,21 @@ use crate::area::{Area, TileId};
 use crate::grid::Grid;
 use crate::hash::{self, Stream};
 use crate::lines::{Line, LineEnd, LineId, LineKind, Lines};
+use crate::memory::{Fill, Memory, heap_bytes};
 use crate::relief::Relief;
 
 /// How many rivers, each settled against the next, are followed before one is taken as it was traced.
 const SETTLED_AGAINST: u32 = 3;
 
-/// Tiles whose agents are remembered in any case: enough around a single tile.
-const REMEMBERED_TILES: usize = 1 << 11;
+/// Bytes of traces, and of settled lines, that are remembered in any case: enough around a single tile.
+const REMEMBERED: usize = 16 << 20;
 
-/// Rows of tiles that a row of a region has to do with: the owners of paths that reach it, and what those meet.
+/// Rows of tiles that a row of a region has to do with: the owners of lines that reach it, and what those meet.
 const ROWS_REMEMBERED: usize = 24;
 
-/// Bytes that a remembered tile takes, in the middle: a river of a thousand nodes, for every other tile, and its bed.
-pub(crate) const BYTES_A_REMEMBERED_TILE: usize = 16 << 10;
+/// Bytes that a remembered tile takes, in the middle: a river of a thousand nodes, for every other tile, or its line.
+/// Twice as much is room for those that were asked for last.
+const REMEMBERED_A_TILE: usize = 16 << 10;
 
 /// A river that comes to less than this many nodes is none.
 const LEAST_NODES: usize = 24;
@@ -48,9 +49,8 @@ pub(crate) struct Agents {
     slope_scale: f32,
     rivers: Option<RiverAgents>,
     roads: Option<RoadAgents>,
-    traced: Memory<Option<TracedRiver>>,
-    settled: Memory<Lines>,
-    remembered_tiles: AtomicUsize,
+    traced: Memory<TileId, Option<TracedRiver>>,
+    settled: Memory<TileId, Lines>,
 }
 
 /// A river as its agent went, before others cut it short.
@@ -61,6 +61,8 @@ struct TracedRiver {
     bounds: Area,
     ends_in_sea: bool,
 }
+
+heap_bytes!(TracedRiver: nodes, heights_m);
 
 /// How far a river keeps its trace, and what is there.
 #[derive(Clone, Copy)]
@@ -87,23 +89,32 @@ impl Agents {
             slope_scale: slope_scale as f32,
             rivers: rivers.cloned(),
             roads: roads.cloned(),
-            traced: Memory::default(),
-            settled: Memory::default(),
-            remembered_tiles: AtomicUsize::new(REMEMBERED_TILES),
+            traced: Memory::new(REMEMBERED),
+            settled: Memory::new(REMEMBERED),
         }
-    }
-
-    /// Tiles to remember while a region of so many columns is baked row by row.
-    pub(crate) fn tiles_to_remember(&self, cols: u64) -> usize {
-        if self.rivers.is_none() && self.roads.is_none() {
-            return 0;
-        }
-        (cols as usize + ROWS_REMEMBERED).saturating_mul(ROWS_REMEMBERED).max(REMEMBERED_TILES)
     }
 
     /// Remembers at least as many tiles as a region of so many columns needs to be baked row by row.
     pub(crate) fn prepare_for(&self, cols: u64) {
-        self.remembered_tiles.fetch_max(self.tiles_to_remember(cols), Ordering::Relaxed);
+        let tiles = (cols as usize).saturating_add(ROWS_REMEMBERED).saturating_mul(ROWS_REMEMBERED);
+        let bytes = tiles.saturating_mul(REMEMBERED_A_TILE);
+        self.traced.reserve(bytes);
+        self.settled.reserve(bytes);
+    }
+
+    /// Vertices around an area that lines of it may come from, and what those meet.
+    pub(crate) fn reach(&self) -> i64 {
+        let crossed =
+            self.rivers.iter().map(|rivers| rivers.max_tiles).chain(self.roads.iter().map(|roads| roads.max_tiles));
+        crossed.max().map_or(0, |tiles| 2 * (tiles as i64 + 1) * self.cells)
+    }
+
+    /// How full its memories are.
+    pub(crate) fn fills(&self) -> Vec<Fill> {
+        if self.rivers.is_none() && self.roads.is_none() {
+            return Vec::new();
+        }
+        vec![self.traced.fill(), self.settled.fill()]
     }
 
     /// All lines whose effect may touch `area`, sorted by id.
@@ -117,7 +128,7 @@ impl Agents {
         let mut lines = Vec::new();
         // A bed sticks out of the tiles that its nodes are in by at most a tile.
         for owner in self.tiles(area, reach + 1) {
-            let own = self.settled.get(owner, &self.remembered_tiles, || self.settle(relief, owner));
+            let own = self.settled.get(owner, || self.settle(relief, owner));
             lines.extend(own.iter().filter(|line| line.concerns(area)).cloned());
         }
         lines.sort_by_key(|line| line.id);
@@ -204,7 +215,7 @@ impl Agents {
     }
 
     fn traced(&self, relief: &Relief, owner: TileId) -> Arc<Option<TracedRiver>> {
-        self.traced.get(owner, &self.remembered_tiles, || {
+        self.traced.get(owner, || {
             let agents = self.rivers.as_ref()?;
             let hash = self.owns(Stream::AgentRiver, owner, agents.density)?;
             self.trace_river(relief, owner, agents, hash)
@@ -376,51 +387,5 @@ impl Terrain for BareTerrain<'_> {
 
     fn is_under_water(&mut self, (x, y): Node) -> bool {
         self.at(x, y) < self.sea_level_m
-    }
-}
-
-/// What has been computed for a tile, for as long as there is room. Each value is computed once even if several threads
-/// ask at a time; the oldest give way.
-#[derive(Debug)]
-struct Memory<T> {
-    values: Mutex<Remembered<T>>,
-}
-
-/// A value under way or done, and the last time that it was asked for.
-type Slot<T> = (u64, Arc<OnceLock<Arc<T>>>);
-
-#[derive(Debug)]
-struct Remembered<T> {
-    by_tile: HashMap<TileId, Slot<T>>,
-    by_age: BTreeMap<u64, TileId>,
-    clock: u64,
-}
-
-impl<T> Default for Memory<T> {
-    fn default() -> Memory<T> {
-        Memory { values: Mutex::new(Remembered { by_tile: HashMap::new(), by_age: BTreeMap::new(), clock: 0 }) }
-    }
-}
-
-impl<T> Memory<T> {
-    fn get(&self, tile: TileId, most: &AtomicUsize, compute: impl FnOnce() -> T) -> Arc<T> {
-        let cell = {
-            let mut values = self.values.lock().expect("no thread panics while it looks up");
-            let Remembered { by_tile, by_age, clock } = &mut *values;
-            *clock += 1;
-            let (used, cell) = by_tile.entry(tile).or_insert_with(|| (*clock, Arc::default()));
-            by_age.remove(used);
-            *used = *clock;
-            let cell = Arc::clone(cell);
-            by_age.insert(*clock, tile);
-            if by_tile.len() > most.load(Ordering::Relaxed)
-                && let Some((_, oldest)) = by_age.pop_first()
-            {
-                by_tile.remove(&oldest);
-            }
-            cell
-        };
-        // Outside the lock, so that other tiles do not wait; a tile's value never asks for itself.
-        Arc::clone(cell.get_or_init(|| Arc::new(compute())))
     }
 }

@@ -1,22 +1,22 @@
 //! `terrane bake` and `terrane tile`.
 
-use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::fmt::Write as _;
+use std::io::{self, Write as _};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use serde_json::json;
 
-use crate::area::{Place, Region};
+use crate::area::Region;
 use crate::bake::Watch;
 use crate::cli::args::Job;
 use crate::cli::console::Console;
 use crate::cli::progress::Progress;
 use crate::error::Error;
-use crate::export::{Bytes, Cost, Output, Plan};
-use crate::tile::Tile;
+use crate::export::{Bytes, Cost, Forecast, Limit, Output, Plan};
 use crate::world::World;
 
 /// Bakes what the command line asks for.
@@ -42,11 +42,22 @@ pub(super) fn run(job: &Job, console: &Console) -> Result<(), Error> {
     };
     let cost = plan.cost(threads);
     let out = options.out.clone().unwrap_or_else(|| Path::new("out").join(&name));
+    let refused = Output::check(&out, options.overwrite, &cost);
+    let short = Limit::now(threads).map_or(Ok(()), |limit| limit.check(&cost));
+    if options.dry_run && !options.quiet {
+        // To look at a tile takes memory too.
+        let forecast = short.is_ok().then(|| {
+            if !options.no_progress && world.relief().fluvial().is_some() {
+                // When nobody listens there is nobody to tell.
+                _ = writeln!(io::stderr(), "planning what lies around one tile, to see what the bake takes");
+            }
+            plan.forecast(&cost, threads)
+        });
+        print_plan(console, &plan, &cost, forecast, &world, threads, &out)?;
+    }
+    refused.and(short)?;
     if options.dry_run {
-        if !options.quiet {
-            print_plan(console, &plan, &cost, &world, threads, &out)?;
-        }
-        return Output::check(&out, options.overwrite, &cost);
+        return Ok(());
     }
     // The bake, which an interrupt stops between two tiles.
     let watch = Arc::new(Watch::default());
@@ -76,7 +87,7 @@ pub(super) fn run(job: &Job, console: &Console) -> Result<(), Error> {
     let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
     let rate = region.vertices() as f64 / elapsed.as_secs_f64() / 1e6;
     let object = json!({
-        "type": "done", "out": out, "files": manifest.files.len() + 1, "bytes": bytes, "tiles": region.tiles(),
+        "type": "done", "out": out.to_string_lossy(), "files": manifest.files.len() + 1, "bytes": bytes, "tiles": region.tiles(),
         "vertices": region.vertices(), "seconds": elapsed.as_secs_f64(), "mvertices_per_second": rate,
     });
     let text = format!(
@@ -95,18 +106,21 @@ fn print_plan(
     console: &Console,
     plan: &Plan,
     cost: &Cost,
+    forecast: Option<Forecast>,
     world: &World,
     threads: usize,
-    out: &PathBuf,
+    out: &Path,
 ) -> Result<(), Error> {
     let region = plan.region();
     let (min_m, max_m) = world.height_range_m();
     let step_m = (max_m - min_m) / 65535.0;
-    let seconds = estimate(world, region, cost, threads).as_secs_f64();
+    let memory_bytes = forecast.map(|forecast| forecast.memory_bytes);
+    let seconds = forecast.map(|forecast| forecast.time.as_secs_f64());
     let object = json!({
-        "type": "plan", "out": out, "tiles": region.tiles(), "width": region.width(), "height": region.height(),
-        "min_m": min_m, "max_m": max_m, "step_m": step_m, "files": cost.files, "disk_bytes_at_most": cost.disk_bytes,
-        "memory_bytes": cost.memory_bytes, "seconds": seconds, "threads": threads,
+        "type": "plan", "out": out.to_string_lossy(), "tiles": region.tiles(), "width": region.width(),
+        "height": region.height(), "min_m": min_m, "max_m": max_m, "step_m": step_m, "files": cost.files,
+        "disk_bytes_at_most": cost.disk_bytes, "memory_bytes": memory_bytes,
+        "memory_bytes_at_most": cost.memory_bytes, "seconds": seconds, "threads": threads,
     });
     let mut text = String::new();
     let mut line = |what: &str, value: String| writeln!(text, "{what:9}{value}").expect("a String takes everything");
@@ -114,27 +128,12 @@ fn print_plan(
     line("region", format!("{} tiles, {} x {} vertices", region.tiles(), region.width(), region.height()));
     line("heights", format!("{min_m} to {max_m} m, {step_m:.4} m a step of 16 bits"));
     line("files", format!("{}, at most {}", cost.files, Bytes(cost.disk_bytes)));
-    line("memory", format!("about {}", Bytes(cost.memory_bytes)));
-    line("time", format!("about {seconds:.1} s on {threads} threads"));
+    let about = memory_bytes.map_or(String::new(), |bytes| format!("about {}, ", Bytes(bytes)));
+    line("memory", format!("{about}at most {}", Bytes(cost.memory_bytes)));
+    if let Some(seconds) = seconds {
+        line("time", format!("about {seconds:.1} s on {threads} threads"));
+    }
     console.message(object, &text)
-}
-
-/// Raw bytes that one thread encodes a second, with the settings of the exports: the middle of what they reach.
-const ENCODED_BYTES_A_SECOND: f64 = 600e6;
-
-/// How long a bake will take: the region's middle tile is made to see, and encoding is added.
-fn estimate(world: &World, region: &Region, cost: &Cost, threads: usize) -> Duration {
-    let middle = region.tile(Place { row: region.rows() / 2, col: region.cols() / 2 });
-    let time = || {
-        let start = Instant::now();
-        std::hint::black_box(Tile::new(world, middle));
-        start.elapsed().as_secs_f64()
-    };
-    // The first tile pays for memory that later ones find there.
-    let tile_seconds = (0..3).map(|_| time()).fold(f64::INFINITY, f64::min);
-    let at_once = (threads as u64).min(region.tiles()) as f64;
-    let seconds = (tile_seconds * region.tiles() as f64 + cost.disk_bytes as f64 / ENCODED_BYTES_A_SECOND) / at_once;
-    Duration::from_secs_f64(seconds.min(1e15))
 }
 
 fn print_stages(console: &Console, watch: &Watch) -> Result<(), Error> {

@@ -74,7 +74,7 @@ fn measure(
     // What they come to.
     let report = Report::new(options, threads, &walks);
     experiment::write_files(out, &report, &walks)?;
-    let object = json!({ "type": "done", "out": out, "files": FILES, "report": report });
+    let object = json!({ "type": "done", "out": out.to_string_lossy(), "files": FILES, "report": report });
     console.message(object, &format!("{}\n{}: {}\n", report.to_text(), out.display(), FILES.join(", ")))
 }
 

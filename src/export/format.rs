@@ -29,6 +29,8 @@ pub(crate) struct FormatCost {
     pub kept_a_vertex: u64,
     /// The most bytes of a file that a thread makes of one tile.
     pub tile_file_bytes: u64,
+    /// Whether the features of every tile are looked for.
+    pub features: bool,
 }
 
 impl FormatCost {
@@ -39,6 +41,7 @@ impl FormatCost {
             disk_bytes: self.disk_bytes.saturating_add(other.disk_bytes),
             kept_a_vertex: self.kept_a_vertex + other.kept_a_vertex,
             tile_file_bytes: self.tile_file_bytes.max(other.tile_file_bytes),
+            features: self.features || other.features,
         }
     }
 }

@@ -21,11 +21,15 @@ mod mesh;
 mod vector;
 mod manifest;
 mod profile;
+mod cost;
+mod limit;
 mod plan;
 
+pub use cost::{Cost, Forecast};
+pub use limit::Limit;
 pub use manifest::{Axes, HeightRange, Manifest, RegionRecord};
 pub use options::{Lods, MeshOptions};
-pub use plan::{Bytes, Cost, Output, Plan};
+pub use plan::{Bytes, Output, Plan};
 pub use profile::Profile;
 
 use std::fmt;

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use crate::agents::order_free::BYTES_A_REMEMBERED_TILE;
 use crate::area::Region;
 use crate::bake::{Sink, Watch, bake, rows_in_flight};
 use crate::error::Error;
+use crate::export::cost::{Cost, Forecast};
 use crate::export::file::{PartFile, remove_unfinished, sync_folder, write_whole};
 use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
 use crate::export::manifest::{self, Manifest};
@@ -28,19 +28,14 @@ pub struct Plan<'a> {
     profile: Option<Profile>,
 }
 
-/// What a bake will leave and need.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cost {
-    /// Files, the manifest among them.
-    pub files: u64,
-    /// The most bytes that they can take on the disk: as if nothing could be compressed.
-    pub disk_bytes: u64,
-    /// About the most memory in use.
-    pub memory_bytes: u64,
-}
+/// The program itself, with what the allocator keeps.
+const PROCESS_BYTES: u64 = 8 << 20;
 
-/// The program itself, with the stacks of its threads and what the allocator keeps.
-const PROCESS_BYTES: u64 = 32 << 20;
+/// The stack of a thread, and what the allocator keeps for it.
+const THREAD_BYTES: u64 = 2 << 20;
+
+/// What files of features hold while they are written: pages of the database, and the features of a row of tiles.
+const FEATURE_BYTES: u64 = 4 << 20;
 
 /// Bytes of the manifest without its files, rounded up.
 const MANIFEST_BYTES: u64 = 16 << 10;
@@ -129,14 +124,18 @@ impl<'a> Plan<'a> {
         &self.region
     }
 
+    /// What the files of all exports take.
+    fn format_cost(&self) -> FormatCost {
+        let request = self.request();
+        let costs = self.exports.iter().map(|export| export.0.cost(&request));
+        costs.fold(FormatCost::default(), FormatCost::and)
+    }
+
     /// What the bake will leave and need on so many threads.
     pub fn cost(&self, threads: usize) -> Cost {
         let region = &self.region;
         let side = region.tile_cells() as u64 + 1;
-        let request = self.request();
-        let costs = self.exports.iter().map(|export| export.0.cost(&request));
-        let FormatCost { mut files, mut disk_bytes, kept_a_vertex, tile_file_bytes } =
-            costs.fold(FormatCost::default(), FormatCost::and);
+        let FormatCost { mut files, mut disk_bytes, kept_a_vertex, tile_file_bytes, features } = self.format_cost();
         // The manifest, the registry, and what a profile writes besides.
         let written = self.profile.map_or(0, |profile| profile.written().len() as u64);
         files = files.saturating_add(2 + written);
@@ -151,10 +150,18 @@ impl<'a> Plan<'a> {
         let in_flight = tiles_in_flight.saturating_mul(side * side * kept_a_vertex);
         let records = files.saturating_mul(RECORD_BYTES);
         let rows = tiles_in_flight.saturating_mul(ROW_BYTES);
-        let remembered =
-            self.world.agents().tiles_to_remember(region.cols()).saturating_mul(BYTES_A_REMEMBERED_TILE) as u64;
-        let parts = [in_flight, a_thread * threads as u64, remembered, records, rows, PROCESS_BYTES];
-        Cost { files, disk_bytes, memory_bytes: parts.into_iter().fold(0, u64::saturating_add) }
+        let planning = self.world.planning_bytes();
+        let features = if features { FEATURE_BYTES } else { 0 };
+        let parts =
+            [features, in_flight, (a_thread + planning + THREAD_BYTES) * threads as u64, records, rows, PROCESS_BYTES];
+        let working_bytes = parts.into_iter().fold(0, u64::saturating_add);
+        let memory_bytes = working_bytes.saturating_add(self.world.memory_bytes(region.cols()));
+        Cost { files, disk_bytes, working_bytes, memory_bytes }
+    }
+
+    /// What the bake of that cost will probably take. It may take as long as planning does to say so.
+    pub fn forecast(&self, cost: &Cost, threads: usize) -> Forecast {
+        Forecast::new(self.world, &self.region, cost, self.format_cost().features, threads)
     }
 
     /// Bakes into a prepared folder, on the threads of the current rayon pool.

@@ -2,6 +2,7 @@
 
 use super::point::Point;
 use super::trunk::NodeId;
+use crate::memory::heap_bytes;
 
 /// The id of a channel: its level, and the cell of that level's lattice that holds its head.
 pub type ChannelId = (u32, i64, i64);
@@ -48,6 +49,9 @@ pub struct Channel {
     pub next: Option<(NodeId, bool)>,
     bounds: [Point; 2],
 }
+
+heap_bytes!(Knot);
+heap_bytes!(Channel: knots);
 
 impl Channel {
     /// The channel through these knots.

@@ -54,6 +54,7 @@ use crate::area::Area;
 use crate::clock::{Clock, stage};
 use crate::hash::{self, Stream};
 use crate::land::Land;
+use crate::memory::Fill;
 use crate::names::Names;
 use crate::simd::dispatch;
 use fields::Fields;
@@ -106,6 +107,11 @@ impl Fluvial {
             survey: survey::Memories::default(),
             fields,
         }
+    }
+
+    /// How full its memories are.
+    pub(crate) fn fills(&self) -> Vec<Fill> {
+        [self.network.fills(), self.warp.fills(), self.rivers.fills(), self.survey.fills()].concat()
     }
 
     /// The fields that it grows from.

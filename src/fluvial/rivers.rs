@@ -17,7 +17,7 @@ use super::trunk::NodeId;
 use super::water::river_depth_m;
 use crate::area::Area;
 use crate::lines::{self, Bed, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory, heap_bytes};
 
 /// Grains from one point of a river to the next at most: the world bends what is straight between two knots.
 const STEP: f64 = 3.0 * GRAINS as f64;
@@ -35,7 +35,14 @@ pub(super) struct RiverMemories {
 
 impl Default for RiverMemories {
     fn default() -> RiverMemories {
-        RiverMemories { strahler: Strahler::default(), courses: Memory::new(1 << 11), of_courses: Memory::new(1 << 11) }
+        RiverMemories { strahler: Strahler::default(), courses: Memory::new(8 << 20), of_courses: Memory::new(8 << 20) }
+    }
+}
+
+impl RiverMemories {
+    /// How full its memories are.
+    pub fn fills(&self) -> Vec<Fill> {
+        [self.strahler.fills(), vec![self.courses.fill(), self.of_courses.fill()]].concat()
     }
 }
 
@@ -64,6 +71,10 @@ struct Sample {
     level_m: f64,
     area: f64,
 }
+
+heap_bytes!(Course: channels, parts);
+heap_bytes!(Part: samples);
+heap_bytes!(Sample);
 
 impl Sample {
     /// The place at a share of the way to another one.

@@ -6,6 +6,7 @@ use super::channel::{Channel, Knot};
 use super::fields::Fields;
 use super::point::{GRAINS, Point};
 use crate::geometry::{LineSegment, length, lerp};
+use crate::memory::heap_bytes;
 
 /// The straight segments of the channels around a place, in a fixed order.
 #[derive(Debug)]
@@ -40,6 +41,9 @@ pub struct Segment {
     /// Half widths of a lake, in grains.
     pub lake: [f64; 2],
 }
+
+heap_bytes!(Segment);
+heap_bytes!(Segments: channels, all);
 
 /// How much steeper than the river the valley's sides are at least, a vertex from its middle.
 ///

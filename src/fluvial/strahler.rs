@@ -11,7 +11,7 @@ use super::channel::{Channel, ChannelId, Mouth};
 use super::point::Point;
 use super::trunk::{NodeId, neighbours};
 use crate::geometry::LineSegment;
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory, heap_bytes};
 
 /// A tributary that holds water, where it joins a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +23,8 @@ pub struct Join {
     id: ChannelId,
     order: u32,
 }
+
+heap_bytes!(Join);
 
 /// The orders along a channel.
 #[derive(Clone, Debug)]
@@ -68,11 +70,16 @@ pub struct Strahler {
 
 impl Default for Strahler {
     fn default() -> Strahler {
-        Strahler { joins: Memory::new(1 << 14), starts: Memory::new(1 << 12) }
+        Strahler { joins: Memory::new(4 << 20), starts: Memory::new(1 << 20) }
     }
 }
 
 impl Strahler {
+    /// How full its memories are.
+    pub(super) fn fills(&self) -> Vec<Fill> {
+        vec![self.joins.fill(), self.starts.fill()]
+    }
+
     /// The orders of a channel.
     pub fn orders(&self, fluvial: &Fluvial, channel: &Channel) -> Orders {
         let start = match channel.id {

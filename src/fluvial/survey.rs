@@ -13,7 +13,7 @@ use crate::fluvial::segment::{Segment, Segments};
 use crate::geometry::{length, lerp};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory, heap_bytes};
 
 /// Nodes a side of a block of sparse land.
 const BLOCK: i64 = 32;
@@ -56,6 +56,8 @@ pub struct RiverPiece {
     pub level_m: f32,
 }
 
+heap_bytes!(RiverPiece);
+
 impl RiverPiece {
     /// What pieces are sorted by, so that the order in which a survey lists them does not matter.
     pub(crate) fn key(&self) -> ([i64; 2], [i64; 2], u32, u32) {
@@ -74,7 +76,15 @@ pub(super) struct Memories {
 
 impl Default for Memories {
     fn default() -> Memories {
-        Memories { blocks: Memory::new(1 << 11), pages: Memory::new(64) }
+        // A page has half a megabyte, and is asked for by the few blocks on it, one soon after the other.
+        Memories { blocks: Memory::new(4 << 20), pages: Memory::new(16 << 20) }
+    }
+}
+
+impl Memories {
+    /// How full its memories are.
+    pub fn fills(&self) -> Vec<Fill> {
+        vec![self.blocks.fill(), self.pages.fill()]
     }
 }
 
@@ -84,6 +94,8 @@ struct Sheet {
     heights_m: Vec<f32>,
     waters: Vec<WaterKind>,
 }
+
+heap_bytes!(Sheet: heights_m, waters);
 
 impl Survey for Fluvial {
     fn heights_m(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<f32> {

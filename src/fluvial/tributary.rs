@@ -14,6 +14,7 @@ use super::trunk_curve::DROWNED_SLOPE;
 use super::wander;
 use crate::geometry::{LineSegment, length, lines};
 use crate::hash;
+use crate::memory::Fill;
 
 /// The area at the mouth of a tributary of a level, in cells of the trunk lattice.
 pub fn most_area(level: u32) -> f64 {
@@ -40,6 +41,11 @@ impl Tributaries {
     /// The tributaries of a world with these fields.
     pub fn new(fields: Arc<Fields>, seed: u64) -> Tributaries {
         Tributaries { seed, courses: Courses::new(Arc::clone(&fields), seed), fields }
+    }
+
+    /// How full its memories are.
+    pub(super) fn fills(&self) -> Vec<Fill> {
+        self.courses.fills()
     }
 
     /// The tributaries whose heads are in the cells of a chunk, given whom to ask for the segments of the levels above

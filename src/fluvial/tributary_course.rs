@@ -13,7 +13,7 @@ use super::segment::{Segment, Segments, downstream};
 use super::trunk::NodeId;
 use crate::geometry::{LineSegment, length, lerp};
 use crate::hash::{self, Draw};
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory, heap_bytes};
 
 /// Cells that a tributary is long at most, before it runs aslant: a head that is further from all channels has none, so
 /// that what a channel depends on stays near.
@@ -89,6 +89,9 @@ pub struct End {
     pub mouth_area: f64,
 }
 
+heap_bytes!(Draft);
+heap_bytes!(Course);
+
 impl Course {
     /// The line along it, from its foot up.
     pub fn line(&self, origin: Point) -> LineSegment {
@@ -115,7 +118,12 @@ pub struct Courses {
 impl Courses {
     /// The courses of a world with these fields.
     pub fn new(fields: Arc<Fields>, seed: u64) -> Courses {
-        Courses { seed, fields, drafts: Memory::new(1 << 11), taken: Memory::new(1 << 11) }
+        Courses { seed, fields, drafts: Memory::new(24 << 20), taken: Memory::new(12 << 20) }
+    }
+
+    /// How full its memories are.
+    pub(super) fn fills(&self) -> Vec<Fill> {
+        vec![self.drafts.fill(), self.taken.fill()]
     }
 
     /// Where the tributaries of a chunk's cells begin and end.

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use super::fields::Fields;
 use super::point::{Point, chance};
 use crate::hash::Draw;
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory, heap_bytes};
 
 /// A node of the trunk lattice: column and row.
 pub type NodeId = (i64, i64);
@@ -87,6 +87,11 @@ struct Spill {
     path: Vec<NodeId>,
 }
 
+heap_bytes!(TrunkNode);
+heap_bytes!(Basin: nodes);
+heap_bytes!(Drained);
+heap_bytes!(Spill: path);
+
 /// The trunk lattice of a world.
 #[derive(Debug)]
 pub struct Trunks {
@@ -106,13 +111,20 @@ impl Trunks {
         Trunks {
             seed,
             fields,
-            patches: Memory::new(256),
-            receivers: Memory::new(1 << 15),
-            roots: Memory::new(1 << 15),
-            rims: Memory::new(1 << 12),
-            spills: Memory::new(1 << 12),
-            basins: Memory::new(512),
+            patches: Memory::new(1 << 20),
+            receivers: Memory::new(8 << 20),
+            roots: Memory::new(6 << 20),
+            rims: Memory::new(1 << 20),
+            spills: Memory::new(1 << 20),
+            basins: Memory::new(4 << 20),
         }
+    }
+
+    /// How full its memories are.
+    pub(super) fn fills(&self) -> Vec<Fill> {
+        let nodes = [self.patches.fill(), self.receivers.fill(), self.roots.fill()];
+        let basins = [self.rims.fill(), self.spills.fill(), self.basins.fill()];
+        [nodes, basins].concat()
     }
 
     /// The node of an id.

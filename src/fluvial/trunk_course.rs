@@ -17,7 +17,7 @@ use super::trunk_curve::{bend_share, curve, too_close};
 use super::wander;
 use crate::geometry::{LineSegment, lines};
 use crate::hash::{self, Draw};
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory};
 
 /// How steep a river runs down the side of a larger one's valley at most, as a share of that side's slope: so it cuts
 /// into it, and is not lost on it. Chosen by eye.
@@ -69,10 +69,16 @@ impl TrunkCourses {
             seed,
             nodes: Trunks::new(Arc::clone(&fields), seed),
             fields,
-            smooth: Memory::new(1 << 10),
-            apart: Memory::new(1 << 10),
-            free: Memory::new(1 << 10),
+            smooth: Memory::new(8 << 20),
+            apart: Memory::new(8 << 20),
+            free: Memory::new(8 << 20),
         }
+    }
+
+    /// How full its memories are.
+    pub(super) fn fills(&self) -> Vec<Fill> {
+        let courses = [self.smooth.fill(), self.apart.fill(), self.free.fill()];
+        [self.nodes.fills(), courses.to_vec()].concat()
     }
 
     /// The lattice that they run on.

@@ -9,7 +9,7 @@ use crate::fluvial::fields::Fields;
 use crate::fluvial::point::{GRAINS, Point};
 use crate::geometry::length;
 use crate::hash::{self, Stream};
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory};
 use crate::noise::{Fractal, FractalKind, FractalSpec};
 
 /// Displacements east and south of all vertices.
@@ -56,8 +56,13 @@ impl Warp {
             axes: steps.map(axes).collect(),
             distance_m: (1.1 * fields.settings().bend * finest_m) as f32,
             spacing_m,
-            patches: Memory::new(512),
+            patches: Memory::new(24 << 20),
         }
+    }
+
+    /// How full its memories are.
+    pub(super) fn fills(&self) -> Vec<Fill> {
+        vec![self.patches.fill()]
     }
 
     /// Metres by which the nodes of an area are displaced, east and south: every `step`th vertex, a power of two.

@@ -6,8 +6,8 @@
 //! pieces does not matter. Between two points of a bridge, or of a tunnel, the land stays as it is.
 
 use crate::area::Area;
-use crate::land::{Water, WaterKind};
 use crate::grid::Grid;
+use crate::land::{Water, WaterKind};
 use crate::lines::{Bed, Line, StructureKind};
 
 /// Metres along for a metre of height, of a fill and of a cut: what loose earth and what firm ground stand at.

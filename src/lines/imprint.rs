@@ -3,8 +3,8 @@
 //! Its parts are one for each way in which lines are made ([`Bed`]); the order of lines does not matter.
 
 use crate::area::Area;
-use crate::land::{Water, WaterKind};
 use crate::grid::Grid;
+use crate::land::{Water, WaterKind};
 use crate::lines::built::Built;
 use crate::lines::drain;
 use crate::lines::dug::Dug;

@@ -30,6 +30,7 @@ use serde::Serialize;
 
 use crate::area::Area;
 use crate::geometry::LineSegment;
+use crate::memory::heap_bytes;
 
 /// Parts of a vertex in which makers count places on a line: of rivers and of built roads all are whole ones.
 pub const FIXED: i64 = 256;
@@ -162,6 +163,9 @@ pub struct Line {
     /// All vertices that it lies on or can have an effect on, and then some.
     pub bounds: Area,
 }
+
+heap_bytes!(LinePoint);
+heap_bytes!(Line: name, points, structures);
 
 /// Lines that concern an area, sorted by id.
 pub type Lines = Vec<Arc<Line>>;

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::lines::{Line, LinePoint};
+use crate::memory::heap_bytes;
 
 /// What carries a road instead of the land.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
@@ -37,6 +38,8 @@ pub struct Structure {
     /// Its last point.
     pub last: usize,
 }
+
+heap_bytes!(Structure);
 
 impl Structure {
     /// The structures of a line whose points are carried so: a run of the same kind is one.

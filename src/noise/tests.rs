@@ -1,7 +1,7 @@
 //! The promises of the noise: the same bits from every level and in every area, the true function, far away too, within bounds.
 
-use super::{Fractal, FractalKind, FractalSpec};
 use super::lattice::{self, DIRECTIONS, EDGE, Lattice, NORMALISATION, hash};
+use super::{Fractal, FractalKind, FractalSpec};
 use crate::area::Area;
 use crate::simd::Level;
 

@@ -1,7 +1,7 @@
 //! The middle line of a road: a way with its corners rounded, as points that lie evenly along it.
 
-use crate::land::WaterKind;
 use crate::fluvial::survey::Survey;
+use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::places::plan::{Scale, distance2};
 use crate::places::route::{Route, bend_m};

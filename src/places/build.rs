@@ -3,8 +3,8 @@
 
 use std::collections::BTreeSet;
 
-use crate::land::WaterKind;
 use crate::fluvial::survey::Survey;
+use crate::land::WaterKind;
 use crate::lines::{
     self, Bed, FIXED, Line, LineClass, LineEnd, LineId, LineKind, LinePoint, RoadClass, Structure, StructureKind,
 };

@@ -37,19 +37,13 @@ use crate::area::Area;
 use crate::error::Error;
 use crate::fluvial::survey::Survey;
 use crate::lines::{Line, Lines, SiteId};
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory};
 use crate::places::build::Builder;
 use crate::places::plan::{PlanLand, Scale};
 use crate::places::route::Domain;
 use crate::places::settings::PlacesSettings;
 use crate::places::site::Site;
 use crate::recipe::fault::KeyPath;
-
-/// Site cells that are remembered: a hundred bytes each.
-const SITES: usize = 1 << 14;
-
-/// Roads that are remembered: some twenty kilobytes each.
-const ROADS: usize = 1 << 11;
 
 /// Settlements and roads of a world. What has been found is remembered for a while, which changes nothing but time.
 ///
@@ -75,10 +69,15 @@ impl Places {
             settings: settings.clone(),
             seed,
             plan: PlanLand::new(Scale::new(settings.site_m, spacing_m)),
-            sites: Memory::new(SITES),
-            edges: Memory::new(SITES),
-            roads: Memory::new(ROADS),
+            sites: Memory::new(2 << 20),
+            edges: Memory::new(1 << 20),
+            roads: Memory::new(8 << 20),
         })
+    }
+
+    /// How full its memories are.
+    pub(crate) fn fills(&self) -> Vec<Fill> {
+        [self.plan.fills(), vec![self.sites.fill(), self.edges.fill(), self.roads.fill()]].concat()
     }
 
     /// Side of a site cell in vertices.

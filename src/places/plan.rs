@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use crate::area::Area;
-use crate::land::WaterKind;
 use crate::fluvial::survey::{RiverPiece, Survey};
+use crate::land::WaterKind;
 use crate::lines::FIXED;
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory, heap_bytes};
 
 /// How far apart things are looked at. All lengths are whole vertices, and sites lie on nodes of the plan.
 #[derive(Clone, Copy, Debug)]
@@ -46,8 +46,8 @@ impl Scale {
 /// Nodes a side of a block of land that is remembered.
 const BLOCK: i64 = 32;
 
-/// Blocks that are remembered: about a dozen megabytes, and more than the largest search looks at.
-const BLOCKS: usize = 1024;
+/// Bytes of blocks that are remembered: more than the largest search looks at.
+const REMEMBERED: usize = 12 << 20;
 
 /// The land on the nodes of the plan, remembered block by block.
 #[derive(Debug)]
@@ -62,6 +62,8 @@ struct PlanBlock {
     waters: Vec<WaterKind>,
     rivers: Vec<RiverPiece>,
 }
+
+heap_bytes!(PlanBlock: heights_m, waters, rivers);
 
 /// The land on a rectangle of nodes.
 #[derive(Debug)]
@@ -80,7 +82,12 @@ pub(super) struct Window {
 
 impl PlanLand {
     pub fn new(scale: Scale) -> PlanLand {
-        PlanLand { scale, blocks: Memory::new(BLOCKS) }
+        PlanLand { scale, blocks: Memory::new(REMEMBERED) }
+    }
+
+    /// How full its memories are.
+    pub fn fills(&self) -> Vec<Fill> {
+        vec![self.blocks.fill()]
     }
 
     /// The land on `cols` x `rows` nodes from node `at` on.

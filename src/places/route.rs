@@ -10,8 +10,8 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
-use crate::land::WaterKind;
 use crate::hash::{self, Stream};
+use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::places::plan::{RiverIndex, Scale, Window, distance2};
 use crate::places::settings::Standard;

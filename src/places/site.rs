@@ -2,10 +2,11 @@
 
 use serde::Serialize;
 
-use crate::land::WaterKind;
 use crate::fluvial::survey::Survey;
 use crate::hash::{self, Stream};
+use crate::land::WaterKind;
 use crate::lines::{FIXED, SiteId};
+use crate::memory::heap_bytes;
 use crate::names;
 use crate::places::plan::{PlanLand, RiverIndex, Window};
 use crate::places::settings::PlacesSettings;
@@ -38,6 +39,8 @@ pub struct Site {
     /// Its name.
     pub name: String,
 }
+
+heap_bytes!(Site: name);
 
 /// Positions that are looked at, and of those that could be lived on, how many are compared.
 const POSITIONS: u64 = 400;

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use super::*;
-use crate::land::WaterKind;
 use crate::fluvial::survey::RiverPiece;
 use crate::grid::Grid;
 use crate::hash;
+use crate::land::WaterKind;
 use crate::lines::built::Built;
 use crate::lines::{FIXED, LineClass, LineId, LinePoint, StructureKind};
 use crate::places::alignment::length_m;
@@ -189,7 +189,7 @@ fn roads() -> &'static [Arc<Line>] {
 fn windows_agree_whatever_was_asked_before() {
     let land = land();
     // One of the three hardly remembers anything.
-    let forgetful = Places { sites: Memory::new(100), roads: Memory::new(1), ..places() };
+    let forgetful = Places { sites: Memory::new(10_000), roads: Memory::new(1), ..places() };
     let (one, other, third) = (places(), forgetful, places());
     let [west, east] = [near(), Area { x0: 2500, x1: 6500, ..near() }];
     // One is asked from the west, one from the east after something far off, one by four threads.

@@ -124,16 +124,20 @@ impl Preset {
     fn check_together(&self) -> Result<(), Fault> {
         let root = KeyPath::default();
         if let Some(fluvial) = &self.fluvial {
+            const NOISE: &str = "nothing reads it in a world of fluvial relief";
+            const RIVERS: &str =
+                "agents cut rivers into finished land, and fluvial relief has its own, which drain all of it";
+            const ROADS: &str =
+                "agents follow the land of a tile or two, and fluvial land has roads between settlements";
             let others = [
-                ("noise", !self.noise.is_empty()),
-                ("warp", self.warp.is_some()),
-                ("land", self.land.is_some()),
-                ("rivers", self.rivers.is_some()),
-                ("roads", self.roads.is_some()),
+                ("noise", !self.noise.is_empty(), NOISE, "leave it out, or leave [fluvial] out"),
+                ("warp", self.warp.is_some(), NOISE, "leave it out, or leave [fluvial] out"),
+                ("land", self.land.is_some(), NOISE, "leave it out, or leave [fluvial] out"),
+                ("rivers", self.rivers.is_some(), RIVERS, "leave it out: [fluvial] says how many rivers there are"),
+                ("roads", self.roads.is_some(), ROADS, "leave it out, and add [places]"),
             ];
-            if let Some((key, _)) = others.into_iter().find(|(_, given)| *given) {
-                let hint = "leave it out, or leave [fluvial] out";
-                return Err(root.key(key).fault("nothing reads it in a world of fluvial relief", hint).at_key());
+            if let Some((key, _, reason, hint)) = others.into_iter().find(|(_, given, ..)| *given) {
+                return Err(root.key(key).fault(reason, hint).at_key());
             }
             fluvial.check(&root.key("fluvial"), self.spacing_m)?;
             // Above, rivers would be pressed down to below the sea that they run into.

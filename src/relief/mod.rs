@@ -9,8 +9,8 @@ pub use noise::NoiseRelief;
 use crate::area::Area;
 use crate::clock::{Clock, stage};
 use crate::fluvial::Fluvial;
-use crate::land::Land;
 use crate::grid::Grid;
+use crate::land::Land;
 
 /// A world's relief. Heights are a pure function of the vertex: any area, the same bits.
 #[derive(Debug)]

@@ -3,8 +3,8 @@
 use std::f64::consts::SQRT_2;
 
 use crate::area::Area;
-use crate::land::{Water, WaterKind};
 use crate::grid::Grid;
+use crate::land::{Water, WaterKind};
 use crate::lines::Imprint;
 use crate::preset::ground::GroundSettings;
 use crate::simd::{Kernel, Simd, dispatch};
@@ -284,5 +284,30 @@ mod tests {
         assert_eq!(north, south);
         assert_eq!([shady, sunny], [north - 100.0, south + 100.0]);
         assert_eq!([hot, cold], [sunny, shady]);
+    }
+    #[test]
+    fn nothing_outside_the_input_matters() {
+        let area = Area::new(-3, 8, 17, 20);
+        let wide = area.padded(9);
+        let mut heights = Grid::filled(wide, 0.0);
+        let mut kind = Grid::filled(wide, WaterKind::Dry);
+        for (index, (height_m, kind)) in heights.values_mut().iter_mut().zip(kind.values_mut()).enumerate() {
+            *height_m = (index * 7919 % 1013) as f32;
+            *kind = [WaterKind::Dry, WaterKind::Dry, WaterKind::River, WaterKind::Lake][index * 31 % 97 % 4];
+        }
+        let normals = Normals::new(&heights, area, 300.0);
+        let dry = Grid::filled(wide, 0.0);
+        let made = |heights: &Grid<f32>, kind: &Grid<WaterKind>| {
+            let mut blend = Blend::new(&GroundRule::new(&GroundSettings::default(), None), heights, &normals);
+            let bed = Grid::filled(wide, false);
+            blend.wet(&Water { kind: kind.clone(), bed, depth_m: dry.clone(), flow_m3s: dry.clone() });
+            [blend.ground, blend.cover]
+        };
+        let expected = made(&heights, &kind);
+        heights.fill_outside(input(area), f32::NAN);
+        kind.fill_outside(input(area), WaterKind::Sea);
+        assert_eq!(made(&heights, &kind), expected);
+        kind.fill_outside(area, WaterKind::Sea);
+        assert_ne!(made(&heights, &kind), expected, "mud lies beside water that is not in the area");
     }
 }

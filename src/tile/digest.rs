@@ -3,8 +3,8 @@
 use std::fmt;
 
 use crate::area::Area;
-use crate::land::WaterKind;
 use crate::grid::Grid;
+use crate::land::WaterKind;
 use crate::lines::{Line, LineClass, LineEnd, RoadClass};
 use crate::places::site::Site;
 use crate::tile::Tile;

@@ -14,8 +14,8 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::area::{Area, TileId};
 use crate::clock::{Clock, stage};
-use crate::land::{Land, Water};
 use crate::grid::Grid;
+use crate::land::{Land, Water};
 use crate::lines::{Bed, Imprint, Line, Lines};
 use crate::places::site::Site;
 use crate::world::World;

@@ -3,16 +3,18 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use rusqlite::Connection;
 use rusqlite::types::Value as Cell;
 use serde_json::Value;
+use tempfile::TempDir;
 use terrane::area::{Area, Region, TileId};
 use terrane::bake::Watch;
 use terrane::clock::Clock;
 use terrane::export::{Export, Output, Plan};
-use terrane::land::WaterKind;
 use terrane::fluvial::landforms::lakes::Lake;
+use terrane::land::WaterKind;
 use terrane::lines::{Line, LineClass, LineEnd, LineKind, Lines};
 use terrane::preset::Preset;
 use terrane::world::World;
@@ -81,17 +83,26 @@ fn features(out: &Path, layer: &str) -> Vec<Value> {
     serde_json::from_value(json["features"].take()).unwrap()
 }
 
+/// A world, a region of it and the folder that it is baked to, made once for the tests that look at them.
+fn baked() -> &'static (World, Region, TempDir) {
+    static BAKED: OnceLock<(World, Region, TempDir)> = OnceLock::new();
+    BAKED.get_or_init(|| {
+        let (world, folder) = (world(), tempfile::tempdir().unwrap());
+        let region = region(&world, -8, -8, 16, 16);
+        bake(&world, region, 2, folder.path());
+        (world, region, folder)
+    })
+}
+
 #[test]
 fn a_feature_is_the_same_in_every_window() {
-    let folder = tempfile::tempdir().unwrap();
-    let (one, other) = (folder.path().join("one"), folder.path().join("other"));
-    let world = world();
-    bake(&world, region(&world, -8, -8, 16, 16), 1, &one);
+    let (.., one) = baked();
+    let other = tempfile::tempdir().unwrap();
     // Another world of the same recipe: nothing is remembered of the first bake.
-    let again = self::world();
-    bake(&again, region(&again, -2, -3, 20, 9), 3, &other);
+    let again = world();
+    bake(&again, region(&again, -2, -3, 11, 6), 3, other.path());
     for layer in LAYERS {
-        let (first, second) = (rows(&one, layer), rows(&other, layer));
+        let (first, second) = (rows(one.path(), layer), rows(other.path(), layer));
         let mut shared = 0;
         for (id, row) in &first {
             if let Some(others) = second.get(id) {
@@ -107,10 +118,10 @@ fn a_feature_is_the_same_in_every_window() {
 fn the_bytes_depend_neither_on_threads_nor_on_tiles() {
     let folder = tempfile::tempdir().unwrap();
     let (one, other) = (folder.path().join("one"), folder.path().join("other"));
-    bake(&world(), region(&world(), -4, -4, 8, 8), 1, &one);
+    bake(&world(), region(&world(), -2, -2, 4, 4), 1, &one);
     let coarse = Preset::parse("test", &FLUVIAL.replace("tile_cells = 64", "tile_cells = 128")).unwrap();
     let coarse = World::new(coarse, Some(5)).unwrap();
-    bake(&coarse, region(&coarse, -2, -2, 4, 4), 4, &other);
+    bake(&coarse, region(&coarse, -1, -1, 2, 2), 4, &other);
     for layer in LAYERS {
         let path = format!("vector/{layer}.geojson");
         assert!(fs::read(one.join(&path)).unwrap() == fs::read(other.join(&path)).unwrap(), "{path}");
@@ -120,10 +131,7 @@ fn the_bytes_depend_neither_on_threads_nor_on_tiles() {
 
 #[test]
 fn both_formats_hold_the_features_that_touch_the_region() {
-    let folder = tempfile::tempdir().unwrap();
-    let world = world();
-    let region = region(&world, -8, -8, 16, 16);
-    bake(&world, region, 2, folder.path());
+    let (world, region, folder) = baked();
     let area = Area::new(-512, -512, region.width() as usize, region.height() as usize);
     let expected: [BTreeSet<String>; 2] = [
         rivers_of(&world, &area).iter().map(|river| river.id.to_string()).collect(),
@@ -184,9 +192,7 @@ fn each_point(coordinates: &Value, take: &mut impl FnMut([f64; 2])) {
 
 #[test]
 fn roads_join_settlements_and_things_have_names() {
-    let folder = tempfile::tempdir().unwrap();
-    let world = world();
-    bake(&world, region(&world, -8, -8, 16, 16), 2, folder.path());
+    let (.., folder) = baked();
     let read = |layer: &str| features(folder.path(), layer);
     let [sites, roads, crossings, rivers] = ["sites", "roads", "crossings", "rivers"].map(read);
     let text = |feature: &Value, key: &str| feature["properties"][key].as_str().unwrap().to_owned();
@@ -264,7 +270,7 @@ fn from_lake(lake: &Lake, to: [f64; 2]) -> f64 {
 
 #[test]
 fn rivers_fall_and_end_in_what_they_say() {
-    let world = world();
+    let (world, ..) = baked();
     let area = Area::new(-512, -512, 1025, 1025);
     let rivers = rivers_of(&world, &area);
     let by_id: BTreeMap<_, &Line> = rivers.iter().map(|river| (river.id, &**river)).collect();
@@ -313,7 +319,7 @@ fn rivers_fall_and_end_in_what_they_say() {
 
 #[test]
 fn lakes_are_rings_around_their_water() {
-    let world = world();
+    let (world, ..) = baked();
     let lakes = world.lakes(&Area::new(-512, -512, 1025, 1025));
     assert!(lakes.len() > 2);
     for lake in &lakes {
@@ -346,7 +352,7 @@ fn lakes_are_rings_around_their_water() {
 
 #[test]
 fn pieces_of_coast_meet_at_the_edges_of_their_cells() {
-    let world = world();
+    let (world, ..) = baked();
     let coasts = world.coasts(&Area::new(-1024, -1024, 2049, 2049));
     let mut ends: BTreeMap<[u64; 2], usize> = BTreeMap::new();
     let inner = |point: &[f64; 2]| point.iter().all(|at| at.abs() < 1023.0);
@@ -364,7 +370,7 @@ fn pieces_of_coast_meet_at_the_edges_of_their_cells() {
 
 #[test]
 fn peaks_are_the_highest_around() {
-    let world = world();
+    let (world, ..) = baked();
     let peaks = world.peaks(&Area::new(-512, -512, 1025, 1025));
     assert!(peaks.len() > 1);
     for peak in &peaks {

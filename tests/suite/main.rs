@@ -2,7 +2,9 @@
 
 mod agents;
 mod architecture;
+mod channels;
 mod cli;
+mod cost;
 mod far;
 mod features;
 mod fluvial;
@@ -17,3 +19,11 @@ mod simd;
 mod vector;
 mod walker;
 mod water;
+mod worlds;
+
+/// Seeds of the worlds whose laws are checked.
+const SEEDS: std::ops::RangeInclusive<u64> = 1..=1;
+
+/// Bakes whose memory is measured: preset, size, threads, exports.
+const BAKES: &[(&str, &str, &str, &str)] =
+    &[("thesis", "8x8", "2", "height,blend,normal,map"), ("archipelago", "2x2", "2", "height,vector")];

@@ -382,6 +382,7 @@ fn fluvial_land_does_not_depend_on_the_size_of_tiles() {
     let world = |cells| {
         let (_, mut preset) = Preset::load("alps").unwrap();
         preset.tile_cells = cells;
+        preset.places = None;
         World::new(preset, None).unwrap()
     };
     let (fine, coarse) = (world(32), world(48));

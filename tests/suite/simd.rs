@@ -9,7 +9,9 @@ use terrane::simd::Level;
 #[test]
 fn every_instruction_set_bakes_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, text) in BUILT_IN {
+    // Of those with rivers two are enough, and roads have no kernels of their own.
+    let presets = BUILT_IN.iter().filter(|(name, _)| !["alps", "highlands", "plains"].contains(name));
+    for (name, text) in presets {
         let preset = folder.path().join("small.toml");
         fs::write(&preset, small_tiles(text)).unwrap();
         let listed = |level: Level| {
@@ -31,9 +33,10 @@ fn every_instruction_set_bakes_the_same_bytes() {
     }
 }
 
-/// The same preset with tiles of 56 cells, a number that no lane count divides evenly into rows.
+/// The same preset with tiles of 56 cells, a number that no lane count divides evenly into rows, and without places.
 fn small_tiles(text: &str) -> String {
     let keep = |line: &&str| !line.trim_start().starts_with("tile_cells");
+    let (text, _) = text.split_once("[places]").unwrap_or((text, ""));
     let lines: Vec<&str> = text.lines().filter(keep).collect();
     format!("tile_cells = 56\n{}\n", lines.join("\n"))
 }

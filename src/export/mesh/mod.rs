@@ -45,7 +45,7 @@ fn level(lod: u32) -> String {
 fn cost(request: &Request, bytes: u64, more: u64, files: u64) -> FormatCost {
     let meshes = request.region.tiles().saturating_mul(request.meshes.lods.all().len() as u64);
     let disk_bytes = (bytes + more + RECORD_BYTES).saturating_mul(meshes).saturating_add(1 << 20);
-    FormatCost { files, disk_bytes, kept_a_vertex: 0, tile_file_bytes: bytes }
+    FormatCost { files, disk_bytes, tile_file_bytes: bytes, ..FormatCost::default() }
 }
 
 /// Whether a bake gives a file with one of those endings that path, in a file of the region or of a tile.

@@ -51,7 +51,7 @@ impl Format for GeoJson {
 
     fn cost(&self, request: &Request) -> FormatCost {
         let disk_bytes = bytes_at_most(request.world, &request.region);
-        FormatCost { files: layers(request.world).len() as u64, disk_bytes, ..FormatCost::default() }
+        FormatCost { files: layers(request.world).len() as u64, disk_bytes, features: true, ..FormatCost::default() }
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {

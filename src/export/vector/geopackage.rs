@@ -105,7 +105,7 @@ impl Format for GeoPackage {
 
     fn cost(&self, request: &Request) -> FormatCost {
         let disk_bytes = bytes_at_most(request.world, &request.region);
-        FormatCost { files: 1, disk_bytes, ..FormatCost::default() }
+        FormatCost { files: 1, disk_bytes, features: true, ..FormatCost::default() }
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {

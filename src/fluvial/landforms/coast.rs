@@ -2,11 +2,12 @@
 
 use crate::area::Area;
 use crate::clock::Clock;
-use crate::fluvial::landforms::contour::contours;
 use crate::fluvial::Fluvial;
-use crate::land::WaterKind;
+use crate::fluvial::landforms::contour::contours;
 use crate::geometry::LineSegment;
 use crate::grid::Grid;
+use crate::land::WaterKind;
+use crate::memory::heap_bytes;
 
 /// Vertices a side of a cell.
 pub(super) const CELL: i64 = 512;
@@ -31,6 +32,8 @@ pub struct Coast {
     /// Vertices east and south of the origin; of an island within a cell, the last point is the first.
     pub line: Vec<[f64; 2]>,
 }
+
+heap_bytes!(Coast: line);
 
 impl Coast {
     /// All pieces of a cell.

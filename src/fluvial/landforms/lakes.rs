@@ -2,14 +2,15 @@
 
 use crate::area::Area;
 use crate::clock::Clock;
+use crate::fluvial::Fluvial;
 use crate::fluvial::landforms::contour::{contours, twice_area};
 use crate::fluvial::point::{GRAINS, Point};
 use crate::fluvial::trunk::NodeId;
-use crate::fluvial::Fluvial;
-use crate::land::WaterKind;
 use crate::geometry::LineSegment;
 use crate::grid::Grid;
+use crate::land::WaterKind;
 use crate::lines::LineId;
+use crate::memory::heap_bytes;
 
 /// A lake.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +27,8 @@ pub struct Lake {
     /// The river that runs out of it.
     pub outlet: Option<LineId>,
 }
+
+heap_bytes!(Lake: rings);
 
 /// The least metres by which the shore is under or above the water at a vertex: no crossing lies on a vertex.
 const LEAST_M: f32 = 1e-3;

@@ -20,7 +20,7 @@ use std::sync::Arc;
 use crate::area::Area;
 use crate::fluvial::Fluvial;
 use crate::fluvial::trunk::NodeId;
-use crate::memory::Memory;
+use crate::memory::{Fill, Memory};
 use coast::Coast;
 use lakes::Lake;
 use peaks::{Peak, Summits};
@@ -35,7 +35,14 @@ pub struct Landforms {
 
 impl Default for Landforms {
     fn default() -> Landforms {
-        Landforms { lakes: Memory::new(1 << 10), coasts: Memory::new(1 << 9), summits: Memory::new(1 << 12) }
+        Landforms { lakes: Memory::new(4 << 20), coasts: Memory::new(4 << 20), summits: Memory::new(8 << 20) }
+    }
+}
+
+impl Landforms {
+    /// How full its memories are.
+    pub(crate) fn fills(&self) -> Vec<Fill> {
+        vec![self.lakes.fill(), self.coasts.fill(), self.summits.fill()]
     }
 }
 

@@ -6,6 +6,7 @@ use crate::area::Area;
 use crate::clock::Clock;
 use crate::fluvial::Fluvial;
 use crate::fluvial::point::GRAINS;
+use crate::memory::heap_bytes;
 
 /// Metres a side of a cell.
 const CELL_M: f64 = 3000.0;
@@ -38,6 +39,8 @@ pub(super) struct Summits {
     /// The lowest and the highest of each block, row by row.
     blocks: Vec<[f32; 2]>,
 }
+
+heap_bytes!(Summits: blocks);
 
 /// Vertices a side of a cell.
 pub(super) fn side(fluvial: &Fluvial) -> i64 {

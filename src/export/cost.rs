@@ -1,0 +1,87 @@
+//! What a bake takes of the machine: disk, memory, time.
+
+use std::hint::black_box;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::area::{Place, Region};
+use crate::clock::Clock;
+use crate::features::layers;
+use crate::memory::Fill;
+use crate::tile::Tile;
+use crate::world::World;
+
+/// What a bake will leave and need, as far as its formats and its region say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cost {
+    /// Files, the manifest among them.
+    pub files: u64,
+    /// The most bytes that they can take on the disk: as if nothing could be compressed.
+    pub disk_bytes: u64,
+    /// The most bytes of memory that are needed beside what the world remembers.
+    pub working_bytes: u64,
+    /// The most bytes of memory that may be in use: those, and all that the world can remember.
+    pub memory_bytes: u64,
+}
+
+/// What a bake will probably take, by one tile of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Forecast {
+    /// About the most memory in use.
+    pub memory_bytes: u64,
+    /// About how long it takes.
+    pub time: Duration,
+}
+
+/// Raw bytes that one thread encodes a second, with the settings of the exports: the middle of what they reach.
+const ENCODED_BYTES_A_SECOND: f64 = 600e6;
+
+/// A memory that has forgotten things is on average so full: one of two generations is between empty and full.
+const FULL: f64 = 0.8;
+
+/// What the allocator takes for each byte that is remembered, since things of all sizes come and go.
+const SPREAD: f64 = 1.1;
+
+impl Forecast {
+    /// Makes the middle tile of a region, for which much may have to be planned first, and concludes from it.
+    ///
+    /// With `features`, rivers, lakes and the like are looked for there too.
+    pub fn new(world: &World, region: &Region, cost: &Cost, features: bool, threads: usize) -> Forecast {
+        let middle = region.tile(Place { row: region.rows() / 2, col: region.cols() / 2 });
+        let clock = Clock::default();
+        let time = || {
+            let start = Instant::now();
+            let tile = black_box(Tile::timed(world, middle, &clock));
+            if features {
+                let area = tile.area();
+                for layer in layers(world) {
+                    layer.visit(world, &area, &mut |_, row| _ = black_box(row()));
+                }
+            }
+            start.elapsed().as_secs_f64()
+        };
+        // The first time pays for what later ones find remembered.
+        let first = time();
+        let again = (0..3).map(|_| time()).fold(f64::INFINITY, f64::min);
+        // What is planned, and what of it is remembered, grows with the area that is planned for.
+        let growth = planned_area(world, region.width(), region.height())
+            / planned_area(world, world.tile_cells() as u64, world.tile_cells() as u64);
+        let remembered = |fill: Fill| (fill.held as f64 * growth).min(fill.most as f64 * FULL) * SPREAD;
+        let remembered: f64 = world.fills().into_iter().map(remembered).sum();
+        let tiles = region.tiles();
+        let work = (first - again).max(0.0) * growth + again * tiles as f64;
+        let cores = thread::available_parallelism().map_or(1, usize::from);
+        let at_once = (threads.min(cores) as u64).min(tiles) as f64;
+        let seconds = (work + cost.disk_bytes as f64 / ENCODED_BYTES_A_SECOND) / at_once;
+        Forecast {
+            memory_bytes: cost.working_bytes.saturating_add(remembered as u64).min(cost.memory_bytes),
+            time: Duration::from_secs_f64(seconds.min(1e15)),
+        }
+    }
+}
+
+/// Vertices of the area that is planned to make so many columns and rows.
+fn planned_area(world: &World, cols: u64, rows: u64) -> f64 {
+    let around = 2.0 * world.planned_around() as f64;
+    (cols as f64 + around) * (rows as f64 + around)
+}

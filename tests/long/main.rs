@@ -1,0 +1,24 @@
+//! Tests that are slow for their own sake: the laws of the suite for more seeds. `.ci/run` runs them.
+
+#[path = "../suite/channels.rs"]
+mod channels;
+#[path = "../suite/cost.rs"]
+mod cost;
+mod varied;
+#[path = "../suite/worlds.rs"]
+mod worlds;
+
+/// Seeds of the worlds whose laws are checked.
+const SEEDS: std::ops::RangeInclusive<u64> = 2..=4;
+
+/// Bakes whose memory is measured: preset, size, threads, exports.
+const BAKES: &[(&str, &str, &str, &str)] = &[
+    ("thesis", "3x30", "8", "height,blend"),
+    ("hills", "12x4", "1", "height,exr,map-tiles"),
+    ("alps", "1x1", "1", "hashes"),
+    ("alps", "4x4", "8", "hashes"),
+    ("alps", "8x8", "2", "height,blend,normal,map"),
+    ("plains", "6x6", "2", "height,geojson"),
+    ("canyon", "12x12", "2", "hashes"),
+    ("highlands", "3x3", "2", "height,blend,normal,map"),
+];

@@ -1,0 +1,75 @@
+//! What a dry run tells is what the bake takes: its memory, by the kernel's count of a child process.
+
+use std::fs;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use serde_json::Value;
+
+use crate::BAKES;
+
+fn terrane(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
+    command.args(arguments).stdin(Stdio::null());
+    command
+}
+
+/// The most bytes that a process has had in memory when it ends.
+#[cfg(target_os = "linux")]
+fn peak_bytes(mut command: Command) -> u64 {
+    let mut child = command.spawn().unwrap();
+    let mut peak = 0;
+    loop {
+        let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kilobytes = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
+        peak = kilobytes.map_or(peak, |kilobytes| kilobytes * 1024);
+        if let Some(status) = child.try_wait().unwrap() {
+            assert!(status.success(), "{command:?}: {status}");
+            return peak;
+        }
+        thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_dry_run_tells_the_memory_that_the_bake_takes() {
+    for (preset, size, threads, exports) in BAKES {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("out");
+        let bake =
+            ["bake", preset, "--size", size, "--threads", threads, "--export", exports, "--json", "--no-progress"];
+        let bake = [&bake[..], &["--out", out.to_str().unwrap()]].concat();
+        let plan = terrane(&[&bake[..], &["--dry-run"]].concat()).output().unwrap();
+        let plan: Value = serde_json::from_slice(&plan.stdout).unwrap();
+        let mut command = terrane(&bake);
+        command.stdout(Stdio::null());
+        let (told, peak) = (plan["memory_bytes"].as_u64().unwrap() as f64, peak_bytes(command) as f64);
+        println!("{preset} {size} {threads} {exports}: told {:.1} MB, taken {:.1} MB", told / 1e6, peak / 1e6);
+        assert!(told >= peak, "{preset} {size}: {told} bytes are told, and {peak} are taken");
+        assert!(told <= 1.25 * peak, "{preset} {size}: {told} bytes are told, and only {peak} are taken");
+        assert!(plan["memory_bytes_at_most"].as_f64().unwrap() >= told);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_bake_that_may_take_more_than_the_limit_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let bake = |kilobytes: u64, preset: &str| {
+        let line =
+            format!("ulimit -v {kilobytes}; exec \"$0\" bake {preset} --size 1x1 --threads 1 --tile-cells 16 --out o");
+        let mut command = Command::new("sh");
+        command.args(["-c", &line, env!("CARGO_BIN_EXE_terrane")]).current_dir(folder.path());
+        command.output().unwrap()
+    };
+    let refused = bake(200_000, "alps");
+    let message = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!(refused.status.code(), Some(2), "{message}");
+    assert!(message.contains("of memory") && message.contains("ulimit -v"), "{message}");
+    assert!(!folder.path().join("o").exists());
+    let done = bake(200_000, "mountains");
+    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
+}

@@ -1,0 +1,28 @@
+//! Worlds of the built-in presets that tests share, so that what is planned for one is remembered for the next.
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
+use terrane::fluvial::Fluvial;
+use terrane::preset::{BUILT_IN, Preset};
+use terrane::world::World;
+
+/// The built-in presets of fluvial relief.
+pub fn fluvial_names() -> impl Iterator<Item = &'static str> {
+    BUILT_IN.iter().filter(|(name, text)| Preset::parse(name, text).unwrap().fluvial.is_some()).map(|(name, _)| *name)
+}
+
+/// A world of nobody else.
+pub fn fresh(name: &str, seed: u64) -> World {
+    World::new(Preset::load(name).unwrap().1, Some(seed)).unwrap()
+}
+
+/// The world of a built-in preset and a seed that all tests of the process share.
+pub fn shared(name: &'static str, seed: u64) -> &'static World {
+    static WORLDS: Mutex<BTreeMap<(&str, u64), &'static World>> = Mutex::new(BTreeMap::new());
+    WORLDS.lock().unwrap().entry((name, seed)).or_insert_with(|| Box::leak(Box::new(fresh(name, seed))))
+}
+
+pub fn fluvial(world: &World) -> &Fluvial {
+    world.relief().fluvial().expect("a world of fluvial relief")
+}
