@@ -121,7 +121,7 @@ pub struct Registry {
 
 /// The table, whose key has the order in which a bake makes tiles, so that its rows are only ever added at the end.
 fn schema() -> String {
-    let hashes: String = Channel::ALL.iter().map(|channel| format!("{}_hash BLOB, ", channel.name())).collect();
+    let hashes = Channel::ALL.map(|channel| format!("{}_hash BLOB, ", channel.name())).concat();
     format!(
         "CREATE TABLE tiles (
             x INTEGER NOT NULL,

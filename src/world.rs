@@ -44,14 +44,11 @@ impl World {
         let settle = |settings| Places::new(settings, spacing_m, seed);
         let places = preset.places.as_ref().map(settle).transpose()?;
         let names = places.as_ref().map(|places| Names::new(seed, places.site_side()));
-        let relief = match &preset.fluvial {
-            Some(settings) => {
-                Relief::Fluvial(Box::new(Fluvial::new(settings, spacing_m, sea_level_m, seed, names.clone())))
-            }
-            None => {
-                let (warp, land) = (preset.warp.as_ref(), preset.land.as_ref());
-                Relief::Noise(Box::new(NoiseRelief::new(&preset.noise, warp, land, spacing_m, seed)))
-            }
+        let relief = if let Some(settings) = &preset.fluvial {
+            Relief::Fluvial(Box::new(Fluvial::new(settings, spacing_m, sea_level_m, seed, names.clone())))
+        } else {
+            let (warp, land) = (preset.warp.as_ref(), preset.land.as_ref());
+            Relief::Noise(Box::new(NoiseRelief::new(&preset.noise, warp, land, spacing_m, seed)))
         };
         let agents = (preset.rivers.as_ref(), preset.roads.as_ref());
         let agents = Agents::new(agents, preset.tile_cells, spacing_m, sea_level_m, preset.ground.slope_scale, seed);

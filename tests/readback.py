@@ -2,8 +2,8 @@
 
     python3 tests/readback.py FOLDER
 
-The folder must hold a bake with every export that its world has, those of water if it is fluvial: what is missing is a failure and not a check less. It needs the
-PyPI packages blake3, numpy, OpenEXR and pillow. Prints one line a check, with a figure; exits with 1 if one has failed.
+The folder must hold a bake with every export that its world has, those of water if it is fluvial: what is missing is a
+failure and not a check less. It needs the PyPI packages blake3, numpy, OpenEXR and pillow. Prints one line a check, with a figure; exits with 1 if one has failed.
 """
 
 import json
@@ -258,26 +258,41 @@ def check_registry(bake, checks):
     with closing(sqlite3.connect(bake.folder / "registry.sqlite")) as database:
         sound = database.execute("PRAGMA integrity_check").fetchone()[0]
         version = database.execute("PRAGMA user_version").fetchone()[0]
-        rows = database.execute("SELECT x, y, files, heights_hash, blend_hash FROM tiles").fetchall()
+        tiles = [(x, y, json.loads(files)) for x, y, files in database.execute("SELECT x, y, files FROM tiles")]
+        hashes = lambda name: [digest for (digest,) in database.execute(f"SELECT {name}_hash FROM tiles")]
+        hashes = {name: hashes(name) for name in ["heights", "blend", "water", "depth", "flow"]}
         starts = database.execute("SELECT x, y, river_x, river_y FROM tiles WHERE river_x IS NOT NULL").fetchall()
-    checks.check(sound == "ok" and version == 1, "schema version of registry.sqlite, which SQLite finds sound", version)
+        lines = [json.loads(ids) for (ids,) in database.execute("SELECT lines FROM tiles")]
+    checks.check(sound == "ok" and version == 2, "schema version of registry.sqlite, which SQLite finds sound", version)
     cols, count = (bake.size[1] - 1) // bake.cells, bake.tiles
     expected = [(bake.at[0] + index % cols, bake.at[1] + index // cols) for index in range(count)]
-    checks.check([row[:2] for row in rows] == expected, "rows of the registry that are the tiles in order", len(rows))
+    checks.check([row[:2] for row in tiles] == expected, "rows of the registry that are the tiles in order", len(tiles))
     rasters = [file for file in bake.files if "tile" in file or "width" in file or file["path"].endswith(".r16.json")]
     of_tile = lambda x, y: {file["path"] for file in rasters if file.get("tile", {"x": x, "y": y}) == {"x": x, "y": y}}
-    right = sum(set(json.loads(files)) == of_tile(x, y) for x, y, files, _, _ in rows)
+    right = sum(set(files) == of_tile(x, y) for x, y, files in tiles)
     checks.check(right == count, "tiles whose files the registry names", f"{right} of {count}")
     samples = lambda export, x, y: b"".join(
         bake.read(file).tobytes() for file in bake.of(export) if file["tile"] == {"x": x, "y": y}
     )
     # Of the blend maps, the cover comes before the ground in the list of files.
     ground_first = lambda raw: raw[len(raw) // 2 :] + raw[: len(raw) // 2]
-    hashed = lambda raw: blake3.blake3(raw).digest()
-    right = sum(hashed(samples("exr-tiles", x, y)) == heights for x, y, _, heights, _ in rows)
-    checks.check(right == count, "tiles whose EXR has the registry's hash of heights", f"{right} of {count}")
-    right = sum(hashed(ground_first(samples("blend-tiles", x, y))) == blend for x, y, _, _, blend in rows)
-    checks.check(right == count, "tiles whose blend maps have the registry's hash", f"{right} of {count}")
+    kinds = bytes.maketrans(bytes([DRY, RIVER, LAKE, SEA]), bytes(range(4)))
+    channels = {
+        "heights": lambda x, y: samples("exr-tiles", x, y),
+        "blend": lambda x, y: ground_first(samples("blend-tiles", x, y)),
+        "water": lambda x, y: samples("water-tiles", x, y).translate(kinds),
+        "depth": lambda x, y: samples("depth-tiles", x, y),
+        "flow": lambda x, y: samples("flow-tiles", x, y),
+    }
+    for name, raw in channels.items():
+        if name in ["heights", "blend"] or bake.of("water-tiles"):
+            right = sum(blake3.blake3(raw(x, y)).digest() == digest for (x, y, _), digest in zip(tiles, hashes[name]))
+            checks.check(right == count, f"tiles whose files have the registry's hash of {name}", f"{right} of {count}")
+        else:
+            checks.check(hashes[name] == [None] * count, f"hashes of {name} where there is no water", 0)
+    through = sum(bool(ids) for ids in lines)
+    if bake.of("water-tiles"):
+        checks.check(through > 0, "tiles whose lines the registry names", f"{through} of {count}")
     inside = lambda tile, start: tile * bake.cells <= start <= (tile + 1) * bake.cells
     right = sum(inside(x, river_x) and inside(y, river_y) for x, y, river_x, river_y in starts)
     checks.check(right == len(starts), "rivers that start in their tile", f"{right} of {len(starts)}")

@@ -74,7 +74,7 @@ pub(super) fn carry(kinds: &mut [Option<StructureKind>], levels_m: &[f64], heigh
         for (first, last) in runs {
             // A point alone would carry nothing.
             let last = if first == last { (last + 1).min(kinds.len() - 1) } else { last };
-            let ground = kinds[first..=last].iter_mut().filter(|kind| **kind == None);
+            let ground = kinds[first..=last].iter_mut().filter(|kind| kind.is_none());
             ground.for_each(|ground| *ground = kind);
         }
     }

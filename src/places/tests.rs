@@ -454,7 +454,9 @@ fn beds_agree_where_areas_overlap_and_end_at_their_reach() {
         let mut heights = Grid::filled(area, 0.0);
         heights.values_mut().copy_from_slice(&bare);
         let mut built = Built::blank(area);
-        chosen.into_iter().for_each(|road| built.add(road));
+        for road in chosen {
+            built.add(road);
+        }
         built.shape(&mut heights);
         (bare, heights, built)
     };

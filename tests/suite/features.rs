@@ -10,32 +10,16 @@ use rusqlite::types::Value as Cell;
 use serde_json::Value;
 use tempfile::TempDir;
 use terrane::area::{Area, Region, TileId};
-use terrane::bake::Watch;
 use terrane::clock::Clock;
-use terrane::export::{Export, Output, Plan};
 use terrane::fluvial::landforms::lakes::Lake;
 use terrane::land::WaterKind;
 use terrane::lines::{Line, LineClass, LineEnd, LineKind, Lines};
 use terrane::preset::Preset;
 use terrane::world::World;
 
-const LAYERS: [&str; 7] = ["rivers", "lakes", "coast", "peaks", "sites", "roads", "crossings"];
+use crate::bakes::{FLUVIAL, bake_vectors, unsettled};
 
-/// Lakes and a coast within a few tiles of the origin.
-const FLUVIAL: &str = r"
-    tile_cells = 64
-    spacing_m = 20.0
-    sea_level_m = 0.0
-    [fluvial]
-    trunk_m = 5120.0
-    levels = 4
-    base_m = 20.0
-    lakes = 0.5
-    [fluvial.uplift]
-    mask = { wavelength_m = 20000.0, octaves = 3, from = -0.4, to = 0.4 }
-    [places]
-    site_m = 2500.0
-";
+const LAYERS: [&str; 7] = ["rivers", "lakes", "coast", "peaks", "sites", "roads", "crossings"];
 
 fn world() -> World {
     World::new(Preset::parse("test", FLUVIAL).unwrap(), Some(5)).unwrap()
@@ -45,17 +29,8 @@ fn region(world: &World, x: i64, y: i64, cols: u64, rows: u64) -> Region {
     Region::new(TileId { x, y }, cols, rows, world.tile_cells()).unwrap()
 }
 
-fn bake(world: &World, region: Region, threads: usize, out: &Path) {
-    let plan = Plan::new(world, "test", region, Export::parse_list("vector,geojson").unwrap()).unwrap();
-    let cost = plan.cost(threads);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    let output = Output::prepare(out, false, &cost).unwrap();
-    let manifest = pool.install(|| plan.run(&output, &Watch::default())).unwrap();
-    // Eight of vectors, the registry and the manifest.
-    assert_eq!((manifest.files.len() + 1, cost.files), (10, 10));
-    let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
-    assert!(bytes <= cost.disk_bytes, "{bytes} bytes, at most {} announced", cost.disk_bytes);
-}
+/// Eight of vectors, the registry and the manifest.
+const FILES: usize = 10;
 
 fn package(out: &Path) -> Connection {
     Connection::open(out.join("vector/vector.gpkg")).unwrap()
@@ -89,7 +64,7 @@ fn baked() -> &'static (World, Region, TempDir) {
     BAKED.get_or_init(|| {
         let (world, folder) = (world(), tempfile::tempdir().unwrap());
         let region = region(&world, -8, -8, 16, 16);
-        bake(&world, region, 2, folder.path());
+        bake_vectors(&world, region, 2, folder.path(), FILES);
         (world, region, folder)
     })
 }
@@ -100,7 +75,7 @@ fn a_feature_is_the_same_in_every_window() {
     let other = tempfile::tempdir().unwrap();
     // Another world of the same recipe: nothing is remembered of the first bake.
     let again = world();
-    bake(&again, region(&again, -2, -3, 11, 6), 3, other.path());
+    bake_vectors(&again, region(&again, -2, -3, 11, 6), 3, other.path(), FILES);
     for layer in LAYERS {
         let (first, second) = (rows(one.path(), layer), rows(other.path(), layer));
         let mut shared = 0;
@@ -118,10 +93,10 @@ fn a_feature_is_the_same_in_every_window() {
 fn the_bytes_depend_neither_on_threads_nor_on_tiles() {
     let folder = tempfile::tempdir().unwrap();
     let (one, other) = (folder.path().join("one"), folder.path().join("other"));
-    bake(&world(), region(&world(), -2, -2, 4, 4), 1, &one);
+    bake_vectors(&world(), region(&world(), -2, -2, 4, 4), 1, &one, FILES);
     let coarse = Preset::parse("test", &FLUVIAL.replace("tile_cells = 64", "tile_cells = 128")).unwrap();
     let coarse = World::new(coarse, Some(5)).unwrap();
-    bake(&coarse, region(&coarse, -1, -1, 2, 2), 4, &other);
+    bake_vectors(&coarse, region(&coarse, -1, -1, 2, 2), 4, &other, FILES);
     for layer in LAYERS {
         let path = format!("vector/{layer}.geojson");
         assert!(fs::read(one.join(&path)).unwrap() == fs::read(other.join(&path)).unwrap(), "{path}");
@@ -134,7 +109,7 @@ fn both_formats_hold_the_features_that_touch_the_region() {
     let (world, region, folder) = baked();
     let area = Area::new(-512, -512, region.width() as usize, region.height() as usize);
     let expected: [BTreeSet<String>; 2] = [
-        rivers_of(&world, &area).iter().map(|river| river.id.to_string()).collect(),
+        rivers_of(world, &area).iter().map(|river| river.id.to_string()).collect(),
         world.lakes(&area).iter().map(|lake| format!("l:{}:{}", lake.id.0, lake.id.1)).collect(),
     ];
     for (layer, expected) in LAYERS.iter().zip(&expected) {
@@ -221,9 +196,9 @@ fn roads_join_settlements_and_things_have_names() {
 #[test]
 fn a_world_without_places_has_their_layers_empty() {
     let folder = tempfile::tempdir().unwrap();
-    let (bare, _) = FLUVIAL.split_once("[places]").unwrap();
+    let bare = unsettled();
     let world = World::new(Preset::parse("test", bare).unwrap(), Some(5)).unwrap();
-    bake(&world, region(&world, -2, -2, 4, 4), 2, folder.path());
+    bake_vectors(&world, region(&world, -2, -2, 4, 4), 2, folder.path(), FILES);
     for layer in ["sites", "roads", "crossings"] {
         assert!(rows(folder.path(), layer).is_empty() && features(folder.path(), layer).is_empty(), "{layer}");
     }
@@ -272,7 +247,7 @@ fn from_lake(lake: &Lake, to: [f64; 2]) -> f64 {
 fn rivers_fall_and_end_in_what_they_say() {
     let (world, ..) = baked();
     let area = Area::new(-512, -512, 1025, 1025);
-    let rivers = rivers_of(&world, &area);
+    let rivers = rivers_of(world, &area);
     let by_id: BTreeMap<_, &Line> = rivers.iter().map(|river| (river.id, &**river)).collect();
     assert!(rivers.len() > 20 && by_id.len() == rivers.len());
     let wide = world.lakes(&area.padded(1024));
@@ -340,7 +315,7 @@ fn lakes_are_rings_around_their_water() {
                 let (x, y) = (point[0] as i64, point[1] as i64);
                 Area { x0: area.x0.min(x), y0: area.y0.min(y), x1: area.x1.max(x + 2), y1: area.y1.max(y + 2) }
             });
-            let rivers = rivers_of(&world, &around.padded(2));
+            let rivers = rivers_of(world, &around.padded(2));
             let river = rivers
                 .iter()
                 .find(|river| river.id == outlet)

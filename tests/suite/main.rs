@@ -2,6 +2,7 @@
 
 mod agents;
 mod architecture;
+mod bakes;
 mod channels;
 mod cli;
 mod cost;

@@ -7,11 +7,11 @@ use std::path::Path;
 use rusqlite::Connection;
 use serde_json::Value;
 use terrane::area::{Area, Region, TileId};
-use terrane::bake::Watch;
-use terrane::export::{Export, Output, Plan};
 use terrane::lines::{LineId, LineKind};
 use terrane::preset::Preset;
 use terrane::world::World;
+
+use crate::bakes::bake_vectors;
 
 const WITH_PATHS: &str = r#"
     tile_cells = 32
@@ -31,17 +31,8 @@ fn world(text: &str) -> World {
     World::new(Preset::parse("test", text).unwrap(), Some(3)).unwrap()
 }
 
-fn bake(world: &World, region: Region, threads: usize, out: &Path) {
-    let plan = Plan::new(world, "test", region, Export::parse_list("vector,geojson").unwrap()).unwrap();
-    let cost = plan.cost(threads);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    let output = Output::prepare(out, false, &cost).unwrap();
-    let manifest = pool.install(|| plan.run(&output, &Watch::default())).unwrap();
-    // Three of vectors, the registry and the manifest.
-    assert_eq!((manifest.files.len() + 1, cost.files), (5, 5));
-    let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
-    assert!(bytes <= cost.disk_bytes, "{bytes} bytes, at most {} announced", cost.disk_bytes);
-}
+/// Three of vectors, the registry and the manifest.
+const FILES: usize = 5;
 
 /// The geometries of a layer in the order of the file, by owner.
 fn layer(out: &Path, name: &str) -> Vec<(TileId, Vec<u8>)> {
@@ -60,7 +51,7 @@ fn each_path_that_touches_the_region_is_there_once_in_both_formats() {
     let folder = tempfile::tempdir().unwrap();
     let world = world(WITH_PATHS);
     let region = Region::new(TileId { x: -3, y: 2 }, 5, 4, world.tile_cells()).unwrap();
-    bake(&world, region, 2, folder.path());
+    bake_vectors(&world, region, 2, folder.path(), FILES);
     let area = Area::new(-96, 64, region.width() as usize, region.height() as usize);
     for (name, kind) in LAYERS {
         let lines = world.lines(&area);
@@ -84,8 +75,8 @@ fn a_path_is_the_same_in_every_window() {
     let world = world(WITH_PATHS);
     let (one, other) = (folder.path().join("one"), folder.path().join("other"));
     let region = |x, y, cols, rows| Region::new(TileId { x, y }, cols, rows, world.tile_cells()).unwrap();
-    bake(&world, region(-2, -2, 4, 4), 1, &one);
-    bake(&world, region(0, -1, 2, 5), 3, &other);
+    bake_vectors(&world, region(-2, -2, 4, 4), 1, &one, FILES);
+    bake_vectors(&world, region(0, -1, 2, 5), 3, &other, FILES);
     for (name, _) in LAYERS {
         let others: BTreeMap<_, _> = layer(&other, name).into_iter().collect();
         for (owner, geometry) in layer(&one, name) {
@@ -98,7 +89,13 @@ fn a_path_is_the_same_in_every_window() {
 fn a_world_without_paths_has_empty_layers_and_its_tiles() {
     let folder = tempfile::tempdir().unwrap();
     let world = world(WITHOUT_PATHS);
-    bake(&world, Region::new(TileId { x: -1, y: 5 }, 2, 3, world.tile_cells()).unwrap(), 2, folder.path());
+    bake_vectors(
+        &world,
+        Region::new(TileId { x: -1, y: 5 }, 2, 3, world.tile_cells()).unwrap(),
+        2,
+        folder.path(),
+        FILES,
+    );
     for (name, _) in LAYERS {
         assert_eq!(layer(folder.path(), name), []);
         assert_eq!(text(folder.path(), name)["features"], Value::Array(Vec::new()));

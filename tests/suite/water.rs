@@ -12,18 +12,7 @@ use terrane::preset::Preset;
 use terrane::tile::Tile;
 use terrane::world::World;
 
-const FLUVIAL: &str = r"
-    tile_cells = 64
-    spacing_m = 20.0
-    sea_level_m = 0.0
-    [fluvial]
-    trunk_m = 5120.0
-    levels = 4
-    base_m = 20.0
-    lakes = 0.5
-    [fluvial.uplift]
-    mask = { wavelength_m = 20000.0, octaves = 3, from = -0.4, to = 0.4 }
-";
+use crate::bakes::unsettled;
 
 /// The bits of a scan-line EXR's only channel, row by row.
 fn exr_bits(path: &Path) -> Vec<u32> {
@@ -43,7 +32,7 @@ fn grey(path: &Path) -> Vec<u8> {
 #[test]
 fn the_rasters_hold_the_water_of_the_tiles() {
     let folder = tempfile::tempdir().unwrap();
-    let world = World::new(Preset::parse("test", FLUVIAL).unwrap(), Some(5)).unwrap();
+    let world = World::new(Preset::parse("test", unsettled()).unwrap(), Some(5)).unwrap();
     let region = Region::new(TileId { x: -4, y: -4 }, 8, 8, world.tile_cells()).unwrap();
     let exports = "water,depth,flow,water-tiles,depth-tiles,flow-tiles";
     let plan = Plan::new(&world, "test", region, Export::parse_list(exports).unwrap()).unwrap();

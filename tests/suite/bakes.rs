@@ -1,0 +1,42 @@
+//! A small world and the bake of its vectors, for the tests that look at what bakes leave.
+
+use std::path::Path;
+
+use terrane::area::Region;
+use terrane::bake::Watch;
+use terrane::export::{Export, Output, Plan};
+use terrane::world::World;
+
+/// Fluvial land with lakes, a coast and settlements within a few tiles of the origin.
+pub const FLUVIAL: &str = r"
+    tile_cells = 64
+    spacing_m = 20.0
+    sea_level_m = 0.0
+    [fluvial]
+    trunk_m = 5120.0
+    levels = 4
+    base_m = 20.0
+    lakes = 0.5
+    [fluvial.uplift]
+    mask = { wavelength_m = 20000.0, octaves = 3, from = -0.4, to = 0.4 }
+    [places]
+    site_m = 2500.0
+";
+
+/// The same without settlements.
+pub fn unsettled() -> &'static str {
+    FLUVIAL.split_once("[places]").unwrap().0
+}
+
+/// Bakes a region into both formats of vectors, so many files in all, on so many threads.
+pub fn bake_vectors(world: &World, region: Region, threads: usize, out: &Path, files: usize) {
+    let plan = Plan::new(world, "test", region, Export::parse_list("vector,geojson").unwrap()).unwrap();
+    let cost = plan.cost(threads);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let output = Output::prepare(out, false, &cost).unwrap();
+    let manifest = pool.install(|| plan.run(&output, &Watch::default())).unwrap();
+    // The list has all but the manifest.
+    assert_eq!((manifest.files.len() + 1, cost.files), (files, files as u64));
+    let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
+    assert!(bytes <= cost.disk_bytes, "{bytes} bytes, at most {} announced", cost.disk_bytes);
+}
