@@ -16,8 +16,8 @@
 //! 1. **One world.** A tile's bytes depend on the version, the preset, the seed and the tile's place: not on the
 //!    window that was baked, its order, the threads, the CPU, or what was baked before.
 //! 2. **No seams.** Heights, normals and blend weights agree exactly at a shared edge, without blending or skirts.
-//! 3. **Endless, in bounded memory.** Coordinates are 64-bit integers, and the terrain at tile (10^9, -10^9) is as
-//!    smooth as at (0, 0). Memory grows with a row of tiles, and nothing is stored to make a tile again.
+//! 3. **Endless, in bounded memory.** Worlds reach 2^53 vertices from the origin ([`area::MAX_COORDINATE`]), and the
+//!    terrain at tile (10^9, -10^9) is as smooth as at (0, 0). Memory grows with a row of tiles, and nothing is stored to make a tile again.
 //!
 //! # How data flows
 //!
@@ -77,6 +77,7 @@
 //! | structure | what carries a line where the land does not: a bridge, a tunnel, a ford |
 //! | bed | what a line does to the land: natural, dug, trodden or built |
 //! | imprint | what all lines together do to an area |
+//! | piece | a straight part of a line as some stage sees it: of a river, a road, a bed, a lake |
 //! | channel, segment | a watercourse of the network, wet or dry / a straight part of it |
 //! | trunk, tributary | a channel of the coarsest level / of one below |
 //! | course, alignment, profile | the channels of a river / the middle of a road as planned / its heights |

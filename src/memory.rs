@@ -74,7 +74,7 @@ const BLOCK: usize = 8;
 
 /// How full a [`Memory`] is, in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Fill {
+pub(crate) struct Usage {
     /// What is held now.
     pub held: usize,
     /// What is held at most.
@@ -130,13 +130,13 @@ impl<K: Copy + Eq + Hash, V: HeapBytes> Memory<K, V> {
     }
 
     /// What it holds now, and what it holds at most.
-    pub fn fill(&self) -> Fill {
+    pub fn usage(&self) -> Usage {
         let held = |shard: &Mutex<Shard<K, V>>| {
             let shard = shard.lock().expect("no thread panics while it looks up");
             shard.young.bytes + shard.old.bytes
         };
         let most = 2 * self.shards.len() * self.room.load(Ordering::Relaxed);
-        Fill { held: self.shards.iter().map(held).sum(), most }
+        Usage { held: self.shards.iter().map(held).sum(), most }
     }
 
     /// Makes room for so many bytes, if it has less.
@@ -220,10 +220,10 @@ mod tests {
         for key in 0..10_000 {
             assert_eq!(get(key), key);
             assert_eq!(get(key), key);
-            assert!(memory.fill().held <= 1 << 20);
+            assert!(memory.usage().held <= 1 << 20);
         }
         assert_eq!(made.get(), 10_000);
-        assert!(memory.fill().held > 1 << 19, "{} bytes are kept", memory.fill().held);
+        assert!(memory.usage().held > 1 << 19, "{} bytes are kept", memory.usage().held);
         // A quarter of the bytes is room for two hundred of them.
         for key in 9_800..10_000 {
             get(key);
@@ -243,6 +243,6 @@ mod tests {
         for key in [1, 1, 2, 2, 1] {
             assert_eq!(memory.get(key, || vec![key; 1 << 10])[0], key);
         }
-        assert!(memory.fill().held < 5 << 13, "{} bytes are kept", memory.fill().held);
+        assert!(memory.usage().held < 5 << 13, "{} bytes are kept", memory.usage().held);
     }
 }

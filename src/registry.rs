@@ -25,8 +25,8 @@ use rusqlite::types::{Type, Value};
 use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, Row, params_from_iter};
 
 use crate::agents::Direction;
-use crate::agents::greedy::Node;
 use crate::agents::record::{Passage, TileRecord};
+use crate::agents::search::Node;
 use crate::area::TileId;
 use crate::error::Error;
 use crate::lines::Line;

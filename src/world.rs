@@ -12,7 +12,7 @@ use crate::fluvial::landforms::lakes::Lake;
 use crate::fluvial::landforms::peaks::Peak;
 use crate::fluvial::point::GRAINS;
 use crate::lines::{LineKind, Lines, SiteId};
-use crate::memory::Fill;
+use crate::memory::Usage;
 use crate::names::Names;
 use crate::places::Places;
 use crate::places::site::Site;
@@ -172,20 +172,20 @@ impl World {
     /// baked.
     pub fn memory_bytes(&self, cols: u64) -> u64 {
         self.agents.prepare_for(cols);
-        self.fills().iter().map(|fill| fill.most as u64).sum()
+        self.usages().iter().map(|usage| usage.most as u64).sum()
     }
 
     /// Bytes that this world remembers now.
     pub fn remembered_bytes(&self) -> u64 {
-        self.fills().iter().map(|fill| fill.held as u64).sum()
+        self.usages().iter().map(|usage| usage.held as u64).sum()
     }
 
     /// How full the memories of all stages are.
-    pub(crate) fn fills(&self) -> Vec<Fill> {
-        let relief = self.relief.fluvial().map(Fluvial::fills).unwrap_or_default();
-        let places = self.places.as_ref().map(Places::fills).unwrap_or_default();
-        let features = self.relief.fluvial().map(|_| self.landforms.fills()).unwrap_or_default();
-        [relief, self.agents.fills(), places, features].concat()
+    pub(crate) fn usages(&self) -> Vec<Usage> {
+        let relief = self.relief.fluvial().map(Fluvial::usages).unwrap_or_default();
+        let places = self.places.as_ref().map(Places::usages).unwrap_or_default();
+        let features = self.relief.fluvial().map(|_| self.landforms.usages()).unwrap_or_default();
+        [relief, self.agents.usages(), places, features].concat()
     }
 
     /// Vertices around an area that are planned to make it, about.

@@ -1,6 +1,6 @@
 //! The lines that agents leave: smooth ones, with width and floor, along the nodes of their traces.
 
-use crate::agents::greedy::Node;
+use crate::agents::search::Node;
 use crate::agents::settings::{RiverAgents, RoadAgents};
 use crate::lines::{self, Bed, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
 

@@ -2,7 +2,7 @@
 //!
 //! Based on: Grelsson (2014), sections 4.2 and 4.1. The thesis names the terms; their weights are the preset's.
 
-use crate::agents::greedy::{Heuristic, Node};
+use crate::agents::search::{Heuristic, Node};
 use crate::agents::settings::{RiverAgents, RoadAgents};
 use crate::agents::{Direction, Terrain};
 

@@ -8,13 +8,13 @@
 //! for. Both share the search, the heuristics and the carving.
 
 pub mod bed;
-pub mod greedy;
+pub mod search;
 pub mod heuristic;
 pub mod order_free;
 pub mod record;
 pub mod settings;
 
-use crate::agents::greedy::Node;
+use crate::agents::search::Node;
 
 /// One of the four directions along the axes of the lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

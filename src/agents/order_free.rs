@@ -12,15 +12,15 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::agents::greedy::{Node, Trace, search};
 use crate::agents::heuristic::{RiverHeuristic, RoadHeuristic};
+use crate::agents::search::{Node, Trace, search};
 use crate::agents::settings::{Aim, Ending, RiverAgents, RoadAgents};
 use crate::agents::{Direction, Terrain, bed};
 use crate::area::{Area, TileId};
 use crate::grid::Grid;
 use crate::hash::{self, Stream};
 use crate::lines::{Line, LineEnd, LineId, LineKind, Lines};
-use crate::memory::{Fill, Memory, heap_bytes};
+use crate::memory::{Memory, Usage, heap_bytes};
 use crate::relief::Relief;
 
 /// How many rivers, each settled against the next, are followed before one is taken as it was traced.
@@ -110,11 +110,11 @@ impl Agents {
     }
 
     /// How full its memories are.
-    pub(crate) fn fills(&self) -> Vec<Fill> {
+    pub(crate) fn usages(&self) -> Vec<Usage> {
         if self.rivers.is_none() && self.roads.is_none() {
             return Vec::new();
         }
-        vec![self.traced.fill(), self.settled.fill()]
+        vec![self.traced.usage(), self.settled.usage()]
     }
 
     /// All lines whose effect may touch `area`, sorted by id.

@@ -6,7 +6,7 @@ mod completions;
 mod console;
 mod experiment;
 mod progress;
-mod registry;
+mod registry_list;
 
 use std::process::ExitCode;
 
@@ -42,7 +42,7 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
     match command {
         Command::Bake(arguments) => bake::run(&arguments.into(), console),
         Command::Tile(arguments) => bake::run(&arguments.into(), console),
-        Command::Registry { folder, .. } => registry::run(&folder, console),
+        Command::Registry { folder, .. } => registry_list::run(&folder, console),
         Command::Experiment(arguments) => experiment::run(arguments, console),
         Command::Presets { name: Some(name), .. } => {
             let text = preset::built_in(&name)?;

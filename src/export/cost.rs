@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use crate::area::{Place, Region};
 use crate::clock::Clock;
 use crate::features::layers;
-use crate::memory::Fill;
+use crate::memory::Usage;
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -66,8 +66,8 @@ impl Forecast {
         // What is planned, and what of it is remembered, grows with the area that is planned for.
         let growth = planned_area(world, region.width(), region.height())
             / planned_area(world, world.tile_cells() as u64, world.tile_cells() as u64);
-        let remembered = |fill: Fill| (fill.held as f64 * growth).min(fill.most as f64 * FULL) * SPREAD;
-        let remembered: f64 = world.fills().into_iter().map(remembered).sum();
+        let remembered = |usage: Usage| (usage.held as f64 * growth).min(usage.most as f64 * FULL) * SPREAD;
+        let remembered: f64 = world.usages().into_iter().map(remembered).sum();
         let tiles = region.tiles();
         let work = (first - again).max(0.0) * growth + again * tiles as f64;
         let cores = thread::available_parallelism().map_or(1, usize::from);

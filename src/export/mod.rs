@@ -8,7 +8,7 @@
 //!   hashes.rs     tiles -> a list of hashes
 //!   profile/      what an engine takes: formats of its own, sizes, IMPORT.md
 //!   plan.rs       what is asked for -> its cost -> files        file.rs   whole or not there
-//!   manifest.rs, registry.rs                        what every bake leaves besides
+//!   manifest.rs, registry_sink.rs                   what every bake leaves besides
 //! ```
 
 pub(crate) mod file;
@@ -16,7 +16,7 @@ mod options;
 mod format;
 mod raster;
 mod hashes;
-mod registry;
+mod registry_sink;
 mod mesh;
 mod vector;
 mod manifest;

@@ -13,7 +13,7 @@ use crate::export::cost::{Cost, Forecast};
 use crate::export::file::{PartFile, remove_unfinished, sync_folder, write_whole};
 use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
 use crate::export::manifest::{self, Manifest};
-use crate::export::registry::BakeRegistry;
+use crate::export::registry_sink::BakeRegistry;
 use crate::export::{Export, MeshOptions, Profile, profile};
 use crate::tile::shaped_input;
 use crate::world::World;

@@ -20,11 +20,11 @@ pub struct Layer<S: 'static, F: 'static> {
     /// Makes a feature.
     pub(super) feature: fn(&World, &S) -> F,
     /// Its geometry.
-    pub(super) lines: fn(F) -> Lines,
+    pub(super) lines: fn(F) -> Geometry,
 }
 
 /// A line, the rings of a polygon, or a point alone: metres east, north and up, with 0 up where the layer has no heights.
-pub type Lines = Vec<Vec<[f64; 3]>>;
+pub type Geometry = Vec<Vec<[f64; 3]>>;
 
 /// What the geometries of a layer are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,7 +152,7 @@ pub struct Row {
     /// The values of the layer's columns.
     pub values: Vec<Value>,
     /// The geometry.
-    pub lines: Lines,
+    pub lines: Geometry,
 }
 
 /// Takes a feature's key, by which a layer is sorted, and what makes its row.
@@ -218,7 +218,7 @@ impl<S, F> AnyLayer for Layer<S, F> {
 }
 
 /// The geometry of a point.
-pub(super) fn point([east, north]: [f64; 2]) -> Lines {
+pub(super) fn point([east, north]: [f64; 2]) -> Geometry {
     vec![vec![[east, north, 0.0]]]
 }
 

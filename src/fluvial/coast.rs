@@ -24,15 +24,15 @@ fn cell(at: i64, by: f32) -> (i64, f32) {
 }
 
 /// How far inland the points of a window of the coarse lattice are, in metres.
-struct Window {
+struct CoastWindow {
     first: [i64; 2],
     columns: usize,
     inland_m: Vec<f32>,
 }
 
-impl Window {
+impl CoastWindow {
     /// The window that holds the cells from one to another, corners included.
-    fn new(fields: &Fields, first: [i64; 2], last: [i64; 2]) -> Window {
+    fn new(fields: &Fields, first: [i64; 2], last: [i64; 2]) -> CoastWindow {
         let [columns, lines] = [0, 1].map(|axis| (last[axis] - first[axis] + 2) as usize);
         let mut inland_m = Vec::with_capacity(columns * lines);
         for j in 0..lines as i64 {
@@ -41,7 +41,7 @@ impl Window {
                 inland_m.push(fields.inland_m(at) as f32);
             }
         }
-        Window { first, columns, inland_m }
+        CoastWindow { first, columns, inland_m }
     }
 
     /// How far inland a place in a cell is.
@@ -90,7 +90,7 @@ pub fn heights(fields: &Fields, spacing_m: f64, nodes: &Displaced, land_m: &[f32
                 }
                 highest_m = highest_m.max(land_m[index]);
             }
-            let window = Window::new(fields, first, last);
+            let window = CoastWindow::new(fields, first, last);
             // Height grows with the way inland. What is left out is above the land and above the sea, so that it makes
             // no difference, whichever nodes are in the block.
             let nearest_m = window.inland_m.iter().fold(f32::INFINITY, |a, b| a.min(*b));

@@ -54,7 +54,7 @@ use crate::area::Area;
 use crate::clock::{Clock, stage};
 use crate::hash::{self, Stream};
 use crate::land::Land;
-use crate::memory::Fill;
+use crate::memory::Usage;
 use crate::names::Names;
 use crate::simd::dispatch;
 use fields::Fields;
@@ -110,8 +110,8 @@ impl Fluvial {
     }
 
     /// How full its memories are.
-    pub(crate) fn fills(&self) -> Vec<Fill> {
-        [self.network.fills(), self.warp.fills(), self.rivers.fills(), self.survey.fills()].concat()
+    pub(crate) fn usages(&self) -> Vec<Usage> {
+        [self.network.usages(), self.warp.usages(), self.rivers.usages(), self.survey.usages()].concat()
     }
 
     /// The fields that it grows from.

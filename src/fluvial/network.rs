@@ -23,7 +23,7 @@ use super::tributary::{Tributaries, most_area};
 use super::tributary_course;
 use super::trunk::Trunks;
 use super::trunk_course::{self, TrunkCourses};
-use crate::memory::{Fill, Memory, heap_bytes};
+use crate::memory::{Memory, Usage, heap_bytes};
 
 /// The channels of a world.
 #[derive(Debug)]
@@ -56,8 +56,8 @@ impl Network {
     }
 
     /// How full its memories are.
-    pub(super) fn fills(&self) -> Vec<Fill> {
-        [self.trunks.fills(), self.tributaries.fills(), vec![self.chunks.fill()]].concat()
+    pub(super) fn usages(&self) -> Vec<Usage> {
+        [self.trunks.usages(), self.tributaries.usages(), vec![self.chunks.usage()]].concat()
     }
 
     /// The trunk lattice.

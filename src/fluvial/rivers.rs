@@ -17,7 +17,7 @@ use super::trunk::NodeId;
 use super::water::river_depth_m;
 use crate::area::Area;
 use crate::lines::{self, Bed, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
-use crate::memory::{Fill, Memory, heap_bytes};
+use crate::memory::{Memory, Usage, heap_bytes};
 
 /// Grains from one point of a river to the next at most: the world bends what is straight between two knots.
 const STEP: f64 = 3.0 * GRAINS as f64;
@@ -41,8 +41,8 @@ impl Default for RiverMemories {
 
 impl RiverMemories {
     /// How full its memories are.
-    pub fn fills(&self) -> Vec<Fill> {
-        [self.strahler.fills(), vec![self.courses.fill(), self.of_courses.fill()]].concat()
+    pub fn usages(&self) -> Vec<Usage> {
+        [self.strahler.usages(), vec![self.courses.usage(), self.of_courses.usage()]].concat()
     }
 }
 
@@ -50,21 +50,21 @@ impl RiverMemories {
 #[derive(Debug)]
 struct Course {
     channels: Vec<Arc<Channel>>,
-    parts: Vec<Part>,
+    parts: Vec<RiverPart>,
 }
 
 /// A part of a course that is a river.
 #[derive(Debug)]
-struct Part {
+struct RiverPart {
     id: LineId,
-    samples: Vec<Sample>,
+    samples: Vec<CoursePoint>,
     /// What it was cut by; `None` where the course itself ends.
     end: Option<LiesIn>,
 }
 
 /// A place of a course: in the network, not in the world.
 #[derive(Clone, Copy, Debug)]
-struct Sample {
+struct CoursePoint {
     /// The number of the channel, and the place in it as [`locate`] has it.
     place: (usize, f64),
     at: Point,
@@ -73,14 +73,14 @@ struct Sample {
 }
 
 heap_bytes!(Course: channels, parts);
-heap_bytes!(Part: samples);
-heap_bytes!(Sample);
+heap_bytes!(RiverPart: samples);
+heap_bytes!(CoursePoint);
 
-impl Sample {
+impl CoursePoint {
     /// The place at a share of the way to another one.
-    fn towards(&self, other: &Sample, share: f64) -> Sample {
+    fn towards(&self, other: &CoursePoint, share: f64) -> CoursePoint {
         let mix = |from: f64, to: f64| from + (to - from) * share;
-        Sample {
+        CoursePoint {
             place: (self.place.0, mix(self.place.1, other.place.1)),
             at: self.at.moved(other.at.from(self.at).map(|way| way * share)),
             level_m: mix(self.level_m, other.level_m),
@@ -239,13 +239,13 @@ impl Fluvial {
     }
 
     /// What of a course's channels is drawn.
-    fn parts(&self, channels: &[Arc<Channel>]) -> Vec<Part> {
-        let mut parts: Vec<Part> = Vec::new();
-        let mut open: Vec<Sample> = Vec::new();
-        let mut last: Option<(Sample, LiesIn)> = None;
+    fn parts(&self, channels: &[Arc<Channel>]) -> Vec<RiverPart> {
+        let mut parts: Vec<RiverPart> = Vec::new();
+        let mut open: Vec<CoursePoint> = Vec::new();
+        let mut last: Option<(CoursePoint, LiesIn)> = None;
         for (number, channel) in channels.iter().enumerate() {
             let lakes = self.lakes_around(channel);
-            let ground = |sample: &Sample| self.ground(sample, &lakes);
+            let ground = |sample: &CoursePoint| self.ground(sample, &lakes);
             let joins = self.rivers.strahler.joins(self, channel);
             for sample in samples(number, channel, &joins) {
                 let here = ground(&sample);
@@ -273,7 +273,7 @@ impl Fluvial {
         parts
     }
 
-    fn ground(&self, sample: &Sample, lakes: &[LakePiece]) -> LiesIn {
+    fn ground(&self, sample: &CoursePoint, lakes: &[LakePiece]) -> LiesIn {
         if !self.is_wet(sample.area) {
             return LiesIn::Dry;
         }
@@ -322,7 +322,7 @@ impl Fluvial {
         })
     }
 
-    fn river(&self, course: &Course, part: &Part, whole: ChannelId) -> Option<Line> {
+    fn river(&self, course: &Course, part: &RiverPart, whole: ChannelId) -> Option<Line> {
         let samples = self.falling(&part.samples);
         if samples.len() < 2 {
             return None;
@@ -366,7 +366,7 @@ impl Fluvial {
     }
 
     /// What a part of a course ends in, in a channel at a point.
-    fn end(&self, part: &Part, channel: &Channel, at: Point) -> LineEnd {
+    fn end(&self, part: &RiverPart, channel: &Channel, at: Point) -> LineEnd {
         match part.end {
             Some(LiesIn::Lake(node)) => LineEnd::Lake(node),
             Some(LiesIn::Sea) => LineEnd::Sea,
@@ -380,7 +380,7 @@ impl Fluvial {
     }
 
     /// Where samples lie in the world, the level of their water and the area that they drain: those that fall.
-    fn falling(&self, samples: &[Sample]) -> Vec<(Point, f64, f64)> {
+    fn falling(&self, samples: &[CoursePoint]) -> Vec<(Point, f64, f64)> {
         let mut line: Vec<(Point, f64, f64)> = Vec::with_capacity(samples.len());
         let falls = |from: &(Point, f64, f64), to: &(Point, f64, f64)| from.1 > to.1 && from.0 != to.0;
         for (index, sample) in samples.iter().enumerate() {
@@ -402,16 +402,16 @@ impl Fluvial {
         let number = course.channels.iter().position(|channel| channel.id == id)?;
         // A point is rounded to a grain.
         let place = (number, locate(&course.channels[number], at) - 1e-3);
-        let reaches = |part: &&Part| part.samples[part.samples.len() - 1].place >= place;
+        let reaches = |part: &&RiverPart| part.samples[part.samples.len() - 1].place >= place;
         course.parts.iter().find(reaches).or(course.parts.last()).map(|part| part.id)
     }
 }
 
 /// Places along a channel, a few vertices apart, all of its knots among them and where tributaries join it.
-fn samples(number: usize, channel: &Channel, joins: &[Join]) -> Vec<Sample> {
+fn samples(number: usize, channel: &Channel, joins: &[Join]) -> Vec<CoursePoint> {
     let at_knot = |knot: usize| {
         let values = &channel.knots[knot];
-        Sample { place: (number, knot as f64), at: values.at, level_m: values.level_m, area: values.area }
+        CoursePoint { place: (number, knot as f64), at: values.at, level_m: values.level_m, area: values.area }
     };
     let mut samples = Vec::new();
     for knot in 0..channel.knots.len() - 1 {
@@ -424,7 +424,7 @@ fn samples(number: usize, channel: &Channel, joins: &[Join]) -> Vec<Sample> {
             joins
                 .iter()
                 .filter(inside)
-                .map(|join| Sample { at: join.at, ..from.towards(&to, join.place - knot as f64) }),
+                .map(|join| CoursePoint { at: join.at, ..from.towards(&to, join.place - knot as f64) }),
         );
     }
     samples.push(at_knot(channel.knots.len() - 1));
@@ -433,7 +433,7 @@ fn samples(number: usize, channel: &Channel, joins: &[Join]) -> Vec<Sample> {
 }
 
 /// The last place of the bed between two of which one is in it.
-fn between(from: Sample, to: Sample, ground: impl Fn(&Sample) -> LiesIn) -> Sample {
+fn between(from: CoursePoint, to: CoursePoint, ground: impl Fn(&CoursePoint) -> LiesIn) -> CoursePoint {
     let (mut bed, mut other) = if ground(&from) == LiesIn::Channel { (0.0, 1.0) } else { (1.0, 0.0) };
     for _ in 0..16 {
         let middle = f64::midpoint(bed, other);
@@ -443,12 +443,12 @@ fn between(from: Sample, to: Sample, ground: impl Fn(&Sample) -> LiesIn) -> Samp
 }
 
 /// Ends a part, if there is one.
-fn close(parts: &mut Vec<Part>, channels: &[Arc<Channel>], samples: Vec<Sample>, end: Option<LiesIn>) {
+fn close(parts: &mut Vec<RiverPart>, channels: &[Arc<Channel>], samples: Vec<CoursePoint>, end: Option<LiesIn>) {
     if samples.len() < 2 {
         return;
     }
     let channel = channels[samples[0].place.0].id;
-    let begun = |part: &&Part| matches!(part.id, LineId::River { channel: other, .. } if other == channel);
+    let begun = |part: &&RiverPart| matches!(part.id, LineId::River { channel: other, .. } if other == channel);
     let part = parts.iter().filter(begun).count() as u32;
-    parts.push(Part { id: LineId::River { channel, part }, samples, end });
+    parts.push(RiverPart { id: LineId::River { channel, part }, samples, end });
 }

@@ -11,7 +11,7 @@ use super::channel::{Channel, ChannelId, Mouth};
 use super::point::Point;
 use super::trunk::{NodeId, neighbours};
 use crate::geometry::LineSegment;
-use crate::memory::{Fill, Memory, heap_bytes};
+use crate::memory::{Memory, Usage, heap_bytes};
 
 /// A tributary that holds water, where it joins a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,8 +76,8 @@ impl Default for Strahler {
 
 impl Strahler {
     /// How full its memories are.
-    pub(super) fn fills(&self) -> Vec<Fill> {
-        vec![self.joins.fill(), self.starts.fill()]
+    pub(super) fn usages(&self) -> Vec<Usage> {
+        vec![self.joins.usage(), self.starts.usage()]
     }
 
     /// The orders of a channel.

@@ -13,7 +13,7 @@ use crate::fluvial::segment::{Segment, Segments};
 use crate::geometry::{length, lerp};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
-use crate::memory::{Fill, Memory, heap_bytes};
+use crate::memory::{Memory, Usage, heap_bytes};
 
 /// Nodes a side of a block of sparse land.
 const BLOCK: i64 = 32;
@@ -69,7 +69,7 @@ impl RiverPiece {
 #[derive(Debug)]
 pub(super) struct Memories {
     /// By step, column and row.
-    blocks: Memory<(i64, i64, i64), Sheet>,
+    blocks: Memory<(i64, i64, i64), SurveyBlock>,
     /// Channels around pages.
     pages: Memory<(i64, i64), Segments>,
 }
@@ -83,19 +83,19 @@ impl Default for Memories {
 
 impl Memories {
     /// How full its memories are.
-    pub fn fills(&self) -> Vec<Fill> {
-        vec![self.blocks.fill(), self.pages.fill()]
+    pub fn usages(&self) -> Vec<Usage> {
+        vec![self.blocks.usage(), self.pages.usage()]
     }
 }
 
 /// The land on `BLOCK` x `BLOCK` nodes.
 #[derive(Debug)]
-struct Sheet {
+struct SurveyBlock {
     heights_m: Vec<f32>,
     waters: Vec<WaterKind>,
 }
 
-heap_bytes!(Sheet: heights_m, waters);
+heap_bytes!(SurveyBlock: heights_m, waters);
 
 impl Survey for Fluvial {
     fn heights_m(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<f32> {
@@ -165,7 +165,7 @@ impl Fluvial {
         step: i64,
         (cols, rows): (usize, usize),
         value: T,
-        of: impl Fn(&Sheet) -> &[T],
+        of: impl Fn(&SurveyBlock) -> &[T],
     ) -> Vec<T> {
         assert!(step > 0 && step & (step - 1) == 0, "{step} vertices between nodes is no power of two");
         assert!(first.iter().all(|at| at % step == 0), "{first:?} is not a node of every {step} vertices");
@@ -189,7 +189,7 @@ impl Fluvial {
         values
     }
 
-    fn block(&self, step: i64, bx: i64, by: i64) -> Sheet {
+    fn block(&self, step: i64, bx: i64, by: i64) -> SurveyBlock {
         let area = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
         let clock = Clock::default();
         let land = if BLOCK * step <= PAGE {
@@ -201,7 +201,7 @@ impl Fluvial {
             self.land_of(&self.segments(area, step), area, step, &clock)
         };
         let kinds = land.water.expect("fluvial land knows its water").kind;
-        Sheet { heights_m: land.heights.values().to_vec(), waters: kinds.values().to_vec() }
+        SurveyBlock { heights_m: land.heights.values().to_vec(), waters: kinds.values().to_vec() }
     }
 }
 

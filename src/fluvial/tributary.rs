@@ -7,14 +7,14 @@ use super::chunk::ChunkId;
 use super::fields::Fields;
 use super::point::Point;
 use super::segment::{Segment, Segments};
-use super::tributary_course::{Course, Courses, End};
+use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};
 use super::trunk::{LEAST_SLOPE, NodeId};
 use super::trunk_course::INCISION;
 use super::trunk_curve::DROWNED_SLOPE;
 use super::wander;
 use crate::geometry::{LineSegment, length, lines};
 use crate::hash;
-use crate::memory::Fill;
+use crate::memory::Usage;
 
 /// The area at the mouth of a tributary of a level, in cells of the trunk lattice.
 pub fn most_area(level: u32) -> f64 {
@@ -44,8 +44,8 @@ impl Tributaries {
     }
 
     /// How full its memories are.
-    pub(super) fn fills(&self) -> Vec<Fill> {
-        self.courses.fills()
+    pub(super) fn usages(&self) -> Vec<Usage> {
+        self.courses.usages()
     }
 
     /// The tributaries whose heads are in the cells of a chunk, given whom to ask for the segments of the levels above
@@ -63,10 +63,16 @@ impl Tributaries {
     }
 
     /// A tributary along its course, given the segments of the levels above and the courses of its own around it.
-    fn tributary(&self, level: u32, course: &Course, above: &Segments, courses: &[(NodeId, LineSegment)]) -> Channel {
+    fn tributary(
+        &self,
+        level: u32,
+        course: &TributaryCourse,
+        above: &Segments,
+        courses: &[(NodeId, LineSegment)],
+    ) -> Channel {
         let (fields, cell) = (&self.fields, self.fields.side(level) as f64);
         let origin = above.origin;
-        let &Course { cell: id, head, end: End { foot, shore, level_m, mouth, mouth_area } } = course;
+        let &TributaryCourse { cell: id, head, end: TributaryEnd { foot, shore, level_m, mouth, mouth_area } } = course;
         let way = head.from(shore);
         let reach = length(way);
         let from = shore.from(origin);

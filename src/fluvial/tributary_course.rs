@@ -13,7 +13,7 @@ use super::segment::{Segment, Segments, downstream};
 use super::trunk::NodeId;
 use crate::geometry::{LineSegment, length, lerp};
 use crate::hash::{self, Draw};
-use crate::memory::{Fill, Memory, heap_bytes};
+use crate::memory::{Memory, Usage, heap_bytes};
 
 /// Cells that a tributary is long at most, before it runs aslant: a head that is further from all channels has none, so
 /// that what a channel depends on stays near.
@@ -59,24 +59,24 @@ pub const ABOVE_CELLS: f64 = JOIN_CELLS + 3.0;
 struct Draft {
     cell: NodeId,
     head: Point,
-    direct: End,
-    aslant: Option<End>,
+    direct: TributaryEnd,
+    aslant: Option<TributaryEnd>,
 }
 
 /// Where a tributary begins and where it ends.
 #[derive(Debug)]
-pub struct Course {
+pub struct TributaryCourse {
     /// The cell of its head.
     pub cell: NodeId,
     /// Where it begins.
     pub head: Point,
     /// Where it ends.
-    pub end: End,
+    pub end: TributaryEnd,
 }
 
 /// Where a tributary ends.
 #[derive(Clone, Copy, Debug)]
-pub struct End {
+pub struct TributaryEnd {
     /// Where it comes to the channel, or ends in the sea.
     pub foot: Point,
     /// Where its course ends; beyond it, it runs straight on to its foot in the sea.
@@ -90,16 +90,16 @@ pub struct End {
 }
 
 heap_bytes!(Draft);
-heap_bytes!(Course);
+heap_bytes!(TributaryCourse);
 
-impl Course {
+impl TributaryCourse {
     /// The line along it, from its foot up.
     pub fn line(&self, origin: Point) -> LineSegment {
         self.end.line(self.head, origin)
     }
 }
 
-impl End {
+impl TributaryEnd {
     fn line(&self, head: Point, origin: Point) -> LineSegment {
         LineSegment { from: self.foot.from(origin), along: head.from(self.foot) }
     }
@@ -112,7 +112,7 @@ pub struct Courses {
     seed: u64,
     fields: Arc<Fields>,
     drafts: Memory<ChunkId, Vec<Draft>>,
-    taken: Memory<ChunkId, Vec<Course>>,
+    taken: Memory<ChunkId, Vec<TributaryCourse>>,
 }
 
 impl Courses {
@@ -122,12 +122,12 @@ impl Courses {
     }
 
     /// How full its memories are.
-    pub(super) fn fills(&self) -> Vec<Fill> {
-        vec![self.drafts.fill(), self.taken.fill()]
+    pub(super) fn usages(&self) -> Vec<Usage> {
+        vec![self.drafts.usage(), self.taken.usage()]
     }
 
     /// Where the tributaries of a chunk's cells begin and end.
-    pub fn of(&self, id: ChunkId, above: &impl Fn(ChunkId) -> Segments) -> Arc<Vec<Course>> {
+    pub fn of(&self, id: ChunkId, above: &impl Fn(ChunkId) -> Segments) -> Arc<Vec<TributaryCourse>> {
         self.taken.get(id, || {
             let own = self.drafts(id, above);
             let around: Vec<Arc<Vec<Draft>>> = id.with_neighbours().map(|chunk| self.drafts(chunk, above)).collect();
@@ -139,7 +139,7 @@ impl Courses {
                 let others = around.iter().flat_map(|drafts| drafts.iter()).filter(|other| {
                     other.cell != draft.cell && other.direct.line(other.head, above.origin).touches(line.from, reach)
                 });
-                Some(Course { cell: draft.cell, head: draft.head, end: taken(draft, others, &above)? })
+                Some(TributaryCourse { cell: draft.cell, head: draft.head, end: taken(draft, others, &above)? })
             };
             own.iter().filter_map(course).collect()
         })
@@ -192,7 +192,8 @@ impl Courses {
             let line = LineSegment { from: beyond.from(origin), along: head.from(beyond) };
             let crosses = |segment: &Segment| segment.line().crosses(&line);
             let foot = if above.all.iter().any(crosses) { shore } else { beyond };
-            let direct = End { foot, shore, level_m: fields.sea_level_m(), mouth: Mouth::Sea, mouth_area: 0.0 };
+            let direct =
+                TributaryEnd { foot, shore, level_m: fields.sea_level_m(), mouth: Mouth::Sea, mouth_area: 0.0 };
             return Some(Draft { cell: id, head, direct, aslant: None });
         }
         // By how many levels there is room for finer ones in between.
@@ -202,10 +203,16 @@ impl Courses {
         let end = |segment: &Segment, t: f64| {
             let foot = origin.moved([0, 1].map(|axis| segment.from[axis] + segment.along[axis] * t));
             let mouth = Mouth::Channel(above.channels[segment.channel as usize].id);
-            End { foot, shore: foot, level_m: lerp(segment.level_m, t), mouth, mouth_area: lerp(segment.area, t) }
+            TributaryEnd {
+                foot,
+                shore: foot,
+                level_m: lerp(segment.level_m, t),
+                mouth,
+                mouth_area: lerp(segment.area, t),
+            }
         };
         // Only where the land is higher than its end all the way: the coast may be lower.
-        let falls = |end: &End| {
+        let falls = |end: &TributaryEnd| {
             let places = fields.segments_a_channel(level);
             let way = head.from(end.foot).map(|part| part / places as f64);
             let mut places = (1..=places).map(|place| end.foot.moved(way.map(|part| part * place as f64)));
@@ -220,7 +227,7 @@ impl Courses {
 
 /// The end that a tributary takes, given the drafts around it and the segments of the levels above; `None` if it has to
 /// give way.
-fn taken<'a>(draft: &Draft, mut others: impl Iterator<Item = &'a Draft>, above: &Segments) -> Option<End> {
+fn taken<'a>(draft: &Draft, mut others: impl Iterator<Item = &'a Draft>, above: &Segments) -> Option<TributaryEnd> {
     let origin = above.origin;
     let direct = draft.direct.line(draft.head, origin);
     if draft.direct.mouth == Mouth::Sea {

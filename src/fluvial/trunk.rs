@@ -16,7 +16,7 @@ use std::sync::Arc;
 use super::fields::Fields;
 use super::point::{Point, chance};
 use crate::hash::Draw;
-use crate::memory::{Fill, Memory, heap_bytes};
+use crate::memory::{Memory, Usage, heap_bytes};
 
 /// A node of the trunk lattice: column and row.
 pub type NodeId = (i64, i64);
@@ -121,9 +121,9 @@ impl Trunks {
     }
 
     /// How full its memories are.
-    pub(super) fn fills(&self) -> Vec<Fill> {
-        let nodes = [self.patches.fill(), self.receivers.fill(), self.roots.fill()];
-        let basins = [self.rims.fill(), self.spills.fill(), self.basins.fill()];
+    pub(super) fn usages(&self) -> Vec<Usage> {
+        let nodes = [self.patches.usage(), self.receivers.usage(), self.roots.usage()];
+        let basins = [self.rims.usage(), self.spills.usage(), self.basins.usage()];
         [nodes, basins].concat()
     }
 

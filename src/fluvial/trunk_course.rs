@@ -17,7 +17,7 @@ use super::trunk_curve::{bend_share, curve, too_close};
 use super::wander;
 use crate::geometry::{LineSegment, lines};
 use crate::hash::{self, Draw};
-use crate::memory::{Fill, Memory};
+use crate::memory::{Memory, Usage};
 
 /// How steep a river runs down the side of a larger one's valley at most, as a share of that side's slope: so it cuts
 /// into it, and is not lost on it. Chosen by eye.
@@ -76,9 +76,9 @@ impl TrunkCourses {
     }
 
     /// How full its memories are.
-    pub(super) fn fills(&self) -> Vec<Fill> {
-        let courses = [self.smooth.fill(), self.apart.fill(), self.free.fill()];
-        [self.nodes.fills(), courses.to_vec()].concat()
+    pub(super) fn usages(&self) -> Vec<Usage> {
+        let courses = [self.smooth.usage(), self.apart.usage(), self.free.usage()];
+        [self.nodes.usages(), courses.to_vec()].concat()
     }
 
     /// The lattice that they run on.

@@ -147,12 +147,12 @@ struct Work {
     all: Columns,
     block: Columns,
     patch: Columns,
-    limits: Limits,
+    limits: SegmentLimits,
 }
 
 /// The limits of segments over a group of vertices.
 #[derive(Default)]
-struct Limits {
+struct SegmentLimits {
     /// Metres by which a segment's side is lower, at its lowest, than what is lowest can be: above 0 it never is.
     low: Vec<f32>,
     /// Metres that are left of its reach at the middle of the group.
@@ -246,12 +246,19 @@ impl FillValleys<'_> {
         (LEAST_HALF_WIDTH * GRAINS as f64 * self.fields.metres_a_grain()) as f32
     }
 
-    /// Limits of each segment's side over a group of vertices: the lowest that it can be, less the highest that the
+    /// SegmentLimits of each segment's side over a group of vertices: the lowest that it can be, less the highest that the
     /// lowest of all can be; and what is left of its reach, in metres, once it has come to the middle. The lowest is
     /// one of those whose reach goes on for `beyond_m` from there: of a block's segments, one that matters to all of
     /// its patches.
     #[inline(always)]
-    fn measure<S: Simd>(&self, simd: S, segments: &Columns, spread: &Spread, beyond_m: f32, limits: &mut Limits) {
+    fn measure<S: Simd>(
+        &self,
+        simd: S,
+        segments: &Columns,
+        spread: &Spread,
+        beyond_m: f32,
+        limits: &mut SegmentLimits,
+    ) {
         let len = segments.number.len();
         limits.low.resize(len, 0.0);
         limits.left.resize(len, 0.0);
@@ -360,7 +367,7 @@ impl FillValleys<'_> {
 
 /// Copies the segments that may be lowest, or nearly so, and of whose reach at least so much is left.
 #[inline(always)]
-fn keep(segments: &Columns, limits: &Limits, least_m: f32, into: &mut Columns) {
+fn keep(segments: &Columns, limits: &SegmentLimits, least_m: f32, into: &mut Columns) {
     for index in 0..segments.number.len() {
         if limits.low[index] <= 0.0 && limits.left[index] >= least_m && segments.number[index] != u32::MAX {
             into.push_from(segments, index, [segments.from[0][index], segments.from[1][index]]);

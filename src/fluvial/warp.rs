@@ -9,7 +9,7 @@ use crate::fluvial::fields::Fields;
 use crate::fluvial::point::{GRAINS, Point};
 use crate::geometry::length;
 use crate::hash::{self, Stream};
-use crate::memory::{Fill, Memory};
+use crate::memory::{Memory, Usage};
 use crate::noise::{Fractal, FractalKind, FractalSpec};
 
 /// Displacements east and south of all vertices.
@@ -61,8 +61,8 @@ impl Warp {
     }
 
     /// How full its memories are.
-    pub(super) fn fills(&self) -> Vec<Fill> {
-        vec![self.patches.fill()]
+    pub(super) fn usages(&self) -> Vec<Usage> {
+        vec![self.patches.usage()]
     }
 
     /// Metres by which the nodes of an area are displaced, east and south: every `step`th vertex, a power of two.

@@ -76,7 +76,7 @@ struct Vertex {
 
 /// The place of a channel that a vertex belongs to.
 #[derive(Clone, Copy)]
-struct Place {
+struct NearestChannel {
     segment: usize,
     share: f64,
     distance_m: f32,
@@ -171,7 +171,7 @@ impl<'a> FillWater<'a> {
         let fields = self.fields;
         let [least_m, most_m] = self.brook_m;
         let least_half_m = (BED_SHARE * self.apart_m(index)).clamp(least_m, most_m);
-        let Place { segment, share, distance_m } = self.place(at, index, least_half_m);
+        let NearestChannel { segment, share, distance_m } = self.place(at, index, least_half_m);
         let segment = &self.segments.all[segment];
         let channel = &self.segments.channels[segment.channel as usize];
         // At its mouth a channel is as deep as what it runs into: a dry one is a notch in its bank, and between the
@@ -221,13 +221,13 @@ impl<'a> FillWater<'a> {
     /// The place of the channel whose bed a vertex is in, or else of that whose valley it is in.
     ///
     /// Above a bend the water below it may be lower than that beside the vertex, whose bed is there all the same.
-    fn place(&self, at: [i64; 2], index: usize, least_half_m: f32) -> Place {
+    fn place(&self, at: [i64; 2], index: usize, least_half_m: f32) -> NearestChannel {
         let metres_a_grain = self.fields.metres_a_grain();
-        let is_inside = |place: &Place| {
+        let is_inside = |place: &NearestChannel| {
             let area = lerp(self.segments.all[place.segment].area, place.share);
             place.distance_m <= (self.fields.river_width_m(area) as f32 / 2.0).max(least_half_m)
         };
-        let own = Place {
+        let own = NearestChannel {
             segment: self.valleys.segment[index] as usize,
             share: self.valleys.share[index] as f64,
             distance_m: self.valleys.distance_m[index],
@@ -242,7 +242,7 @@ impl<'a> FillWater<'a> {
             // Exact whatever the origin, but for the last sum.
             let off = [0, 1].map(|axis| (vertex[axis] - segment.from[axis]) + warped[axis]);
             let (share, square) = segment.nearest_off(off);
-            Place { segment: number, share, distance_m: (square.sqrt() * metres_a_grain) as f32 }
+            NearestChannel { segment: number, share, distance_m: (square.sqrt() * metres_a_grain) as f32 }
         });
         above.into_iter().find(is_inside).unwrap_or(own)
     }

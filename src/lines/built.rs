@@ -1,7 +1,7 @@
 //! What built roads do to an area: cutting and filling.
 //!
 //! Each piece of a road limits the heights around it: at a distance d beyond the road's edge they lie at most d/2 under
-//! it, which is the batter of a fill, and at most d/1.5 above it, that of a cut. Limits are combined by maximum and
+//! it, which is the batter of a fill, and at most d/1.5 above it, that of a cut. HeightLimits are combined by maximum and
 //! minimum, and where they contradict each other, as between two roads, their mean holds: so the order of roads and of
 //! pieces does not matter. Between two points of a bridge, or of a tunnel, the land stays as it is.
 
@@ -20,7 +20,7 @@ const FADE: f32 = 0.6;
 /// What all built roads together do to the vertices of an area.
 #[derive(Clone, Debug)]
 pub struct Built {
-    limits: Grid<Limits>,
+    limits: Grid<HeightLimits>,
     /// Share of road, 0 to 1. Bridges and tunnels have none: what lies under or over them is the land.
     pub share: Grid<f32>,
     /// Share of road as it is seen from above, 0 to 1, with bridges and fords, and at least a vertex wide.
@@ -29,7 +29,7 @@ pub struct Built {
 
 /// What roads demand of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Limits {
+struct HeightLimits {
     /// The land must not be under this, in metres.
     low_m: f32,
     /// The land must not be above this, in metres.
@@ -39,11 +39,11 @@ struct Limits {
 }
 
 /// Nothing is demanded.
-const FREE: Limits = Limits { low_m: f32::NEG_INFINITY, high_m: f32::INFINITY, weight: 0.0 };
+const FREE: HeightLimits = HeightLimits { low_m: f32::NEG_INFINITY, high_m: f32::INFINITY, weight: 0.0 };
 
-impl Limits {
-    fn and(self, other: Limits) -> Limits {
-        Limits {
+impl HeightLimits {
+    fn and(self, other: HeightLimits) -> HeightLimits {
+        HeightLimits {
             low_m: self.low_m.max(other.low_m),
             high_m: self.high_m.min(other.high_m),
             weight: self.weight.max(other.weight),
@@ -65,7 +65,7 @@ impl Limits {
 /// What one road does to a vertex, as far as it has been seen.
 #[derive(Clone, Copy)]
 struct Here {
-    limits: Limits,
+    limits: HeightLimits,
     /// Metres to the middle of the nearest piece on the ground, of the nearest on a bridge and of that in a tunnel.
     ground_m: f32,
     bridge_m: f32,
@@ -90,7 +90,7 @@ impl Built {
         let half_m = line.points[0].half_width_m as f32;
         let reach = ((line.points[0].half_width_m + bank_m as f64) / line.spacing_m) as i64 + 1;
         for ([from, to], carrier) in line.pieces().zip(line.carriers()) {
-            let piece = Piece::new(line, [from.place, to.place]);
+            let piece = RoadPiece::new(line, [from.place, to.place]);
             let Some(around) = piece.around(reach).common(&part) else { continue };
             let (from_m, rise_m) = (from.level_m as f32, to.level_m as f32 - from.level_m as f32);
             for y in around.y0..around.y1 {
@@ -112,7 +112,8 @@ impl Built {
                     }
                     let level_m = from_m + rise_m * along;
                     let weight = ((1.0 - beyond_m / bank_m) / (1.0 - FADE)).min(1.0);
-                    let limits = Limits { low_m: level_m - beyond_m / FILL, high_m: level_m + beyond_m / CUT, weight };
+                    let limits =
+                        HeightLimits { low_m: level_m - beyond_m / FILL, high_m: level_m + beyond_m / CUT, weight };
                     here.limits = here.limits.and(limits);
                 }
             }
@@ -167,7 +168,7 @@ impl Built {
 
 /// A straight piece of a road. Vertices are taken relative to its ends, in exact differences, so that nothing depends on the
 /// area that is asked for.
-struct Piece {
+struct RoadPiece {
     origin: [i64; 2],
     ends: [[f64; 2]; 2],
     way: [f32; 2],
@@ -176,12 +177,12 @@ struct Piece {
     spacing_m: f32,
 }
 
-impl Piece {
-    fn new(line: &Line, ends: [[f64; 2]; 2]) -> Piece {
+impl RoadPiece {
+    fn new(line: &Line, ends: [[f64; 2]; 2]) -> RoadPiece {
         let way = [0, 1].map(|axis| (ends[1][axis] - ends[0][axis]) as f32);
         let square = way[0] * way[0] + way[1] * way[1];
         let per_square = way.map(|part| if square > 0.0 { part / square } else { 0.0 });
-        Piece { origin: line.origin, ends, way, per_square, spacing_m: line.spacing_m as f32 }
+        RoadPiece { origin: line.origin, ends, way, per_square, spacing_m: line.spacing_m as f32 }
     }
 
     /// The vertices within so many of the piece, and a few more.

@@ -30,7 +30,7 @@ pub(super) fn visit(line: &Line, area: Area, mut visit: impl FnMut(i64, i64, Nea
     let Some(part) = area.common(&line.bounds) else { return };
     let bank_m = bank_m(line);
     let mut nearest = Grid::filled(part, Nearest { outside_m: f32::INFINITY, floor_m: 0.0 });
-    for piece in line.pieces().map(|ends| Piece::new(line, ends, bank_m)) {
+    for piece in line.pieces().map(|ends| BedPiece::new(line, ends, bank_m)) {
         let Area { x0, y0, x1, y1 } = piece.near(part);
         if x0 == x1 {
             // It lies east or west of the area, where there are no rows.
@@ -57,7 +57,7 @@ pub(super) fn visit(line: &Line, area: Area, mut visit: impl FnMut(i64, i64, Nea
 
 /// Whether any piece of an agent's line can have an effect on a vertex of `area`, which is exact but for corners.
 pub(super) fn touches(line: &Line, area: &Area) -> bool {
-    let pieces = || line.pieces().map(|ends| Piece::new(line, ends, bank_m(line)));
+    let pieces = || line.pieces().map(|ends| BedPiece::new(line, ends, bank_m(line)));
     line.bounds.common(area).is_some() && pieces().any(|piece| !piece.near(*area).is_empty())
 }
 
@@ -76,7 +76,7 @@ pub(super) fn raise<T: Copy + PartialOrd>(grid: &mut Grid<T>, x: i64, y: i64, va
 }
 
 /// A straight piece of an agent's line, in `f32`: its points lie near the line's origin.
-struct Piece {
+struct BedPiece {
     origin: [i64; 2],
     from: [f32; 2],
     to: [f32; 2],
@@ -86,10 +86,10 @@ struct Piece {
     spacing_m: f32,
 }
 
-impl Piece {
-    fn new(line: &Line, [from, to]: [&LinePoint; 2], bank_m: f32) -> Piece {
+impl BedPiece {
+    fn new(line: &Line, [from, to]: [&LinePoint; 2], bank_m: f32) -> BedPiece {
         let ends = |value: fn(&LinePoint) -> f64| [value(from) as f32, value(to) as f32];
-        Piece {
+        BedPiece {
             origin: line.origin,
             from: from.place.map(|at| at as f32),
             to: to.place.map(|at| at as f32),

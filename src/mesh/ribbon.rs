@@ -48,17 +48,17 @@ const DECK_M: (f64, f64) = (0.5, 0.05);
 
 /// A point of a line: place in vertices of the lattice relative to some vertex, half width and height in metres.
 #[derive(Clone, Copy)]
-struct Point {
+struct RibbonPoint {
     place: [f64; 2],
     half_width_m: f64,
     height_m: f64,
 }
 
-impl Point {
+impl RibbonPoint {
     /// The point at a share of the way to another.
-    fn towards(&self, to: &Point, share: f64) -> Point {
+    fn towards(&self, to: &RibbonPoint, share: f64) -> RibbonPoint {
         let mix = |from: f64, to: f64| from + (to - from) * share;
-        Point {
+        RibbonPoint {
             place: [0, 1].map(|axis| mix(self.place[axis], to.place[axis])),
             half_width_m: mix(self.half_width_m, to.half_width_m),
             height_m: mix(self.height_m, to.height_m),
@@ -70,7 +70,7 @@ impl Point {
 /// the `ground`, and no river below it.
 pub fn ribbons(tile: &Tile, spacing_m: f64, ground: &Drape) -> Vec<Ribbon> {
     let area = tile.area();
-    let mut builder = Builder { area, spacing_m, ground, all: Vec::new() };
+    let mut builder = RibbonBuilder { area, spacing_m, ground, all: Vec::new() };
     for line in tile.lines() {
         builder.add_line(line);
     }
@@ -78,14 +78,14 @@ pub fn ribbons(tile: &Tile, spacing_m: f64, ground: &Drape) -> Vec<Ribbon> {
     builder.all
 }
 
-struct Builder<'a> {
+struct RibbonBuilder<'a> {
     area: Area,
     spacing_m: f64,
     ground: &'a Drape,
     all: Vec<Ribbon>,
 }
 
-impl Builder<'_> {
+impl RibbonBuilder<'_> {
     /// Adds what is seen of a line; the relief's own rivers have sheets of water.
     fn add_line(&mut self, line: &Line) {
         if line.bed == Bed::Natural {
@@ -93,12 +93,12 @@ impl Builder<'_> {
         }
         let lift_m = if line.kind == LineKind::Road { LIFT_M } else { 0.0 };
         let corner = [self.area.x0, self.area.y0];
-        let point = |point: &LinePoint| Point {
+        let point = |point: &LinePoint| RibbonPoint {
             place: line.place_from(corner, point),
             half_width_m: point.half_width_m,
             height_m: point.level_m + lift_m,
         };
-        let points: Vec<Point> = line.points.iter().map(point).collect();
+        let points: Vec<RibbonPoint> = line.points.iter().map(point).collect();
         let carriers = line.carriers();
         let kind = |piece: usize| match (line.kind, carriers[piece]) {
             (LineKind::River, _) => Some(RibbonKind::River),
@@ -111,7 +111,7 @@ impl Builder<'_> {
 
     /// Adds the pieces of a line that are the tile's, as one ribbon for each run of the same kind. Those without a kind, in
     /// the land, are not seen.
-    fn add(&mut self, line: &[Point], kind: impl Fn(usize) -> Option<RibbonKind>) {
+    fn add(&mut self, line: &[RibbonPoint], kind: impl Fn(usize) -> Option<RibbonKind>) {
         let side = (self.area.width() - 1) as f64;
         // On the ground a piece is no longer than a cell, so that it follows it.
         let (mut points, mut kinds) = (Vec::new(), Vec::new());
@@ -156,7 +156,14 @@ impl Builder<'_> {
     }
 
     /// The line across a point: left and right seen along the line, at right angles to where its neighbours lie.
-    fn section(&self, points: &[Point], along_m: &[f64], index: usize, kind: RibbonKind, is_mouth: bool) -> Section {
+    fn section(
+        &self,
+        points: &[RibbonPoint],
+        along_m: &[f64],
+        index: usize,
+        kind: RibbonKind,
+        is_mouth: bool,
+    ) -> Section {
         let point = points[index];
         let (before, after) = (points[index.saturating_sub(1)], points[(index + 1).min(points.len() - 1)]);
         let way = [0, 1].map(|axis| after.place[axis] - before.place[axis]);
@@ -301,7 +308,7 @@ mod tests {
         }
         Imprint::new(&heights, None, [&line]).expect("the road is here").shape(&mut heights, None);
         let ground = Drape::new(&Surface::full(32), &heights, area);
-        let mut builder = Builder { area, spacing_m: 8.0, ground: &ground, all: Vec::new() };
+        let mut builder = RibbonBuilder { area, spacing_m: 8.0, ground: &ground, all: Vec::new() };
         builder.add_line(&line);
         let columns = |ribbon: &Ribbon| {
             let columns = || ribbon.vertices.iter().map(|vertex| vertex.place[0] + area.x0 as f64);

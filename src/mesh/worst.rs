@@ -70,9 +70,9 @@ impl Worst {
         }
         let origin = area * a.z as i64 - east * a.x as i64 - south * a.y as i64;
         let mut worst = Worst { scaled: 0.0, doubled_area: area as f64, index: 0 };
-        let mut long = Line::new(a, c);
+        let mut long = ScanLine::new(a, c);
         for (from, to) in [(a, b), (b, c)] {
-            let mut short = Line::new(from, to);
+            let mut short = ScanLine::new(from, to);
             for y in from.y + 1..=to.y {
                 let (x0, x1) = match b_is_east {
                     true => (long.next(), short.next()),
@@ -104,7 +104,7 @@ impl Worst {
 }
 
 /// The columns where a line from north to south crosses the rows, rounded up.
-struct Line {
+struct ScanLine {
     x: i32,
     whole: i32,
     part: i32,
@@ -112,12 +112,12 @@ struct Line {
     rows: i32,
 }
 
-impl Line {
+impl ScanLine {
     /// The line between two vertices, standing at the northern one. Level lines cross nothing.
-    fn new(from: Vertex, to: Vertex) -> Line {
+    fn new(from: Vertex, to: Vertex) -> ScanLine {
         let rows = (to.y - from.y).max(1);
         let columns = to.x - from.x;
-        Line { x: from.x, whole: columns.div_euclid(rows), part: columns.rem_euclid(rows), sum: rows - 1, rows }
+        ScanLine { x: from.x, whole: columns.div_euclid(rows), part: columns.rem_euclid(rows), sum: rows - 1, rows }
     }
 
     /// The first column at or east of the line, one row further south.

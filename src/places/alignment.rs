@@ -3,7 +3,7 @@
 use crate::fluvial::survey::Survey;
 use crate::land::WaterKind;
 use crate::lines::FIXED;
-use crate::places::plan::{Scale, distance2};
+use crate::places::plan_land::{Scale, distance2};
 use crate::places::route::{Route, bend_m};
 
 /// Nodes by which a rounded corner may miss the way's own.

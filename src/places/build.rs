@@ -9,12 +9,12 @@ use crate::lines::{
     self, Bed, FIXED, Line, LineClass, LineEnd, LineId, LineKind, LinePoint, RoadClass, Structure, StructureKind,
 };
 use crate::places::alignment::Alignment;
-use crate::places::plan::{PlanLand, RiverIndex, Window};
+use crate::places::bridging::{carry, wished_m};
+use crate::places::plan_land::{PlanLand, RiverIndex, Window};
 use crate::places::profile::Demands;
-use crate::places::route::{Domain, Node, PlanNodes, Route, Search, shore_m};
+use crate::places::route::{Domain, PlanNode, PlanNodes, Route, Search, shore_m};
 use crate::places::settings::{PlacesSettings, Standard};
 use crate::places::site::{Site, SiteClass};
-use crate::places::structure::{carry, wished_m};
 
 /// How far corners are rounded; the next is tried where a rounder line would run into water.
 const SOFTNESS: [f64; 3] = [1.0, 0.5, 0.0];
@@ -86,11 +86,11 @@ impl Builder<'_> {
         let scale = &self.plan.scale;
         let standard = self.settings.standard(class);
         let [from, to] = [a.at, b.at].map(|at| at.map(|at| at.div_euclid(scale.step)));
-        let inside = |node: Node| [node[0] - window.at[0], node[1] - window.at[1]];
+        let inside = |node: PlanNode| [node[0] - window.at[0], node[1] - window.at[1]];
         let mut closed = BTreeSet::new();
         for _ in 0..TRIES {
             let search = Search { window, nodes, rivers, scale, standard, closed: &closed };
-            let route = search.way(inside(from), inside(to))?;
+            let route = search.route(inside(from), inside(to))?;
             let mut culprits = BTreeSet::new();
             for softness in SOFTNESS {
                 let line = Alignment::along(&route, scale, standard.radius_m, softness);
@@ -105,7 +105,7 @@ impl Builder<'_> {
     }
 
     /// The land under all ways between two nodes.
-    fn window(&self, a: Node, b: Node) -> Window {
+    fn window(&self, a: PlanNode, b: PlanNode) -> Window {
         let (dx, dy) = ((b[0] - a[0]) as f64, (b[1] - a[1]) as f64);
         let radius = Domain::radius((dx * dx + dy * dy).sqrt()) as i64 + 2;
         let middle = [0, 1].map(|axis| (a[axis] + b[axis]).div_euclid(2));

@@ -20,10 +20,10 @@
 mod alignment;
 mod build;
 mod graph;
-mod plan;
+mod plan_land;
 mod profile;
 mod route;
-mod structure;
+mod bridging;
 
 pub mod settings;
 pub mod site;
@@ -37,9 +37,9 @@ use crate::area::Area;
 use crate::error::Error;
 use crate::fluvial::survey::Survey;
 use crate::lines::{Line, Lines, SiteId};
-use crate::memory::{Fill, Memory};
+use crate::memory::{Memory, Usage};
 use crate::places::build::Builder;
-use crate::places::plan::{PlanLand, Scale};
+use crate::places::plan_land::{PlanLand, Scale};
 use crate::places::route::Domain;
 use crate::places::settings::PlacesSettings;
 use crate::places::site::Site;
@@ -76,8 +76,8 @@ impl Places {
     }
 
     /// How full its memories are.
-    pub(crate) fn fills(&self) -> Vec<Fill> {
-        [self.plan.fills(), vec![self.sites.fill(), self.edges.fill(), self.roads.fill()]].concat()
+    pub(crate) fn usages(&self) -> Vec<Usage> {
+        [self.plan.usages(), vec![self.sites.usage(), self.edges.usage(), self.roads.usage()]].concat()
     }
 
     /// Side of a site cell in vertices.

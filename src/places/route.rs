@@ -13,11 +13,11 @@ use std::collections::{BTreeSet, BinaryHeap};
 use crate::hash::{self, Stream};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
-use crate::places::plan::{RiverIndex, Scale, Window, distance2};
+use crate::places::plan_land::{RiverIndex, Scale, Window, distance2};
 use crate::places::settings::Standard;
 
 /// A node: column and row in the window.
-pub(super) type Node = [i64; 2];
+pub(super) type PlanNode = [i64; 2];
 
 /// The moves of a quarter turn, by angle; the others are these, turned.
 const QUARTER: [[i64; 2]; 8] = [[1, 0], [3, 1], [2, 1], [3, 2], [1, 1], [2, 3], [1, 2], [1, 3]];
@@ -89,7 +89,7 @@ pub(super) struct Domain {
 
 impl Domain {
     /// The ellipse around two places, in nodes.
-    pub fn new(a: Node, b: Node) -> Domain {
+    pub fn new(a: PlanNode, b: PlanNode) -> Domain {
         let [a, b] = [a, b].map(|at| at.map(|at| at as f64));
         Domain { a, b, axis: AXIS * distance(a, b) + AXIS_NODES }
     }
@@ -99,7 +99,7 @@ impl Domain {
         f64::midpoint(AXIS * apart, AXIS_NODES)
     }
 
-    fn holds(&self, at: Node) -> bool {
+    fn holds(&self, at: PlanNode) -> bool {
         let at = at.map(|at| at as f64);
         distance(at, self.a) + distance(at, self.b) <= self.axis
     }
@@ -119,7 +119,7 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 /// A way as nodes. `bridges[k]` tells whether the leg from node k to the next goes over a lake or the sea.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Route {
-    pub nodes: Vec<Node>,
+    pub nodes: Vec<PlanNode>,
     pub bridges: Vec<bool>,
 }
 
@@ -153,7 +153,7 @@ pub(super) struct Search<'a> {
     pub scale: &'a Scale,
     pub standard: Standard,
     /// Moves that have turned out not to be possible, by their ends.
-    pub closed: &'a BTreeSet<(Node, Node)>,
+    pub closed: &'a BTreeSet<(PlanNode, PlanNode)>,
 }
 
 /// Moves from one node: what each costs, and bridges over more than a move.
@@ -168,11 +168,11 @@ type Turns = Vec<[u32; MOVES]>;
 
 impl Search<'_> {
     /// The way from one node to another, if there is one. Of ways that cost the same it is always the same one.
-    pub fn way(&self, from: Node, to: Node) -> Option<Route> {
+    pub fn route(&self, from: PlanNode, to: PlanNode) -> Option<Route> {
         let domain = Domain::new(from, to);
         let turns = self.turns();
         let nodes = self.window.cols * self.window.rows;
-        let index = |node: Node| self.index(node);
+        let index = |node: PlanNode| self.index(node);
         let mut costs: Vec<Option<Box<Costs>>> = (0..nodes).map(|_| None).collect();
         // A state is a node and the move that has led there.
         let mut best = vec![FORBIDDEN; nodes * MOVES];
@@ -221,7 +221,7 @@ impl Search<'_> {
     }
 
     /// The way that has led to a state.
-    fn trace(&self, before: &[u32], last: u32, from: Node) -> Route {
+    fn trace(&self, before: &[u32], last: u32, from: PlanNode) -> Route {
         let (mut way, mut state) = (Route { nodes: Vec::new(), bridges: Vec::new() }, last);
         while state != u32::MAX {
             let at = state as usize / MOVES;
@@ -235,7 +235,7 @@ impl Search<'_> {
     }
 
     /// What is left to pay, about: the cost of the best even climb over open land.
-    fn to_go(&self, node: Node, to: Node) -> u32 {
+    fn to_go(&self, node: PlanNode, to: PlanNode) -> u32 {
         let length_m = distance(node.map(|at| at as f64), to.map(|at| at as f64)) * self.scale.step_m();
         let rise_m = (self.window.height_m(to[0], to[1]) - self.window.height_m(node[0], node[1])).abs();
         // The length at which a longer way would cost more than it saves.
@@ -271,7 +271,7 @@ impl Search<'_> {
 
     /// The costs of all moves from a node.
     /// Those of other nodes are known in part; the way back costs the same.
-    fn costs(&self, domain: &Domain, node: Node, known: &[Option<Box<Costs>>]) -> Costs {
+    fn costs(&self, domain: &Domain, node: PlanNode, known: &[Option<Box<Costs>>]) -> Costs {
         let mut near = Vec::new();
         let is_open = self.is_open(domain, node);
         let moves: [u32; MOVES] = std::array::from_fn(|number| {
@@ -302,17 +302,17 @@ impl Search<'_> {
         Costs { moves, spans }
     }
 
-    fn index(&self, node: Node) -> usize {
+    fn index(&self, node: PlanNode) -> usize {
         node[1] as usize * self.window.cols + node[0] as usize
     }
 
     /// Whether a move may end on a node.
-    fn is_open(&self, domain: &Domain, node: Node) -> bool {
+    fn is_open(&self, domain: &Domain, node: PlanNode) -> bool {
         self.window.holds(node[0], node[1]) && domain.holds(node) && !self.nodes.wet[self.index(node)]
     }
 
     /// What the straight move from one node to another costs.
-    fn cost(&self, from: Node, to: Node, near: &mut Vec<u32>) -> u32 {
+    fn cost(&self, from: PlanNode, to: PlanNode, near: &mut Vec<u32>) -> u32 {
         // The same there and back, to the bit: so roads that leave a site for two others share a way while they can.
         let (from, to) = if from < to { (from, to) } else { (to, from) };
         if self.closed.contains(&(from, to)) || self.closed.contains(&(to, from)) {
@@ -359,7 +359,7 @@ impl Search<'_> {
     }
 
     /// The height at `part / parts` of the way from one node to another, where one of the two coordinates is whole.
-    fn height_between(&self, from: Node, to: Node, part: i64, parts: i64) -> f64 {
+    fn height_between(&self, from: PlanNode, to: PlanNode, part: i64, parts: i64) -> f64 {
         let along = |axis: usize| {
             let far = (to[axis] - from[axis]) * part;
             (from[axis] + far.div_euclid(parts), far.rem_euclid(parts) as f64 / parts as f64)
@@ -371,7 +371,7 @@ impl Search<'_> {
     }
 
     /// Whether a lake or the sea lies between two nodes.
-    fn is_over_open_water(&self, from: Node, to: Node) -> bool {
+    fn is_over_open_water(&self, from: PlanNode, to: PlanNode) -> bool {
         if !self.nodes.open_water {
             return false;
         }
@@ -388,7 +388,7 @@ impl Search<'_> {
     }
 
     /// Metres that the rivers under a move cost; `None` if it goes along one or cannot cross.
-    fn crossing_m(&self, from: Node, to: Node, near: &mut Vec<u32>) -> Option<f64> {
+    fn crossing_m(&self, from: PlanNode, to: PlanNode, near: &mut Vec<u32>) -> Option<f64> {
         let (a, b) = (self.fixed(from), self.fixed(to));
         self.rivers.near(a, b, near);
         let (mut cost_m, mut crosses, mut grazes) = (0.0, false, false);
@@ -418,7 +418,7 @@ impl Search<'_> {
     }
 
     /// A node in 1/256 vertex from the window's first.
-    fn fixed(&self, node: Node) -> [i64; 2] {
+    fn fixed(&self, node: PlanNode) -> [i64; 2] {
         fixed(self.scale, node)
     }
 
@@ -429,7 +429,7 @@ impl Search<'_> {
 }
 
 /// A node in 1/256 vertex from the window's first.
-fn fixed(scale: &Scale, node: Node) -> [i64; 2] {
+fn fixed(scale: &Scale, node: PlanNode) -> [i64; 2] {
     node.map(|at| at * scale.step * FIXED)
 }
 
@@ -440,7 +440,7 @@ fn square_fixed(scale: &Scale, metres: f64) -> f64 {
 }
 
 /// Whether a road cannot stand on a node.
-fn is_wet(window: &Window, rivers: &RiverIndex, scale: &Scale, node: Node, near: &mut Vec<u32>) -> bool {
+fn is_wet(window: &Window, rivers: &RiverIndex, scale: &Scale, node: PlanNode, near: &mut Vec<u32>) -> bool {
     if window.water(node[0], node[1]) != WaterKind::Dry {
         return true;
     }
@@ -453,7 +453,7 @@ fn is_wet(window: &Window, rivers: &RiverIndex, scale: &Scale, node: Node, near:
 }
 
 /// How bad a node of the world is to walk on, 0 to 1: smooth noise on the lattice of nodes.
-fn wander(seed: u64, at: Node) -> f64 {
+fn wander(seed: u64, at: PlanNode) -> f64 {
     let cell = at.map(|at| at.div_euclid(WANDER_NODES));
     let [east, south] = at.map(|at| at.rem_euclid(WANDER_NODES) as f64 / WANDER_NODES as f64);
     let value = |dx: i64, dy: i64| {
@@ -484,7 +484,7 @@ fn move_by(number: usize) -> [i64; 2] {
     }
 }
 
-fn added(node: Node, number: usize, times: i64) -> Node {
+fn added(node: PlanNode, number: usize, times: i64) -> PlanNode {
     let [dx, dy] = move_by(number);
     [node[0] + dx * times, node[1] + dy * times]
 }

@@ -8,7 +8,7 @@ use crate::land::WaterKind;
 use crate::lines::{FIXED, SiteId};
 use crate::memory::heap_bytes;
 use crate::names;
-use crate::places::plan::{PlanLand, RiverIndex, Window};
+use crate::places::plan_land::{PlanLand, RiverIndex, Window};
 use crate::places::settings::PlacesSettings;
 
 /// How large a settlement is.

@@ -11,7 +11,7 @@ use crate::land::WaterKind;
 use crate::lines::built::Built;
 use crate::lines::{FIXED, LineClass, LineId, LinePoint, StructureKind};
 use crate::places::alignment::length_m;
-use crate::places::plan::{self, PlanPiece};
+use crate::places::plan_land::{self, PlanPiece};
 
 /// A land without an end, the same at any distance.
 #[expect(clippy::struct_field_names, reason = "the unit is a part of the name")]
@@ -475,7 +475,7 @@ fn beds_agree_where_areas_overlap_and_end_at_their_reach() {
                     let at = road.fixed(point);
                     [at[0] - x * FIXED, at[1] - y * FIXED]
                 });
-                let parts = plan::distance2([0, 0], from, to).sqrt();
+                let parts = plan_land::distance2([0, 0], from, to).sqrt();
                 let reach_m = road.points[0].half_width_m + PlacesSettings::default().bank_m;
                 (parts * SPACING_M / FIXED as f64 - reach_m, carrier == Some(StructureKind::Bridge))
             };

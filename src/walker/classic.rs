@@ -8,9 +8,9 @@
 
 use std::cmp::Ordering;
 
-use crate::agents::greedy::{End, Heuristic, Node, Trace, resume, search};
 use crate::agents::heuristic::{RiverHeuristic, RoadHeuristic};
 use crate::agents::record::{Passage, Records, TileRecord};
+use crate::agents::search::{Heuristic, Node, Trace, TraceEnd, resume, search};
 use crate::agents::{Direction, Terrain, bed};
 use crate::area::{Area, TileId};
 use crate::grid::Grid;
@@ -166,7 +166,7 @@ impl<'a> TileAgents<'a> {
     fn walk(&self, kind: LineKind, leg: Leg, records: &Records) -> Option<(Passage, Vec<Node>)> {
         let Trace { mut nodes, end } = self.trace(kind, leg, NODES_A_CELL * self.world.tile_cells() as usize);
         let mut exit = None;
-        if let End::Edge(direction) = end {
+        if let TraceEnd::Edge(direction) = end {
             // What was made once comes back unchanged, so it stands in the way even when nobody is near.
             if records.find(neighbour(self.id, direction)).is_none() {
                 exit = Some(direction);
@@ -212,7 +212,7 @@ impl<'a> TileAgents<'a> {
                 // A river ends where it reaches the sea.
                 if let Some(mouth) = trace.nodes.iter().position(|node| self.ground().is_under_water(*node)) {
                     trace.nodes.truncate(mouth + 1);
-                    trace.end = End::Refused;
+                    trace.end = TraceEnd::Refused;
                 }
                 trace
             }
@@ -229,7 +229,7 @@ impl<'a> TileAgents<'a> {
             None => search(&mut heuristic, leg.start, self.area, most),
             // The step over the edge is taken in any case, since the tile behind shows it.
             Some((behind, _)) if heuristic.refuses(behind, leg.start) => {
-                Trace { nodes: vec![leg.start], end: End::Refused }
+                Trace { nodes: vec![leg.start], end: TraceEnd::Refused }
             }
             Some((behind, _)) => resume(&mut heuristic, behind, leg.start, self.area, most),
         }

@@ -14,7 +14,7 @@ pub struct Contour {
 }
 
 /// An edge of the lattice: its western or northern vertex, y before x, and whether it goes south.
-type Edge = (i64, i64, bool);
+type LatticeEdge = (i64, i64, bool);
 
 /// The lines around the vertices whose value is above zero, in the order of where they begin, from north to south.
 ///
@@ -24,8 +24,8 @@ pub fn contours(values: &Grid<f32>) -> Vec<Contour> {
     let area = values.area();
     let inside = |x: i64, y: i64| values.at(x, y) > 0.0;
     // Each crossed edge has at most one line that leaves it and one that comes to it.
-    let mut next: BTreeMap<Edge, Edge> = BTreeMap::new();
-    let mut reached: BTreeMap<Edge, Edge> = BTreeMap::new();
+    let mut next: BTreeMap<LatticeEdge, LatticeEdge> = BTreeMap::new();
+    let mut reached: BTreeMap<LatticeEdge, LatticeEdge> = BTreeMap::new();
     for y in area.y0..area.y1 - 1 {
         let (north, south) = (values.row(y, area.x0, area.x1), values.row(y + 1, area.x0, area.x1));
         for (x, (north, south)) in (area.x0..).zip(north.windows(2).zip(south.windows(2))) {
@@ -46,14 +46,14 @@ pub fn contours(values: &Grid<f32>) -> Vec<Contour> {
             }
         }
     }
-    let point = |(y, x, south): Edge| {
+    let point = |(y, x, south): LatticeEdge| {
         let (a, b) = (values.at(x, y) as f64, (if south { values.at(x, y + 1) } else { values.at(x + 1, y) }) as f64);
         debug_assert_ne!(a > 0.0, inside(x + i64::from(!south), y + i64::from(south)));
         let share = a / (a - b);
         if south { [x as f64, y as f64 + share] } else { [x as f64 + share, y as f64] }
     };
     let mut contours = Vec::new();
-    let mut begin = |first: Edge, next: &mut BTreeMap<Edge, Edge>, closed: bool| {
+    let mut begin = |first: LatticeEdge, next: &mut BTreeMap<LatticeEdge, LatticeEdge>, closed: bool| {
         let mut points = vec![point(first)];
         let mut at = first;
         while let Some(to) = next.remove(&at) {
@@ -66,7 +66,7 @@ pub fn contours(values: &Grid<f32>) -> Vec<Contour> {
         }
     };
     // Lines that come from the border, then rings.
-    let starts: Vec<Edge> = next.keys().filter(|edge| !reached.contains_key(edge)).copied().collect();
+    let starts: Vec<LatticeEdge> = next.keys().filter(|edge| !reached.contains_key(edge)).copied().collect();
     for first in starts {
         begin(first, &mut next, false);
     }

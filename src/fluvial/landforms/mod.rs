@@ -20,7 +20,7 @@ use std::sync::Arc;
 use crate::area::Area;
 use crate::fluvial::Fluvial;
 use crate::fluvial::trunk::NodeId;
-use crate::memory::{Fill, Memory};
+use crate::memory::{Memory, Usage};
 use coast::Coast;
 use lakes::Lake;
 use peaks::{Peak, Summits};
@@ -41,8 +41,8 @@ impl Default for Landforms {
 
 impl Landforms {
     /// How full its memories are.
-    pub(crate) fn fills(&self) -> Vec<Fill> {
-        vec![self.lakes.fill(), self.coasts.fill(), self.summits.fill()]
+    pub(crate) fn usages(&self) -> Vec<Usage> {
+        vec![self.lakes.usage(), self.coasts.usage(), self.summits.usage()]
     }
 }
 

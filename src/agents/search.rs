@@ -26,7 +26,7 @@ pub trait Heuristic {
 
 /// Why a search has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum TraceEnd {
     /// The best next node would leave the bounds, in this direction.
     Edge(Direction),
     /// The heuristic refuses the best next node: the only way on is too far uphill.
@@ -43,7 +43,7 @@ pub struct Trace {
     /// The nodes in the order in which the agent went there; at least the start.
     pub nodes: Vec<Node>,
     /// Why there are no more.
-    pub end: End,
+    pub end: TraceEnd,
 }
 
 /// Searches from `start` within `bounds` until the heuristic, the bounds or `most` nodes end it.
@@ -64,7 +64,7 @@ fn trace(heuristic: &mut impl Heuristic, start: Node, mut closed: HashSet<Node>,
     let mut here = start;
     let end = loop {
         if nodes.len() >= most {
-            break End::Full;
+            break TraceEnd::Full;
         }
         // The open list, of which only the best is ever looked at.
         let mut best: Option<(f32, Direction, Node)> = None;
@@ -79,12 +79,12 @@ fn trace(heuristic: &mut impl Heuristic, start: Node, mut closed: HashSet<Node>,
                 best = Some((score, direction, node));
             }
         }
-        let Some((_, direction, node)) = best else { break End::Trapped };
+        let Some((_, direction, node)) = best else { break TraceEnd::Trapped };
         if !bounds.contains(&Area::new(node.0, node.1, 1, 1)) {
-            break End::Edge(direction);
+            break TraceEnd::Edge(direction);
         }
         if heuristic.refuses(here, node) {
-            break End::Refused;
+            break TraceEnd::Refused;
         }
         closed.insert(node);
         nodes.push(node);
@@ -122,17 +122,17 @@ mod tests {
         let bounds = Area::new(-20, -20, 41, 41);
         let straight = search(&mut Eastward { wall: 0 }, (0, 0), bounds, 100);
         assert_eq!(straight.nodes, (0..=9).map(|x| (x, 0)).collect::<Vec<_>>());
-        assert_eq!(straight.end, End::Refused);
+        assert_eq!(straight.end, TraceEnd::Refused);
         let around = search(&mut Eastward { wall: 3 }, (0, 0), bounds, 100);
         assert!(around.nodes.contains(&(5, -3)), "{around:?}");
-        assert_eq!(around.end, End::Refused);
+        assert_eq!(around.end, TraceEnd::Refused);
     }
 
     #[test]
     fn bounds_and_length_end_it() {
         let bounds = Area::new(0, 0, 4, 4);
         let trace = search(&mut Eastward { wall: 0 }, (0, 0), bounds, 100);
-        assert_eq!((trace.nodes.len(), trace.end), (4, End::Edge(Direction::East)));
-        assert_eq!(search(&mut Eastward { wall: 0 }, (0, 0), bounds, 3).end, End::Full);
+        assert_eq!((trace.nodes.len(), trace.end), (4, TraceEnd::Edge(Direction::East)));
+        assert_eq!(search(&mut Eastward { wall: 0 }, (0, 0), bounds, 3).end, TraceEnd::Full);
     }
 }

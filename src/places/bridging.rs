@@ -10,18 +10,18 @@ use crate::places::profile::swept;
 /// Metres of a fill from which on there is a viaduct, and of the fill that it ends at.
 ///
 /// A bank of 12 m is 50 m wide at its foot, and the batters of a road end before those of a higher one do.
-const FILL_M: Limits = Limits { carried_m: 12.0, end_m: 4.0 };
+const FILL_M: Tolerance = Tolerance { carried_m: 12.0, end_m: 4.0 };
 
 /// Metres of a cut from which on there is a tunnel, and of the cut that it ends at.
-const CUT_M: Limits = Limits { carried_m: 25.0, end_m: 8.0 };
+const CUT_M: Tolerance = Tolerance { carried_m: 25.0, end_m: 8.0 };
 
 /// From how far off the land a road needs a structure, and how near it comes to it before that ends.
-struct Limits {
+struct Tolerance {
     carried_m: f64,
     end_m: f64,
 }
 
-impl Limits {
+impl Tolerance {
     /// The first and last points of all structures, from the start on, for a road so far off the land at each point.
     fn runs(&self, off_m: &[f64]) -> Vec<(usize, usize)> {
         let (mut runs, mut first) = (Vec::new(), 0);

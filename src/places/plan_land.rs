@@ -6,7 +6,7 @@ use crate::area::Area;
 use crate::fluvial::survey::{RiverPiece, Survey};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
-use crate::memory::{Fill, Memory, heap_bytes};
+use crate::memory::{Memory, Usage, heap_bytes};
 
 /// How far apart things are looked at. All lengths are whole vertices, and sites lie on nodes of the plan.
 #[derive(Clone, Copy, Debug)]
@@ -86,8 +86,8 @@ impl PlanLand {
     }
 
     /// How full its memories are.
-    pub fn fills(&self) -> Vec<Fill> {
-        vec![self.blocks.fill()]
+    pub fn usages(&self) -> Vec<Usage> {
+        vec![self.blocks.usage()]
     }
 
     /// The land on `cols` x `rows` nodes from node `at` on.
