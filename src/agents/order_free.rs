@@ -85,6 +85,7 @@ impl Agents {
             seed,
             cells: tile_cells as i64,
             spacing_m,
+            // Nothing is lower than that, so without a sea nothing is under water.
             sea_level_m: sea_level_m.map_or(f32::NEG_INFINITY, |level| level as f32),
             slope_scale: slope_scale as f32,
             rivers: rivers.cloned(),
@@ -96,6 +97,7 @@ impl Agents {
 
     /// Remembers at least as many tiles as a region of so many columns needs to be baked row by row.
     pub(crate) fn prepare_for(&self, cols: u64) {
+        // A region may be very wide: what overflows must not wrap to less room than it needs.
         let tiles = (cols as usize).saturating_add(ROWS_REMEMBERED).saturating_mul(ROWS_REMEMBERED);
         let bytes = tiles.saturating_mul(REMEMBERED_A_TILE);
         self.traced.reserve(bytes);
@@ -106,6 +108,7 @@ impl Agents {
     pub(crate) fn reach(&self) -> i64 {
         let crossed =
             self.rivers.iter().map(|rivers| rivers.max_tiles).chain(self.roads.iter().map(|roads| roads.max_tiles));
+        // Once for the line and once for what it meets, each with a tile more for the bed that sticks out.
         crossed.max().map_or(0, |tiles| 2 * (tiles as i64 + 1) * self.cells)
     }
 
@@ -137,6 +140,7 @@ impl Agents {
 
     /// All tiles that hold a vertex of `area`, and `more` around them, in order.
     fn tiles(&self, area: &Area, more: i64) -> impl Iterator<Item = TileId> + use<> {
+        // Euclidean, so that tiles west and north of the origin are as large as all others.
         let span = |from: i64, to: i64| from.div_euclid(self.cells) - more..=(to - 1).div_euclid(self.cells) + more;
         let columns = span(area.x0, area.x1);
         span(area.y0, area.y1).flat_map(move |y| columns.clone().map(move |x| TileId { x, y }))
@@ -164,16 +168,20 @@ impl Agents {
         };
         let mut steps: Option<HashMap<Node, usize>> = None;
         for other in self.tiles(&river.bounds, reach) {
+            // Its own tile is among them. Only upwards in rank, so that two rivers never wait for each other.
             if self.rank(other) <= rank {
                 continue;
             }
             let traced = self.traced(relief, other);
             let Some(beside) = traced.as_ref() else { continue };
+            // Cheap, and most pairs end here: a river that is near to none needs no table of its steps.
             if river.bounds.common(&beside.bounds).is_none() {
                 continue;
             }
+            // Steps go along the axes, so two ways cannot cross without a common node: to compare nodes is enough.
             let steps =
                 steps.get_or_insert_with(|| river.nodes.iter().enumerate().map(|(step, node)| (*node, step)).collect());
+            // The first place on this river's way counts, wherever on the other's it is.
             let meets = |nodes: usize| beside.nodes[..nodes].iter().filter_map(|node| steps.get(node)).min().copied();
             // Only rivers that cross at all are asked how far the other one really comes.
             let Some(mut step) = meets(beside.nodes.len()) else { continue };
@@ -192,6 +200,7 @@ impl Agents {
         if end.ending == LineEnd::Nothing {
             match self.rivers.as_ref().map(|rivers| rivers.ending) {
                 Some(Ending::Pond) => end.ending = LineEnd::Pond,
+                // As in the thesis.
                 _ => end.nodes -= end.nodes / 3,
             }
         }
@@ -209,6 +218,7 @@ impl Agents {
 
     /// The hash of a tile that owns an agent of a kind, and `None` for all others.
     fn owns(&self, stream: Stream, owner: TileId, density: f64) -> Option<u64> {
+        // With one less below, a density of 0 has no owner and one of 1 has all of them.
         let hash = self.hash(stream, owner);
         // 53 bits make a fraction that a double holds exactly; two others choose a direction.
         ((hash >> 11) as f64 <= density * (1u64 << 53) as f64 - 1.0).then_some(hash)
@@ -242,6 +252,7 @@ impl Agents {
         if nodes.len() < LEAST_NODES {
             return None;
         }
+        // Kept with the trace: when the river is settled, its ground is not made a second time.
         let heights_m = nodes.iter().map(|node| ground.height_m(*node)).collect();
         let bounds = bounds_of(&nodes);
         Some(TracedRiver { nodes, heights_m, bounds, ends_in_sea: sea.is_some() })
@@ -250,6 +261,7 @@ impl Agents {
     /// The bed of a river that keeps a part of its trace.
     fn river(&self, agents: &RiverAgents, owner: TileId, river: &TracedRiver, settled: Settled) -> Line {
         let nodes = &river.nodes[..settled.nodes];
+        // By how far it could come and not by how far it does: where it is cut short must not change its bed upstream.
         let grown = [0.0, (self.cells * (1 + agents.max_tiles as i64)) as f32];
         let heights_m = &river.heights_m[..settled.nodes];
         let line = bed::river(river_id(owner), nodes, heights_m, agents, self.spacing_m, grown);
@@ -265,11 +277,13 @@ impl Agents {
         let area = owner.area(self.cells as u32);
         let start = ((area.x0 + area.x1 - 1) / 2, (area.y0 + area.y1 - 1) / 2);
         let mut ground = self.ground(relief);
+        // The search asks only of nodes that it goes to, never of its start.
         if ground.is_under_water(start) {
             return None;
         }
         let mut heuristic = RoadHeuristic::new(&mut ground, agents, Direction::ALL[(hash & 3) as usize]);
         let bounds = area.padded((self.cells * agents.max_tiles as i64) as usize);
+        // As long a way as a river's, in fewer and longer steps.
         let most = self.most_nodes(agents.max_tiles) / agents.step_cells as usize;
         let Trace { mut nodes, .. } = search(&mut heuristic, start, bounds, most);
         self.stop_at_crossing(&mut nodes, agents.max_tiles);
@@ -286,6 +300,8 @@ impl Agents {
         let tile = |node: &Node| (node.0.div_euclid(self.cells), node.1.div_euclid(self.cells));
         let mut crossed = 0;
         let last = nodes.windows(2).position(|pair| {
+            // A step is no longer than a tile, so it crosses one edge at most. Back over the same edge counts, too:
+            // however the way winds, it stays within its reach.
             crossed += u32::from(tile(&pair[0]) != tile(&pair[1]));
             crossed > max_tiles
         });
@@ -345,6 +361,7 @@ fn downhill(heights: &Grid<f32>) -> Direction {
     let column = |x: i64| heights.at(x, y0) + heights.at(x, middle_y) + heights.at(x, y1 - 1);
     let row = |y: i64| heights.at(x0, y) + heights.at(middle_x, y) + heights.at(x1 - 1, y);
     let (east, south) = (column(x0) - column(x1 - 1), row(y0) - row(y1 - 1));
+    // On a tie east or west, and west where it is level: any rule does that is the same everywhere.
     match (east.abs() >= south.abs(), east > 0.0, south > 0.0) {
         (true, true, _) => Direction::East,
         (true, false, _) => Direction::West,
@@ -367,6 +384,7 @@ const BLOCK: i64 = 32;
 
 impl BareTerrain<'_> {
     fn at(&mut self, x: i64, y: i64) -> f32 {
+        // Euclidean, as with tiles: no block is cut in two at the origin.
         let block = (x.div_euclid(BLOCK), y.div_euclid(BLOCK));
         let area = Area::new(block.0 * BLOCK, block.1 * BLOCK, BLOCK as usize, BLOCK as usize);
         self.blocks.entry(block).or_insert_with(|| self.relief.heights(area)).at(x, y)
@@ -379,6 +397,7 @@ impl Terrain for BareTerrain<'_> {
     }
 
     fn steepness(&mut self, (x, y): Node) -> f32 {
+        // From both sides: with the vertex's own height a slope and its mirror image would differ.
         let rise_east = (self.at(x + 1, y) - self.at(x - 1, y)) * self.half_per_spacing;
         let rise_south = (self.at(x, y + 1) - self.at(x, y - 1)) * self.half_per_spacing;
         let up = 1.0 / (rise_east * rise_east + rise_south * rise_south + 1.0).sqrt();

@@ -81,6 +81,7 @@ impl CoursePoint {
     fn towards(&self, other: &CoursePoint, share: f64) -> CoursePoint {
         let mix = |from: f64, to: f64| from + (to - from) * share;
         CoursePoint {
+            // Both lie in one channel: places in two of them are not to be mixed.
             place: (self.place.0, mix(self.place.1, other.place.1)),
             at: self.at.moved(other.at.from(self.at).map(|way| way * share)),
             level_m: mix(self.level_m, other.level_m),
@@ -112,6 +113,7 @@ struct LakePiece {
 impl LakePiece {
     fn holds(&self, at: Point) -> bool {
         let off = at.from(self.from);
+        // Never 0: pieces without length were left out.
         let square = self.along[0] * self.along[0] + self.along[1] * self.along[1];
         let share = ((off[0] * self.along[0] + off[1] * self.along[1]) / square).clamp(0.0, 1.0);
         let away = [off[0] - self.along[0] * share, off[1] - self.along[1] * share];
@@ -124,9 +126,12 @@ impl Fluvial {
     /// All rivers of which a part lies in the rectangle that the outer vertices of an area span, whole, sorted by id.
     pub fn rivers(&self, area: &Area) -> Vec<Arc<Line>> {
         let rectangle = self.network_around(area, 0);
+        // Many channels of an area belong to one river, which is found once.
         let mut found = BTreeMap::new();
+        // Areas shrink from level to level: below one without rivers none has any.
         for level in (0..self.fields.levels()).take_while(|level| self.has_rivers(*level)) {
             self.network.channels(level, rectangle, |channel| {
+                // A channel drains most at its mouth: one that is dry there need not be followed.
                 if self.is_wet(channel.knots[channel.knots.len() - 1].area) {
                     let rivers = self.rivers_of(self.top(channel.id));
                     found.extend(
@@ -142,11 +147,13 @@ impl Fluvial {
     pub fn lake_nodes(&self, area: &Area) -> Vec<NodeId> {
         let mut nodes = Vec::new();
         self.network.channels(0, self.network_around(area, self.fields.lake_half_width() as i64), |channel| {
+            // A lake reaches from its node into the trunks on both sides, so each trunk names both of its ends.
             let id = (channel.id.1, channel.id.2);
             nodes.extend([Some(id), channel.next.map(|(next, _)| next)].into_iter().flatten());
         });
         nodes.sort_unstable();
         nodes.dedup();
+        // Once a node, and not once a trunk: to know of a lake takes the basin.
         nodes.retain(|node| self.has_lake(*node));
         nodes
     }
@@ -173,6 +180,7 @@ impl Fluvial {
 
     /// An area that holds all of the world whose points lie in a rectangle of the network.
     pub(crate) fn area_in_world(&self, [low, high]: [Point; 2]) -> Area {
+        // By the most that the warp moves anything, and some more for what is rounded to vertices.
         let [east, south] = self.warp.most_m().map(|metres| (metres / self.spacing_m).ceil() as i64 + 2);
         Area {
             x0: low.x.div_euclid(GRAINS) - east,
@@ -188,6 +196,7 @@ impl Fluvial {
             return false;
         }
         let [low, high] = self.network_around(&area, 0);
+        // The coast is interpolated between these places: where all around an area are land, or all sea, there is none.
         let step = COAST_STEP * GRAINS;
         let mut land = [false; 2];
         for j in low.y.div_euclid(step)..=high.y.div_euclid(step) + 1 {
@@ -216,6 +225,7 @@ impl Fluvial {
 
     fn follow_up(&self, (level, x, y): ChannelId, stops: impl Fn(NodeId) -> bool) -> ChannelId {
         let mut node = (x, y);
+        // Only trunks have a course above: a tributary begins at a spring of its own.
         while level == 0 && !stops(node) {
             let Some(main) = self.network.trunks().drained(node).main else { break };
             node = main;
@@ -229,6 +239,7 @@ impl Fluvial {
             let mut channels: Vec<Arc<Channel>> = Vec::new();
             let mut next = Some(top);
             while let Some(channel) = next.and_then(|id| self.network.channel(id)) {
+                // Stops where `top` stops, and goes on from a main course only: so each channel is in one course.
                 let goes_on = channel.next.filter(|(node, is_main)| *is_main && !self.has_lake(*node));
                 next = goes_on.map(|(node, _)| (0, node.0, node.1));
                 channels.push(channel);
@@ -252,10 +263,12 @@ impl Fluvial {
                 if let Some((before, was)) = last
                     && (was == LiesIn::Channel) != (here == LiesIn::Channel)
                 {
+                    // From one channel to the next there is nothing to halve: where one ends the other begins.
                     let edge = if before.place.0 == number { between(before, sample, ground) } else { sample };
                     open.push(edge);
                     if here == LiesIn::Sea {
                         let left = edge.at.distance(sample.at);
+                        // At least a grain, for the sample may lie on the edge.
                         open.push(edge.towards(&sample, (PAST_COAST / left.max(1.0)).min(1.0)));
                     }
                     if here != LiesIn::Channel {
@@ -274,6 +287,7 @@ impl Fluvial {
     }
 
     fn ground(&self, sample: &CoursePoint, lakes: &[LakePiece]) -> LiesIn {
+        // The cheapest first. The sea goes before lakes, so that a river ends in it where one reaches into the other.
         if !self.is_wet(sample.area) {
             return LiesIn::Dry;
         }
@@ -285,6 +299,7 @@ impl Fluvial {
 
     /// The pieces of trunks that are lakes, around a channel.
     fn lakes_around(&self, channel: &Channel) -> Vec<LakePiece> {
+        // Of other trunks too: their lakes may reach over a channel that passes by.
         let reach = self.fields.lake_half_width();
         let [low, high] = channel.bounds();
         let mut found = Vec::new();
@@ -294,6 +309,7 @@ impl Fluvial {
                 if pair[0].lake <= 0.0 && pair[1].lake <= 0.0 {
                     continue;
                 }
+                // Each half of a trunk is part of the lake of the node at its end.
                 let below = trunk.next.map_or((trunk.id.1, trunk.id.2), |(node, _)| node);
                 let node = if 2 * knot < pieces { (trunk.id.1, trunk.id.2) } else { below };
                 let along = pair[1].at.from(pair[0].at);
@@ -316,6 +332,7 @@ impl Fluvial {
     fn rivers_of(&self, top: ChannelId) -> Arc<Vec<Arc<Line>>> {
         self.rivers.of_courses.get(top, || {
             let course = self.course(top);
+            // Past lakes too: what comes out of one is the river that runs into it.
             let whole = self.follow_up(top, |_| false);
             let rivers = course.parts.iter().filter_map(|part| self.river(&course, part, whole));
             rivers.map(Arc::new).collect()
@@ -328,6 +345,7 @@ impl Fluvial {
             return None;
         }
         let first = samples[0].0;
+        // From a vertex near by, places are small numbers with room for fractions, wherever in the world.
         let origin = [first.x, first.y].map(|grains| grains.div_euclid(GRAINS));
         let corner = Point::at_vertex(origin[0], origin[1]);
         let point = |(at, level_m, area): &(Point, f64, f64)| {
@@ -345,6 +363,7 @@ impl Fluvial {
         let channel = &course.channels[end.place.0];
         let order = self.rivers.strahler.orders(self, channel).at(end.place.1);
         let widest_m = points.iter().map(|point| point.half_width_m).fold(0.0, f64::max);
+        // The head's cell and not the first point, which depends on what is cut off above.
         let (level, x, y) = whole;
         let side = self.fields.side(level);
         let source = [x, y].map(|at| (at * side).div_euclid(GRAINS));
@@ -382,6 +401,7 @@ impl Fluvial {
     /// Where samples lie in the world, the level of their water and the area that they drain: those that fall.
     fn falling(&self, samples: &[CoursePoint]) -> Vec<(Point, f64, f64)> {
         let mut line: Vec<(Point, f64, f64)> = Vec::with_capacity(samples.len());
+        // What fell in the network need not any more: levels are lifted, and places in the world are rounded to grains.
         let falls = |from: &(Point, f64, f64), to: &(Point, f64, f64)| from.1 > to.1 && from.0 != to.0;
         for (index, sample) in samples.iter().enumerate() {
             let point = (self.in_world(sample.at), self.lifted_m(sample.level_m), sample.area);
@@ -416,6 +436,7 @@ fn samples(number: usize, channel: &Channel, joins: &[Join]) -> Vec<CoursePoint>
     let mut samples = Vec::new();
     for knot in 0..channel.knots.len() - 1 {
         let (from, to) = (at_knot(knot), at_knot(knot + 1));
+        // One at least, also where two knots are at one place: no knot is left out.
         let steps = (from.at.distance(to.at) / STEP).ceil().max(1.0) as usize;
         samples.extend((0..steps).map(|step| from.towards(&to, step as f64 / steps as f64)));
         // To the grain where the tributary ends, so that the two lines share a point.
@@ -428,6 +449,7 @@ fn samples(number: usize, channel: &Channel, joins: &[Join]) -> Vec<CoursePoint>
         );
     }
     samples.push(at_knot(channel.knots.len() - 1));
+    // Stable, so that a knot stays before what joins right there.
     samples.sort_by(|a, b| a.place.1.total_cmp(&b.place.1));
     samples
 }
@@ -435,10 +457,12 @@ fn samples(number: usize, channel: &Channel, joins: &[Join]) -> Vec<CoursePoint>
 /// The last place of the bed between two of which one is in it.
 fn between(from: CoursePoint, to: CoursePoint, ground: impl Fn(&CoursePoint) -> LiesIn) -> CoursePoint {
     let (mut bed, mut other) = if ground(&from) == LiesIn::Channel { (0.0, 1.0) } else { (1.0, 0.0) };
+    // At most three vertices, halved so often, are less than a grain, to which points are rounded in any case.
     for _ in 0..16 {
         let middle = f64::midpoint(bed, other);
         if ground(&from.towards(&to, middle)) == LiesIn::Channel { bed = middle } else { other = middle }
     }
+    // The end that was seen to be in the bed: the other would put the point on the far side.
     from.towards(&to, bed)
 }
 
@@ -448,6 +472,7 @@ fn close(parts: &mut Vec<RiverPart>, channels: &[Arc<Channel>], samples: Vec<Cou
         return;
     }
     let channel = channels[samples[0].place.0].id;
+    // Numbered from the channel that it begins in, by which `outlet` knows whether a river begins at its node.
     let begun = |part: &&RiverPart| matches!(part.id, LineId::River { channel: other, .. } if other == channel);
     let part = parts.iter().filter(begun).count() as u32;
     parts.push(RiverPart { id: LineId::River { channel, part }, samples, end });

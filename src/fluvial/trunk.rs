@@ -158,6 +158,7 @@ impl Trunks {
             if rounds == 0 {
                 return self.lowest_neighbour(id);
             }
+            // From here on only earlier rounds are asked for: a memory must not be asked for what it is making.
             let before = rounds - 1;
             let spill = self.spill(before, self.root(before, id));
             // On the way from the pass to the sink the links turn around; at the pass the water leaves the basin.
@@ -171,10 +172,12 @@ impl Trunks {
 
     fn lowest_neighbour(&self, id: NodeId) -> Option<NodeId> {
         let here = self.node(id);
+        // Each node at sea is a sink of its own: no water is led along the sea's floor.
         if here.sea {
             return None;
         }
         let height = |id: NodeId| (self.node(id).potential, id);
+        // Equal potentials are told apart by id: so links always lead down, and never in a circle.
         let lowest = neighbours(id).map(height).min_by(|a, b| a.partial_cmp(b).expect("potentials are numbers"))?;
         (lowest < (here.potential, id)).then_some(lowest.1)
     }
@@ -182,6 +185,7 @@ impl Trunks {
     /// The sink that a node's water reaches after some rounds of spilling.
     fn root(&self, rounds: usize, id: NodeId) -> NodeId {
         *self.roots.get((rounds, id), || {
+            // In a loop and not by calling itself: rivers may be longer than the stack is deep.
             let mut root = id;
             while let Some(next) = self.receiver(rounds, root) {
                 root = next;
@@ -197,6 +201,7 @@ impl Trunks {
         while next < nodes.len() {
             let id = nodes[next];
             next += 1;
+            // Links lead downstream only, so all around are asked whether theirs leads here.
             nodes.extend(neighbours(id).filter(|other| self.receiver(rounds, *other) == Some(id)));
         }
         nodes
@@ -220,6 +225,8 @@ impl Trunks {
                         continue;
                     }
                     let (a, b) = (height(id), height(other));
+                    // Equally high from both sides, so that two basins compare the same. Heights hold ids: no two edges
+                    // are equal, and the order of nodes does not matter.
                     let (high, low) = if a < b { (b, a) } else { (a, b) };
                     if lowest.is_none_or(|least| (high, low) < (least.0, least.1)) {
                         lowest = Some((high, low, id, other));
@@ -237,6 +244,7 @@ impl Trunks {
 
     /// Whether the other diagonal of the square between two diagonal neighbours carries water.
     fn is_crossed(&self, rounds: usize, a: NodeId, b: NodeId) -> bool {
+        // Along an axis nothing crosses: nodes stand less than a quarter off.
         if a.0 == b.0 || a.1 == b.1 {
             return false;
         }
@@ -251,6 +259,7 @@ impl Trunks {
             let rim = self.rim(rounds, sink);
             let Some((pass, beyond)) = rim.pass else { return none };
             // Two that would spill into each other would be a circle: the water stays in the lower one.
+            // Larger circles cannot be: each basin's pass would be lower than the one before it, all around.
             let target = self.root(rounds, beyond);
             let back = self.rim(rounds, target).pass.map(|(_, beyond)| self.root(rounds, beyond));
             let height = |id: NodeId| (self.node(id).potential, id);
@@ -269,6 +278,7 @@ impl Trunks {
         if node.sea || !(hollow || chance(self.seed, id, Draw::Choice, 0) < self.fields.settings().lakes) {
             return 0.0;
         }
+        // From two fifths of the largest up. Chosen by eye.
         self.fields.lake_half_width() * (0.4 + 0.6 * chance(self.seed, id, Draw::LakeWidth, 0))
     }
 
@@ -282,7 +292,9 @@ impl Trunks {
                 (*id, Drained { to, sea_at, main: None, area: 1, level_m: 0.0, lake: self.lake(*id) })
             };
             let mut basin = Basin { nodes: flood.iter().map(drained).collect() };
+            // By id, to be searched by halves; the flood keeps the order in which water runs.
             basin.nodes.sort_unstable_by_key(|(id, _)| *id);
+            // Areas first: how wide a lake must be follows from them. Levels last: they take away lakes at the coast.
             basin.add_areas(&flood);
             for (_, here) in &mut basin.nodes {
                 if here.lake < 2.0 * self.fields.least_lake(here.area as f64) {
@@ -302,6 +314,7 @@ impl Trunks {
         // From the springs down: the reverse of the flood.
         for id in flood.iter().rev().filter(|_| self.fields.has_sea()) {
             let here = basin.place(*id);
+            // A way that the sea cuts off hands nothing on. Its ends are nodes, which were looked at already.
             let Drained { to: Some(to), sea_at: None, .. } = basin.nodes[here].1 else { continue };
             let (from, there) = (self.node(*id).at, basin.place(to));
             let way = self.node(to).at.from(from);
@@ -319,6 +332,7 @@ impl Trunks {
         for id in flood {
             let here = basin.place(*id);
             let (node, Drained { to, sea_at, area, .. }) = (self.node(*id), basin.nodes[here].1);
+            // The flood begins at the sink, so what a node drains to has its level before it.
             let Some(to) = to else {
                 basin.nodes[here].1.level_m = self.fields.sink_level_m(node.sea);
                 continue;
@@ -332,6 +346,8 @@ impl Trunks {
             let slope = self.fields.river_slope(self.fields.uplift(node.at), area as f64);
             let free_m = below_m + length_m * slope;
             let drained = &mut basin.nodes[here].1;
+            // The fall comes last: that water falls counts for more than that the bed lies below the coast. The least
+            // fall is never steeper than the law's own.
             drained.level_m = free_m.min(most_m[here]).max(below_m + length_m * slope.min(LEAST_SLOPE));
             if most_m[here] < free_m {
                 // The land falls away on the sea's side.
@@ -356,6 +372,7 @@ impl Basin {
             let Some(to) = here.to.filter(|_| here.sea_at.is_none()) else { continue };
             let to = self.place(to);
             self.nodes[to].1.area += here.area;
+            // All that comes to a node is in before it is handed on, so areas are whole when they are compared.
             let larger = self.nodes[to].1.main.is_none_or(|main| {
                 let main_area = self.nodes[self.place(main)].1.area;
                 (here.area, *id) > (main_area, main)

@@ -38,6 +38,7 @@ pub struct Columns {
 
 impl Columns {
     pub fn clear(&mut self) {
+        // Taken apart without a rest: a column that is forgotten here does not compile.
         let Columns { from, along, per_square, level, trough, river, lake, steepness, reach, channel, number } = self;
         let pairs = [from, along, level, trough, river, lake];
         for column in pairs.into_iter().flatten().chain([per_square, steepness, reach]) {
@@ -50,6 +51,7 @@ impl Columns {
     /// Adds a segment that is given in grains, from the segments' own origin, by the reach of a brook in grains.
     pub fn push(&mut self, fields: &Fields, segment: &Segment, number: u32, brook: f64) {
         let metres = fields.metres_a_grain();
+        // The value at the upper end and the change to the lower one: a place between takes a product and a sum.
         let pair = |[upper, change]: [f64; 2]| [upper as f32, change as f32];
         let level = pair(segment.level_m);
         let trough = pair(segment.trough.map(|grains| grains * metres));
@@ -58,12 +60,14 @@ impl Columns {
             let river_m = fields.river_width_m(lerp(segment.area, end)) / 2.0;
             river_m.max(least_m)
         };
+        // A width goes with the root of the area: taken at both ends and straight between them, it needs none a vertex.
         let upper = half_width(0.0);
         let river = pair([upper, half_width(1.0) - upper]);
         let lake = pair(segment.lake.map(|grains| grains * metres));
         let along = segment.along.map(|part| (part * metres) as f32);
         let square = along[0] * along[0] + along[1] * along[1];
         for axis in [0, 1] {
+            // Coarse where the origin is far: before a block measures, it puts places from its own corner here.
             self.from[axis].push((segment.from[axis] * metres) as f32);
             self.along[axis].push(along[axis]);
             self.level[axis].push(level[axis]);
@@ -72,6 +76,7 @@ impl Columns {
             self.lake[axis].push(lake[axis]);
         }
         self.per_square.push(1.0 / square);
+        // All changes are added, though seldom do all act at a place: the bound may be too wide, but never too narrow.
         let change = |pair: [f32; 2]| pair[1].abs() / square.sqrt();
         // What its side changes along a metre of it at most, where the hillside's slope is 1.
         self.steepness.push(change(level) + change(trough) + change(river) + change(lake));
@@ -101,6 +106,7 @@ impl Columns {
     pub fn pad(&mut self) {
         while !self.number.len().is_multiple_of(MAX_LANES) {
             for axis in [0, 1] {
+                // Far away, and yet its square fits an f32: infinity times 0 would be NaN.
                 self.from[axis].push(1e18);
                 self.along[axis].push(0.0);
                 self.level[axis].push(0.0);
@@ -112,6 +118,7 @@ impl Columns {
             self.steepness.push(0.0);
             self.reach.push(0.0);
             self.channel.push(u32::MAX);
+            // No segment has this number, by which what is chosen later leaves these out.
             self.number.push(u32::MAX);
         }
     }
@@ -177,6 +184,7 @@ impl<S: Simd> LaneSegment<S> {
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         // The nearest place of the segment.
         let off = [at[0] - self.from[0], at[1] - self.from[1]];
+        // The square of the length is divided by once a segment, and here only multiplied with.
         let share = (off[0] * self.along[0] + off[1] * self.along[1]) * self.per_square;
         let share = simd.min(simd.max(share, zero), one);
         let off = [off[0] - self.along[0] * share, off[1] - self.along[1] * share];
@@ -186,6 +194,7 @@ impl<S: Simd> LaneSegment<S> {
         let river = self.river[0] + self.river[1] * share;
         let lake = self.lake[0] + self.lake[1] * share;
         let water = simd.max(river, lake);
+        // Not below 0 within the water: without a trough the root would be NaN there.
         let beyond = simd.max(square - water * water, zero);
         // The side: level as far as the water is wide, rounded over the floor, then straight.
         let rise = simd.sqrt(beyond + trough * trough) - trough;
@@ -194,6 +203,8 @@ impl<S: Simd> LaneSegment<S> {
         let distance = simd.max(x, y) + simd.min(x, y) * simd.splat(0.4);
         // Water is level, but for next to nothing: less than 0 in a lake, so that its middle is lowest.
         let inland = distance - lake;
+        // As far as the river's edge and no further: beyond, the valley's side rises enough. The greater of both
+        // counts, so that on the level floor, too, vertices differ.
         let sideways = (simd.min(inland, river) - self.level_floor) * simd.splat(CROSS_FALL);
         let rise = rise + simd.max(sideways, inland * simd.splat(FLOOR_FALL));
         LaneSide { level: self.level[0] + self.level[1] * share, rise, off, square, share }

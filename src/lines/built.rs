@@ -1,7 +1,7 @@
 //! What built roads do to an area: cutting and filling.
 //!
 //! Each piece of a road limits the heights around it: at a distance d beyond the road's edge they lie at most d/2 under
-//! it, which is the batter of a fill, and at most d/1.5 above it, that of a cut. HeightLimits are combined by maximum and
+//! it, which is the batter of a fill, and at most d/1.5 above it, that of a cut. Limits are combined by maximum and
 //! minimum, and where they contradict each other, as between two roads, their mean holds: so the order of roads and of
 //! pieces does not matter. Between two points of a bridge, or of a tunnel, the land stays as it is.
 
@@ -82,12 +82,15 @@ impl Built {
     /// Adds what a line does, if it is built.
     pub(crate) fn add(&mut self, line: &Line) {
         let Bed::Built { bank_m } = line.bed else { return };
+        // What does not touch the area costs no grid.
         let Some(part) = self.share.area().common(&line.bounds) else { return };
         let unseen = Here { limits: FREE, ground_m: f32::INFINITY, bridge_m: f32::INFINITY, tunnel_m: f32::INFINITY };
+        // What a vertex is nearest to is known after all pieces only, so they are gathered before anything is changed.
         let mut seen = Grid::filled(part, unseen);
         let (bank_m, spacing_m) = (bank_m as f32, line.spacing_m as f32);
         // A built road is as wide everywhere.
         let half_m = line.points[0].half_width_m as f32;
+        // One more for what the whole number leaves off.
         let reach = ((line.points[0].half_width_m + bank_m as f64) / line.spacing_m) as i64 + 1;
         for ([from, to], carrier) in line.pieces().zip(line.carriers()) {
             let piece = RoadPiece::new(line, [from.place, to.place]);
@@ -98,6 +101,7 @@ impl Built {
                 for (x, here) in (around.x0..around.x1).zip(row) {
                     let (along, distance_m) = piece.nearest(x, y);
                     let beyond_m = (distance_m - half_m).max(0.0);
+                    // A hard end: past it there is exactly nothing, so an area need not know of roads further off.
                     if beyond_m >= bank_m {
                         continue;
                     }
@@ -110,6 +114,7 @@ impl Built {
                     if matches!(carrier, Some(StructureKind::Bridge | StructureKind::Tunnel)) {
                         continue;
                     }
+                    // Only what lies on the ground cuts and fills; a bridge was measured above to claim its vertices.
                     let level_m = from_m + rise_m * along;
                     let weight = ((1.0 - beyond_m / bank_m) / (1.0 - FADE)).min(1.0);
                     let limits =
@@ -124,6 +129,7 @@ impl Built {
             let decks = self.decks.row_mut(y, part.x0, part.x1).iter_mut();
             for ((here, deck), (limits, share)) in seen.row(y, part.x0, part.x1).iter().zip(decks).zip(rows.zip(shares))
             {
+                // A ramp one vertex wide, half done at the road's edge: a narrow road does not come and go.
                 let covered = |half_m: f32, distance_m: f32| ((half_m - distance_m) / spacing_m + 0.5).clamp(0.0, 1.0);
                 *deck = deck.max(covered(half_m.max(spacing_m / 2.0), here.ground_m.min(here.bridge_m)));
                 // What is nearest to a bridge or a tunnel belongs to it; at its ends the ground has the last word.
@@ -181,6 +187,7 @@ impl RoadPiece {
     fn new(line: &Line, ends: [[f64; 2]; 2]) -> RoadPiece {
         let way = [0, 1].map(|axis| (ends[1][axis] - ends[0][axis]) as f32);
         let square = way[0] * way[0] + way[1] * way[1];
+        // A piece without a length, as between two points in the same place, is its start.
         let per_square = way.map(|part| if square > 0.0 { part / square } else { 0.0 });
         RoadPiece { origin: line.origin, ends, way, per_square, spacing_m: line.spacing_m as f32 }
     }
@@ -189,12 +196,14 @@ impl RoadPiece {
     fn around(&self, reach: i64) -> Area {
         let [from, to] = self.ends;
         let low = |axis: usize| self.origin[axis] + from[axis].min(to[axis]).floor() as i64 - reach;
+        // One more since the end was rounded down, and one since an area ends before its last.
         let high = |axis: usize| self.origin[axis] + from[axis].max(to[axis]).floor() as i64 + reach + 2;
         Area { x0: low(0), y0: low(1), x1: high(0), y1: high(1) }
     }
 
     /// How far along the piece its point nearest to a vertex lies, 0 to 1, and the metres to there.
     fn nearest(&self, x: i64, y: i64) -> (f32, f32) {
+        // Rounded to f32 only as a small difference: far from the world's origin a place itself would not fit.
         let vertex = [(x - self.origin[0]) as f64, (y - self.origin[1]) as f64];
         let off = |end: [f64; 2]| [(vertex[0] - end[0]) as f32, (vertex[1] - end[1]) as f32];
         let start = off(self.ends[0]);

@@ -25,8 +25,10 @@ pub fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
     let area = heights.area();
     assert_eq!(bare.area(), area, "bare land and heights are those of one area");
     assert_eq!(wet.len(), area.len(), "every vertex is wet or not");
+    // A copy is read, and what is written only falls: no drain sees what another has cut.
     let (bare, shaped, width) = (bare.values(), heights.values().to_vec(), area.width());
     let drains = heights.values_mut();
+    // At the edge neighbours are missing; those vertices are the pad, of which nothing is kept.
     let is_inside = |at: usize| (1..width - 1).contains(&(at % width)) && (width..shaped.len() - width).contains(&at);
     let around = |at: usize| {
         let rows = [at - width, at, at + width];
@@ -34,6 +36,7 @@ pub fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
     };
     let is_pit = |heights_m: &[f32], at: usize| around(at).all(|other| heights_m[other] >= heights_m[at]);
     for start in (0..shaped.len()).filter(|at| is_inside(*at) && !wet[*at]) {
+        // A pit that the bare land has, too, is no road's doing.
         if !is_pit(&shaped, start) || is_pit(bare, start) {
             continue;
         }
@@ -49,6 +52,7 @@ pub fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
             }
         }
         let (top_m, end_m) = (shaped[start], shaped[way[way.len() - 1]]);
+        // A way that finds nothing lower in its reach is left alone: a cut would lead nowhere.
         if end_m < top_m {
             let fall_m = (end_m - top_m) / (way.len() - 1) as f32;
             for (step, at) in way.iter().enumerate().take(way.len() - 1) {

@@ -29,6 +29,7 @@ fn bank_m(line: &Line) -> f32 {
 pub(super) fn visit(line: &Line, area: Area, mut visit: impl FnMut(i64, i64, Nearest)) {
     let Some(part) = area.common(&line.bounds) else { return };
     let bank_m = bank_m(line);
+    // Infinitely far, so that the first piece that comes near counts.
     let mut nearest = Grid::filled(part, Nearest { outside_m: f32::INFINITY, floor_m: 0.0 });
     for piece in line.pieces().map(|ends| BedPiece::new(line, ends, bank_m)) {
         let Area { x0, y0, x1, y1 } = piece.near(part);
@@ -39,12 +40,14 @@ pub(super) fn visit(line: &Line, area: Area, mut visit: impl FnMut(i64, i64, Nea
         for y in y0..y1 {
             for (x, here) in (x0..x1).zip(nearest.row_mut(y, x0, x1)) {
                 let place = piece.nearest(x, y);
+                // On a tie the piece further up the line stays: the order is the line's, whatever area is asked for.
                 if place.outside_m < here.outside_m {
                     *here = place;
                 }
             }
         }
     }
+    // Only now that all pieces are in: what one of them is near to may lie nearer to a later one.
     for y in part.y0..part.y1 {
         for (x, place) in (part.x0..part.x1).zip(nearest.row(y, part.x0, part.x1)) {
             // A vertex that no piece has visited lies past the end of the effect.
@@ -58,18 +61,21 @@ pub(super) fn visit(line: &Line, area: Area, mut visit: impl FnMut(i64, i64, Nea
 /// Whether any piece of an agent's line can have an effect on a vertex of `area`, which is exact but for corners.
 pub(super) fn touches(line: &Line, area: &Area) -> bool {
     let pieces = || line.pieces().map(|ends| BedPiece::new(line, ends, bank_m(line)));
+    // The bounds first: most lines lie elsewhere, and need not be gone along.
     line.bounds.common(area).is_some() && pieces().any(|piece| !piece.near(*area).is_empty())
 }
 
 /// 1 up to 0, 0 from 1 on, and smooth between.
 pub(crate) fn fade(distance: f32) -> f32 {
     let rest = 1.0 - distance.clamp(0.0, 1.0);
+    // Its slope is 0 at both ends, so that no crease shows where a bank begins or ends.
     rest * rest * (3.0 - 2.0 * rest)
 }
 
 /// Sets the value of a vertex to another one that is greater.
 pub(super) fn raise<T: Copy + PartialOrd>(grid: &mut Grid<T>, x: i64, y: i64, value: T) {
     let here = &mut grid.row_mut(y, x, x + 1)[0];
+    // The greater one stays, so that the order in which lines come does not matter.
     if value > *here {
         *here = value;
     }
@@ -103,6 +109,8 @@ impl BedPiece {
     /// The vertices of `area` that the piece can have an effect on, and then some.
     fn near(&self, area: Area) -> Area {
         let reach = (self.half_width_m[0].max(self.half_width_m[1]) + self.bank_m) / self.spacing_m;
+        // Rounded outwards, so that no vertex is missed. The origin is added once that is a whole number: far out in
+        // the world a float has no room for it.
         let low = |axis: usize, edge: i64| {
             (self.origin[axis] + (self.from[axis].min(self.to[axis]) - reach).floor() as i64).max(edge)
         };
@@ -117,6 +125,7 @@ impl BedPiece {
     fn nearest(&self, x: i64, y: i64) -> Nearest {
         let along = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
         let square = along[0] * along[0] + along[1] * along[1];
+        // Whole numbers are subtracted first: what is left is small and exact, wherever in the world the line lies.
         let east = (x - self.origin[0]) as f32 - self.from[0];
         let south = (y - self.origin[1]) as f32 - self.from[1];
         let share = if square > 0.0 { ((east * along[0] + south * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };

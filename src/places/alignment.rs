@@ -13,6 +13,7 @@ const MISS: f64 = 0.4;
 const BEND_PIECES: i64 = 16;
 
 /// Points that the land is asked about at a time.
+// Few, since the land is asked about their bounds, whose area grows with the square on a slanting line.
 const CHUNK: usize = 16;
 
 /// The middle line of a road, about [`Scale::fine`] vertices from point to point.
@@ -40,7 +41,10 @@ impl Alignment {
             let least = bend_m(cos, radius_m) / scale.spacing_m;
             // At a bridge's end the bend is as short as it may be.
             let soft = if legs[index - 1] || legs[index] { 0.0 } else { softness };
+            // The other half of a leg is the next corner's, so bends do not overlap.
+            // A bend's middle misses its corner by half of its reach times `half_sin`.
             let wished = (to.1.min(away.1) / 2.0).min(2.0 * MISS * scale.step as f64 / half_sin.max(1e-9)) * soft;
+            // `least` fits as well: the search allows no turn that needs more than half of a leg.
             let reach = least.max(wished);
             let start = [here[0] - to.0[0] * reach, here[1] - to.0[1] * reach];
             let end = [here[0] + away.0[0] * reach, here[1] + away.0[1] * reach];
@@ -62,10 +66,12 @@ impl Alignment {
     fn laid(path: &[([f64; 2], bool)], scale: &Scale) -> Alignment {
         let lengths: Vec<f64> = path.windows(2).map(|pair| direction(pair[0].0, pair[1].0).1).collect();
         let whole: f64 = lengths.iter().sum();
+        // There is always a point between the ends, which are the sites'.
         let count = ((whole / scale.fine as f64) as usize).max(2);
         let mut line = Alignment { points: Vec::new(), bridged: Vec::new(), lengths_m: Vec::new() };
         let (mut piece, mut before) = (0, 0.0);
         for index in 0..=count {
+            // From the whole each time, since a sum of steps would drift away from the end.
             let at = whole * index as f64 / count as f64;
             while piece + 1 < lengths.len() && before + lengths[piece] < at {
                 before += lengths[piece];
@@ -75,14 +81,17 @@ impl Alignment {
             let (from, to) = (path[piece].0, path[piece + 1].0);
             let fixed = |axis: usize| {
                 let place = from[axis] + (to[axis] - from[axis]) * share;
+                // Halves go up on both sides of 0; `round` would send them away from it.
                 (place * FIXED as f64 + 0.5).floor() as i64
             };
             line.points.push([fixed(0), fixed(1)]);
             line.bridged.push(path[piece].1);
         }
+        // The ends lie on the sites exactly, whatever the sums above have rounded to.
         let first = path[0].0.map(|at| (at * FIXED as f64 + 0.5).floor() as i64);
         line.points[0] = first;
         line.points[count] = path[path.len() - 1].0.map(|at| (at * FIXED as f64 + 0.5).floor() as i64);
+        // Of the points as they have been rounded: grades are measured on those.
         let metres = |pair: &[[i64; 2]]| length_m(pair[0], pair[1], scale.spacing_m);
         line.lengths_m = line.points.windows(2).map(metres).collect();
         line
@@ -103,6 +112,7 @@ impl Alignment {
             move |corners: [usize; 4], [east, south]: [f64; 2]| {
                 let waters = corners.map(|corner| waters[corner]);
                 let is_near = |corner: usize| {
+                    // In the very middle both sides are nearest, and a river at either counts.
                     let half = |share: f64, is_past: bool| if is_past { share >= 0.5 } else { share <= 0.5 };
                     half(east, corner % 2 == 1) && half(south, corner >= 2)
                 };
@@ -138,11 +148,13 @@ impl Alignment {
         let side = scale.fine * FIXED;
         let mut values = Vec::with_capacity(self.points.len());
         for chunk in self.points.chunks(CHUNK) {
+            // Cells of the world: the land is asked at the same vertices from any window, and in any chunk.
             let cells = |at: &[i64; 2]| [0, 1].map(|axis| (at[axis] + origin[axis] * FIXED).div_euclid(side));
             let end = |axis: usize, sign: i64| {
                 chunk.iter().map(|at| cells(at)[axis] * sign).max().expect("a chunk has points") * sign
             };
             let (x0, y0, x1, y1) = (end(0, -1), end(1, -1), end(0, 1), end(1, 1));
+            // One since both ends count, and one for the far corners of the last cells.
             let (cols, rows) = ((x1 - x0 + 2) as usize, (y1 - y0 + 2) as usize);
             let read = ask(x0 * scale.fine, y0 * scale.fine, cols, rows);
             for at in chunk {
@@ -169,6 +181,7 @@ fn corners(route: &Route, scale: &Scale) -> (Vec<[f64; 2]>, Vec<bool>) {
     for index in 1..route.nodes.len() - 1 {
         let [before, here, after] = [route.nodes[index - 1], route.nodes[index], route.nodes[index + 1]];
         let (a, b) = ([here[0] - before[0], here[1] - before[1]], [after[0] - here[0], after[1] - here[1]]);
+        // Exact in whole numbers. The search lets no way turn back, so on one line means onwards.
         let goes_on = a[0] * b[1] == a[1] * b[0] && route.bridges[index - 1] == route.bridges[index];
         if !goes_on {
             corners.push(place(here));

@@ -64,6 +64,7 @@ impl Builder<'_> {
     pub fn road(&self, a: &Site, b: &Site) -> Option<Line> {
         let scale = &self.plan.scale;
         let [from, to] = [a.at, b.at].map(|at| at.map(|at| at.div_euclid(scale.step)));
+        // The same for all classes, so they are found once.
         let window = self.window(from, to);
         let rivers = RiverIndex::new(&window, scale, shore_m(scale).max(REST_M) + 1.0);
         let nodes = PlanNodes::new(&window, &rivers, scale, self.seed);
@@ -87,6 +88,7 @@ impl Builder<'_> {
         let standard = self.settings.standard(class);
         let [from, to] = [a.at, b.at].map(|at| at.map(|at| at.div_euclid(scale.step)));
         let inside = |node: PlanNode| [node[0] - window.at[0], node[1] - window.at[1]];
+        // Anew for each class: where a wide road does not go, a narrower one may.
         let mut closed = BTreeSet::new();
         for _ in 0..TRIES {
             let search = Search { window, nodes, rivers, scale, standard, closed: &closed };
@@ -96,6 +98,7 @@ impl Builder<'_> {
                 let line = Alignment::along(&route, scale, standard.radius_m, softness);
                 match self.on_line(&line, &route, window, rivers, &standard, (a, b)) {
                     Ok(points) => return Some(self.finished(class, &standard, points, [a, b])),
+                    // Those of the last count: its line keeps closest to the legs that are closed.
                     Err(legs) => culprits = legs,
                 }
             }
@@ -107,6 +110,8 @@ impl Builder<'_> {
     /// The land under all ways between two nodes.
     fn window(&self, a: PlanNode, b: PlanNode) -> Window {
         let (dx, dy) = ((b[0] - a[0]) as f64, (b[1] - a[1]) as f64);
+        // Two more than the ellipse, for what rounding takes from its radius and its middle.
+        // A function of the two nodes alone, so the road is the same whatever area asks for it.
         let radius = Domain::radius((dx * dx + dy * dy).sqrt()) as i64 + 2;
         let middle = [0, 1].map(|axis| (a[axis] + b[axis]).div_euclid(2));
         let side = (2 * radius + 1) as usize;
@@ -128,6 +133,7 @@ impl Builder<'_> {
         let window_at = origin.map(|at| at * FIXED);
         let legs =
             |points: &[usize]| points.iter().map(|point| line.leg(*point, route, scale)).collect::<BTreeSet<_>>();
+        // Waters first: a line that drowns needs no heights.
         let waters = line.waters(self.land, origin, scale);
         let is_drowned = |point: &usize| waters[*point].is_open() && !line.bridged[*point];
         let drowned: Vec<usize> = (0..waters.len()).filter(is_drowned).collect();
@@ -149,11 +155,13 @@ impl Builder<'_> {
         for span in &spans {
             carriers[span.first..=span.last].fill(Some(span.kind));
         }
+        // After the waters: it leaves alone what they have carried already.
         carry(&mut carriers, &levels_m, &heights_m);
         let half_width_m = standard.width_m / 2.0;
         let point = |(at, level_m): (&[i64; 2], &f64)| {
             // As precise as heights are.
             let level_m = f64::from(*level_m as f32);
+            // From the site, since others do not know the window; in 1/256, so the quotient is exact.
             let origin = a.at.map(|at| at * FIXED);
             let place = [0, 1].map(|axis| (at[axis] + window_at[axis] - origin[axis]) as f64 / FIXED as f64);
             LinePoint { place, level_m, floor_m: level_m, half_width_m, discharge_m3s: 0.0 }
@@ -196,6 +204,7 @@ impl Builder<'_> {
                 }
             }
         }
+        // A crossed piece marks both of its points, so it never lies between two runs.
         let marked: Vec<bool> = (0..count)
             .map(|point| {
                 over[point] || point > 0 && crossed[point - 1].is_some() || point < last && crossed[point].is_some()
@@ -211,6 +220,7 @@ impl Builder<'_> {
             }
             let under: Vec<(f64, f64)> = (from..to).filter_map(|piece| crossed[piece]).collect();
             if under.is_empty() && !is_open(from..=to) {
+                // Nothing is crossed, so it runs along a river: it may be near, but not in it.
                 if inside[from..=to].contains(&true) {
                     return Err((from..=to).collect());
                 }
@@ -218,17 +228,20 @@ impl Builder<'_> {
             }
             // A bridge rests on land: one point further where its last is still over the water.
             let (from, to) = (from.saturating_sub(usize::from(over[from])), (to + usize::from(over[to])).min(last));
+            // A road's ends lie at the heights of their sites, which are not on bridges.
             if from == 0 || to == last {
                 return Err((from..=to).collect());
             }
             let width_m = under.iter().map(|(width_m, _)| *width_m).fold(0.0, f64::max);
             let is_ford = !under.is_empty() && width_m <= standard.ford_m && !is_open(from..=to);
+            // One bridge over several rivers has to clear the highest.
             let level_m = under.iter().map(|(_, level_m)| *level_m).reduce(f64::max);
             let kind = if is_ford { StructureKind::Ford } else { StructureKind::Bridge };
             match spans.last_mut() {
                 // Two that touch are one.
                 Some(before) if before.last + 1 >= from => {
                     before.last = to;
+                    // A bridge does for a ford, but no ford for a bridge.
                     before.kind = if before.kind == kind { kind } else { StructureKind::Bridge };
                     before.level_m = before.level_m.into_iter().chain(level_m).reduce(f64::max);
                 }
@@ -257,6 +270,7 @@ impl Builder<'_> {
             }
         }
         let land = Profiled { line, heights_m, wished_m: &wished_m, ends_m };
+        // The least is given up first: air under bridges before fords, and fords before the way.
         for clearance_m in clearances_m {
             if let Some(levels_m) = land.demands(spans, clearance_m).profile(grade) {
                 return Some(levels_m);
@@ -284,6 +298,7 @@ impl Builder<'_> {
             name: None,
             course: id,
             origin: a.at,
+            // As far as cuts and fills go: nothing looks for a line outside its bounds.
             bounds: lines::bounds(a.at, &points, (standard.width_m / 2.0 + bank_m) / spacing_m),
             points,
             structures,
@@ -344,6 +359,7 @@ impl Profiled<'_> {
                 }
             }
         }
+        // No span holds an end, so what it asks is not lost here.
         for (end, height_m) in [(0, self.ends_m[0]), (count - 1, self.ends_m[1])] {
             (demands.least_m[end], demands.most_m[end]) = (height_m, height_m);
             demands.wished_m[end] = height_m;

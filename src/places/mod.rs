@@ -1,7 +1,7 @@
 //! Settlements, their names, and the roads between them: each a pure function of the seed, the settings and lattice ids.
 //!
 //! ```text
-//! Survey --> plan.rs     heights, waters and rivers on the nodes of the plan, about 64 m apart; remembered by blocks
+//! Survey --> plan_land.rs heights, waters and rivers on the nodes of the plan, about 64 m apart; remembered by blocks
 //!             |
 //!          site.rs     the best of 12 hashed positions of each site cell      crate::names  what it is called
 //!             |
@@ -10,7 +10,7 @@
 //!          route.rs    the way of least cost between two neighbours, within an ellipse
 //!             |
 //!          alignment.rs  rounded, build.rs  carried over rivers, profile.rs  given heights,
-//!                      structure.rs  and carried over dips and bored through ridges: a line
+//!                      bridging.rs   and carried over dips and bored through ridges: a line
 //! ```
 //!
 //! Nothing depends on the area that is asked for, on what was asked before, on threads or on what is remembered. A road

@@ -19,6 +19,7 @@ pub(super) struct Demands {
 }
 
 /// Points to each side over which the wished heights are averaged, twice.
+// Once would leave corners where the window meets a step; the second time rounds them.
 const SMOOTHING: usize = 3;
 
 impl Demands {
@@ -27,13 +28,16 @@ impl Demands {
         let swept = |values: &[f64], grade, extreme| swept(&self.lengths_m, values.to_vec(), grade, extreme);
         let most_m = swept(&self.most_m, grade, f64::min);
         let least_m = swept(&self.least_m, -grade, f64::max);
+        // Swept, the bounds tell what each point asks of all others: where they cross, no profile of this grade exists.
         if most_m.iter().zip(&least_m).any(|(most_m, least_m)| least_m > most_m) {
             return None;
         }
+        // This moves the ends off their sites, too; the bounds, which are exact there, take them back below.
         let wished_m = averaged(&averaged(&self.wished_m));
         let under_m = swept(&wished_m, grade, f64::min);
         let above_m = swept(&wished_m, -grade, f64::max);
         let mean_m = under_m.iter().zip(&above_m).map(|(under_m, above_m)| f64::midpoint(*under_m, *above_m));
+        // By the swept bounds, which are no steeper than the grade; clamped to the demands themselves it could jump.
         Some(mean_m.zip(least_m.iter().zip(&most_m)).map(|(z, (least, most))| z.max(*least).min(*most)).collect())
     }
 }
@@ -41,6 +45,7 @@ impl Demands {
 /// At each point the extreme of all points' values, each moved by `grade` times the distance. `lengths_m` are the metres
 /// from each point to the next.
 pub(super) fn swept(lengths_m: &[f64], mut values: Vec<f64>, grade: f64, extreme: fn(f64, f64) -> f64) -> Vec<f64> {
+    // One sweep each way reaches every point, since they lie in a row. What is infinite asks for nothing and stays so.
     for index in 1..values.len() {
         values[index] = extreme(values[index], values[index - 1] + grade * lengths_m[index - 1]);
     }

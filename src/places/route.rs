@@ -42,7 +42,7 @@ const WANDER: f64 = 0.5;
 /// Share of that which the rest of a way is taken to cost.
 const EXPECTED: f64 = 0.8;
 
-/// PlanNodes from one value of that to the next.
+/// Nodes from one value of that to the next.
 const WANDER_NODES: i64 = 6;
 
 /// Metres that a crossing costs, and that each metre of a river's width costs more: a ford, a bridge.
@@ -62,6 +62,7 @@ const BUMP: f64 = 2.0;
 const SLACK_M: f64 = 150.0;
 
 /// The ellipse: its longer axis is so many times the distance of the sites, and some nodes for short ones.
+// So a way by any one place in it is at most 1.4 times as long as straight, and those nodes.
 const AXIS: f64 = 1.4;
 const AXIS_NODES: f64 = 6.0;
 
@@ -75,8 +76,10 @@ pub(super) fn shore_m(scale: &Scale) -> f64 {
 }
 
 /// Parts of a metre in which costs are counted.
+// Whole numbers add up to the same in any order, and a u32 has room for 268,000 km of such parts.
 const UNIT: f64 = 16.0;
 
+// It also stands for what has not been reached: no cost that is counted comes near it.
 const FORBIDDEN: u32 = u32::MAX;
 
 /// The ellipse in which ways between two nodes lie.
@@ -94,8 +97,9 @@ impl Domain {
         Domain { a, b, axis: AXIS * distance(a, b) + AXIS_NODES }
     }
 
-    /// PlanNodes from the middle to the furthest point of the ellipse around two places so many nodes apart.
+    /// Nodes from the middle to the furthest point of the ellipse around two places so many nodes apart.
     pub fn radius(apart: f64) -> f64 {
+        // Half of the axis: it is the sum of these two.
         f64::midpoint(AXIS * apart, AXIS_NODES)
     }
 
@@ -106,12 +110,15 @@ impl Domain {
 
     /// Whether a place within `reach` nodes of the ellipse may lie in a rectangle of nodes.
     pub fn may_touch(&self, low: [f64; 2], high: [f64; 2], reach: f64) -> bool {
+        // The places nearest to the two may differ, so the sum is too small if anything: no road is missed, though
+        // some are looked at in vain.
         let to = |at: [f64; 2]| distance([at[0].clamp(low[0], high[0]), at[1].clamp(low[1], high[1])], at);
         to(self.a) + to(self.b) <= self.axis + 2.0 * reach
     }
 }
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    // A square root is exact on every machine; `hypot` is what the machine's library makes of it.
     let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
     (dx * dx + dy * dy).sqrt()
 }
@@ -139,6 +146,7 @@ impl PlanNodes {
         PlanNodes {
             wet: nodes().map(|node| is_wet(window, rivers, scale, node, &mut near)).collect(),
             gradient: nodes().map(|[col, row]| window.gradient(col, row, scale.step_m())).collect(),
+            // By nodes of the world: roads of other windows find the same places bad.
             wander: nodes().map(|node| wander(seed, [node[0] + window.at[0], node[1] + window.at[1]])).collect(),
             open_water: window.waters.iter().any(|water| water.is_open()),
         }
@@ -177,10 +185,12 @@ impl Search<'_> {
         // A state is a node and the move that has led there.
         let mut best = vec![FORBIDDEN; nodes * MOVES];
         let mut before = vec![u32::MAX; nodes * MOVES];
+        // The least cost at which any of a node's states has been reached.
         let mut least = vec![FORBIDDEN; nodes];
         let mut heap = BinaryHeap::new();
         let start = index(from);
         least[start] = 0;
+        // Ordered by estimate, cost and state: ties are broken by number, never by when they were pushed.
         heap.push(Reverse((self.to_go(from, to), 0, u32::MAX)));
         let slack = (SLACK_M * UNIT) as u32;
         while let Some(Reverse((_, cost, state))) = heap.pop() {
@@ -188,6 +198,7 @@ impl Search<'_> {
                 u32::MAX => (start, None),
                 _ => (state as usize / MOVES, Some(state as usize % MOVES)),
             };
+            // A better one has come since this was pushed: entries are left to grow stale rather than looked for.
             if came.is_some() && best[state as usize] < cost || cost > least[at].saturating_add(slack) {
                 continue;
             }
@@ -195,6 +206,7 @@ impl Search<'_> {
             if node == to {
                 return Some(self.trace(&before, state, from));
             }
+            // Up to 32 states leave a node and find its moves at the same cost, and many nodes are never come to.
             if costs[at].is_none() {
                 costs[at] = Some(Box::new(self.costs(&domain, node, &costs)));
             }
@@ -206,9 +218,11 @@ impl Search<'_> {
                 if step == FORBIDDEN || turn == FORBIDDEN {
                     continue;
                 }
+                // A bridge over many moves arrives as one does: `before` knows where it began, so the state need not.
                 let next = added(node, number, times);
                 let (there, cost) = (index(next), cost + step + turn);
                 let state = there * MOVES + number;
+                // A dearer direction is kept while it may pay at the next turn; without a bound all 32 would be.
                 if cost < best[state] && cost <= least[there].saturating_add(slack) {
                     best[state] = cost;
                     least[there] = least[there].min(cost);
@@ -228,6 +242,7 @@ impl Search<'_> {
             way.nodes.push([(at % self.window.cols) as i64, (at / self.window.cols) as i64]);
             state = before[state as usize];
         }
+        // The start was left by no move, so it has no state of its own.
         way.nodes.push(from);
         way.nodes.reverse();
         way.bridges = way.nodes.windows(2).map(|leg| self.is_over_open_water(leg[0], leg[1])).collect();
@@ -241,6 +256,7 @@ impl Search<'_> {
         // The length at which a longer way would cost more than it saves.
         let even_m = rise_m * STEEP.sqrt() / self.standard.max_grade;
         let cost_m = match even_m > length_m {
+            // The sum below, at the length where it is least.
             true => 2.0 * even_m,
             false if length_m > 0.0 => length_m + even_m * even_m / length_m,
             false => 0.0,
@@ -261,6 +277,7 @@ impl Search<'_> {
             if came == goes {
                 return 0;
             }
+            // -0.3 is 107 degrees: a hairpin takes two turns, each with a leg to bend in.
             if cos < -0.3 || bend_m(cos, self.standard.radius_m) > legs_m / 2.0 {
                 return FORBIDDEN;
             }
@@ -279,6 +296,8 @@ impl Search<'_> {
             if !self.is_open(domain, next) {
                 return FORBIDDEN;
             }
+            // A node that no move may end on, as a start may be, has no way back that could be read.
+            // Otherwise the move back is the one half of all moves on, since the quarters follow each other.
             match &known[self.index(next)] {
                 Some(there) if is_open => there.moves[(number + MOVES / 2) % MOVES],
                 _ => self.cost(node, next, &mut near),
@@ -292,7 +311,9 @@ impl Search<'_> {
                 continue;
             }
             let one_m = distance(move_by(number).map(|part| part as f64), [0.0; 2]) * self.scale.step_m();
+            // Some more, since nodes stand back from the water; `cost` refuses what is too long after all.
             let most = ((self.standard.bridge_m / one_m) as i64 + 2).min(u8::MAX as i64);
+            // The first landing or none: what goes on from there is another move.
             let landing = (2..=most).find(|times| self.is_open(domain, added(node, number, *times)));
             if let Some(times) = landing {
                 let cost = self.cost(node, added(node, number, times), &mut near);
@@ -318,6 +339,7 @@ impl Search<'_> {
         if self.closed.contains(&(from, to)) || self.closed.contains(&(to, from)) {
             return FORBIDDEN;
         }
+        // What is cheap to refuse comes first: the grade takes two heights, the rivers a search.
         let step_m = self.scale.step_m();
         let length_m = distance(from.map(|at| at as f64), to.map(|at| at as f64)) * step_m;
         let rise_m = self.window.height_m(to[0], to[1]) - self.window.height_m(from[0], from[1]);
@@ -330,11 +352,13 @@ impl Search<'_> {
         let open = self.is_over_open_water(from, to);
         let squared = |grade: f64| STEEP * grade * grade / (self.standard.max_grade * self.standard.max_grade);
         if open {
+            // The nodes at its ends may stand a step back from the shores, so the bridge itself is shorter.
             if length_m > self.standard.bridge_m + 2.0 * step_m {
                 return FORBIDDEN;
             }
             cost_m += BRIDGE_M[0] + BRIDGE_M[1] * length_m + length_m * squared(rise_m / length_m);
         } else {
+            // Part by part, since a wall or a gorge between level ends would go unseen else.
             let parts = (to[0] - from[0]).abs().max((to[1] - from[1]).abs());
             let part_m = length_m / parts as f64;
             let mut last_m = self.window.height_m(from[0], from[1]);
@@ -350,6 +374,7 @@ impl Search<'_> {
             let [dx, dy] = [0, 1].map(|axis| (to[axis] - from[axis]) as f64 * step_m / length_m);
             for end in [from, to] {
                 let [east, south] = self.nodes.gradient[self.index(end)];
+                // The slope across the way only; that along it has been paid for by its parts.
                 let side = east * dy - south * dx;
                 cost_m += length_m * SIDE / 2.0 * side * side;
             }
@@ -361,10 +386,12 @@ impl Search<'_> {
     /// The height at `part / parts` of the way from one node to another, where one of the two coordinates is whole.
     fn height_between(&self, from: PlanNode, to: PlanNode, part: i64, parts: i64) -> f64 {
         let along = |axis: usize| {
+            // Rounded down, not to zero, since a move may go up the rows; then the share is never negative.
             let far = (to[axis] - from[axis]) * part;
             (from[axis] + far.div_euclid(parts), far.rem_euclid(parts) as f64 / parts as f64)
         };
         let ((col, east), (row, south)) = (along(0), along(1));
+        // A place on a node has no next one: at the window's edge that would be outside.
         let (next_col, next_row) = (col + i64::from(east > 0.0), row + i64::from(south > 0.0));
         let (here, there) = (self.window.height_m(col, row), self.window.height_m(next_col, next_row));
         here + (there - here) * east.max(south)
@@ -400,6 +427,7 @@ impl Search<'_> {
                     [along[1][0] - along[0][0], along[1][1] - along[0][1]],
                     [along[3][0] - along[2][0], along[3][1] - along[2][1]],
                 );
+                // Lines that cross are not parallel, so this does not divide by 0.
                 let cot = (u[0] * v[0] + u[1] * v[1]) / (u[0] * v[1] - u[1] * v[0]);
                 if cot * cot > FLATTEST {
                     return None;
@@ -408,12 +436,14 @@ impl Search<'_> {
                 if piece.width_m > self.standard.bridge_m {
                     return None;
                 }
+                // By the square of how much longer it is than straight across: 1 / sin^2.
                 cost_m += (base_m + more * piece.width_m) * (1.0 + cot * cot);
                 crosses = true;
             } else if [piece.from, piece.to].iter().any(|end| distance2(*end, a, b) < within) {
                 grazes = true;
             }
         }
+        // Beside a piece that is crossed the next ones are near, too. What comes near and crosses none goes along it.
         (crosses || !grazes).then_some(cost_m)
     }
 
@@ -444,6 +474,7 @@ fn is_wet(window: &Window, rivers: &RiverIndex, scale: &Scale, node: PlanNode, n
     if window.water(node[0], node[1]) != WaterKind::Dry {
         return true;
     }
+    // Rivers run between nodes, and narrow ones wet none: so their lines are asked about as well.
     let at = fixed(scale, node);
     rivers.near(at, at, near);
     near.iter().any(|piece| {
@@ -458,6 +489,7 @@ fn wander(seed: u64, at: PlanNode) -> f64 {
     let [east, south] = at.map(|at| at.rem_euclid(WANDER_NODES) as f64 / WANDER_NODES as f64);
     let value = |dx: i64, dy: i64| {
         let hash = hash::lattice(hash::stream(seed, Stream::RouteWander), cell[0] + dx, cell[1] + dy);
+        // 24 bits are many enough for a cost, and the quotient is exact.
         (hash >> 40) as f64 / (1u64 << 24) as f64
     };
     let north = value(0, 0) + (value(1, 0) - value(0, 0)) * east;
@@ -470,6 +502,7 @@ fn wander(seed: u64, at: PlanNode) -> f64 {
 pub(super) fn bend_m(cos: f64, radius_m: f64) -> f64 {
     let half_sin = ((1.0 - cos) / 2.0).max(0.0).sqrt();
     let half_cos2 = f64::midpoint(1.0, cos);
+    // For a line that turns right back: very far, but a number.
     radius_m * half_sin / half_cos2.max(1e-9)
 }
 

@@ -87,6 +87,7 @@ impl<'a> TileAgents<'a> {
     pub fn lines(&self, record: &TileRecord) -> Vec<Line> {
         let again = |kind| {
             let passage = record.passage(kind)?;
+            // A greedy way is the same up to where it was cut, so a record keeps only the number of its nodes.
             let nodes = self.trace(kind, self.leg(kind, passage), passage.nodes as usize).nodes;
             Some(self.line(kind, passage, nodes))
         };
@@ -109,6 +110,7 @@ impl<'a> TileAgents<'a> {
             let from = neighbour(self.id, direction.opposite());
             let Some(passage) = records.find(from).and_then(|record| record.passage(kind)) else { continue };
             let before_cells = passage.end_cells(stride as u32);
+            // Of equal ones the first direction has it, whichever tile was made first.
             if passage.exit == Some(direction) && farthest.is_none_or(|leg| before_cells > leg.before_cells) {
                 let behind = vertex(from.area(self.world.tile_cells()), passage.last);
                 farthest = Some(Leg {
@@ -130,6 +132,7 @@ impl<'a> TileAgents<'a> {
             LineKind::River => preset.rivers.as_ref()?.density,
             LineKind::Road => preset.roads.as_ref()?.density,
         };
+        // A stream a kind: with one for both, tiles with rivers would be the tiles with roads.
         let stream = hash::stream(self.world.seed(), Stream::WalkerAgent.of(kind as u64));
         if hash::share(hash::lattice(stream, self.id.x, self.id.y)) >= density {
             return None;
@@ -150,6 +153,7 @@ impl<'a> TileAgents<'a> {
     fn highest(&self) -> Node {
         let margin = self.margin_cells();
         let Area { x0, y0, x1, y1 } = self.area;
+        // Within the margin it could only go straight across. The margin is an eighth at most, so something is left.
         let (x0, y0, x1, y1) = (x0 + margin, y0 + margin, x1 - margin, y1 - margin);
         let mut highest = (f32::NEG_INFINITY, (x0, y0));
         for y in y0..y1 {
@@ -171,6 +175,8 @@ impl<'a> TileAgents<'a> {
             if records.find(neighbour(self.id, direction)).is_none() {
                 exit = Some(direction);
             } else if leg.behind.is_some() {
+                // One from another tile is seen there, so it has to end somewhere here: it loses its last third.
+                // One that begins here nobody has seen: it does not begin.
                 nodes.truncate(nodes.len() - nodes.len() / 3);
             } else {
                 return None;
@@ -180,6 +186,7 @@ impl<'a> TileAgents<'a> {
         if nodes.len() == 1 && leg.behind.is_none() && exit.is_none() {
             return None;
         }
+        // The largest tile has 4096 cells a side, so that 16 bits do.
         let local = |(x, y): Node| [(x - self.area.x0) as u16, (y - self.area.y0) as u16];
         let passage = Passage {
             start: local(leg.start),
@@ -190,6 +197,7 @@ impl<'a> TileAgents<'a> {
             last: local(*nodes.last().expect("a trace has a node")),
             before_cells: leg.before_cells,
             lowest_before_m: leg.lowest_m,
+            // Of the nodes that are left: ground that was cut off must not lower the bed beyond.
             lowest_m: nodes.iter().map(|node| self.height_m(*node)).fold(leg.lowest_m, f32::min),
         };
         Some((passage, nodes))
@@ -212,6 +220,7 @@ impl<'a> TileAgents<'a> {
                 // A river ends where it reaches the sea.
                 if let Some(mouth) = trace.nodes.iter().position(|node| self.ground().is_under_water(*node)) {
                     trace.nodes.truncate(mouth + 1);
+                    // Whatever had ended it: a river that has come to the sea waits at no edge.
                     trace.end = TraceEnd::Refused;
                 }
                 trace
@@ -236,12 +245,14 @@ impl<'a> TileAgents<'a> {
     }
 
     fn margin_cells(&self) -> i64 {
+        // In the smallest tiles agents still need room to turn.
         MARGIN_CELLS.min(self.world.tile_cells() / 8) as i64
     }
 
     /// The bed of a passage, from the last node before the tile to the first one after it.
     fn line(&self, kind: LineKind, passage: &Passage, nodes: Vec<Node>) -> Line {
         let leg = self.leg(kind, passage);
+        // Also one that still waits: the tile beyond may be made much later, and this one does not change then.
         let beyond = passage.exit.map(|exit| step(vertex(self.area, passage.last), exit, self.stride(kind)));
         let line: Vec<Node> = leg.behind.map(|(node, _)| node).into_iter().chain(nodes).chain(beyond).collect();
         // The floor never rises, across edges too.
@@ -258,6 +269,7 @@ impl<'a> TileAgents<'a> {
         match (kind, &preset.rivers, &preset.roads) {
             (LineKind::River, Some(rivers), _) => {
                 heights.iter_mut().enumerate().for_each(|(at, height_m)| *height_m = level(at, *height_m));
+                // It may go further, and then keeps its width; up to there it grows as an order-free one does.
                 let reach_cells = (rivers.max_tiles + 1) as f32 * self.world.tile_cells() as f32;
                 bed::river(id, line, &heights, rivers, spacing_m, [before_cells as f32, reach_cells])
             }
@@ -276,7 +288,9 @@ impl<'a> TileAgents<'a> {
         if let Some(imprint) = &mut imprint {
             fade_out(imprint, self.area, None);
         }
+        // After the tile's own lines have faded: else the steps would fade with them.
         for (edge, line) in self.crossings(records) {
+            // Only around the step: what an imprint takes goes with its area.
             let Some(near) = line.bounds.common(&self.heights.area()) else { continue };
             if let Some(mut crossing) = Imprint::new(&self.heights.part(near), None, [&line]) {
                 fade_out(&mut crossing, self.area, Some(edge));
@@ -292,6 +306,7 @@ impl<'a> TileAgents<'a> {
         let mut crossings = Vec::new();
         for kind in self.kinds() {
             for edge in Direction::ALL {
+                // From both sides, so that both tiles find the same steps, whichever was made first.
                 for (from, exit) in [(self.id, edge), (neighbour(self.id, edge), edge.opposite())] {
                     let passage = records.find(from).and_then(|record| record.passage(kind));
                     let Some(passage) = passage.filter(|passage| passage.exit == Some(exit)) else { continue };
@@ -309,6 +324,7 @@ impl<'a> TileAgents<'a> {
         let end_cells = passage.end_cells(stride as u32);
         match kind {
             LineKind::River => {
+                // Straight, for of the nodes before the last one the neighbour's record tells nothing.
                 let nodes = (-CROSSING_CELLS..=1 + CROSSING_CELLS).map(|cells| step(last, exit, cells));
                 let line: Vec<Node> = nodes.collect();
                 // Upstream the river has not yet come to its lowest ground.
@@ -317,6 +333,7 @@ impl<'a> TileAgents<'a> {
                     Ordering::Equal => height_m.min(passage.lowest_m),
                     Ordering::Greater => height_m,
                 };
+                // The line begins before the last node; a river may not have come so far yet.
                 self.bed(kind, &line, level, end_cells.saturating_sub(CROSSING_CELLS as u32))
             }
             LineKind::Road => {
@@ -341,6 +358,7 @@ impl<'a> TileAgents<'a> {
         if self.heights.area().contains(&place) {
             self.heights.at(x, y)
         } else {
+            // Bare ground there too: what stands beyond the edge was carved, and perhaps is not there yet.
             self.world.relief().heights(place).at(x, y)
         }
     }
@@ -375,6 +393,7 @@ impl<H: Heuristic> Heuristic for ClearOfEdges<H> {
             Direction::East | Direction::West => (from.1 - y0).min(y1 - 1 - from.1),
             Direction::North | Direction::South => (from.0 - x0).min(x1 - 1 - from.0),
         };
+        // Along an edge only: straight over it an agent must be let, or none would leave its tile.
         if cells < self.margin_cells { None } else { self.heuristic.score(from, to, step) }
     }
 
@@ -396,6 +415,7 @@ fn neighbour(id: TileId, direction: Direction) -> TileId {
 /// Weakens an imprint towards the edges of `tile`, but for an `open` one, to exactly nothing one vertex before them.
 fn fade_out(imprint: &mut Imprint, tile: Area, open: Option<Direction>) {
     let area = imprint.area();
+    // An open edge is so far off that it never is the nearest.
     let far = |direction, cells: i64| if open == Some(direction) { i64::MAX } else { cells };
     let across = |x: i64| far(Direction::West, x - tile.x0).min(far(Direction::East, tile.x1 - 1 - x));
     let down = |y: i64| far(Direction::North, y - tile.y0).min(far(Direction::South, tile.y1 - 1 - y));
@@ -406,9 +426,11 @@ fn fade_out(imprint: &mut Imprint, tile: Area, open: Option<Direction>) {
             true => (tile.x0 + EDGE_FADE_CELLS + 1, tile.x1 - 1 - EDGE_FADE_CELLS),
             false => (area.x1, area.x1),
         };
+        // No vertex is weakened twice, not even where the two ends would overlap.
         for x in (area.x0..west.min(area.x1)).chain(east.max(west).max(area.x0)..area.x1) {
             let cells = cells_south.min(across(x));
             if cells <= EDGE_FADE_CELLS {
+                // An edge's normals come from the vertices beside it, so these are bare, too; in the pad it is below 0.
                 imprint.weaken(x, y, 1.0 - fade((cells - 1).max(0) as f32 / EDGE_FADE_CELLS as f32));
             }
         }
@@ -443,6 +465,7 @@ impl Terrain for TileTerrain<'_> {
     fn steepness(&mut self, node: Node) -> f32 {
         let (x, y) = self.nearest(node);
         let difference = |from: f32, to: f32| (to - from) * self.half_per_spacing;
+        // At an edge these are in the pad, which both tiles have alike.
         let east = difference(self.heights.at(x - 1, y), self.heights.at(x + 1, y));
         let south = difference(self.heights.at(x, y - 1), self.heights.at(x, y + 1));
         let up = 1.0 / (east * east + south * south + 1.0).sqrt();
