@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::area::{Place, Region};
 use crate::clock::Clock;
+use crate::export::format::FormatCost;
 use crate::features::layers;
 use crate::memory::Usage;
 use crate::tile::Tile;
@@ -37,7 +38,7 @@ pub struct Forecast {
 const ENCODED_BYTES_A_SECOND: f64 = 600e6;
 
 /// A memory that has forgotten things is on average so full: one of two generations is between empty and full.
-const FULL: f64 = 0.8;
+const FULL: f64 = 0.75;
 
 /// What the allocator takes for each byte that is remembered, since things of all sizes come and go.
 const SPREAD: f64 = 1.1;
@@ -45,14 +46,14 @@ const SPREAD: f64 = 1.1;
 impl Forecast {
     /// Makes the middle tile of a region, for which much may have to be planned first, and concludes from it.
     ///
-    /// With `features`, rivers, lakes and the like are looked for there too.
-    pub fn new(world: &World, region: &Region, cost: &Cost, features: bool, threads: usize) -> Forecast {
+    /// Where `formats` ask for features, these are looked for there too.
+    pub(super) fn new(world: &World, region: &Region, cost: &Cost, formats: &FormatCost, threads: usize) -> Forecast {
         let middle = region.tile(Place { row: region.rows() / 2, col: region.cols() / 2 });
         let clock = Clock::default();
         let time = || {
             let start = Instant::now();
             let tile = black_box(Tile::timed(world, middle, &clock));
-            if features {
+            if formats.features {
                 let area = tile.area();
                 for layer in layers(world) {
                     layer.visit(world, &area, &mut |_, row| _ = black_box(row()));
@@ -69,7 +70,8 @@ impl Forecast {
         let remembered = |usage: Usage| (usage.held as f64 * growth).min(usage.most as f64 * FULL) * SPREAD;
         let remembered: f64 = world.usages().into_iter().map(remembered).sum();
         let tiles = region.tiles();
-        let work = (first - again).max(0.0) * growth + again * tiles as f64;
+        let formats_s = (region.vertices() * formats.work_ns_a_vertex) as f64 * 1e-9;
+        let work = (first - again).max(0.0) * growth + again * tiles as f64 + formats_s;
         let cores = thread::available_parallelism().map_or(1, usize::from);
         let at_once = (threads.min(cores) as u64).min(tiles) as f64;
         let seconds = (work + cost.disk_bytes as f64 / ENCODED_BYTES_A_SECOND) / at_once;

@@ -31,6 +31,8 @@ pub(crate) struct FormatCost {
     pub tile_file_bytes: u64,
     /// Whether the features of every tile are looked for.
     pub features: bool,
+    /// About how long a thread works for each vertex, beside encoding, in nanoseconds.
+    pub work_ns_a_vertex: u64,
 }
 
 impl FormatCost {
@@ -42,6 +44,7 @@ impl FormatCost {
             kept_a_vertex: self.kept_a_vertex + other.kept_a_vertex,
             tile_file_bytes: self.tile_file_bytes.max(other.tile_file_bytes),
             features: self.features || other.features,
+            work_ns_a_vertex: self.work_ns_a_vertex + other.work_ns_a_vertex,
         }
     }
 }

@@ -37,6 +37,9 @@ const THREAD_BYTES: u64 = 2 << 20;
 /// What files of features hold while they are written: pages of the database, and the features of a row of tiles.
 const FEATURE_BYTES: u64 = 4 << 20;
 
+/// What a thread holds while it looks for features: the land of a cell of the coast, or around a lake.
+const SEARCH_BYTES: u64 = 5 << 20;
+
 /// Bytes of the manifest without its files, rounded up.
 const MANIFEST_BYTES: u64 = 16 << 10;
 
@@ -135,7 +138,7 @@ impl<'a> Plan<'a> {
     pub fn cost(&self, threads: usize) -> Cost {
         let region = &self.region;
         let side = region.tile_cells() as u64 + 1;
-        let FormatCost { mut files, mut disk_bytes, kept_a_vertex, tile_file_bytes, features } = self.format_cost();
+        let FormatCost { mut files, mut disk_bytes, kept_a_vertex, tile_file_bytes, features, .. } = self.format_cost();
         // The manifest, the registry, and what a profile writes besides.
         let written = self.profile.map_or(0, |profile| profile.written().len() as u64);
         files = files.saturating_add(2 + written);
@@ -151,9 +154,15 @@ impl<'a> Plan<'a> {
         let records = files.saturating_mul(RECORD_BYTES);
         let rows = tiles_in_flight.saturating_mul(ROW_BYTES);
         let planning = self.world.planning_bytes();
-        let features = if features { FEATURE_BYTES } else { 0 };
-        let parts =
-            [features, in_flight, (a_thread + planning + THREAD_BYTES) * threads as u64, records, rows, PROCESS_BYTES];
+        let (features, search) = if features { (FEATURE_BYTES, SEARCH_BYTES) } else { (0, 0) };
+        let parts = [
+            features,
+            in_flight,
+            (a_thread + planning + search + THREAD_BYTES) * threads as u64,
+            records,
+            rows,
+            PROCESS_BYTES,
+        ];
         let working_bytes = parts.into_iter().fold(0, u64::saturating_add);
         let memory_bytes = working_bytes.saturating_add(self.world.memory_bytes(region.cols()));
         Cost { files, disk_bytes, working_bytes, memory_bytes }
@@ -161,7 +170,7 @@ impl<'a> Plan<'a> {
 
     /// What the bake of that cost will probably take. It may take as long as planning does to say so.
     pub fn forecast(&self, cost: &Cost, threads: usize) -> Forecast {
-        Forecast::new(self.world, &self.region, cost, self.format_cost().features, threads)
+        Forecast::new(self.world, &self.region, cost, &self.format_cost(), threads)
     }
 
     /// Bakes into a prepared folder, on the threads of the current rayon pool.

@@ -11,12 +11,12 @@ mod worlds;
 /// Seeds of the worlds whose laws are checked.
 const SEEDS: std::ops::RangeInclusive<u64> = 2..=4;
 
-/// Bakes whose memory is measured: preset, size, threads, exports.
+/// Bakes whose memory is measured: preset, size, threads, exports. More threads than cores hold more or less by chance.
 const BAKES: &[(&str, &str, &str, &str)] = &[
-    ("thesis", "3x30", "8", "height,blend"),
+    ("thesis", "3x30", "2", "height,blend"),
     ("hills", "12x4", "1", "height,exr,map-tiles"),
     ("alps", "1x1", "1", "hashes"),
-    ("alps", "4x4", "8", "hashes"),
+    ("alps", "4x4", "2", "hashes"),
     ("alps", "8x8", "2", "height,blend,normal,map"),
     ("plains", "6x6", "2", "height,geojson"),
     ("canyon", "12x12", "2", "hashes"),

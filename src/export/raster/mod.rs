@@ -105,7 +105,7 @@ impl Rasters {
             disk_bytes: file.saturating_add(RECORD_BYTES * (1 + 2 * sidecars)).saturating_mul(count),
             kept_a_vertex: if image.tiles { 0 } else { bytes },
             tile_file_bytes: if image.tiles { file } else { 0 },
-            features: false,
+            ..FormatCost::default()
         }
     }
 }
