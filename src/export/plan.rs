@@ -37,8 +37,9 @@ const THREAD_BYTES: u64 = 2 << 20;
 /// What files of features hold while they are written: pages of the database, and the features of a row of tiles.
 const FEATURE_BYTES: u64 = 4 << 20;
 
-/// What a thread holds while it looks for features: the land of a cell of the coast, or around a lake.
-const SEARCH_BYTES: u64 = 5 << 20;
+/// What a thread holds while it looks for features: the land around a lake; and where there is a sea, of a cell of the
+/// coast.
+const SEARCH_BYTES: [u64; 2] = [1 << 20, 5 << 20];
 
 /// Bytes of the manifest without its files, rounded up.
 const MANIFEST_BYTES: u64 = 16 << 10;
@@ -154,7 +155,11 @@ impl<'a> Plan<'a> {
         let records = files.saturating_mul(RECORD_BYTES);
         let rows = tiles_in_flight.saturating_mul(ROW_BYTES);
         let planning = self.world.planning_bytes();
-        let (features, search) = if features { (FEATURE_BYTES, SEARCH_BYTES) } else { (0, 0) };
+        let (features, search) = if features {
+            (FEATURE_BYTES, SEARCH_BYTES[usize::from(self.world.preset().sea_level_m.is_some())])
+        } else {
+            (0, 0)
+        };
         let parts = [
             features,
             in_flight,

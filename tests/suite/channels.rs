@@ -48,8 +48,9 @@ const SIDE: i64 = 1000;
 
 #[test]
 fn channels_fall_grow_and_end_in_what_they_name() {
+    let mut count = 0;
     for (name, seed, all) in channels() {
-        assert!(all.len() > 50, "{name} has {} channels", all.len());
+        count += all.len();
         for channel in all.values() {
             let id = channel.id;
             for pair in channel.knots.windows(2) {
@@ -71,6 +72,8 @@ fn channels_fall_grow_and_end_in_what_they_name() {
             assert!(other.knots.windows(2).any(on_line), "{name}, seed {seed}: {id:?} ends beside {:?}", other.id);
         }
     }
+    // There may be nothing but sea where one of the worlds is looked at.
+    assert!(count > 1000, "there are {count} channels");
 }
 
 /// The pairs of channels that cross.

@@ -1,6 +1,6 @@
 //! The bytes of every preset, as hashes: no change to them goes unnoticed, on no machine and in no build.
 //!
-//! `TERRANE_ACCEPT=1 cargo test --release --test suite golden` writes the hashes of today into `tests/golden.txt`. A
+//! `TERRANE_ACCEPT=1 cargo test --profile quick --test suite golden` writes the hashes of today into `tests/golden.txt`. A
 //! change there is a change of every world that users have: it belongs in CHANGELOG.md.
 
 use std::fmt::Write;
@@ -22,7 +22,7 @@ const WITH_PLACES: &str = "-with-places";
 
 #[test]
 fn every_preset_has_its_golden_bytes() {
-    const HINT: &str = "if the change is meant: TERRANE_ACCEPT=1 cargo test --release --test suite golden";
+    const HINT: &str = "if the change is meant: TERRANE_ACCEPT=1 cargo test --profile quick --test suite golden";
     let presets = || BUILT_IN.iter().map(|(name, text)| (*name, Preset::parse(name, text).unwrap()));
     let bare = presets().map(|(name, preset)| {
         let bare = Preset { places: None, ..preset };
