@@ -61,7 +61,7 @@ fn hashes(name: &str, mut preset: Preset, tiles: &[(i64, i64)]) -> String {
     preset.tile_cells = 48;
     let world = World::new(preset, Some(1)).unwrap();
     let painter = MapPainter::new(&world);
-    let site = || world.sites(&Area::new(0, 0, 4096, 4096))[0].at.map(|at| at.div_euclid(48)).into();
+    let site = || world.sites(&Area::new(0, 0, 1280, 1280))[0].at.map(|at| at.div_euclid(48)).into();
     let tiles = if tiles.is_empty() { vec![site()] } else { tiles.to_vec() };
     for (x, y) in tiles {
         let tile = Tile::new(&world, TileId { x, y });
