@@ -38,7 +38,7 @@ pub struct Forecast {
 const ENCODED_BYTES_A_SECOND: f64 = 600e6;
 
 /// A memory that has forgotten things is on average so full: one of two generations is between empty and full.
-const FULL: f64 = 0.75;
+const FULL: f64 = 0.78;
 
 /// What the allocator takes for each byte that is remembered, since things of all sizes come and go.
 const SPREAD: f64 = 1.1;

@@ -22,3 +22,6 @@ const BAKES: &[(&str, &str, &str, &str)] = &[
     ("canyon", "12x12", "2", "hashes"),
     ("highlands", "3x3", "2", "height,blend,normal,map"),
 ];
+
+/// How often each is baked.
+const TIMES: usize = 3;

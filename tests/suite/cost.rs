@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use crate::BAKES;
+use crate::{BAKES, TIMES};
 
 fn terrane(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
@@ -44,9 +44,16 @@ fn a_dry_run_tells_the_memory_that_the_bake_takes() {
         let bake = [&bake[..], &["--out", out.to_str().unwrap()]].concat();
         let plan = terrane(&[&bake[..], &["--dry-run"]].concat()).output().unwrap();
         let plan: Value = serde_json::from_slice(&plan.stdout).unwrap();
-        let mut command = terrane(&bake);
-        command.stdout(Stdio::null());
-        let (told, peak) = (plan["memory_bytes"].as_u64().unwrap() as f64, peak_bytes(command) as f64);
+        // What threads hold together is chance: the middle one of some bakes.
+        let mut peaks: Vec<u64> = (0..TIMES)
+            .map(|_| {
+                let mut command = terrane(&[&bake[..], &["--overwrite"]].concat());
+                command.stdout(Stdio::null());
+                peak_bytes(command)
+            })
+            .collect();
+        peaks.sort_unstable();
+        let (told, peak) = (plan["memory_bytes"].as_u64().unwrap() as f64, peaks[TIMES / 2] as f64);
         println!("{preset} {size} {threads} {exports}: told {:.1} MB, taken {:.1} MB", told / 1e6, peak / 1e6);
         assert!(told >= peak, "{preset} {size}: {told} bytes are told, and {peak} are taken");
         assert!(told <= 1.25 * peak, "{preset} {size}: {told} bytes are told, and only {peak} are taken");

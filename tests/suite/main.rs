@@ -28,3 +28,6 @@ const SEEDS: std::ops::RangeInclusive<u64> = 1..=1;
 /// Bakes whose memory is measured: preset, size, threads, exports.
 const BAKES: &[(&str, &str, &str, &str)] =
     &[("thesis", "8x8", "2", "height,blend,normal,map"), ("archipelago", "2x2", "2", "height,vector")];
+
+/// How often each is baked.
+const TIMES: usize = 3;
