@@ -1,9 +1,11 @@
-//! Tests that are slow for their own sake: the laws of the suite for more seeds. `.ci/run` runs them.
+//! Tests that are slow for their own sake: the laws of the suite for more seeds and presets. `.ci/run` runs them.
 
 #[path = "../suite/channels.rs"]
 mod channels;
 #[path = "../suite/cost.rs"]
 mod cost;
+#[path = "../suite/simd.rs"]
+mod simd;
 mod varied;
 #[path = "../suite/worlds.rs"]
 mod worlds;
@@ -25,3 +27,6 @@ const BAKES: &[(&str, &str, &str, &str)] = &[
 
 /// How often each is baked.
 const TIMES: usize = 3;
+
+/// Presets that the suite tries with all instruction sets.
+const WITHOUT: &[&str] = &["thesis", "mountains", "hills", "archipelago", "canyon"];

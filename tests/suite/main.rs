@@ -31,3 +31,6 @@ const BAKES: &[(&str, &str, &str, &str)] =
 
 /// How often each is baked.
 const TIMES: usize = 3;
+
+/// Presets that are not tried with all instruction sets here, but in `tests/long`.
+const WITHOUT: &[&str] = &["alps", "highlands", "plains"];
