@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::cli::console::Console;
 use crate::error::Error;
 use crate::registry::{FILE_NAME, Registry, Start, TileRow};
-use crate::tile::Channel;
+use crate::tile::TileChannel;
 
 /// How much text is printed at once: a registry may be longer than memory.
 const PRINTED_BYTES: usize = 1 << 16;
@@ -54,8 +54,8 @@ fn table_line(row: &TileRow) -> String {
         start(row.river).trim_end(),
         start(row.road).trim_end(),
         &row.lines.len().to_string(),
-        &hash(Channel::Heights),
-        &hash(Channel::Blend),
+        &hash(TileChannel::Heights),
+        &hash(TileChannel::Blend),
         &row.files.len().to_string(),
         &row.record.as_ref().map_or("-".to_owned(), |record| format!("{} bytes", record.len())),
     ])
@@ -68,7 +68,7 @@ fn object(row: &TileRow) -> Value {
         })
     };
     let hashes = row.digest.map(|digest| {
-        let hash = |(channel, hash): (Channel, Option<blake3::Hash>)| {
+        let hash = |(channel, hash): (TileChannel, Option<blake3::Hash>)| {
             (channel.name().to_owned(), hash.map_or(Value::Null, |hash| hash.to_hex().to_string().into()))
         };
         Value::Object(digest.channels().map(hash).collect())

@@ -1,6 +1,7 @@
 //! What must be true of all layers, whatever they show.
 
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 use super::layer::Kind;
 use super::*;
@@ -35,9 +36,9 @@ fn world(text: &str) -> World {
 }
 
 /// The rows of a layer by key.
-type Rows = BTreeMap<Vec<u8>, Row>;
+type RowsByKey = BTreeMap<Vec<u8>, Row>;
 
-fn rows(layer: &dyn AnyLayer, world: &World, area: &Area) -> Rows {
+fn rows(layer: &dyn AnyLayer, world: &World, area: &Area) -> RowsByKey {
     let mut rows = BTreeMap::new();
     layer.visit(world, area, &mut |key, row| {
         rows.insert(key, row());
@@ -45,17 +46,23 @@ fn rows(layer: &dyn AnyLayer, world: &World, area: &Area) -> Rows {
     rows
 }
 
-/// The rows of each layer in two windows that overlap, of two worlds of one recipe: nothing is remembered of the first.
-fn in_windows(text: &str, [one, other]: [Area; 2]) -> Vec<(&'static dyn AnyLayer, [Rows; 2])> {
-    let worlds = [world(text), world(text)];
-    let both = |layer| (layer, [rows(layer, &worlds[0], &one), rows(layer, &worlds[1], &other)]);
-    layers(&worlds[0]).iter().map(|layer| both(*layer)).collect()
+/// A world with an area around its origin, made once for the tests that look at it.
+fn fluvial() -> (&'static World, Area) {
+    static WORLD: LazyLock<World> = LazyLock::new(|| world(FLUVIAL));
+    (&WORLD, Area::new(-256, -256, 513, 513))
+}
+
+/// The rows of each layer in two areas that overlap. The second is asked of a world that remembers nothing of the first.
+fn in_windows(text: &str, (first, one): (&World, Area), other: Area) -> Vec<(&'static dyn AnyLayer, [RowsByKey; 2])> {
+    let second = world(text);
+    let both = |layer| (layer, [rows(layer, first, &one), rows(layer, &second, &other)]);
+    layers(first).iter().map(|layer| both(*layer)).collect()
 }
 
 #[test]
 fn a_feature_is_the_same_in_every_window() {
-    let fluvial = in_windows(FLUVIAL, [Area::new(-320, -320, 577, 577), Area::new(-100, -200, 320, 500)]);
-    let agents = in_windows(AGENTS, [Area::new(-96, -64, 193, 161), Area::new(-10, -33, 400, 65)]);
+    let fluvial = in_windows(FLUVIAL, fluvial(), Area::new(-100, -200, 320, 300));
+    let agents = in_windows(AGENTS, (&world(AGENTS), Area::new(-96, -64, 193, 161)), Area::new(-10, -33, 400, 65));
     for layers in [fluvial, agents] {
         let mut alone = 0;
         for (layer, [first, second]) in &layers {
@@ -89,12 +96,11 @@ fn check_kinds(layer: &dyn AnyLayer, row: &Row) {
 
 #[test]
 fn typed_features_are_found_once_and_sorted() {
-    let world = world(FLUVIAL);
-    let area = Area::new(-256, -256, 513, 513);
-    let sites = sites::SITES.find(&world, &area);
+    let (world, area) = fluvial();
+    let sites = sites::SITES.find(world, &area);
     assert!(sites.len() > 2, "{sites:?}");
     assert!(sites.is_sorted_by(|a, b| a.id.to_string() < b.id.to_string()));
-    let roads = lines::ROADS.find(&world, &area);
+    let roads = lines::ROADS.find(world, &area);
     assert!(roads.len() > 2);
     for road in &roads {
         for (id, end) in road.sites.iter().zip([road.line[0], road.line[road.line.len() - 1]]) {
@@ -103,7 +109,7 @@ fn typed_features_are_found_once_and_sorted() {
             assert_eq!(site.at, [end[0], end[1]], "{}", road.id);
         }
     }
-    let crossings = lines::CROSSINGS.find(&world, &area);
+    let crossings = lines::CROSSINGS.find(world, &area);
     assert!(!crossings.is_empty());
     assert!(crossings.iter().all(|crossing| roads.iter().any(|road| road.id == crossing.road)));
 }

@@ -17,14 +17,14 @@ use crate::simd::{Kernel, Simd, dispatch};
 /// The gullies of a world.
 #[derive(Debug)]
 pub struct Gullies {
-    octaves: Vec<Octave>,
+    octaves: Vec<Wave>,
     roughness: Fractal,
     rough_m: f32,
     spacing_m: f32,
 }
 
 #[derive(Debug)]
-struct Octave {
+struct Wave {
     stripes: Stripes,
     /// Metres from crest to floor where the hillside's slope is 1.
     depth_m: f32,
@@ -66,7 +66,7 @@ impl Gullies {
         let mut wave_m = FIRST_WAVE * finest_m;
         while wave_m >= SHORTEST * spacing_m && octaves.len() < 3 {
             let depth_m = strength * DEPTH * wave_m;
-            octaves.push(Octave {
+            octaves.push(Wave {
                 stripes: Stripes::new(wave_m, spacing_m, hash::stream(seed, Stream::Gullies.of(octaves.len() as u64))),
                 depth_m: depth_m as f32,
                 // Of `depth / 2 * cos(2 pi x / wave)`, along x.
@@ -205,7 +205,7 @@ fn share<S: Simd>(simd: S, place: &Hillside<'_>, at: usize, detail_m: S::F32) ->
 
 /// Carves one octave of stripes, and turns the fall line towards its gullies.
 struct CarveOctave<'a> {
-    octave: &'a Octave,
+    octave: &'a Wave,
     hillside: Hillside<'a>,
     across: &'a [Vec<f32>; 2],
     crest: &'a [f32],

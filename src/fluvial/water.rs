@@ -66,7 +66,7 @@ pub struct FillWater<'a> {
 }
 
 /// What there is at a vertex.
-struct Vertex {
+struct VertexWater {
     height_m: f32,
     kind: WaterKind,
     bed: bool,
@@ -149,7 +149,7 @@ impl<'a> FillWater<'a> {
     }
 
     #[inline]
-    fn vertex(&self, at: [i64; 2], index: usize) -> Vertex {
+    fn vertex(&self, at: [i64; 2], index: usize) -> VertexWater {
         let land_m = self.valleys.height_m[index];
         let coast_m = self.coast_m.map_or(f32::INFINITY, |coast_m| coast_m[index]);
         let in_sea = coast_m < self.sea_m;
@@ -162,12 +162,12 @@ impl<'a> FillWater<'a> {
     }
 
     /// The sea over a floor.
-    fn sea(&self, floor_m: f32) -> Vertex {
-        Vertex { kind: WaterKind::Sea, depth_m: self.sea_m - floor_m, ..dry(floor_m) }
+    fn sea(&self, floor_m: f32) -> VertexWater {
+        VertexWater { kind: WaterKind::Sea, depth_m: self.sea_m - floor_m, ..dry(floor_m) }
     }
 
     /// What there is in a channel, or not far from it, given the height of the land or of the coast that is lower.
-    fn near_channel(&self, at: [i64; 2], index: usize, lowest_m: f32, in_sea: bool) -> Vertex {
+    fn near_channel(&self, at: [i64; 2], index: usize, lowest_m: f32, in_sea: bool) -> VertexWater {
         let fields = self.fields;
         let [least_m, most_m] = self.brook_m;
         let least_half_m = (BED_SHARE * self.apart_m(index)).clamp(least_m, most_m);
@@ -200,7 +200,7 @@ impl<'a> FillWater<'a> {
             return self.sea(if in_bed && wet { lowest_m.min(river_bed()) } else { lowest_m });
         }
         let water =
-            |kind, height_m, depth_m| Vertex { height_m, kind, bed: in_bed, depth_m, flow_m3s: discharge as f32 };
+            |kind, height_m, depth_m| VertexWater { height_m, kind, bed: in_bed, depth_m, flow_m3s: discharge as f32 };
         if distance_m < lake_m && lake_m > half_m.max(least_half_m) {
             // A parabola from shore to shore.
             let out = distance_m / lake_m;
@@ -208,13 +208,13 @@ impl<'a> FillWater<'a> {
             return water(WaterKind::Lake, surface_m - depth_m, depth_m);
         }
         if !in_bed || !fields.is_wet(area_here) {
-            return Vertex { bed: in_bed, ..dry(ground_m) };
+            return VertexWater { bed: in_bed, ..dry(ground_m) };
         }
         let height_m = river_bed();
         if wet {
             water(WaterKind::River, height_m, surface_m - height_m)
         } else {
-            Vertex { bed: true, ..dry(height_m) }
+            VertexWater { bed: true, ..dry(height_m) }
         }
     }
 
@@ -280,8 +280,8 @@ impl<'a> FillWater<'a> {
 }
 
 /// Ground without water.
-fn dry(height_m: f32) -> Vertex {
-    Vertex { height_m, kind: WaterKind::Dry, bed: false, depth_m: 0.0, flow_m3s: 0.0 }
+fn dry(height_m: f32) -> VertexWater {
+    VertexWater { height_m, kind: WaterKind::Dry, bed: false, depth_m: 0.0, flow_m3s: 0.0 }
 }
 
 /// Depth of a river in metres, by its discharge: the 3/8 th power, which is all square roots.

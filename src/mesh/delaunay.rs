@@ -14,7 +14,7 @@ pub const NONE: u32 = u32::MAX;
 
 /// A vertex: column, row, and height in steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Vertex {
+pub struct GridPoint {
     pub x: i32,
     pub y: i32,
     pub z: i32,
@@ -22,7 +22,7 @@ pub struct Vertex {
 
 /// A triangulation of a square.
 pub struct Delaunay {
-    vertices: Vec<Vertex>,
+    vertices: Vec<GridPoint>,
     triangles: Vec<[u32; 3]>,
     twins: Vec<[u32; 3]>,
     /// The triangles around the vertex that was inserted last.
@@ -43,7 +43,7 @@ impl Delaunay {
     }
 
     /// All vertices, in the order in which they were inserted.
-    pub fn vertices(&self) -> &[Vertex] {
+    pub fn vertices(&self) -> &[GridPoint] {
         &self.vertices
     }
 
@@ -58,13 +58,13 @@ impl Delaunay {
     }
 
     /// The corners of a triangle.
-    pub fn corners(&self, triangle: u32) -> [Vertex; 3] {
+    pub fn corners(&self, triangle: u32) -> [GridPoint; 3] {
         self.triangles[triangle as usize].map(|index| self.vertices[index as usize])
     }
 
     /// The triangle that holds a vertex, looked for from another triangle on.
     pub fn locate(&self, [x, y]: [u32; 2], from: u32) -> u32 {
-        let at = Vertex { x: x as i32, y: y as i32, z: 0 };
+        let at = GridPoint { x: x as i32, y: y as i32, z: 0 };
         let mut triangle = from;
         'walk: loop {
             let [a, b, c] = self.corners(triangle);
@@ -106,14 +106,14 @@ impl Delaunay {
     }
 
     /// An edge of a triangle: where it starts, where it ends, and its twin.
-    fn side(&self, triangle: u32, edge: usize) -> Side {
+    fn side(&self, triangle: u32, edge: usize) -> HalfEdge {
         let corners = self.triangles[triangle as usize];
-        Side { from: corners[edge], to: corners[(edge + 1) % 3], twin: self.twins[triangle as usize][edge] }
+        HalfEdge { from: corners[edge], to: corners[(edge + 1) % 3], twin: self.twins[triangle as usize][edge] }
     }
 
     /// Makes the star of the last vertex: triangles from each side of an outline, counter-clockwise, to the vertex. The
     /// triangles in `reuse` make way. On the border the outline is open.
-    fn surround(&mut self, outline: &[Side], reuse: &[u32], closed: bool) {
+    fn surround(&mut self, outline: &[HalfEdge], reuse: &[u32], closed: bool) {
         let tip = self.vertices.len() as u32 - 1;
         self.star.clear();
         self.star.extend_from_slice(reuse);
@@ -178,24 +178,24 @@ impl Delaunay {
 
 /// An edge by its ends and its twin.
 #[derive(Clone, Copy)]
-struct Side {
+struct HalfEdge {
     from: u32,
     to: u32,
     twin: u32,
 }
 
-fn vertex(steps: &Steps, [x, y]: [u32; 2]) -> Vertex {
-    Vertex { x: x as i32, y: y as i32, z: steps.at([x, y]) }
+fn vertex(steps: &Steps, [x, y]: [u32; 2]) -> GridPoint {
+    GridPoint { x: x as i32, y: y as i32, z: steps.at([x, y]) }
 }
 
 /// Twice the area of a triangle, positive if it is counter-clockwise as seen from above with y south.
-pub fn doubled_area(a: Vertex, b: Vertex, c: Vertex) -> i32 {
+pub fn doubled_area(a: GridPoint, b: GridPoint, c: GridPoint) -> i32 {
     (b.y - a.y) * (c.x - a.x) - (b.x - a.x) * (c.y - a.y)
 }
 
 /// Whether `d` is inside the circle through the corners of a counter-clockwise triangle. With coordinates up to 2^12 no
 /// product is above 2^50.
-fn in_circle(corners: [Vertex; 3], d: Vertex) -> bool {
+fn in_circle(corners: [GridPoint; 3], d: GridPoint) -> bool {
     let [(ax, ay, a), (bx, by, b), (cx, cy, c)] = corners.map(|corner| {
         let (x, y) = ((corner.x - d.x) as i64, (corner.y - d.y) as i64);
         (x, y, x * x + y * y)

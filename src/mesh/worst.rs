@@ -1,6 +1,6 @@
 //! Where a triangle is furthest from the heights.
 
-use super::delaunay::Vertex;
+use super::delaunay::GridPoint;
 use super::steps::Steps;
 
 /// The vertex that is furthest from a triangle, in steps above or below it.
@@ -20,7 +20,7 @@ impl Worst {
     ///
     /// Large triangles are looked at most and far off nearly everywhere: nearly any vertex mends them as well as the
     /// worst. Looking at all of each takes up to twice as long and saves no triangles.
-    pub fn beyond(steps: &Steps, corners: [Vertex; 3], bound: f64) -> Worst {
+    pub fn beyond(steps: &Steps, corners: [GridPoint; 3], bound: f64) -> Worst {
         const ENOUGH_ROWS: i32 = 16;
         let [a, b, c] = corners.map(|corner| corner.y);
         let stride = (a.max(b).max(c) - a.min(b).min(c)) / ENOUGH_ROWS;
@@ -46,7 +46,7 @@ impl Worst {
     ///
     /// The numerator is a whole number below 2^53 in `f64`, which is exact: 2^24 for the area times 2^29 for the
     /// difference of two heights.
-    fn of(steps: &Steps, corners: [Vertex; 3], stride: i32) -> Worst {
+    fn of(steps: &Steps, corners: [GridPoint; 3], stride: i32) -> Worst {
         let [mut a, mut b, mut c] = corners;
         // From north to south.
         if b.y < a.y {
@@ -114,7 +114,7 @@ struct ScanLine {
 
 impl ScanLine {
     /// The line between two vertices, standing at the northern one. Level lines cross nothing.
-    fn new(from: Vertex, to: Vertex) -> ScanLine {
+    fn new(from: GridPoint, to: GridPoint) -> ScanLine {
         let rows = (to.y - from.y).max(1);
         let columns = to.x - from.x;
         ScanLine { x: from.x, whole: columns.div_euclid(rows), part: columns.rem_euclid(rows), sum: rows - 1, rows }

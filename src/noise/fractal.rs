@@ -3,10 +3,10 @@
 use super::bounds::bounds;
 use super::fold::{Fbm, Fold, FoldStep, Hetero, Hybrid, Ridged, State};
 use super::lattice::Lattice;
-use super::rows::{PointRows, Rows};
+use super::rows::{PointRows, RowWise};
 use super::simplex::{RowStart, Simplex};
 use super::spec::{FractalKind, FractalSpec};
-use super::splat::{Bumps, Sink, Splat};
+use super::splat::{Bumps, NoiseSink, Splat};
 use crate::area::Area;
 use crate::simd::{self, Kernel, Level, MAX_LANES, Simd};
 use std::marker::PhantomData;
@@ -35,7 +35,7 @@ const MAX_WARP_CELLS: f64 = 1024.0;
 struct Octave {
     lattice: Lattice,
     step: FoldStep,
-    method: Method,
+    method: Evaluation,
     /// For warped areas, and for the shortest waves.
     simplex: Simplex<BLOCK_COLUMNS>,
 }
@@ -44,9 +44,9 @@ struct Octave {
 /// takes depends on its frequency alone and is part of what the noise is.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "a fractal has a handful of octaves")]
-enum Method {
+enum Evaluation {
     Splat(Splat<BLOCK_COLUMNS, BLOCK_ROWS>),
-    Rows(Rows<BLOCK_COLUMNS>),
+    RowWise(RowWise<BLOCK_COLUMNS>),
     Simplex,
 }
 
@@ -141,7 +141,7 @@ impl Fractal {
     }
 
     fn run_kind<F: Fold>(&self, level: Option<Level>, area: Area, warp: Option<Displacement<'_>>, out: &mut [f32]) {
-        let fill = Fill::<F> { fractal: self, area, warp, out, kind: PhantomData };
+        let fill = FractalFill::<F> { fractal: self, area, warp, out, kind: PhantomData };
         match level {
             Some(level) => simd::dispatch_at(level, fill),
             None => simd::dispatch(fill),
@@ -181,11 +181,11 @@ impl Octave {
             }
         };
         let method = if frequency <= Splat::<BLOCK_COLUMNS, BLOCK_ROWS>::MAX_FREQUENCY {
-            Method::Splat(Splat::new(&lattice, step.noise_scale))
-        } else if frequency <= Rows::<BLOCK_COLUMNS>::MAX_FREQUENCY {
-            Method::Rows(Rows::new(&lattice, step.noise_scale))
+            Evaluation::Splat(Splat::new(&lattice, step.noise_scale))
+        } else if frequency <= RowWise::<BLOCK_COLUMNS>::MAX_FREQUENCY {
+            Evaluation::RowWise(RowWise::new(&lattice, step.noise_scale))
         } else {
-            Method::Simplex
+            Evaluation::Simplex
         };
         Octave { step, method, simplex: Simplex::new(&lattice, spacing_m, step.noise_scale), lattice }
     }
@@ -199,7 +199,7 @@ struct Displacement<'a> {
 }
 
 /// The computation of an area.
-struct Fill<'a, F> {
+struct FractalFill<'a, F> {
     fractal: &'a Fractal,
     area: Area,
     warp: Option<Displacement<'a>>,
@@ -218,7 +218,7 @@ struct Part {
 }
 
 /// The working memory of a block.
-struct Scratch {
+struct BlockScratch {
     bumps: Bumps<BLOCK_ROWS>,
     value: Strips,
     weight: Strips,
@@ -226,7 +226,7 @@ struct Scratch {
     dy_m: Strips,
 }
 
-impl<F: Fold> Kernel for Fill<'_, F> {
+impl<F: Fold> Kernel for FractalFill<'_, F> {
     type Output = ();
 
     #[inline(always)]
@@ -236,7 +236,7 @@ impl<F: Fold> Kernel for Fill<'_, F> {
         }
         let zeros = || Strips([0.0; BLOCK_VERTICES]);
         let mut scratch =
-            Scratch { bumps: Bumps::new(), value: zeros(), weight: zeros(), dx_m: zeros(), dy_m: zeros() };
+            BlockScratch { bumps: Bumps::new(), value: zeros(), weight: zeros(), dx_m: zeros(), dy_m: zeros() };
         let (columns, rows) = (BLOCK_COLUMNS as i64, BLOCK_ROWS as i64);
         let Area { x0, y0, x1, y1 } = self.area;
         for block_y in y0.div_euclid(rows)..=(y1 - 1).div_euclid(rows) {
@@ -252,10 +252,10 @@ impl<F: Fold> Kernel for Fill<'_, F> {
     }
 }
 
-impl<F: Fold> Fill<'_, F> {
+impl<F: Fold> FractalFill<'_, F> {
     /// Computes a part of the block whose first vertex is (x, y).
     #[inline(always)]
-    fn block<S: Simd>(&mut self, simd: S, x: i64, y: i64, part: &Part, scratch: &mut Scratch) {
+    fn block<S: Simd>(&mut self, simd: S, x: i64, y: i64, part: &Part, scratch: &mut BlockScratch) {
         let first = (
             (y + part.rows.start as i64 - self.area.y0) as usize,
             (x + part.columns.start as i64 - self.area.x0) as usize,
@@ -272,9 +272,9 @@ impl<F: Fold> Fill<'_, F> {
             let is_first = index == 0;
             match &octave.method {
                 _ if self.warp.is_some() => fold_simplex::<S, F, true>(simd, octave, position, is_first, part, scratch),
-                Method::Splat(splat) => fold_splat::<S, F>(simd, octave, splat, position, is_first, part, scratch),
-                Method::Rows(rows) => fold_rows::<S, F>(simd, octave, rows, position, is_first, part, scratch),
-                Method::Simplex => fold_simplex::<S, F, false>(simd, octave, position, is_first, part, scratch),
+                Evaluation::Splat(splat) => fold_splat::<S, F>(simd, octave, splat, position, is_first, part, scratch),
+                Evaluation::RowWise(rows) => fold_rows::<S, F>(simd, octave, rows, position, is_first, part, scratch),
+                Evaluation::Simplex => fold_simplex::<S, F, false>(simd, octave, position, is_first, part, scratch),
             }
         }
         for (row, start) in part.rows.clone().zip((first.0 * width + first.1..).step_by(width)) {
@@ -292,7 +292,7 @@ fn fold_splat<S: Simd, F: Fold>(
     position: [u128; 2],
     is_first: bool,
     part: &Part,
-    scratch: &mut Scratch,
+    scratch: &mut BlockScratch,
 ) {
     splat.find_bumps(simd, position, &mut scratch.bumps);
     for strip in strips::<S>(part) {
@@ -318,7 +318,7 @@ struct FoldSink<'a, F> {
     kind: PhantomData<F>,
 }
 
-impl<S: Simd, F: Fold> Sink<S> for FoldSink<'_, F> {
+impl<S: Simd, F: Fold> NoiseSink<S> for FoldSink<'_, F> {
     #[inline(always)]
     fn take(&mut self, simd: S, row: usize, noise: S::F32) {
         let at = row * S::LANES;
@@ -331,11 +331,11 @@ impl<S: Simd, F: Fold> Sink<S> for FoldSink<'_, F> {
 fn fold_rows<S: Simd, F: Fold>(
     simd: S,
     octave: &Octave,
-    rows: &Rows<BLOCK_COLUMNS>,
+    rows: &RowWise<BLOCK_COLUMNS>,
     position: [u128; 2],
     is_first: bool,
     part: &Part,
-    scratch: &mut Scratch,
+    scratch: &mut BlockScratch,
 ) {
     let mut points = PointRows::new();
     let mut row_position = position;
@@ -361,7 +361,7 @@ fn fold_simplex<S: Simd, F: Fold, const WARPED: bool>(
     position: [u128; 2],
     is_first: bool,
     part: &Part,
-    scratch: &mut Scratch,
+    scratch: &mut BlockScratch,
 ) {
     let lanes = octave.simplex.lanes(simd);
     let mut row_position = position;

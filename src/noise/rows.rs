@@ -19,7 +19,7 @@ const MOST_VECTORS: usize = 16;
 
 /// What evaluating an octave row by row needs, for blocks `COLUMNS` wide.
 #[derive(Clone, Debug)]
-pub(super) struct Rows<const COLUMNS: usize> {
+pub(super) struct RowWise<const COLUMNS: usize> {
     /// What each column adds to u.
     columns: [u32; COLUMNS],
     /// The gradients' components east and south, scaled to fit fractions of u and v.
@@ -53,7 +53,7 @@ impl PointRows {
 
 /// One of the two rows of points, seen from a row of vertices.
 #[derive(Clone, Copy)]
-struct Side<'a> {
+struct RowSide<'a> {
     points: &'a PointRow,
     /// For each vector of vertices, the last point west of its first vertex, and where that vertex is after it.
     first: [u32; MOST_VECTORS],
@@ -66,23 +66,23 @@ struct Side<'a> {
 
 /// A row of vertices between its two rows of points.
 #[derive(Clone, Copy)]
-pub(super) struct Row<'a> {
-    north: Side<'a>,
-    south: Side<'a>,
+pub(super) struct VertexRow<'a> {
+    north: RowSide<'a>,
+    south: RowSide<'a>,
 }
 
-impl<const COLUMNS: usize> Rows<COLUMNS> {
+impl<const COLUMNS: usize> RowWise<COLUMNS> {
     /// The highest frequency for which a vector of points, or eight, serves a vector of vertices: the last of `n`
     /// vertices is `(n - 1) sqrt(3/2) frequency` points after the first, that is up to one after the first of the points, and
     /// another is needed to its east. For `n` = 8 that is 7.92 points.
     pub const MAX_FREQUENCY: f64 = 0.69;
 
     /// The noise is multiplied by `scale`.
-    pub fn new(lattice: &Lattice, scale: f64) -> Rows<COLUMNS> {
+    pub fn new(lattice: &Lattice, scale: f64) -> RowWise<COLUMNS> {
         const { assert!(COLUMNS + 3 + MAX_LANES <= POINTS && COLUMNS <= 4 * MOST_VECTORS) };
         // The bumps come out with (3/2 t)^4, see `bumps`.
         let scale = scale * NORMALISATION / (1.5 * 1.5 * 1.5 * 1.5);
-        Rows {
+        RowWise {
             columns: lattice.columns(),
             gradients: [
                 DIRECTIONS.map(|[gx, _]| (gx * EDGE * scale) as f32),
@@ -93,7 +93,7 @@ impl<const COLUMNS: usize> Rows<COLUMNS> {
 
     /// The row of vertices whose first in the block is at `position`.
     #[inline(always)]
-    pub fn row<'a, S: Simd>(&self, simd: S, position: [u128; 2], points: &'a mut PointRows) -> Row<'a> {
+    pub fn row<'a, S: Simd>(&self, simd: S, position: [u128; 2], points: &'a mut PointRows) -> VertexRow<'a> {
         let [u, v] = position;
         let below = fraction(v);
         // In units of points along the row: a row is shifted by half a point against the next.
@@ -110,7 +110,7 @@ impl<const COLUMNS: usize> Rows<COLUMNS> {
                 *first = start.wrapping_add(columns[0]) >> LANE_FRACTION_BITS;
                 *from = start.wrapping_sub(*first << LANE_FRACTION_BITS);
             }
-            Side {
+            RowSide {
                 points: &points.rows[place],
                 first: firsts,
                 start: starts,
@@ -118,7 +118,7 @@ impl<const COLUMNS: usize> Rows<COLUMNS> {
                 base: (0.75 * (1.0 - dv * dv)) as f32,
             }
         };
-        Row { north: side(north, from_north, below), south: side(south, from_south, below - 1.0) }
+        VertexRow { north: side(north, from_north, below), south: side(south, from_south, below - 1.0) }
     }
 
     /// Makes the gradients of a row of points, unless they are there already, and returns their place.
@@ -148,13 +148,13 @@ impl<const COLUMNS: usize> Rows<COLUMNS> {
 
     /// The noise at `LANES` vertices of a row, from `column` on.
     #[inline(always)]
-    pub fn noise<S: Simd>(&self, simd: S, row: &Row<'_>, column: usize) -> S::F32 {
+    pub fn noise<S: Simd>(&self, simd: S, row: &VertexRow<'_>, column: usize) -> S::F32 {
         self.bumps(simd, &row.north, column) + self.bumps(simd, &row.south, column)
     }
 
     /// The bumps of one row of points: `(3/4 (1 - dv^2) - du^2)^4`, which is `3/2 (1/2 - d.d)` to the fourth, times the slope.
     #[inline(always)]
-    fn bumps<S: Simd>(&self, simd: S, side: &Side<'_>, column: usize) -> S::F32 {
+    fn bumps<S: Simd>(&self, simd: S, side: &RowSide<'_>, column: usize) -> S::F32 {
         let columns = &self.columns[column..column + S::LANES];
         let first = side.first[column / S::LANES] as usize;
         let start = side.start[column / S::LANES];
@@ -169,7 +169,7 @@ impl<const COLUMNS: usize> Rows<COLUMNS> {
 
 /// The bumps of a row of points that lie `du` from the vertices, by the points' numbers.
 #[inline(always)]
-fn bump<S: Simd>(simd: S, side: &Side<'_>, first: usize, point: S::U32, du: S::F32) -> S::F32 {
+fn bump<S: Simd>(simd: S, side: &RowSide<'_>, first: usize, point: S::U32, du: S::F32) -> S::F32 {
     let t = simd.max(simd.splat(side.base) - du * du, simd.splat(0.0));
     let t2 = t * t;
     let slope = simd.pick(&side.points.gradient_x[first..], point) * du

@@ -49,7 +49,7 @@ pub(super) struct Bumps<const ROWS: usize> {
 }
 
 /// What is done with the noise of the vectors of a strip.
-pub(super) trait Sink<S: Simd> {
+pub(super) trait NoiseSink<S: Simd> {
     /// Takes the noise of one vector, in a row of the block.
     fn take(&mut self, simd: S, row: usize, noise: S::F32);
 }
@@ -128,7 +128,7 @@ impl<const COLUMNS: usize, const ROWS: usize> Splat<COLUMNS, ROWS> {
         bumps: &Bumps<ROWS>,
         column: usize,
         rows: &Range<usize>,
-        sink: &mut impl Sink<S>,
+        sink: &mut impl NoiseSink<S>,
     ) {
         let columns = &self.columns[column..column + S::LANES];
         let mut start = rows.start;
@@ -175,7 +175,7 @@ fn add_bumps<S: Simd, const ROWS: usize, const COUNT: usize>(
     columns: &[f32],
     rows: Range<usize>,
     mut reaching: u32,
-    sink: &mut impl Sink<S>,
+    sink: &mut impl NoiseSink<S>,
 ) {
     let mut less_dx2 = [simd.splat(-1.0); COUNT];
     let mut slope_x = [simd.splat(0.0); COUNT];

@@ -152,18 +152,18 @@ impl Stripes {
         across_y: &'a [f32],
         crest: &'a mut [f32],
         flank: &'a mut [f32],
-    ) -> Fill<'a> {
+    ) -> StripesFill<'a> {
         let vertices = if area.is_empty() { 0 } else { area.len() };
         assert!(
             [across_x.len(), across_y.len(), crest.len(), flank.len()] == [vertices; 4],
             "one direction and one value for each vertex of the area"
         );
-        Fill { stripes: self, area, across_x, across_y, crest, flank }
+        StripesFill { stripes: self, area, across_x, across_y, crest, flank }
     }
 }
 
 /// The computation of an area.
-struct Fill<'a> {
+struct StripesFill<'a> {
     stripes: &'a Stripes,
     area: Area,
     across_x: &'a [f32],
@@ -195,7 +195,7 @@ struct Reaching<S: Simd> {
     phase: f32,
 }
 
-impl Kernel for Fill<'_> {
+impl Kernel for StripesFill<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -336,7 +336,7 @@ impl Stripes {
     }
 }
 
-impl Fill<'_> {
+impl StripesFill<'_> {
     /// Adds up the waves in the wanted lanes of `rows` rows of a strip, of which the first is at `at`.
     #[inline(always)]
     fn add_up<S: Simd>(&mut self, simd: S, reaching: &[Reaching<S>], rows: usize, lanes: Range<usize>, mut at: usize) {

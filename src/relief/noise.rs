@@ -93,7 +93,7 @@ impl NoiseRelief {
         // Bands that fit the second-level cache, whatever the size of the tile.
         const BAND_VERTICES: usize = 1 << 16;
         let rows = (BAND_VERTICES / area.width().max(1)).max(1);
-        let mut scratch = Scratch::default();
+        let mut scratch = BandScratch::default();
         for (band, out) in heights.values_mut().chunks_mut(rows * area.width().max(1)).enumerate() {
             let y0 = area.y0 + (band * rows) as i64;
             let band = Area { y0, y1: y0 + (out.len() / area.width()) as i64, ..area };
@@ -102,8 +102,8 @@ impl NoiseRelief {
         heights
     }
 
-    fn fill_band(&self, band: Area, scratch: &mut Scratch, out: &mut [f32]) {
-        let Scratch { east, south, value, share } = scratch;
+    fn fill_band(&self, band: Area, scratch: &mut BandScratch, out: &mut [f32]) {
+        let BandScratch { east, south, value, share } = scratch;
         for buffer in [&mut *east, south, value, share] {
             buffer.resize(out.len(), 0.0);
         }
@@ -151,7 +151,7 @@ impl NoiseRelief {
 
 /// Buffers of one band.
 #[derive(Default)]
-struct Scratch {
+struct BandScratch {
     east: Vec<f32>,
     south: Vec<f32>,
     value: Vec<f32>,

@@ -139,30 +139,30 @@ impl Blend {
 #[derive(Clone, Debug)]
 pub struct GroundRule {
     slope_scale: f32,
-    dirt: Ramp,
-    rock: Ramp,
-    no_sand: Ramp,
-    snow: Ramp,
+    dirt: LinearStep,
+    rock: LinearStep,
+    no_sand: LinearStep,
+    snow: LinearStep,
     /// Metres by which snow lies lower for each part of the normal that points north.
     snow_north_m: f32,
-    snow_slides: Ramp,
+    snow_slides: LinearStep,
 }
 
 /// `clamp(value * scale + shift, 0, 1)`.
 #[derive(Clone, Copy, Debug)]
-struct Ramp {
+struct LinearStep {
     scale: f32,
     shift: f32,
 }
 
-impl Ramp {
-    fn between([from, to]: [f64; 2]) -> Ramp {
+impl LinearStep {
+    fn between([from, to]: [f64; 2]) -> LinearStep {
         let scale = 1.0 / (to - from);
-        Ramp { scale: scale as f32, shift: (-from * scale) as f32 }
+        LinearStep { scale: scale as f32, shift: (-from * scale) as f32 }
     }
 
-    fn always(value: f32) -> Ramp {
-        Ramp { scale: 0.0, shift: value }
+    fn always(value: f32) -> LinearStep {
+        LinearStep { scale: 0.0, shift: value }
     }
 }
 
@@ -172,15 +172,15 @@ impl GroundRule {
         let sea_level_m = sea_level_m.unwrap_or(0.0);
         GroundRule {
             slope_scale: ground.slope_scale as f32,
-            dirt: Ramp::between(ground.dirt),
-            rock: Ramp::between(ground.rock),
+            dirt: LinearStep::between(ground.dirt),
+            rock: LinearStep::between(ground.rock),
             no_sand: match ground.sand_m {
-                Some([all, none]) => Ramp::between([sea_level_m + all, sea_level_m + none]),
-                None => Ramp::always(1.0),
+                Some([all, none]) => LinearStep::between([sea_level_m + all, sea_level_m + none]),
+                None => LinearStep::always(1.0),
             },
-            snow: ground.snow_m.map_or(Ramp::always(0.0), Ramp::between),
+            snow: ground.snow_m.map_or(LinearStep::always(0.0), LinearStep::between),
             snow_north_m: (ground.snow_aspect_m * SQRT_2) as f32,
-            snow_slides: Ramp::between(ground.snow_slope),
+            snow_slides: LinearStep::between(ground.snow_slope),
         }
     }
 }
@@ -230,7 +230,7 @@ impl Kernel for Weigh<'_> {
 }
 
 #[inline(always)]
-fn ramp<S: Simd>(simd: S, value: S::F32, ramp: Ramp) -> S::F32 {
+fn ramp<S: Simd>(simd: S, value: S::F32, ramp: LinearStep) -> S::F32 {
     let value = value * simd.splat(ramp.scale) + simd.splat(ramp.shift);
     simd.min(simd.max(value, simd.splat(0.0)), simd.splat(1.0))
 }

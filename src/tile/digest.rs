@@ -11,7 +11,7 @@ use crate::tile::Tile;
 
 /// A part of a tile that has a hash of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Channel {
+pub enum TileChannel {
     /// Heights in metres, as 32-bit floats, row by row.
     Heights,
     /// Normals: all of east, then of up, of south, as 32-bit floats.
@@ -32,32 +32,32 @@ pub enum Channel {
     Sites,
 }
 
-impl Channel {
+impl TileChannel {
     /// All channels, in the order in which lists have them.
-    pub const ALL: [Channel; 9] = [
-        Channel::Heights,
-        Channel::Normals,
-        Channel::Blend,
-        Channel::Water,
-        Channel::Depth,
-        Channel::Flow,
-        Channel::Beds,
-        Channel::Lines,
-        Channel::Sites,
+    pub const ALL: [TileChannel; 9] = [
+        TileChannel::Heights,
+        TileChannel::Normals,
+        TileChannel::Blend,
+        TileChannel::Water,
+        TileChannel::Depth,
+        TileChannel::Flow,
+        TileChannel::Beds,
+        TileChannel::Lines,
+        TileChannel::Sites,
     ];
 
     /// The name in lists and in the registry.
     pub const fn name(self) -> &'static str {
         match self {
-            Channel::Heights => "heights",
-            Channel::Normals => "normals",
-            Channel::Blend => "blend",
-            Channel::Water => "water",
-            Channel::Depth => "depth",
-            Channel::Flow => "flow",
-            Channel::Beds => "beds",
-            Channel::Lines => "lines",
-            Channel::Sites => "sites",
+            TileChannel::Heights => "heights",
+            TileChannel::Normals => "normals",
+            TileChannel::Blend => "blend",
+            TileChannel::Water => "water",
+            TileChannel::Depth => "depth",
+            TileChannel::Flow => "flow",
+            TileChannel::Beds => "beds",
+            TileChannel::Lines => "lines",
+            TileChannel::Sites => "sites",
         }
     }
 }
@@ -67,22 +67,22 @@ impl Channel {
 /// All numbers are hashed least significant byte first, so that the hashes are the same on every machine. A tile of a relief
 /// that knows of no water has no hashes of water and beds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Digest([Option<blake3::Hash>; Channel::ALL.len()]);
+pub struct Digest([Option<blake3::Hash>; TileChannel::ALL.len()]);
 
 impl Digest {
-    /// The digest of those hashes, in the order of [`Channel::ALL`].
-    pub fn new(hashes: [Option<blake3::Hash>; Channel::ALL.len()]) -> Digest {
+    /// The digest of those hashes, in the order of [`TileChannel::ALL`].
+    pub fn new(hashes: [Option<blake3::Hash>; TileChannel::ALL.len()]) -> Digest {
         Digest(hashes)
     }
 
     /// The hash of a channel, if the tile has it.
-    pub fn of(&self, channel: Channel) -> Option<blake3::Hash> {
+    pub fn of(&self, channel: TileChannel) -> Option<blake3::Hash> {
         self.0[channel as usize]
     }
 
     /// All channels and their hashes.
-    pub fn channels(&self) -> impl Iterator<Item = (Channel, Option<blake3::Hash>)> {
-        Channel::ALL.into_iter().zip(self.0)
+    pub fn channels(&self) -> impl Iterator<Item = (TileChannel, Option<blake3::Hash>)> {
+        TileChannel::ALL.into_iter().zip(self.0)
     }
 }
 
@@ -107,17 +107,17 @@ impl Tile {
         let water = self.water();
         let floats = |grid: &Grid<f32>| hash(area, [grid], f32::to_le_bytes);
         let of = |channel| match channel {
-            Channel::Heights => Some(floats(self.heights())),
-            Channel::Normals => Some(hash(area, self.normals().axes(), f32::to_le_bytes)),
-            Channel::Blend => Some(hash(area, [self.blend().ground(), self.blend().cover()], u32::to_le_bytes)),
-            Channel::Water => water.map(|water| hash(area, [&water.kind], |kind: WaterKind| [kind as u8])),
-            Channel::Depth => water.map(|water| floats(&water.depth_m)),
-            Channel::Flow => water.map(|water| floats(&water.flow_m3s)),
-            Channel::Beds => water.map(|water| hash(area, [&water.bed], |bed: bool| [u8::from(bed)])),
-            Channel::Lines => Some(of_texts(self.lines().iter().map(|line| bytes_of_line(line)))),
-            Channel::Sites => Some(of_texts(self.sites().iter().map(|site| bytes_of_site(site)))),
+            TileChannel::Heights => Some(floats(self.heights())),
+            TileChannel::Normals => Some(hash(area, self.normals().axes(), f32::to_le_bytes)),
+            TileChannel::Blend => Some(hash(area, [self.blend().ground(), self.blend().cover()], u32::to_le_bytes)),
+            TileChannel::Water => water.map(|water| hash(area, [&water.kind], |kind: WaterKind| [kind as u8])),
+            TileChannel::Depth => water.map(|water| floats(&water.depth_m)),
+            TileChannel::Flow => water.map(|water| floats(&water.flow_m3s)),
+            TileChannel::Beds => water.map(|water| hash(area, [&water.bed], |bed: bool| [u8::from(bed)])),
+            TileChannel::Lines => Some(of_texts(self.lines().iter().map(|line| bytes_of_line(line)))),
+            TileChannel::Sites => Some(of_texts(self.sites().iter().map(|site| bytes_of_site(site)))),
         };
-        Digest(Channel::ALL.map(of))
+        Digest(TileChannel::ALL.map(of))
     }
 }
 

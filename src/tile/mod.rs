@@ -5,7 +5,7 @@ mod digest;
 mod normals;
 
 pub use blend::{Blend, GroundRule, Material};
-pub use digest::{Channel, Digest};
+pub use digest::{Digest, TileChannel};
 pub use normals::Normals;
 
 use std::sync::Arc;

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use terrane::area::{Area, TileId};
 use terrane::map::MapPainter;
 use terrane::preset::{BUILT_IN, Preset};
-use terrane::tile::{Channel, Tile};
+use terrane::tile::{Tile, TileChannel};
 use terrane::world::World;
 
 const TILES: [(i64, i64); 4] = [(0, 0), (1_000_000_000, -1_000_000_000), (-7, 3), (1 << 40, -(1 << 40))];
@@ -38,7 +38,7 @@ fn every_preset_has_its_golden_bytes() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden.txt");
     // A build without optimisation does not make all lines.
     if !cfg!(debug_assertions) && std::env::var_os("TERRANE_ACCEPT").is_some() {
-        let channels = Channel::ALL.map(Channel::name).join(", ");
+        let channels = TileChannel::ALL.map(TileChannel::name).join(", ");
         let about = format!(
             "# preset, x, y, and the first 16 digits of the BLAKE3 of {channels} and the map of tiles of 48 cells, seed 1\n"
         );

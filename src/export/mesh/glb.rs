@@ -12,7 +12,7 @@ use gltf_json::validation::USize64;
 use gltf_json::{Index, Root};
 use serde_json::{Map, Value, json};
 
-use super::values::{Geometry, Values};
+use super::values::{MeshData, Values};
 
 /// Names of extensions.
 pub(super) const QUANTIZATION: &str = "KHR_mesh_quantization";
@@ -68,7 +68,7 @@ impl Glb {
     }
 
     /// Adds a mesh of one material.
-    pub fn mesh(&mut self, name: &str, geometry: Geometry, material: Index<Material>) -> Index<Mesh> {
+    pub fn mesh(&mut self, name: &str, geometry: MeshData, material: Index<Material>) -> Index<Mesh> {
         let vertices = geometry.attributes[0].1.count;
         let attributes =
             geometry.attributes.into_iter().map(|(semantic, values)| (Valid(semantic), self.attribute(values)));

@@ -226,7 +226,7 @@ impl<'a> GltfSink<'a> {
     }
 }
 
-fn add(glb: &mut Glb, children: &mut Vec<Index<Node>>, substance: Substance, geometry: super::values::Geometry) {
+fn add(glb: &mut Glb, children: &mut Vec<Index<Node>>, substance: Substance, geometry: super::values::MeshData) {
     let [.., opacity] = substance.colour;
     let material = glb.root.push(Material {
         name: Some(substance.name.to_owned()),

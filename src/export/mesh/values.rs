@@ -97,7 +97,7 @@ fn dimensions(count: usize) -> Type {
 
 /// A mesh, ready to be written.
 #[derive(Debug)]
-pub(super) struct Geometry {
+pub(super) struct MeshData {
     pub attributes: Vec<(Semantic, Values)>,
     /// In the order that suits a GPU.
     pub indices: Vec<u32>,
@@ -130,7 +130,7 @@ pub(super) fn of_land(
     region: &Region,
     quantized: bool,
     tangents: bool,
-) -> Geometry {
+) -> MeshData {
     let area = tile.area();
     let vertices =
         || surface.vertices.iter().map(|&[column, row]| (area.x0 + i64::from(column), area.y0 + i64::from(row)));
@@ -183,11 +183,11 @@ pub(super) fn of_land(
         let weights = vertices().map(|(x, y)| [f32::from(tile.blend().weight(material, x, y)) / 255.0]);
         attributes.push((Semantic::Extras(weight_name(material).to_owned()), Values::floats(weights)));
     }
-    Geometry { attributes, indices: surface.triangles.as_flattened().to_vec() }
+    MeshData { attributes, indices: surface.triangles.as_flattened().to_vec() }
 }
 
 /// The surface of water.
-pub(super) fn of_sheet(sheet: &Sheet, frame: &Frame, area: &Area) -> Geometry {
+pub(super) fn of_sheet(sheet: &Sheet, frame: &Frame, area: &Area) -> MeshData {
     let places = || {
         sheet.vertices.iter().map(|([column, row], height_m)| {
             let (x, y) = (area.x0 + i64::from(*column), area.y0 + i64::from(*row));
@@ -202,11 +202,11 @@ pub(super) fn of_sheet(sheet: &Sheet, frame: &Frame, area: &Area) -> Geometry {
         (Semantic::Normals, Values::floats(sheet.vertices.iter().map(|_| [0.0, 1.0, 0.0]))),
         (Semantic::TexCoords(0), Values::floats(textures)),
     ];
-    Geometry { attributes, indices: sheet.triangles.as_flattened().to_vec() }
+    MeshData { attributes, indices: sheet.triangles.as_flattened().to_vec() }
 }
 
 /// Some ribbons as one mesh.
-pub(super) fn of_ribbons(ribbons: &[Ribbon], frame: &Frame) -> Geometry {
+pub(super) fn of_ribbons(ribbons: &[Ribbon], frame: &Frame) -> MeshData {
     let vertices = || ribbons.iter().flat_map(|ribbon| &ribbon.vertices);
     let places = || {
         vertices().map(|vertex| {
@@ -225,5 +225,5 @@ pub(super) fn of_ribbons(ribbons: &[Ribbon], frame: &Frame) -> Geometry {
         indices.extend(ribbon.triangles.as_flattened().iter().map(|index| before + index));
         before += ribbon.vertices.len() as u32;
     }
-    Geometry { attributes, indices }
+    MeshData { attributes, indices }
 }

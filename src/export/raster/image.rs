@@ -22,7 +22,7 @@ pub(crate) struct Layout {
     pub naming: Naming,
     pub edge: Edge,
     /// Of images of tiles; those of a region are written from the north.
-    pub rows: Rows,
+    pub rows: RowOrder,
 }
 
 /// How the file of a tile is named after its place in the region.
@@ -45,7 +45,7 @@ pub(crate) enum Edge {
 
 /// Which row is the first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Rows {
+pub(crate) enum RowOrder {
     FromNorth,
     FromSouth,
 }
@@ -63,7 +63,7 @@ impl Naming {
 impl Image {
     /// An image of a region, as it lies when no engine has asked for anything else.
     pub const fn new(stem: &'static str, quantity: Quantity, encoding: Encoding) -> Image {
-        let layout = Layout { naming: Naming::Marked, edge: Edge::Shared, rows: Rows::FromNorth };
+        let layout = Layout { naming: Naming::Marked, edge: Edge::Shared, rows: RowOrder::FromNorth };
         Image { stem, quantity, encoding, tiles: false, layout }
     }
 
@@ -79,7 +79,7 @@ impl Image {
 
     /// With the southernmost row first.
     pub const fn upside_down(self) -> Image {
-        Image { layout: Layout { rows: Rows::FromSouth, ..self.layout }, ..self }
+        Image { layout: Layout { rows: RowOrder::FromSouth, ..self.layout }, ..self }
     }
 
     /// The file in the folder of the bake, for the region or for a tile of it.

@@ -10,7 +10,7 @@ use crate::bake::FileRecord;
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::file::write_whole;
-use crate::export::raster::image::{Image, Rows};
+use crate::export::raster::image::{Image, RowOrder};
 use crate::export::raster::quantity::Painter;
 use crate::export::raster::writer::RasterWriter;
 use crate::tile::Tile;
@@ -114,7 +114,7 @@ impl Sink for TileRasters {
         let file = RasterFile { path, width: cols as u64, height: rows as u64, tile: Some(tile.id()) };
         let mut writer = file.begin(&self.drawing)?;
         let mut samples = painter.paint(tile, cols, rows);
-        if image.layout.rows == Rows::FromSouth {
+        if image.layout.rows == RowOrder::FromSouth {
             let row_bytes = samples.len() / rows;
             samples = samples.chunks_exact(row_bytes).rev().collect::<Vec<_>>().concat();
         }
