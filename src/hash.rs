@@ -166,10 +166,16 @@ register! {
     Choice = 2, 1;
     /// How wide its lake is.
     LakeWidth = 3, 1;
+    /// How flat a valley's side it begins on.
+    Flat = 4, 1;
+    /// Where it ends, of several that would end at one place.
+    Foot = 5, 1;
     /// Where in a wave its meanders begin.
     MeanderPhase = 8, 1;
     /// How long a wave of its meanders is, by the knot.
     MeanderWave = 9, 1;
+    /// How far a wave of its meanders turns, by the knot.
+    MeanderTurn = 10, 1;
     /// How far it swings to the side, by the knot.
     Swing = 16, PARTS;
 }

@@ -40,6 +40,15 @@ const COAST_INCISION: f64 = 0.7;
 /// leave room for a ridge.
 const WIDEST_TROUGH: f64 = 0.3;
 
+/// The least slope across a channel, as a share of the hillside's: a brook that is as steep as the hillside still has a
+/// valley. Chosen by eye.
+pub const LEAST_CROSS: f64 = 0.4;
+
+/// The slope across a channel by that of its bed, both as shares of the hillside's: together they make that.
+pub fn across(bed: f64) -> f64 {
+    (1.0 - bed * bed).max(LEAST_CROSS * LEAST_CROSS).sqrt()
+}
+
 impl Fields {
     /// The fields of checked settings.
     pub fn new(settings: &FluvialSettings, spacing_m: f64, sea_level_m: Option<f64>, seed: u64) -> Fields {
@@ -133,6 +142,11 @@ impl Fields {
         let slope = self.settings.trunk_slope * uplift / area.sqrt();
         // Never as steep as a share of the hillsides: else these would not rise from the channel.
         slope / (1.0 + slope / (self.settings.channel_slope * self.hill_slope(uplift)))
+    }
+
+    /// The least slope across a channel that follows the law of rivers, as a share of the hillside's.
+    pub fn least_cross(&self) -> f64 {
+        across(self.settings.channel_slope)
     }
 
     /// Half width in grains of the rounding of a valley's floor, by the area that drains there.

@@ -45,6 +45,9 @@ const DEPTH: f64 = 0.2;
 /// 1: so low that the land still falls along the fall line.
 const ROUGHNESS: f64 = 0.03;
 
+/// How far below the next-best side, in depths of a gully, it is whole: nearer to the crest it is less deep.
+const CREST_DEPTHS: f32 = 4.0;
+
 /// Waves shorter than this many vertices cannot be seen.
 const SHORTEST: f64 = 3.0;
 
@@ -85,6 +88,12 @@ impl Gullies {
             rough_m: (strength * ROUGHNESS * rough_wave_m) as f32,
             spacing_m: spacing_m as f32,
         })
+    }
+
+    /// Metres below the next-best side from which on gullies do not ask how far it is, where no hillside is steeper.
+    pub fn crest_read_m(&self, steepest: f32) -> f32 {
+        let deepest_m = self.octaves.iter().map(|octave| octave.depth_m).fold(self.rough_m, f32::max);
+        CREST_DEPTHS * deepest_m * steepest
     }
 
     /// Carves the heights of all nodes, and rightly those whose [`input`] is within them. Rows must be whole patches.
@@ -197,9 +206,12 @@ fn share<S: Simd>(simd: S, place: &Hillside<'_>, at: usize, detail_m: S::F32) ->
     let rise_m = simd.max(rise_m, simd.splat(0.0));
     let crest_m = simd.load(&place.crest_m[at..]);
     let least = simd.splat(1e-3);
-    // Both are hyperbolas that are a half where the place is a few details high, and smooth everywhere.
+    // A hyperbola that is a half where the place is a few details above the channel.
     let channel = rise_m / (rise_m + detail_m * simd.splat(3.0) + least);
-    let crest = crest_m / (crest_m + detail_m * simd.splat(2.0) + least);
+    // Level at the crest, where the land falls less than on the hillside, and at the whole: beyond, nobody knows how far
+    // the crest is.
+    let below = simd.min(crest_m / (detail_m * simd.splat(CREST_DEPTHS) + least), simd.splat(1.0));
+    let crest = below * below * (simd.splat(3.0) - (below + below));
     channel * crest * simd.load(&place.steepness[at..])
 }
 

@@ -28,6 +28,7 @@ pub mod point;
 pub mod fields;
 mod lift;
 mod wander;
+mod meander;
 pub mod trunk;
 pub mod channel;
 mod chunk;
@@ -167,7 +168,8 @@ impl Fluvial {
         let around = water::input(area).hull(&gullies.map_or(area, |_| gullies::input(area)));
         let nodes = clock.time(stage::WARP, || self.warp.fill(valley::input(around), step));
         let slope = self.slopes(nodes.area, step);
-        let mut valleys = clock.time(stage::VALLEYS, || self.valleys(&nodes, &slope, segments));
+        let told_m = self.told_m(gullies);
+        let mut valleys = clock.time(stage::VALLEYS, || self.valleys(&nodes, &slope, segments, told_m));
         if let Some(gullies) = gullies {
             clock.time(stage::GULLIES, || gullies.carve(&nodes, &slope, &mut valleys));
         }
@@ -178,13 +180,19 @@ impl Fluvial {
 
     /// The segments of channels that matter to an area of nodes, `step` vertices apart.
     fn segments(&self, area: Area, step: i64) -> Segments {
-        let brook = valley::brook_reach(&self.fields);
         let origin = Point::at_vertex(area.x0 * step, area.y0 * step);
-        self.network.segments(self.fields.levels(), self.warp.input(area, step), origin, brook)
+        self.network.segments(self.fields.levels(), self.warp.input(area, step), origin, valley::reach(&self.fields))
     }
 
-    /// The valleys at nodes, given the slope of their hillsides.
-    fn valleys(&self, nodes: &Displaced, slope: &[f32], segments: &Segments) -> Valleys {
+    /// Metres above the lowest side up to which somebody asks for the next-best one: who rounds crests does, and gullies.
+    fn told_m(&self, gullies: Option<&Gullies>) -> f32 {
+        let settings = self.fields.settings();
+        let steepest = settings.hill_slope[0].max(settings.hill_slope[1]) as f32;
+        gullies.map_or(0.0, |gullies| gullies.crest_read_m(steepest)).max(settings.crest_m as f32)
+    }
+
+    /// The valleys at nodes, given the slope of their hillsides; crests are told up to so many metres.
+    fn valleys(&self, nodes: &Displaced, slope: &[f32], segments: &Segments, told_m: f32) -> Valleys {
         let mut valleys = Valleys::with_len(nodes.area.len());
         let [east, south] = &nodes.metres;
         dispatch(FillValleys {
@@ -193,6 +201,7 @@ impl Fluvial {
             step: nodes.step,
             warp: [east, south],
             slope,
+            told_m,
             segments,
             out: &mut valleys,
         });

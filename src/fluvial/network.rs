@@ -18,7 +18,7 @@ use super::channel::{Channel, ChannelId};
 use super::chunk::ChunkId;
 use super::fields::Fields;
 use super::point::Point;
-use super::segment::{Segment, Segments, reach, segments_of};
+use super::segment::{Reach, Segment, Segments, segments_of, widened};
 use super::tributary::{Tributaries, most_area};
 use super::tributary_course;
 use super::trunk::Trunks;
@@ -51,7 +51,7 @@ impl Network {
             fields,
             // Measured over 6 x 6 tiles of alps with roads, which plan over some 5000 x 5000 vertices: with half the room for
             // chunks, and for what tributaries keep, those are made three times over, and a bake takes twice as long.
-            chunks: Memory::new(64 << 20),
+            chunks: Memory::new(96 << 20),
         }
     }
 
@@ -90,15 +90,16 @@ impl Network {
         chunk.channels.iter().find(|channel| channel.id == (level, x, y)).cloned()
     }
 
-    /// The segments of the first `levels` levels whose [reach](Segment::reach), by `brook` grains, touches a rectangle,
+    /// The segments of the first `levels` levels whose [reach](Segment::reach) touches a rectangle,
     /// relative to `origin`.
-    pub fn segments(&self, levels: u32, rectangle: [Point; 2], origin: Point, brook: f64) -> Segments {
+    pub fn segments(&self, levels: u32, rectangle: [Point; 2], origin: Point, reach: Reach) -> Segments {
         let [low, high] = rectangle.map(|corner| corner.from(origin));
         let (mut channels, mut all) = (Vec::new(), Vec::new());
         for level in 0..levels {
+            let own = reach.of(self.fields.side(level) as f64);
             let widest = match level {
-                0 => reach(brook, self.fields.widest_trough(), self.fields.lake_half_width()),
-                _ => reach(brook, self.fields.trough(most_area(level)), 0.0),
+                0 => widened(own, self.fields.widest_trough(), self.fields.lake_half_width()),
+                _ => widened(own / reach.least_cross, self.fields.trough(most_area(level)), 0.0),
             };
             let around = [rectangle[0].moved([-widest; 2]), rectangle[1].moved([widest; 2])];
             self.channels(level, around, |channel| {
@@ -113,7 +114,7 @@ impl Network {
                     segments_of(&self.fields, channel, channels.len() as u32, origin, |ends| touches(ends, widest));
                 let reaches = |segment: &Segment| {
                     let to = [0, 1].map(|axis| segment.from[axis] + segment.along[axis]);
-                    touches([segment.from, to], segment.reach(brook))
+                    touches([segment.from, to], segment.reach(reach))
                 };
                 all.extend(segments.filter(reaches));
                 if all.len() > before {
@@ -127,7 +128,7 @@ impl Network {
     fn chunk(&self, id: ChunkId) -> Arc<Chunk> {
         self.chunks.get(id, || {
             let channels = match id.level {
-                0 => id.cells().filter_map(|node| self.trunks.trunk(node)).map(Arc::new).collect(),
+                0 => id.cells().filter_map(|node| self.trunks.trunk(node)).collect(),
                 _ => self.tributaries.of(id, &|id| self.above(id)),
             };
             Chunk { channels }
@@ -137,7 +138,7 @@ impl Network {
     /// The segments of the levels above a chunk's that matter to its tributaries, relative to its corner.
     fn above(&self, id: ChunkId) -> Segments {
         let square = id.square(&self.fields);
-        let brook = tributary_course::ABOVE_CELLS * self.fields.side(id.level) as f64;
-        self.segments(id.level, square, square[0], brook)
+        let reach = Reach::even(&self.fields, tributary_course::ABOVE_CELLS * self.fields.side(id.level) as f64);
+        self.segments(id.level, square, square[0], reach)
     }
 }

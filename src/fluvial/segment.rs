@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::channel::{Channel, Knot};
-use super::fields::Fields;
+use super::fields::{Fields, across};
 use super::point::{GRAINS, Point};
 use crate::geometry::{LineSegment, length, lerp};
 use crate::memory::heap_bytes;
@@ -19,6 +19,13 @@ pub struct Segments {
     pub all: Vec<Segment>,
 }
 
+impl Segments {
+    /// Those that may come so near to a place, relative to the origin, with their numbers.
+    pub fn around(&self, place: [f64; 2], distance: f64) -> Vec<(usize, &Segment)> {
+        self.all.iter().enumerate().filter(|(_, segment)| segment.line().touches(place, distance)).collect()
+    }
+}
+
 /// A straight segment of a channel: from one knot to the next. Pairs are a value at its upper end, and how that changes
 /// to its lower end.
 #[derive(Clone, Debug)]
@@ -32,12 +39,20 @@ pub struct Segment {
     /// The way from there to where it ends.
     pub along: [f64; 2],
     per_square: f64,
+    /// Grains from a channel of its level to the next, about.
+    side: f64,
+    /// Whether its channel is a trunk: these are never so steep that it shows across them.
+    is_trunk: bool,
     /// Heights of the water in metres.
     pub level_m: [f64; 2],
     /// Areas that drain through it, in cells of the trunk lattice.
     pub area: [f64; 2],
+    /// Slopes of the sides across the channel, as shares of the hillside's: with the bed's along it they make that.
+    pub cross: [f64; 2],
     /// Half widths of the rounding of the valley's floor, in grains.
     pub trough: [f64; 2],
+    /// Half widths of the river, in grains.
+    pub river: [f64; 2],
     /// Half widths of a lake, in grains.
     pub lake: [f64; 2],
 }
@@ -51,12 +66,38 @@ heap_bytes!(Segments: channels, all);
 /// whose bed it lies: it would be land, and break the brook.
 const STEEPER: f64 = 2.5;
 
+/// How far the side of a channel goes on that has no brooks, in distances to the next channel of its level.
+const OWN_SIDES: f64 = 1.0;
+
 /// Grains from a channel beyond which its side has risen more than that of a brook does within `brook` grains, by the
-/// half widths of the rounding of its floor and of its lake.
+/// half widths of the rounding of its floor and of its lake. Of a river, which is narrow beside its floor, it is more.
 ///
 /// A side rises as `sqrt(d^2 - lake^2 + trough^2) - trough`, and a brook's, which has neither, as `d`: solved for d.
-pub fn reach(brook: f64, trough: f64, lake: f64) -> f64 {
+pub fn widened(brook: f64, trough: f64, lake: f64) -> f64 {
     (brook * (brook + 2.0 * trough) + lake * lake).sqrt()
+}
+
+/// How far channels matter, in grains from them, where no others are in between.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach {
+    /// Of brooks whose sides are as steep as the hill; of other channels as far as their sides rise no more than theirs.
+    pub brook: f64,
+    /// Of the larger channels, whose sides go on where there are no brooks, at most.
+    pub most: f64,
+    /// No sides count as gentler, as a share of the hillside's slope.
+    pub least_cross: f64,
+}
+
+impl Reach {
+    /// The same for all channels.
+    pub fn even(fields: &Fields, brook: f64) -> Reach {
+        Reach { brook, most: brook, least_cross: fields.least_cross() }
+    }
+
+    /// How far channels matter that are so far apart.
+    pub fn of(self, side: f64) -> f64 {
+        self.brook.max((OWN_SIDES * side).min(self.most))
+    }
 }
 
 impl Segment {
@@ -84,11 +125,32 @@ impl Segment {
         self.lake[0].max(self.lake[0] + self.lake[1])
     }
 
+    /// How many metres its bed falls a grain.
+    pub fn bed_slope(&self) -> f64 {
+        -self.level_m[1] / length(self.along)
+    }
+
+    /// The least slope across it, as a share of the hillside's.
+    pub fn gentlest_cross(&self) -> f64 {
+        self.cross[0].min(self.cross[0] + self.cross[1])
+    }
+
+    /// The largest half width of its floor's rounding in grains.
+    fn widest_trough(&self) -> f64 {
+        self.trough[0].max(self.trough[0] + self.trough[1])
+    }
+
+    /// The largest half width of its water in grains.
+    fn shore(&self) -> f64 {
+        self.widest_lake().max(self.river[0]).max(self.river[0] + self.river[1])
+    }
+
     /// Grains from the segment beyond which its side has risen more than that of a brook without a floor does within
     /// `brook` grains.
     #[inline]
-    pub fn reach(&self, brook: f64) -> f64 {
-        reach(brook, self.trough[0].max(self.trough[0] + self.trough[1]), self.widest_lake())
+    pub fn reach(&self, reach: Reach) -> f64 {
+        let cross = if self.is_trunk { 1.0 } else { self.gentlest_cross().max(reach.least_cross) };
+        widened(reach.of(self.side) / cross, self.widest_trough(), self.widest_lake())
     }
 
     /// Its lowest water in metres.
@@ -96,12 +158,23 @@ impl Segment {
         self.level_m[0].min(self.level_m[0] + self.level_m[1])
     }
 
+    /// [`Segment::side_m`] if that is lower than a height: cheaper than to ask for it and compare.
+    pub fn side_below_m(&self, at: [f64; 2], slope: f64, most_m: f64) -> Option<f64> {
+        let rise = (most_m - self.lowest_m()) / (slope * self.gentlest_cross());
+        // A side has risen so much where the square of the distance is that, at least.
+        let shore = self.shore();
+        if rise <= 0.0 || self.nearest(at).1 > rise * (rise + 2.0 * self.widest_trough()) + shore * shore {
+            return None;
+        }
+        Some(self.side_m(at, slope)).filter(|side_m| *side_m < most_m)
+    }
+
     /// The height of the valley side that rises from it at a point, for hillsides that rise so many metres a grain.
     pub fn side_m(&self, at: [f64; 2], slope: f64) -> f64 {
         let (t, square) = self.nearest(at);
-        let (trough, shore) = (lerp(self.trough, t), lerp(self.lake, t));
+        let (trough, shore) = (lerp(self.trough, t), lerp(self.lake, t).max(lerp(self.river, t)));
         let rise = ((square - shore * shore).max(0.0) + trough * trough).sqrt() - trough;
-        lerp(self.level_m, t) + slope * rise
+        lerp(self.level_m, t) + slope * lerp(self.cross, t) * rise
     }
 }
 
@@ -113,6 +186,7 @@ pub fn segments_of(
     origin: Point,
     wanted: impl Fn([[f64; 2]; 2]) -> bool,
 ) -> impl Iterator<Item = Segment> {
+    let cross = move |knot: usize| cross(fields, channel, knot);
     channel.knots.windows(2).enumerate().filter_map(move |(knot, pair)| {
         let (from, to) = (pair[0].at.from(origin), pair[1].at.from(origin));
         if !wanted([from, to]) {
@@ -133,32 +207,43 @@ pub fn segments_of(
             from,
             along,
             per_square: 1.0 / square,
+            side: fields.side(channel.id.0) as f64,
+            is_trunk: channel.id.0 == 0,
             level_m: values(&|knot| knot.level_m),
             area: values(&|knot| knot.area),
+            cross: [cross(knot), cross(knot + 1) - cross(knot)],
             trough: values(&|knot| fields.trough(knot.area).min(roundest)),
+            river: values(&|knot| fields.river_width_m(knot.area) / 2.0 / fields.metres_a_grain()),
             lake: values(&|knot| knot.lake),
         })
     })
 }
 
-/// The place some grains downstream of a place, at most the end of the channel or of the known segments.
-pub fn downstream<'a>(
-    segments: &'a [Segment],
-    mut segment: &'a Segment,
-    mut t: f64,
-    mut grains: f64,
-) -> (&'a Segment, f64) {
+/// The slope across a channel at a knot, as a share of the hillside's: what is steepest on the hillside is as steep as
+/// that, and of it the bed has its part.
+fn cross(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
+    let (above, below) = (&channel.knots[knot.max(1) - 1], &channel.knots[(knot + 1).min(channel.knots.len() - 1)]);
+    let way_m = above.at.distance(below.at) * fields.metres_a_grain();
+    let steep = (above.level_m - below.level_m) / (way_m * channel.hill_slope).max(1e-9);
+    across(steep)
+}
+
+/// The place some grains downstream of one in the segment of that number: the segment's number and the share of it;
+/// `None` past the end of the channel or of the known segments.
+pub fn downstream(segments: &[Segment], mut number: usize, mut t: f64, mut grains: f64) -> Option<(usize, f64)> {
     loop {
+        let segment = &segments[number];
         let whole = length(segment.along);
         let left = (1.0 - t) * whole;
         if grains <= left {
-            return (segment, t + grains / whole);
+            return Some((number, t + grains / whole));
         }
         grains -= left;
-        let follows = |next: &&Segment| next.knot == segment.knot + 1 && next.channel == segment.channel;
-        match segments.iter().find(follows) {
-            Some(next) => (segment, t) = (next, 0.0),
-            None => return (segment, 1.0),
+        // Those of a channel come one after the other; some may be left out.
+        let follows = |next: &Segment| next.knot == segment.knot + 1 && next.channel == segment.channel;
+        if !segments.get(number + 1).is_some_and(follows) {
+            return None;
         }
+        (number, t) = (number + 1, 0.0);
     }
 }

@@ -9,7 +9,7 @@ use crate::clock::Clock;
 use crate::fluvial::Fluvial;
 use crate::fluvial::fields::Fields;
 use crate::fluvial::point::{GRAINS, Point};
-use crate::fluvial::segment::{Segment, Segments};
+use crate::fluvial::segment::{Reach, Segment, Segments};
 use crate::geometry::{length, lerp};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
@@ -110,7 +110,12 @@ impl Survey for Fluvial {
         let fields = self.fields();
         // All that the warp may bring here, and a vertex more for what is rounded on the way.
         let rectangle = self.warp.input(area.padded(1), 1);
-        let pieces = self.network().segments(fields.levels(), rectangle, Point::at_vertex(area.x0, area.y0), 0.0);
+        let pieces = self.network().segments(
+            fields.levels(),
+            rectangle,
+            Point::at_vertex(area.x0, area.y0),
+            Reach::even(fields, 0.0),
+        );
         let lakes: Vec<&Segment> = pieces.all.iter().filter(|piece| piece.widest_lake() > 0.0).collect();
         let spring_m3s = fields.settings().spring_m3s;
         let mut rivers = Vec::new();

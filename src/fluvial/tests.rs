@@ -30,7 +30,7 @@ fn known(fluvial: &Fluvial) -> Known {
     let segments = fluvial.segments(wide, 1);
     let nodes = fluvial.warp.fill(wide, 1);
     let slope = fluvial.slopes(wide, 1);
-    let valleys = fluvial.valleys(&nodes, &slope, &segments);
+    let valleys = fluvial.valleys(&nodes, &slope, &segments, fluvial.told_m(fluvial.gullies.as_ref()));
     Known { segments, nodes, slope, valleys }
 }
 
@@ -84,6 +84,31 @@ fn no_other_segments_matter() {
         let segments = Segments { origin: wide.origin, channels: wide.channels, all: poisoned };
         let land = fluvial.land_of(&segments, AREA, 1, &Clock::default());
         assert_eq!(land.heights, expected.heights, "{name}");
+    }
+}
+
+/// What is left out of a patch is read by nobody: else land would have steps where patches meet.
+#[test]
+fn what_is_told_of_crests_does_not_depend_on_patches() {
+    for (name, text) in crate::preset::BUILT_IN {
+        let mut preset = Preset::parse(name, text).unwrap();
+        let Some(settings) = &mut preset.fluvial else { continue };
+        settings.gullies = 1.0;
+        for levels in 3..=settings.levels {
+            preset.fluvial.as_mut().unwrap().levels = levels;
+            let settings = preset.fluvial.as_ref().unwrap();
+            let fluvial = Fluvial::new(settings, preset.spacing_m, preset.sea_level_m, 4, None);
+            let area = valley::input(AREA);
+            let (nodes, slope) = (fluvial.warp.fill(area, 1), fluvial.slopes(area, 1));
+            let segments = fluvial.segments(area, 1);
+            let told_m = fluvial.told_m(fluvial.gullies.as_ref());
+            let told = fluvial.valleys(&nodes, &slope, &segments, told_m);
+            // So much that no segment is left out.
+            let whole = fluvial.valleys(&nodes, &slope, &segments, 1e6);
+            assert_eq!(told.height_m, whole.height_m, "{name}, {levels} levels");
+            let expected: Vec<f32> = whole.crest_m.iter().map(|crest_m| crest_m.min(told_m)).collect();
+            assert_eq!(told.crest_m, expected, "{name}, {levels} levels");
+        }
     }
 }
 

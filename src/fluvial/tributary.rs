@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use super::channel::{Channel, Knot};
 use super::chunk::ChunkId;
-use super::fields::Fields;
+use super::fields::{Fields, LEAST_CROSS};
 use super::point::Point;
-use super::segment::{Segment, Segments};
+use super::segment::{Reach, Segment, Segments};
 use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};
 use super::trunk::{LEAST_SLOPE, NodeId};
 use super::trunk_course::INCISION;
 use super::trunk_curve::DROWNED_SLOPE;
 use super::wander;
-use crate::geometry::{LineSegment, length, lines};
+use crate::geometry::{LineSegment, length, lerp, lines};
 use crate::hash;
 use crate::memory::Usage;
 
@@ -28,6 +28,13 @@ const AREA_FALL: f64 = 0.75;
 /// How far from the middle of its course channels are looked for that a tributary may be under: in lengths of the
 /// course, and in cells more.
 const NEAR: f64 = 1.5;
+
+/// Shares of a step up a tributary at which its bed is compared with the sides of larger valleys: its end, then more
+/// closely towards where it comes from, as floors are flattest there.
+const PLACES: [f64; 6] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.75];
+
+/// Metres by which a bed lies below the sides of larger valleys at least: so much is lost where these are rasters.
+const CUT_M: f64 = 0.05;
 
 /// The tributaries of a world.
 #[derive(Debug)]
@@ -77,10 +84,10 @@ impl Tributaries {
         let reach = length(way);
         let from = shore.from(origin);
         let middle = [0, 1].map(|axis| from[axis] + way[axis] / 2.0);
-        let brook = NEAR * reach + NEAR * cell;
+        let near = Reach::even(fields, NEAR * reach + NEAR * cell);
         let is_near = |segment: &&Segment| {
-            let reach = segment.reach(brook);
-            segment.nearest(middle).1 < reach * reach
+            let reach = segment.reach(near);
+            segment.line().touches(middle, reach) && segment.nearest(middle).1 < reach * reach
         };
         let near: Vec<&Segment> = above.all.iter().filter(is_near).collect();
         let others = courses.iter().filter(|(other, _)| *other != id).map(|(_, line)| *line);
@@ -114,8 +121,13 @@ impl Tributaries {
             .map(|step| [0, 1].map(|axis| from[axis] + way[axis] * (step as f64 / segments as f64)))
             .collect();
         let shares = wander::offsets(hash::network_level(self.seed, level), id, segments);
-        let offsets: Vec<f64> = shares.iter().map(|share| share * length(way)).collect();
-        let wandered = wander::wandered(&straight, &offsets, around);
+        let rooms = wander::rooms(&straight, around);
+        let offsets: Vec<f64> =
+            shares.iter().zip(rooms).map(|(share, room)| (share * length(way)).clamp(-room, room)).collect();
+        let wandered = wander::moved(&straight, &offsets);
+        // Of the finest, which are most of all, a segment is as short as what a cut would leave.
+        let is_finest = level + 1 == self.fields.levels();
+        let wandered = if is_finest { wandered } else { wander::rounded(&wandered) };
         // Where the room was misjudged between two knots, the straight course is still there.
         let crosses = |line: &LineSegment| around.iter().any(|other| other.crosses(line));
         if lines(&wandered, 1).iter().any(crosses) { straight } else { wandered }
@@ -133,25 +145,52 @@ impl Tributaries {
         near: &[&Segment],
     ) -> Vec<Knot> {
         let fields = &self.fields;
+        // Metres from the shore up.
+        let mut way_m = vec![0.0];
+        for pair in places.windows(2) {
+            let step = length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]);
+            way_m.push(way_m[way_m.len() - 1] + step * fields.metres_a_grain());
+        }
         let segments = places.len() - 1;
         // Where it comes to the larger valley, hillsides may be gentler.
         let gentlest = fields.hill_slope(fields.uplift(shore.at)).min(fields.hill_slope(uplift));
         let side_slope = INCISION * gentlest * fields.metres_a_grain();
+        let beside_slope = LEAST_CROSS * gentlest * fields.metres_a_grain();
         let area = |share: f64| most_area(level) * (1.0 - AREA_FALL * share);
         // From its head down, as the coast's height is told.
         let coast_m = fields.below_coast_along_m(places.iter().rev().map(|place| origin.moved(*place)));
         let mut knots = vec![shore];
         for step in 1..=segments {
-            let share = step as f64 / segments as f64;
+            let share = way_m[step] / way_m[segments];
             let [before, here] = [places[step - 1], places[step]];
-            let step_m = length([here[0] - before[0], here[1] - before[1]]) * fields.metres_a_grain();
+            let step_m = way_m[step] - way_m[step - 1];
             // What a river of the area half way there rises.
-            let rise_m = step_m * fields.river_slope(uplift, area(share - 0.5 / segments as f64));
+            let middle = f64::midpoint(share, way_m[step - 1] / way_m[segments]);
+            let rise_m = step_m * fields.river_slope(uplift, area(middle));
             let below_m = knots[step - 1].level_m;
-            let free_m = below_m + rise_m;
-            // But it does not stand above the sides of larger valleys: those of lower water may be lower.
-            let lower = near.iter().filter(|segment| segment.lowest_m() < free_m);
-            let ground_m = lower.map(|segment| segment.side_m(here, side_slope)).fold(free_m, f64::min);
+            // Not so far below a larger channel beside it that this would lie on its side, and lose its water to it.
+            let mut free_m = below_m + rise_m;
+            for segment in near {
+                let (far, above_m) = (free_m / beside_slope, segment.level_m[0] / beside_slope);
+                if above_m > far && segment.line().touches(here, above_m - far) {
+                    let (t, square) = segment.nearest(here);
+                    free_m = free_m.max(lerp(segment.level_m, t) - beside_slope * square.sqrt());
+                }
+            }
+            // But it does not stand above the sides of larger valleys: those of lower water may be lower. Nor does it
+            // between two knots: the floor of a valley that is wider than the step is round, and the bed is straight.
+            let mut ground_m = free_m;
+            for t in PLACES {
+                let place = [0, 1].map(|axis| before[axis] + (here[axis] - before[axis]) * t);
+                for segment in
+                    near.iter().filter(|segment| t == 1.0 || 2.0 * segment.trough[0] * fields.metres_a_grain() > step_m)
+                {
+                    let bed_m = below_m + (ground_m - below_m) * t;
+                    if let Some(side_m) = segment.side_below_m(place, side_slope, bed_m + CUT_M) {
+                        ground_m = below_m + (side_m - CUT_M - below_m).max(0.0) / t;
+                    }
+                }
+            }
             // Across a lake or the floor of a larger valley it rises no more than that does, but always a little.
             let least_m = below_m + rise_m.min(step_m * LEAST_SLOPE);
             let level_m = ground_m.min(coast_m[segments - step]).max(least_m);

@@ -7,9 +7,10 @@ use std::sync::Arc;
 
 use super::channel::Mouth;
 use super::chunk::ChunkId;
-use super::fields::Fields;
-use super::point::{Point, chance};
+use super::fields::{Fields, LEAST_CROSS};
+use super::point::{GRAINS, Point, chance};
 use super::segment::{Segment, Segments, downstream};
+use super::tributary::most_area;
 use super::trunk::NodeId;
 use crate::geometry::{LineSegment, length, lerp};
 use crate::hash::{self, Draw};
@@ -17,7 +18,7 @@ use crate::memory::{Memory, Usage, heap_bytes};
 
 /// Cells that a tributary is long at most, before it runs aslant: a head that is further from all channels has none, so
 /// that what a channel depends on stays near.
-const JOIN_CELLS: f64 = 2.5;
+const JOIN_CELLS: f64 = 3.0;
 
 /// Cells that lie between a head and the nearest channel at least: at the finest level, and more at each level above
 /// it. What begins nearer would be a short stub. Chosen by eye.
@@ -27,7 +28,7 @@ const LEAST_CELLS: (f64, f64) = (0.45, 0.12);
 /// at each level above it, up to a most.
 ///
 /// Longer and more slanting tributaries at the coarser levels make large basins longer than wide: Hack's law.
-const SLANT: (f64, f64, f64) = (0.35, 0.2, 1.3);
+const SLANT: (f64, f64, f64) = (0.8, 0.4, 2.2);
 
 /// How far from all channels a tributary that runs aslant keeps, as a share of the way to where it ends, and at how
 /// many places: one that comes nearer brushes past a bend of what it runs to, or along it, and in the world they would
@@ -37,6 +38,24 @@ const GRAZES_AT: u32 = 16;
 
 /// Share of the cells that are left without a channel, so that confluences are not spaced too evenly. Chosen by eye.
 const LEFT_OUT: f64 = 0.15;
+
+/// How steep a valley's side is, as a share of what it is further up, below which no dry brook begins: least, and more
+/// by chance. On a flood plain it would be a scratch that leads nowhere. Chosen by eye.
+const FLAT: (f64, f64) = (0.25, 0.15);
+
+/// Cells from a head within which channels are looked at: the owner of what lies further from its channel than a
+/// tributary is long has none.
+const LOOK_CELLS: f64 = 4.0;
+
+/// Vertices from the ends of a channel that nothing else joins it in: there others begin, and lines would cross by what
+/// is rounded.
+const CLEAR: f64 = 2.0;
+
+/// So many times that distance, at most, from one to the next of those whose fall lines lead to one place.
+const APART: f64 = 8.0;
+
+/// Metres by which a channel beside the end of a tributary may be too high for that.
+const BESIDE_M: f64 = 0.5;
 
 /// Share of a cell's side that its head keeps off each edge, and what is left between. Chosen by eye.
 const EDGE: f64 = 0.1;
@@ -170,24 +189,22 @@ impl Courses {
         let origin = above.origin;
         let from = head.from(origin);
         let in_lake = |segment: &Segment| {
-            segment.widest_lake() > 0.0 && {
+            segment.lake != [0.0; 2] && {
                 let (t, square) = segment.nearest(from);
                 let shore = lerp(segment.lake, t);
                 square < shore * shore
             }
         };
-        if above.all.iter().any(in_lake) {
+        // Of all that is known around the chunk, what may matter to this head.
+        let near = above.around(from, LOOK_CELLS * cell as f64);
+        if near.iter().any(|(_, segment)| in_lake(segment)) {
             return None;
         }
         // At the nearest channel, or at the coast if that is nearer.
-        let nearest = above
-            .all
-            .iter()
-            .map(|segment| (segment.nearest(from), segment))
-            .min_by(|a, b| a.0.1.partial_cmp(&b.0.1).expect("distances are numbers"));
-        let distance = nearest.map_or(f64::INFINITY, |((_, square), _)| square.sqrt());
+        let coasts = if fields.has_sea() { &near[..] } else { &[] };
+        let nearest = coasts.iter().map(|(_, segment)| segment.nearest(from).1).fold(f64::INFINITY, f64::min).sqrt();
         let most = JOIN_CELLS * cell as f64;
-        if let Some([shore, beyond]) = fields.coast_near(head, distance.min(most)) {
+        if let Some([shore, beyond]) = fields.coast_near(head, nearest.min(most)) {
             // On into the sea where no channel is in the way.
             let line = LineSegment { from: beyond.from(origin), along: head.from(beyond) };
             let crosses = |segment: &Segment| segment.line().crosses(&line);
@@ -199,7 +216,20 @@ impl Courses {
         // By how many levels there is room for finer ones in between.
         let finer = (fields.levels() - 1 - level) as f64;
         let least = (LEAST_CELLS.0 + LEAST_CELLS.1 * finer) * cell as f64;
-        let ((t, _), segment) = nearest.filter(|_| least <= distance && distance <= most)?;
+        // Not to the nearest channel but to the one whose valley it lies in, and down the fall line of its side.
+        let steep = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
+        let (head_m, number) = owner(&near, from, steep)?;
+        let segment = &above.all[number];
+        let (t, square) = segment.nearest(from);
+        let distance = square.sqrt();
+        let flat = FLAT.0 + FLAT.1 * chance(seed, id, Draw::Flat, 0);
+        if !fields.is_wet(most_area(level)) && steepness(segment, t, square) < flat {
+            return None;
+        }
+        let shift = distance * segment.bed_slope() / (steep * segment.gentlest_cross());
+        // Where a bed becomes flat, as at a lake, the fall lines of many heads meet: they join one below the other.
+        let apart = if t == 0.0 || t == 1.0 { 1.0 + APART * chance(seed, id, Draw::Foot, 0) } else { 0.0 };
+        let shift = shift + apart * CLEAR * GRAINS as f64;
         let end = |segment: &Segment, t: f64| {
             let foot = origin.moved([0, 1].map(|axis| segment.from[axis] + segment.along[axis] * t));
             let mouth = Mouth::Channel(above.channels[segment.channel as usize].id);
@@ -218,10 +248,41 @@ impl Courses {
             let mut places = (1..=places).map(|place| end.foot.moved(way.map(|part| part * place as f64)));
             !fields.has_sea() || places.all(|at| fields.below_coast_m(at) > end.level_m)
         };
-        let direct = Some(end(segment, t)).filter(falls)?;
-        let slant = (SLANT.0 + SLANT.1 * finer).min(SLANT.2);
-        let aslant = downstream(&above.all, segment, t, slant * distance);
-        Some(Draft { cell: id, head, direct, aslant: Some(end(aslant.0, aslant.1)).filter(falls) })
+        // Nor does it end under a steep channel beside it, whose water it would take.
+        let is_free = |end: &TributaryEnd| {
+            let foot = end.foot.from(origin);
+            near.iter().filter(|(_, beside)| beside.channel != segment.channel).all(|(_, segment)| {
+                let most_m = segment.level_m[0] - end.level_m - BESIDE_M;
+                let steep = steep * LEAST_CROSS;
+                most_m <= 0.0 || !segment.line().touches(foot, most_m / steep) || {
+                    let (t, square) = segment.nearest(foot);
+                    lerp(segment.level_m, t) - end.level_m - BESIDE_M <= steep * square.sqrt()
+                }
+            })
+        };
+        let fits = |end: &TributaryEnd| {
+            let way = length(head.from(end.foot));
+            falls(end) && least <= way && way <= most && end.level_m < head_m && is_free(end)
+        };
+        let at = |shift: f64| {
+            let clear = CLEAR * GRAINS as f64;
+            let down = |number: usize, t: f64, grains: f64| downstream(&above.all, number, t, grains);
+            let (mut number, mut t) = down(number, t, shift)?;
+            let segment = &above.all[number];
+            if segment.knot == 0 && t * length(segment.along) < clear {
+                (number, t) = down(number, t, clear)?;
+            }
+            down(number, t, clear)?;
+            Some(end(&above.all[number], t)).filter(fits)
+        };
+        let slant = (SLANT.0 + SLANT.1 * finer).min(SLANT.2) * distance;
+        let direct = at(shift).or_else(|| at(apart * CLEAR * GRAINS as f64))?;
+        Some(Draft {
+            cell: id,
+            head,
+            direct,
+            aslant: if slant > shift { at(slant).or_else(|| at(f64::midpoint(slant, shift))) } else { None },
+        })
     }
 }
 
@@ -238,6 +299,15 @@ fn taken<'a>(draft: &Draft, mut others: impl Iterator<Item = &'a Draft>, above: 
         };
         return (!others.any(gives_way)).then_some(draft.direct);
     }
+    // Lines to the valleys that heads lie in hardly ever cross, but slopes differ from head to head.
+    let mut others = others.collect::<Vec<_>>().into_iter();
+    let middle = |line: &LineSegment| [0, 1].map(|axis| line.from[axis] + line.along[axis] / 2.0);
+    let beside = |line: &LineSegment| above.around(middle(line), length(line.along));
+    if beside(&direct).iter().any(|(_, segment)| segment.line().crosses(&direct) || grazes(&direct, segment))
+        || others.clone().any(|other| other.cell < draft.cell && other.direct.line(other.head, origin).crosses(&direct))
+    {
+        return None;
+    }
     let Some(aslant) = draft.aslant else { return Some(draft.direct) };
     let line = aslant.line(draft.head, origin);
     // Whichever end the others take: so it does not matter who takes first.
@@ -246,17 +316,35 @@ fn taken<'a>(draft: &Draft, mut others: impl Iterator<Item = &'a Draft>, above: 
         ends.into_iter().flatten().any(|end| end.line(other.head, origin).crosses(&line))
     };
     let crosses = |segment: &Segment| segment.line().crosses(&line);
-    let whole = length(line.along);
-    // From the foot up it may come as near to a channel as it is far from its foot, by a share.
-    let grazes = |segment: &Segment| {
-        segment.line().touches(line.from, whole)
-            && (1..=GRAZES_AT).any(|step| {
-                let share = step as f64 / GRAZES_AT as f64;
-                let place = [0, 1].map(|axis| line.from[axis] + line.along[axis] * share);
-                let least = GRAZES * share * whole;
-                segment.nearest(place).1 < least * least
-            })
-    };
-    let free = !others.any(blocked) && !above.all.iter().any(|segment| crosses(segment) || grazes(segment));
+    let free =
+        !others.any(blocked) && !beside(&line).iter().any(|(_, segment)| crosses(segment) || grazes(&line, segment));
     Some(if free { aslant } else { draft.direct })
+}
+
+/// Whether a line comes near to a segment: from its foot up it may as near as it is far from its foot, by a share.
+fn grazes(line: &LineSegment, segment: &Segment) -> bool {
+    let whole = length(line.along);
+    segment.line().touches(line.from, whole)
+        && (1..=GRAZES_AT).any(|step| {
+            let share = step as f64 / GRAZES_AT as f64;
+            let place = [0, 1].map(|axis| line.from[axis] + line.along[axis] * share);
+            let least = GRAZES * share * whole;
+            segment.nearest(place).1 < least * least
+        })
+}
+
+/// The channel whose side is lowest at a place, of those near it, where hillsides rise so many metres a grain: the height
+/// of that side in metres, and the number of the segment that it rises from.
+fn owner(near: &[(usize, &Segment)], at: [f64; 2], slope: f64) -> Option<(f64, usize)> {
+    near.iter().fold(None, |lowest, (number, segment)| {
+        let most_m = lowest.map_or(f64::INFINITY, |(side_m, _)| side_m);
+        segment.side_below_m(at, slope, most_m).map(|side_m| (side_m, *number)).or(lowest)
+    })
+}
+
+/// How steep a segment's side is at a share of it and the square of a distance from it, as a share of what it is further
+/// up.
+fn steepness(segment: &Segment, t: f64, square: f64) -> f64 {
+    let (trough, river) = (lerp(segment.trough, t), lerp(segment.river, t));
+    (square / (square + trough * trough - river * river).max(1.0)).sqrt()
 }

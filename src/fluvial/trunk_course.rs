@@ -5,12 +5,12 @@
 //! node; meanders, in a tube that no other's tube meets; and a bed that keeps below the coast and below the sides of
 //! the larger valley that it comes to.
 
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::channel::{Channel, Knot};
 use super::fields::Fields;
-use super::point::chance;
+use super::meander::{self, LinePlace, MOST_TURN, Meander, NARROW_TURN, WAVE_WIDTHS, WIDE_TURN};
+use super::point::{GRAINS, chance};
 use super::segment::{Segment, segments_of};
 use super::trunk::{LEAST_SLOPE, NodeId, Trunks, neighbours};
 use super::trunk_curve::{bend_share, curve, too_close};
@@ -31,24 +31,32 @@ pub const REACH_CELLS: f64 = 2.5;
 /// curve does between them.
 const CLEAR_STEP: usize = 8;
 
+/// How much a trunk bends that would come too close to another one: nearly straight, but in the same direction at its
+/// ends. Chosen by eye.
+const STRAIGHT: f64 = 0.2;
+
 /// Slope from which on a river does not meander. Chosen by eye.
 const STEEPEST_MEANDER: f64 = 0.008;
 
-/// Length of a meander in widths of the river.
-///
-/// Based on: L. B. Leopold, M. G. Wolman, River meanders, 1960.
-const WAVE_WIDTHS: f64 = 11.0;
-
-/// Straight segments that a meander has at least: with fewer it would be a zigzag.
+/// Straight segments of a course that a meander is as long as at least: shorter ones are those of brooks, whose bends
+/// nobody sees.
 const WAVE_SEGMENTS: f64 = 5.0;
 
-/// How far a meander swings to the side, as a share of its length. Chosen by eye.
-const WAVE_SWING: f64 = 0.2;
+/// Segments of a course from which on a trunk wanders: what is shorter is left to meanders.
+const WANDER_SEGMENTS: usize = 4;
 
-/// How long a wave of meanders is, as a share of the mean: least, and so much more by chance.
-const WAVE_LENGTHS: (f64, f64) = (0.7, 0.6);
+/// Width in vertices from which on a river's corners show.
+const WIDE: f64 = 2.0;
 
-/// Share of a trunk's length at each end over which meanders grow: an eighth.
+/// How long a wave of meanders is, as a share of the mean, and how far it turns, as a share of the most: least, and so
+/// much more by chance.
+const WAVE_LENGTHS: (f64, f64) = (0.8, 0.5);
+const WAVE_TURNS: (f64, f64) = (0.55, 0.45);
+
+/// How far a trunk comes off its course at most, as a share of its length.
+const MOST_ROOM: f64 = 0.25;
+
+/// Share of a trunk's length at each end over which it comes to wander: an eighth.
 const ENDS: f64 = 8.0;
 
 /// The trunks of a world.
@@ -60,6 +68,7 @@ pub struct TrunkCourses {
     smooth: Memory<NodeId, Option<Arc<Channel>>>,
     apart: Memory<NodeId, Option<Arc<Channel>>>,
     free: Memory<NodeId, Option<Arc<Channel>>>,
+    whole: Memory<NodeId, Option<Arc<Channel>>>,
 }
 
 impl TrunkCourses {
@@ -72,12 +81,13 @@ impl TrunkCourses {
             smooth: Memory::new(8 << 20),
             apart: Memory::new(8 << 20),
             free: Memory::new(8 << 20),
+            whole: Memory::new(8 << 20),
         }
     }
 
     /// How full its memories are.
     pub(super) fn usages(&self) -> Vec<Usage> {
-        let courses = [self.smooth.usage(), self.apart.usage(), self.free.usage()];
+        let courses = [self.smooth.usage(), self.apart.usage(), self.free.usage(), self.whole.usage()];
         [self.nodes.usages(), courses.to_vec()].concat()
     }
 
@@ -89,9 +99,14 @@ impl TrunkCourses {
     /// The trunk from a node to the next one downstream; `None` for a sink.
     ///
     /// Where it comes to a larger one from the side, it keeps below the sides of that one's valley.
-    pub fn trunk(&self, id: NodeId) -> Option<Channel> {
-        let mut trunk = self.free_trunk(id)?.as_ref().clone();
-        let Some((to, false)) = trunk.next else { return Some(trunk) };
+    pub fn trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
+        self.whole.get(id, || self.cut_trunk(id)).as_ref().clone()
+    }
+
+    fn cut_trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
+        let free = self.free_trunk(id)?;
+        let Some((to, false)) = free.next else { return Some(free) };
+        let mut trunk = free.as_ref().clone();
         // The larger river above the node, and the one that goes on from there.
         let main = self.nodes.drained(to).main;
         let others: Vec<Arc<Channel>> = main.into_iter().chain([to]).filter_map(|id| self.free_trunk(id)).collect();
@@ -104,12 +119,12 @@ impl TrunkCourses {
             let hill_slope = self.fields.hill_slope(self.fields.uplift(here.at)).min(trunk.hill_slope);
             let slope = INCISION * hill_slope * self.fields.metres_a_grain();
             let relative = here.at.from(origin);
-            let sides = segments.iter().map(|segment| segment.side_m(relative, slope));
             // It goes on falling, by a centimetre at least where it did.
             let least_m = below.level_m + (here.level_m - below.level_m).clamp(0.0, 0.01);
-            trunk.knots[index].level_m = sides.fold(here.level_m, f64::min).max(least_m);
+            let lower = |most_m, segment: &Segment| segment.side_below_m(relative, slope, most_m).unwrap_or(most_m);
+            trunk.knots[index].level_m = segments.iter().fold(here.level_m, lower).max(least_m);
         }
-        Some(trunk)
+        Some(Arc::new(trunk))
     }
 
     /// The trunk from a node to the next one, but for what the sides of other valleys do to it.
@@ -134,7 +149,7 @@ impl TrunkCourses {
         knots.truncate((wet + after).max(2));
     }
 
-    /// Moves the knots of a trunk to the side, as far as the trunks around leave room.
+    /// Moves the knots of a trunk to the side, as far as the trunks around leave room, and adds meanders.
     fn wander(&self, id: NodeId, trunk: &mut Channel) {
         let origin = trunk.knots[0].at;
         let course = trunk.course(origin);
@@ -142,17 +157,74 @@ impl TrunkCourses {
         let nodes = (-2..=2).flat_map(|y| (-2..=2).map(move |x| (id.0 + x, id.1 + y)));
         let others = nodes.filter(|node| *node != id).filter_map(|node| self.apart_trunk(node));
         let around: Vec<LineSegment> = others.flat_map(|other| lines(&other.course(origin), CLEAR_STEP)).collect();
-        let (from, to) = (trunk.knots[0].at, trunk.knots[course.len() - 1].at);
-        let whole = from.distance(to) * bend_share(&self.fields, &self.nodes.drained(id), from, to);
-        let mut offsets = wander::offsets(self.seed, id, course.len() - 1);
-        // A lake stays where its node is.
-        for (offset, knot) in offsets.iter_mut().zip(&trunk.knots) {
-            *offset *= if knot.lake > 0.0 { 0.0 } else { whole };
+        let last = course.len() - 1;
+        let (from, to) = (trunk.knots[0].at, trunk.knots[last].at);
+        let bend = bend_share(&self.fields, &self.nodes.drained(id), from, to);
+        let whole = from.distance(to) * bend;
+        let rooms = smoothed(&wander::rooms(&course, &around));
+        let mut meanders = self.meanders(trunk, bend);
+        // A course that wandered in shorter stretches than it meanders in would have corners.
+        let longest = meanders.iter().map(|meander| meander.wave).fold(0.0, f64::max) * last as f64 / from.distance(to);
+        let stretch = (WANDER_SEGMENTS.max(longest.ceil() as usize)).next_power_of_two().min(last / 2);
+        let mut offsets = wander::smooth_offsets(self.seed, id, last, stretch);
+        for step in 0..=last {
+            // A lake stays where its node is, and trunks that meet at a node go through it in one direction.
+            let end = (ENDS * step.min(last - step) as f64 / last as f64).min(1.0);
+            let free = if trunk.knots[step].lake > 0.0 { 0.0 } else { end * end * (3.0 - 2.0 * end) };
+            // Meanders have the first half of the room.
+            let meander = &mut meanders[step];
+            meander.turn *= free;
+            let swing = Meander::swing(meander.wave, meander.turn);
+            let room = rooms[step].min(MOST_ROOM * whole);
+            meander.turn *= (0.5 * room / swing.max(1e-9)).min(1.0);
+            let left = room - swing.min(0.5 * room);
+            offsets[step] = (offsets[step] * whole * free).clamp(-left, left);
         }
-        self.meander(trunk, &mut offsets);
-        for (knot, place) in trunk.knots.iter_mut().zip(wander::wandered(&course, &offsets, &around)) {
-            knot.at = origin.moved(place);
+        let width = self.fields.river_width_m(trunk.knots[last].area) / self.fields.metres_a_grain();
+        let knot_turn = if width > WIDE * GRAINS as f64 { WIDE_TURN } else { NARROW_TURN };
+        let places = meander::line(&wander::moved(&course, &offsets), &meanders, knot_turn);
+        let knot = |place: &LinePlace| {
+            let (upper, lower) = (&trunk.knots[place.segment], &trunk.knots[place.segment + 1]);
+            let mix = |from: f64, to: f64| from + (to - from) * place.share;
+            Knot {
+                at: origin.moved(place.at),
+                level_m: mix(upper.level_m, lower.level_m),
+                area: mix(upper.area, lower.area),
+                lake: mix(upper.lake, lower.lake),
+            }
+        };
+        trunk.knots = places.iter().map(knot).collect();
+    }
+
+    /// The meanders of a trunk, in grains: where it is flat enough for that.
+    fn meanders(&self, trunk: &Channel, bend: f64) -> Vec<Meander> {
+        let knots = &trunk.knots;
+        let segments = knots.len() - 1;
+        let whole = knots[0].at.distance(knots[segments].at);
+        let slope = (knots[0].level_m - knots[segments].level_m) / (whole * self.fields.metres_a_grain());
+        let strength = bend * (1.0 - slope / STEEPEST_MEANDER).max(0.0);
+        let segment = whole / segments as f64;
+        let id = (trunk.id.1, trunk.id.2);
+        let mut phase = chance(self.seed, id, Draw::MeanderPhase, 0);
+        let mut meanders = Vec::with_capacity(knots.len());
+        for (step, knot) in knots.iter().enumerate() {
+            // Waves differ from one to the next, and not within one.
+            let (wave, within) = (phase.floor() as usize, phase - phase.floor());
+            let luck = |draw| {
+                let of = |wave: usize| chance(hash::network_knot(self.seed, wave), id, draw, 0);
+                of(wave) + (of(wave + 1) - of(wave)) * within
+            };
+            let width = self.fields.river_width_m(knot.area) / self.fields.metres_a_grain();
+            let wave = (WAVE_WIDTHS * width).max(WAVE_SEGMENTS * segment);
+            let turn = MOST_TURN * strength * (WAVE_TURNS.0 + WAVE_TURNS.1 * luck(Draw::MeanderTurn));
+            meanders.push(Meander {
+                phase,
+                turn,
+                wave: wave * (WAVE_LENGTHS.0 + WAVE_LENGTHS.1 * luck(Draw::MeanderWave)),
+            });
+            phase += segment / meanders[step].wave;
         }
+        meanders
     }
 
     /// Lowers the bed of a trunk on land to where it cuts into the coast.
@@ -190,7 +262,7 @@ impl TrunkCourses {
                 let joint = self.nodes.node(node).at;
                 self.smooth_trunk(other).is_some_and(|other| too_close(&smooth.knots, &other.knots, joint))
             };
-            if others.any(meets) { curve(&self.fields, &self.nodes, id, 0.0).map(Arc::new) } else { Some(smooth) }
+            if others.any(meets) { curve(&self.fields, &self.nodes, id, STRAIGHT).map(Arc::new) } else { Some(smooth) }
         };
         self.apart.get(id, make).as_ref().clone()
     }
@@ -199,26 +271,16 @@ impl TrunkCourses {
     fn smooth_trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
         self.smooth.get(id, || curve(&self.fields, &self.nodes, id, 1.0).map(Arc::new)).as_ref().clone()
     }
+}
 
-    /// Adds meanders to the offsets of a trunk, in grains, where it is flat enough for that.
-    fn meander(&self, trunk: &Channel, offsets: &mut [f64]) {
-        let (knots, segments) = (&trunk.knots, trunk.knots.len() - 1);
-        let whole = knots[0].at.distance(knots[segments].at);
-        let slope = (knots[0].level_m - knots[segments].level_m) / (whole * self.fields.metres_a_grain());
-        let strength = (1.0 - slope / STEEPEST_MEANDER).max(0.0);
-        let segment = whole / segments as f64;
-        let width = self.fields.river_width_m(knots[segments].area) / self.fields.metres_a_grain();
-        let wave = (WAVE_WIDTHS * width).max(WAVE_SEGMENTS * segment);
-        let id = (trunk.id.1, trunk.id.2);
-        let mut phase = chance(self.seed, id, Draw::MeanderPhase, 0);
-        for step in 1..segments {
-            // Waves differ in length from one to the next.
-            let luck = chance(hash::network_knot(self.seed, step), id, Draw::MeanderWave, 0);
-            phase += segment / wave * (WAVE_LENGTHS.0 + WAVE_LENGTHS.1 * luck);
-            // Straight where it begins and ends, and in lakes.
-            let ends = (ENDS * step.min(segments - step) as f64 / segments as f64).min(1.0);
-            let shore = if knots[step].lake > 0.0 { 0.0 } else { 1.0 };
-            offsets[step] += WAVE_SWING * wave * strength * ends * shore * libm::sin(TAU * phase);
-        }
-    }
+/// No more than what each place and those beside it have, and changing no faster than over a few of them.
+fn smoothed(rooms: &[f64]) -> Vec<f64> {
+    let around = |values: &[f64], at: usize| values[at.max(2) - 2..(at + 3).min(values.len())].to_vec();
+    let least: Vec<f64> =
+        (0..rooms.len()).map(|at| around(rooms, at).into_iter().fold(f64::INFINITY, f64::min)).collect();
+    let mean = |at: usize| {
+        let values = around(&least, at);
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    (0..rooms.len()).map(mean).collect()
 }

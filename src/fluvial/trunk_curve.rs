@@ -84,13 +84,10 @@ pub fn curve(fields: &Fields, nodes: &Trunks, id: NodeId, share: f64) -> Option<
         Some(share) => share * half_width,
         None => LAKE_END * least,
     };
+    let tangents = [start, end].map(|tangent| tangent.map(|part| part * TANGENT * bend));
+    let ways = even(segments, |t| hermite(straight, tangents, t));
     let knot = |step: usize| {
         let t = step as f64 / segments as f64;
-        let (t2, t3) = (t * t, t * t * t);
-        // Hermite's cubic between the nodes, from the straight line with `bend` 0 to the whole curve with 1.
-        let (leave, arrive) = (TANGENT * bend * (t3 - 2.0 * t2 + t), TANGENT * bend * (t3 - t2));
-        let go = t + bend * (3.0 * t2 - 2.0 * t3 - t);
-        let way = [0, 1].map(|axis| start[axis] * leave + straight[axis] * go + end[axis] * arrive);
         let fallen = ((t - falls[0]) / (falls[1] - falls[0])).clamp(0.0, 1.0);
         // On the floor of the sea it goes on falling a little.
         let drowned_m = (t - dry).max(0.0) * length_m * DROWNED_SLOPE;
@@ -99,7 +96,7 @@ pub fn curve(fields: &Fields, nodes: &Trunks, id: NodeId, share: f64) -> Option<
         let lakes =
             [lake(&LAKE_SHAPE, step, drained.lake, least), lake(mouth_shape, segments - step, below_lake, least)];
         Knot {
-            at: here.at.moved(way),
+            at: here.at.moved(ways[step]),
             level_m: drained.level_m - fall_m * fallen - drowned_m,
             area,
             lake: lakes[0].max(lakes[1]),
@@ -116,6 +113,36 @@ pub fn curve(fields: &Fields, nodes: &Trunks, id: NodeId, share: f64) -> Option<
     let mut trunk = Channel::new((0, id.0, id.1), knots, mouth, hill_slope);
     trunk.next = next;
     Some(trunk)
+}
+
+/// Hermite's cubic from the origin to a place, by its tangents at both ends: the shorter these are the straighter it
+/// is, and yet it begins and ends in their directions.
+fn hermite(to: [f64; 2], [start, end]: [[f64; 2]; 2], t: f64) -> [f64; 2] {
+    let (t2, t3) = (t * t, t * t * t);
+    let (leave, go, arrive) = (t3 - 2.0 * t2 + t, 3.0 * t2 - 2.0 * t3, t3 - t2);
+    [0, 1].map(|axis| start[axis] * leave + to[axis] * go + end[axis] * arrive)
+}
+
+/// Places of a curve from 0 to 1 that are equally far apart along it, both ends among them.
+fn even(segments: usize, curve: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 2]> {
+    // So many straight pieces a segment tell how long it is.
+    const PIECES: usize = 4;
+    let pieces = PIECES * segments;
+    let places: Vec<[f64; 2]> = (0..=pieces).map(|piece| curve(piece as f64 / pieces as f64)).collect();
+    let mut come = vec![0.0];
+    for pair in places.windows(2) {
+        come.push(come[come.len() - 1] + length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]));
+    }
+    let mut piece = 0;
+    let inner = (1..segments).map(|step| {
+        let wanted = come[pieces] * step as f64 / segments as f64;
+        while piece + 2 < come.len() && come[piece + 1] < wanted {
+            piece += 1;
+        }
+        let share = (wanted - come[piece]) / (come[piece + 1] - come[piece]).max(1e-9);
+        [0, 1].map(|axis| places[piece][axis] + (places[piece + 1][axis] - places[piece][axis]) * share)
+    });
+    std::iter::once(places[0]).chain(inner).chain([places[pieces]]).collect()
 }
 
 /// How much a trunk may bend, 0 to 1: the closer the straight way comes to the sea before it ends, the less, for the

@@ -2,7 +2,7 @@
 
 use super::fields::Fields;
 use super::point::GRAINS;
-use super::segment::Segment;
+use super::segment::{Reach, Segment};
 use crate::geometry::lerp;
 use crate::simd::{MAX_LANES, Simd};
 
@@ -27,10 +27,14 @@ pub struct Columns {
     pub along: [Vec<f32>; 2],
     pub per_square: Vec<f32>,
     pub level: [Vec<f32>; 2],
+    pub cross: [Vec<f32>; 2],
     pub trough: [Vec<f32>; 2],
     pub river: [Vec<f32>; 2],
     pub lake: [Vec<f32>; 2],
+    /// What its level and widths change along a metre of it at most, all together.
     pub steepness: Vec<f32>,
+    /// What its slope across changes along a metre of it.
+    pub change: Vec<f32>,
     pub reach: Vec<f32>,
     pub channel: Vec<u32>,
     pub number: Vec<u32>,
@@ -39,21 +43,36 @@ pub struct Columns {
 impl Columns {
     pub fn clear(&mut self) {
         // Taken apart without a rest: a column that is forgotten here does not compile.
-        let Columns { from, along, per_square, level, trough, river, lake, steepness, reach, channel, number } = self;
-        let pairs = [from, along, level, trough, river, lake];
-        for column in pairs.into_iter().flatten().chain([per_square, steepness, reach]) {
+        let Columns {
+            from,
+            along,
+            per_square,
+            level,
+            cross,
+            trough,
+            river,
+            lake,
+            steepness,
+            change,
+            reach,
+            channel,
+            number,
+        } = self;
+        let pairs = [from, along, level, cross, trough, river, lake];
+        for column in pairs.into_iter().flatten().chain([per_square, steepness, change, reach]) {
             column.clear();
         }
         channel.clear();
         number.clear();
     }
 
-    /// Adds a segment that is given in grains, from the segments' own origin, by the reach of a brook in grains.
-    pub fn push(&mut self, fields: &Fields, segment: &Segment, number: u32, brook: f64) {
+    /// Adds a segment that is given in grains, from the segments' own origin, which matters so far.
+    pub fn push(&mut self, fields: &Fields, segment: &Segment, number: u32, reach: Reach) {
         let metres = fields.metres_a_grain();
         // The value at the upper end and the change to the lower one: a place between takes a product and a sum.
         let pair = |[upper, change]: [f64; 2]| [upper as f32, change as f32];
         let level = pair(segment.level_m);
+        let cross = pair(segment.cross);
         let trough = pair(segment.trough.map(|grains| grains * metres));
         let least_m = LEAST_HALF_WIDTH * GRAINS as f64 * metres;
         let half_width = |end: f64| {
@@ -71,6 +90,7 @@ impl Columns {
             self.from[axis].push((segment.from[axis] * metres) as f32);
             self.along[axis].push(along[axis]);
             self.level[axis].push(level[axis]);
+            self.cross[axis].push(cross[axis]);
             self.trough[axis].push(trough[axis]);
             self.river[axis].push(river[axis]);
             self.lake[axis].push(lake[axis]);
@@ -78,9 +98,9 @@ impl Columns {
         self.per_square.push(1.0 / square);
         // All changes are added, though seldom do all act at a place: the bound may be too wide, but never too narrow.
         let change = |pair: [f32; 2]| pair[1].abs() / square.sqrt();
-        // What its side changes along a metre of it at most, where the hillside's slope is 1.
         self.steepness.push(change(level) + change(trough) + change(river) + change(lake));
-        self.reach.push((segment.reach(brook) * metres) as f32);
+        self.change.push(change(cross));
+        self.reach.push((segment.reach(reach) * metres) as f32);
         self.channel.push(segment.channel);
         self.number.push(number);
     }
@@ -91,12 +111,14 @@ impl Columns {
             self.from[axis].push(from[axis]);
             self.along[axis].push(other.along[axis][index]);
             self.level[axis].push(other.level[axis][index]);
+            self.cross[axis].push(other.cross[axis][index]);
             self.trough[axis].push(other.trough[axis][index]);
             self.river[axis].push(other.river[axis][index]);
             self.lake[axis].push(other.lake[axis][index]);
         }
         self.per_square.push(other.per_square[index]);
         self.steepness.push(other.steepness[index]);
+        self.change.push(other.change[index]);
         self.reach.push(other.reach[index]);
         self.channel.push(other.channel[index]);
         self.number.push(other.number[index]);
@@ -110,12 +132,14 @@ impl Columns {
                 self.from[axis].push(1e18);
                 self.along[axis].push(0.0);
                 self.level[axis].push(0.0);
+                self.cross[axis].push(0.0);
                 self.trough[axis].push(0.0);
                 self.river[axis].push(0.0);
                 self.lake[axis].push(0.0);
             }
             self.per_square.push(0.0);
             self.steepness.push(0.0);
+            self.change.push(0.0);
             self.reach.push(0.0);
             self.channel.push(u32::MAX);
             // No segment has this number, by which what is chosen later leaves these out.
@@ -131,6 +155,7 @@ pub struct LaneSegment<S: Simd> {
     along: [S::F32; 2],
     per_square: S::F32,
     level: [S::F32; 2],
+    cross: [S::F32; 2],
     trough: [S::F32; 2],
     river: [S::F32; 2],
     lake: [S::F32; 2],
@@ -143,6 +168,10 @@ pub struct LaneSide<S: Simd> {
     pub level: S::F32,
     /// What the slope of the hillside is multiplied by.
     pub rise: S::F32,
+    /// The slope across the channel, as a share of the hillside's.
+    pub cross: S::F32,
+    /// How the bed rises, in metres a metre.
+    pub bed: [S::F32; 2],
     pub off: [S::F32; 2],
     pub square: S::F32,
     pub share: S::F32,
@@ -151,12 +180,13 @@ pub struct LaneSide<S: Simd> {
 impl<S: Simd> LaneSegment<S> {
     #[inline(always)]
     pub fn load(simd: S, segments: &Columns, start: usize, level_floor: f32) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, trough, river, lake, .. } = segments;
+        let Columns { from, along, per_square, level, cross, trough, river, lake, .. } = segments;
         LaneSegment {
             from: [simd.load(&from[0][start..]), simd.load(&from[1][start..])],
             along: [simd.load(&along[0][start..]), simd.load(&along[1][start..])],
             per_square: simd.load(&per_square[start..]),
             level: [simd.load(&level[0][start..]), simd.load(&level[1][start..])],
+            cross: [simd.load(&cross[0][start..]), simd.load(&cross[1][start..])],
             trough: [simd.load(&trough[0][start..]), simd.load(&trough[1][start..])],
             river: [simd.load(&river[0][start..]), simd.load(&river[1][start..])],
             lake: [simd.load(&lake[0][start..]), simd.load(&lake[1][start..])],
@@ -166,12 +196,13 @@ impl<S: Simd> LaneSegment<S> {
 
     #[inline(always)]
     pub fn splat(simd: S, segments: &Columns, index: usize, level_floor: f32) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, trough, river, lake, .. } = segments;
+        let Columns { from, along, per_square, level, cross, trough, river, lake, .. } = segments;
         LaneSegment {
             from: [simd.splat(from[0][index]), simd.splat(from[1][index])],
             along: [simd.splat(along[0][index]), simd.splat(along[1][index])],
             per_square: simd.splat(per_square[index]),
             level: [simd.splat(level[0][index]), simd.splat(level[1][index])],
+            cross: [simd.splat(cross[0][index]), simd.splat(cross[1][index])],
             trough: [simd.splat(trough[0][index]), simd.splat(trough[1][index])],
             river: [simd.splat(river[0][index]), simd.splat(river[1][index])],
             lake: [simd.splat(lake[0][index]), simd.splat(lake[1][index])],
@@ -197,7 +228,8 @@ impl<S: Simd> LaneSegment<S> {
         // Not below 0 within the water: without a trough the root would be NaN there.
         let beyond = simd.max(square - water * water, zero);
         // The side: level as far as the water is wide, rounded over the floor, then straight.
-        let rise = simd.sqrt(beyond + trough * trough) - trough;
+        let cross = self.cross[0] + self.cross[1] * share;
+        let rise = (simd.sqrt(beyond + trough * trough) - trough) * cross;
         // About the distance, within a tenth and exact along the axes: enough for what follows, without a root.
         let (x, y) = (simd.abs(off[0]), simd.abs(off[1]));
         let distance = simd.max(x, y) + simd.min(x, y) * simd.splat(0.4);
@@ -207,6 +239,10 @@ impl<S: Simd> LaneSegment<S> {
         // counts, so that on the level floor, too, vertices differ.
         let sideways = (simd.min(inland, river) - self.level_floor) * simd.splat(CROSS_FALL);
         let rise = rise + simd.max(sideways, inland * simd.splat(FLOOR_FALL));
-        LaneSide { level: self.level[0] + self.level[1] * share, rise, off, square, share }
+        // Beyond the ends of the segment it is level along it.
+        let fall = self.level[1] * self.per_square;
+        let fall = simd.select(simd.lt(zero, share), simd.select(simd.lt(share, one), fall, zero), zero);
+        let bed = [self.along[0] * fall, self.along[1] * fall];
+        LaneSide { level: self.level[0] + self.level[1] * share, rise, cross, bed, off, square, share }
     }
 }

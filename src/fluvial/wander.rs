@@ -20,6 +20,9 @@ const SWING: f64 = 0.5;
 /// for their widths.
 const TUBE: f64 = 0.4;
 
+/// Cosine of the least turn that is a corner: ten degrees.
+const STRAIGHT: f64 = 0.985;
+
 /// Shares of a channel's length by which it lies to the side at the ends of its segments, whose number is a power of
 /// two; 0 at both ends.
 pub fn offsets(seed: u64, id: (i64, i64), segments: usize) -> Vec<f64> {
@@ -38,14 +41,31 @@ pub fn offsets(seed: u64, id: (i64, i64), segments: usize) -> Vec<f64> {
     offsets
 }
 
-/// The places at the ends of the segments of a course once they are moved to the side by `offsets`, in the unit of the
-/// course, or by as much of it as the lines of the courses around leave room for.
-pub fn wandered(course: &[[f64; 2]], offsets: &[f64], around: &[LineSegment]) -> Vec<[f64; 2]> {
+/// The same without what is shorter than some segments: smooth from each such stretch to the next.
+pub fn smooth_offsets(seed: u64, id: (i64, i64), segments: usize, stretch: usize) -> Vec<f64> {
+    let coarse = offsets(seed, id, segments / stretch);
+    let last = coarse.len() - 1;
+    // Hermite's cubic between the coarse ones, by the slopes across each; level at both ends.
+    let slope = |at: usize| if at == 0 || at == last { 0.0 } else { (coarse[at + 1] - coarse[at - 1]) / 2.0 };
+    let at = |step: usize| {
+        let (from, t) = (step / stretch, (step % stretch) as f64 / stretch as f64);
+        if t == 0.0 {
+            return coarse[from];
+        }
+        let (t2, t3) = (t * t, t * t * t);
+        let way = coarse[from + 1] - coarse[from];
+        coarse[from] + way * (3.0 * t2 - 2.0 * t3) + slope(from) * (t3 - 2.0 * t2 + t) + slope(from + 1) * (t3 - t2)
+    };
+    (0..=segments).map(at).collect()
+}
+
+/// How far each place of a course may lie to the side, by what the lines of the courses around leave it; nothing at
+/// both ends.
+pub fn rooms(course: &[[f64; 2]], around: &[LineSegment]) -> Vec<f64> {
     // Half of the way to the nearest line around would be a place as near to that as to its own course.
-    let room = |place: [f64; 2]| around.iter().map(|line| line.distance(place)).fold(f64::INFINITY, f64::min);
+    let room = |place: [f64; 2]| around.iter().map(|line| line.nearest(place).1).fold(f64::INFINITY, f64::min).sqrt();
     let within = |a: [f64; 2], b: [f64; 2], t: f64| [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t];
     let last = course.len() - 1;
-    let at_knots: Vec<f64> = course.iter().map(|place| room(*place)).collect();
     // Between two knots, where the room may be less than at both.
     let between: Vec<f64> = course
         .windows(2)
@@ -53,20 +73,45 @@ pub fn wandered(course: &[[f64; 2]], offsets: &[f64], around: &[LineSegment]) ->
             [0.25, 0.5, 0.75].map(|t| room(within(pair[0], pair[1], t))).into_iter().fold(f64::INFINITY, f64::min)
         })
         .collect();
-    (0..=last)
-        .map(|knot| {
-            if knot == 0 || knot == last {
-                return course[knot];
-            }
-            let room = at_knots[knot].min(between[knot - 1]).min(between[knot]);
-            let side = offsets[knot].clamp(-TUBE * room, TUBE * room);
-            // At right angles to the way from the knot before to the one after.
-            let (before, after) = (course[knot - 1], course[knot + 1]);
-            let way = [after[0] - before[0], after[1] - before[1]];
-            let scale = side / length(way).max(1.0);
-            [course[knot][0] - way[1] * scale, course[knot][1] + way[0] * scale]
-        })
-        .collect()
+    let at = |knot: usize| match knot {
+        _ if knot == 0 || knot == last => 0.0,
+        _ => TUBE * room(course[knot]).min(between[knot - 1]).min(between[knot]),
+    };
+    (0..=last).map(at).collect()
+}
+
+/// The places of a course once they are moved to the side by `offsets`, in the unit of the course.
+pub fn moved(course: &[[f64; 2]], offsets: &[f64]) -> Vec<[f64; 2]> {
+    let last = course.len() - 1;
+    let at = |knot: usize| {
+        if knot == 0 || knot == last {
+            return course[knot];
+        }
+        // At right angles to the way from the knot before to the one after.
+        let (before, after) = (course[knot - 1], course[knot + 1]);
+        let way = [after[0] - before[0], after[1] - before[1]];
+        let scale = offsets[knot] / length(way).max(1.0);
+        [course[knot][0] - way[1] * scale, course[knot][1] + way[0] * scale]
+    };
+    (0..=last).map(at).collect()
+}
+
+/// A course whose corners are cut: each by a quarter of what leads to it and away from it.
+///
+/// Based on: G. Chaikin, An algorithm for high-speed curve generation, 1974.
+pub fn rounded(course: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let within = |a: [f64; 2], b: [f64; 2], t: f64| [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t];
+    let corners = course.windows(3).flat_map(|three| {
+        let (before, after) = (LineSegment::between(three[0], three[1]), LineSegment::between(three[1], three[2]));
+        let dot = before.along[0] * after.along[0] + before.along[1] * after.along[1];
+        // Where it hardly turns there is nothing to cut.
+        if dot > STRAIGHT * length(before.along) * length(after.along) {
+            vec![three[1]]
+        } else {
+            vec![within(three[0], three[1], 0.75), within(three[1], three[2], 0.25)]
+        }
+    });
+    std::iter::once(course[0]).chain(corners).chain([course[course.len() - 1]]).collect()
 }
 
 #[cfg(test)]
@@ -79,11 +124,16 @@ mod tests {
         let line = |y: f64| LineSegment { from: [0.0, y], along: [1600.0, 0.0] };
         for id in 0..200 {
             let offsets = |n: i64| offsets(1, (id, n), 16).iter().map(|share| share * 1600.0).collect::<Vec<_>>();
-            let upper = wandered(&straight(0.0), &offsets(0), &[line(90.0)]);
-            let lower = wandered(&straight(90.0), &offsets(1), &[line(0.0)]);
-            for (upper, lower) in upper.iter().zip(&lower) {
-                assert!(upper[1] < lower[1], "{upper:?} is south of {lower:?}");
-            }
+            let wandered = |n: i64, y: f64, other: f64| {
+                let course = straight(y);
+                let rooms = rooms(&course, &[line(other)]);
+                let within: Vec<f64> = offsets(n).iter().zip(rooms).map(|(by, room)| by.clamp(-room, room)).collect();
+                rounded(&moved(&course, &within))
+            };
+            let (upper, lower) = (wandered(0, 0.0, 90.0), wandered(1, 90.0, 0.0));
+            let south = upper.iter().map(|place| place[1]).fold(f64::MIN, f64::max);
+            let north = lower.iter().map(|place| place[1]).fold(f64::MAX, f64::min);
+            assert!(south < north, "one comes to {south}, and the other, south of it, to {north}");
         }
     }
 }

@@ -1,12 +1,9 @@
 //! Water: beds, lakes and the sea, cut into the land.
 
-use std::collections::BTreeMap;
-
 use super::fields::Fields;
 use super::lift::Lift;
 use super::point::Point;
 use super::segment::{Segment, Segments};
-use super::trunk::NodeId;
 use super::valley::Valleys;
 use super::valley_side::LEAST_HALF_WIDTH;
 use super::warp::Displaced;
@@ -41,6 +38,9 @@ const BED_RISE: f32 = 0.05;
 /// Depth of a lake as a share of its half width. Chosen by eye.
 pub const LAKE_DEPTH: f32 = 0.1;
 
+/// Vertices a side of the blocks for which the beds that may hold one are found.
+const BLOCK: usize = 16;
+
 /// The area whose warp water reads: that of the vertices beside a vertex tells how far apart they are.
 pub fn input(area: Area) -> Area {
     area.padded(1)
@@ -58,8 +58,8 @@ pub struct FillWater<'a> {
     coast_m: Option<&'a [f32]>,
     /// Metres from each segment beyond which it has neither water nor a bed.
     widest_m: Vec<f32>,
-    /// The segments that end a trunk, by the node that they come to.
-    at_nodes: BTreeMap<NodeId, Vec<usize>>,
+    /// The numbers of the segments that hold water, each with the rectangle around its bed, in metres from the origin.
+    wet: Vec<(usize, [[f64; 2]; 2])>,
     /// Half widths in metres of the bed of a brook: least and most.
     brook_m: [f32; 2],
     sea_m: f32,
@@ -99,13 +99,19 @@ impl<'a> FillWater<'a> {
             let lake_m = (segment.widest_lake() * fields.metres_a_grain()) as f32;
             (fields.river_width_m(lerp(segment.area, 1.0)) as f32).max(lake_m).max(brook_m[1])
         };
-        let mut at_nodes: BTreeMap<NodeId, Vec<usize>> = BTreeMap::new();
-        for (number, segment) in segments.all.iter().enumerate() {
-            let channel = &segments.channels[segment.channel as usize];
-            if let Some((node, _)) = channel.next.filter(|_| segment.knot as usize + 2 == channel.knots.len()) {
-                at_nodes.entry(node).or_default().push(number);
-            }
-        }
+        let is_wet = |segment: &Segment| fields.is_wet(lerp(segment.area, 1.0));
+        let around = |segment: &Segment| {
+            let half_m = fields.river_width_m(lerp(segment.area, 1.0)) / 2.0;
+            let beyond_m = half_m.max(brook_m[1] as f64);
+            let ends = [0, 1].map(|axis| {
+                let from = segment.from[axis] * fields.metres_a_grain();
+                let to = from + segment.along[axis] * fields.metres_a_grain();
+                [from.min(to) - beyond_m, from.max(to) + beyond_m]
+            });
+            [[ends[0][0], ends[1][0]], [ends[0][1], ends[1][1]]]
+        };
+        let numbered = segments.all.iter().enumerate().filter(|(_, segment)| is_wet(segment));
+        let wet = numbered.map(|(number, segment)| (number, around(segment))).collect();
         FillWater {
             widest_m: segments.all.iter().map(widest_m).collect(),
             sea_m: fields.sea_level_m() as f32,
@@ -116,7 +122,7 @@ impl<'a> FillWater<'a> {
             nodes,
             valleys,
             coast_m,
-            at_nodes,
+            wet,
             brook_m,
         }
     }
@@ -128,35 +134,69 @@ impl<'a> FillWater<'a> {
         let mut bed = Grid::filled(area, false);
         let mut depth_m = Grid::filled(area, 0.0);
         let mut flow_m3s = Grid::filled(area, 0.0);
-        let all = self.nodes.area;
-        for y in area.y0..area.y1 {
-            let first = (y - all.y0) as usize * all.width() + (area.x0 - all.x0) as usize;
-            let heights = heights.row_mut(y, area.x0, area.x1);
-            let kind = kind.row_mut(y, area.x0, area.x1);
-            let bed = bed.row_mut(y, area.x0, area.x1);
-            let depth_m = depth_m.row_mut(y, area.x0, area.x1);
-            let flow_m3s = flow_m3s.row_mut(y, area.x0, area.x1);
-            for column in 0..area.width() {
-                let vertex = self.vertex([area.x0 + column as i64, y], first + column);
-                heights[column] = vertex.height_m;
-                kind[column] = vertex.kind;
-                bed[column] = vertex.bed;
-                depth_m[column] = vertex.depth_m;
-                flow_m3s[column] = vertex.flow_m3s;
+        for y0 in (area.y0..area.y1).step_by(BLOCK) {
+            for x0 in (area.x0..area.x1).step_by(BLOCK) {
+                let block = Area::new(x0, y0, BLOCK, BLOCK).common(&area).expect("it begins in the area");
+                let wet = self.wet_in(block);
+                for y in block.y0..block.y1 {
+                    let heights = heights.row_mut(y, block.x0, block.x1);
+                    let kind = kind.row_mut(y, block.x0, block.x1);
+                    let bed = bed.row_mut(y, block.x0, block.x1);
+                    let depth_m = depth_m.row_mut(y, block.x0, block.x1);
+                    let flow_m3s = flow_m3s.row_mut(y, block.x0, block.x1);
+                    for column in 0..block.width() {
+                        let vertex = self.vertex([block.x0 + column as i64, y], &wet);
+                        heights[column] = vertex.height_m;
+                        kind[column] = vertex.kind;
+                        bed[column] = vertex.bed;
+                        depth_m[column] = vertex.depth_m;
+                        flow_m3s[column] = vertex.flow_m3s;
+                    }
+                }
             }
         }
         Land { heights, water: Some(Water { kind, bed, depth_m, flow_m3s }) }
     }
 
+    /// The number of a node in the order of the nodes.
+    fn index(&self, at: [i64; 2]) -> usize {
+        let all = self.nodes.area;
+        (at[1] - all.y0) as usize * all.width() + (at[0] - all.x0) as usize
+    }
+
+    /// Metres east and south from the segments' origin at which a node lies once it is displaced.
+    fn place_m(&self, at: [i64; 2], index: usize) -> [f64; 2] {
+        let vertex = Point::at_vertex(at[0] * self.nodes.step, at[1] * self.nodes.step).from(self.segments.origin);
+        [0, 1].map(|axis| vertex[axis] * self.fields.metres_a_grain() + self.nodes.metres[axis][index] as f64)
+    }
+
+    /// The numbers of the segments whose beds may hold a node of a block.
+    fn wet_in(&self, block: Area) -> Vec<usize> {
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for at in (block.y0..block.y1).flat_map(|y| (block.x0..block.x1).map(move |x| [x, y])) {
+            let place = self.place_m(at, self.index(at));
+            low = [low[0].min(place[0]), low[1].min(place[1])];
+            high = [high[0].max(place[0]), high[1].max(place[1])];
+        }
+        let holds = |[from, to]: &[[f64; 2]; 2]| (0..2).all(|axis| from[axis] <= high[axis] && to[axis] >= low[axis]);
+        self.wet.iter().filter(|(_, around)| holds(around)).map(|(number, _)| *number).collect()
+    }
+
     #[inline]
-    fn vertex(&self, at: [i64; 2], index: usize) -> VertexWater {
+    fn vertex(&self, at: [i64; 2], wet: &[usize]) -> VertexWater {
+        let index = self.index(at);
         let land_m = self.valleys.height_m[index];
         let coast_m = self.coast_m.map_or(f32::INFINITY, |coast_m| coast_m[index]);
         let in_sea = coast_m < self.sea_m;
         let lowest_m = coast_m.min(land_m);
         let number = self.valleys.segment[index] as usize;
-        if number < self.segments.all.len() && self.valleys.distance_m[index] <= self.widest_m[number] {
-            return self.near_channel(at, index, lowest_m, in_sea);
+        let is_near = number < self.segments.all.len() && self.valleys.distance_m[index] <= self.widest_m[number];
+        if is_near || !wet.is_empty() {
+            let [least_m, most_m] = self.brook_m;
+            let least_half_m = (BED_SHARE * self.apart_m(index)).clamp(least_m, most_m);
+            if let Some(place) = self.channel(at, index, least_half_m, wet) {
+                return self.near_channel(place, least_half_m, lowest_m, in_sea);
+            }
         }
         if in_sea { self.sea(lowest_m) } else { dry(self.lift.at(lowest_m as f64) as f32) }
     }
@@ -167,11 +207,9 @@ impl<'a> FillWater<'a> {
     }
 
     /// What there is in a channel, or not far from it, given the height of the land or of the coast that is lower.
-    fn near_channel(&self, at: [i64; 2], index: usize, lowest_m: f32, in_sea: bool) -> VertexWater {
+    fn near_channel(&self, place: NearestChannel, least_half_m: f32, lowest_m: f32, in_sea: bool) -> VertexWater {
         let fields = self.fields;
-        let [least_m, most_m] = self.brook_m;
-        let least_half_m = (BED_SHARE * self.apart_m(index)).clamp(least_m, most_m);
-        let NearestChannel { segment, share, distance_m } = self.place(at, index, least_half_m);
+        let NearestChannel { segment, share, distance_m } = place;
         let segment = &self.segments.all[segment];
         let channel = &self.segments.channels[segment.channel as usize];
         // At its mouth a channel is as deep as what it runs into: a dry one is a notch in its bank, and between the
@@ -192,7 +230,8 @@ impl<'a> FillWater<'a> {
             let deepest_m = river_depth_m(discharge);
             let depth_m = bed_depth_m(deepest_m, distance_m, half_m, least_half_m);
             let risen_m = (ground_m - surface_m).max(0.0);
-            surface_m - depth_m + risen_m / (1.0 + risen_m / (BED_RISE * deepest_m))
+            // Where the land beside is lower than the water, that runs over it.
+            surface_m - depth_m + risen_m / (1.0 + risen_m / (BED_RISE * deepest_m)) - (surface_m - ground_m).max(0.0)
         };
         let wet = fields.is_wet(own_area);
         if in_sea {
@@ -212,52 +251,44 @@ impl<'a> FillWater<'a> {
         }
         let height_m = river_bed();
         if wet {
-            water(WaterKind::River, height_m, surface_m - height_m)
+            water(WaterKind::River, height_m, surface_m.min(ground_m) - height_m)
         } else {
             VertexWater { bed: true, ..dry(height_m) }
         }
     }
 
-    /// The place of the channel whose bed a vertex is in, or else of that whose valley it is in.
+    /// The place of the channel whose bed a vertex is in, or else of that whose valley it is in, if it may matter.
     ///
-    /// Above a bend the water below it may be lower than that beside the vertex, whose bed is there all the same.
-    fn place(&self, at: [i64; 2], index: usize, least_half_m: f32) -> NearestChannel {
-        let metres_a_grain = self.fields.metres_a_grain();
+    /// The water below a bend may be lower than that beside the vertex, and a valley beside a steep channel deeper: the
+    /// channel's bed is there all the same.
+    fn channel(&self, at: [i64; 2], index: usize, least_half_m: f32, wet: &[usize]) -> Option<NearestChannel> {
         let is_inside = |place: &NearestChannel| {
             let area = lerp(self.segments.all[place.segment].area, place.share);
             place.distance_m <= (self.fields.river_width_m(area) as f32 / 2.0).max(least_half_m)
         };
-        let own = NearestChannel {
-            segment: self.valleys.segment[index] as usize,
+        let number = self.valleys.segment[index] as usize;
+        let own = (number < self.segments.all.len()).then(|| NearestChannel {
+            segment: number,
             share: self.valleys.share[index] as f64,
             distance_m: self.valleys.distance_m[index],
+        });
+        let in_lake = |place: &NearestChannel| {
+            let lake = lerp(self.segments.all[place.segment].lake, place.share);
+            place.distance_m < (lake * self.fields.metres_a_grain()) as f32
         };
-        if is_inside(&own) {
+        if own.as_ref().is_some_and(|own| is_inside(own) || in_lake(own)) {
             return own;
         }
-        let vertex = Point::at_vertex(at[0] * self.nodes.step, at[1] * self.nodes.step).from(self.segments.origin);
-        let warped = self.nodes.metres.each_ref().map(|metres| metres[index] as f64 / metres_a_grain);
-        let above = self.above(own.segment).map(|number| {
-            let segment = &self.segments.all[number];
-            // Exact whatever the origin, but for the last sum.
-            let off = [0, 1].map(|axis| (vertex[axis] - segment.from[axis]) + warped[axis]);
-            let (share, square) = segment.nearest_off(off);
-            NearestChannel { segment: number, share, distance_m: (square.sqrt() * metres_a_grain) as f32 }
+        let metres = self.fields.metres_a_grain();
+        let place = self.place_m(at, index).map(|place_m| place_m / metres);
+        let level_m = |place: &NearestChannel| lerp(self.segments.all[place.segment].level_m, place.share);
+        let inside = wet.iter().map(|number| {
+            let (share, square) = self.segments.all[*number].nearest(place);
+            NearestChannel { segment: *number, share, distance_m: (square.sqrt() * metres) as f32 }
         });
-        above.into_iter().find(is_inside).unwrap_or(own)
-    }
-
-    /// The numbers of the segments that lead to one: the one before it in its channel, and those that end where it
-    /// begins.
-    fn above(&self, number: usize) -> impl Iterator<Item = usize> {
-        let segment = &self.segments.all[number];
-        let before = number.checked_sub(1).filter(|before| {
-            let before = &self.segments.all[*before];
-            before.channel == segment.channel && before.knot + 1 == segment.knot
-        });
-        let (level, x, y) = self.segments.channels[segment.channel as usize].id;
-        let to_node = if level == 0 && segment.knot == 0 { self.at_nodes.get(&(x, y)) } else { None };
-        before.into_iter().chain(to_node.into_iter().flatten().copied())
+        // Of several the lowest: where two meet, the water is that of the one that goes on.
+        let lowest = inside.filter(is_inside).min_by(|a, b| level_m(a).total_cmp(&level_m(b)));
+        lowest.or(own.filter(|own| own.distance_m <= self.widest_m[own.segment]))
     }
 
     /// Metres, in the warped plane, from a node to the furthest of those beside it, as if these were a vertex away.

@@ -128,9 +128,17 @@ fn lakes_lie_along_their_main_river() {
         let fluvial = fluvial(world);
         for trunk in channels_of(world, 1, 6000).values() {
             let Some((node, is_main)) = trunk.next.filter(|(node, _)| fluvial.has_lake(*node)) else { continue };
-            let lower = &trunk.knots[trunk.knots.len() / 2..];
-            let wide = lower.iter().filter(|knot| knot.lake > 0.0).count();
-            assert_eq!(is_main, wide > 2, "{name}, seed {seed}: {wide} knots of a trunk to {node:?} are lakes");
+            let length = |knots: &[Knot]| knots.windows(2).map(|pair| pair[0].at.distance(pair[1].at)).sum::<f64>();
+            let half = trunk.knots.len() / 2;
+            let shore = half + trunk.knots[half..].iter().take_while(|knot| knot.lake == 0.0).count();
+            let share = length(&trunk.knots[shore..]) / length(&trunk.knots);
+            // A straight segment of one that comes from the side, and four of the main river.
+            let segments = fluvial.fields().segments_a_channel(0).max(16) as f64;
+            assert_eq!(
+                is_main,
+                share > 2.0 / segments,
+                "{name}, seed {seed}: {share} of a trunk to {node:?} is a lake"
+            );
             others += u32::from(!is_main);
         }
     }
