@@ -19,7 +19,7 @@
 //! `input`.
 //!
 //! The rooms, in the order of that way: `fields` and `lift` have the laws; `trunk` the lattice of the largest rivers,
-//! `trunk_curve` and `trunk_course` their lines; `tributary_course` and `tributary` all others; `network` finds channels
+//! `trunk_curve`, `meander` and `trunk_course` their lines; `tributary_course` and `tributary` all others; `network` finds channels
 //! and their `segment`s by place, in chunks; `warp`, `valley` and `valley_side`, `gullies`, `coast` and `water` make
 //! rasters of them; `rivers` and `strahler` know whole rivers, and `survey` the land as roads ask for it.
 
