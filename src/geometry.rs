@@ -27,10 +27,12 @@ impl LineSegment {
 
     /// Whether its bounding rectangle, widened by some distance, holds a place; `false` proves that it is further away.
     pub fn touches(&self, place: [f64; 2], distance: f64) -> bool {
-        [0, 1].into_iter().all(|axis| {
-            let (from, to) = (self.from[axis], self.from[axis] + self.along[axis]);
-            from.max(to) + distance >= place[axis] && from.min(to) - distance <= place[axis]
-        })
+        // How far the place lies from the middle of the line's extent along an axis.
+        let beside = |axis: usize| {
+            let half = 0.5 * self.along[axis];
+            (place[axis] - self.from[axis] - half).abs() - half.abs() <= distance
+        };
+        beside(0) & beside(1)
     }
 
     /// Whether it crosses another line, and the ends of both lie more than one and a half units to either side of the

@@ -42,8 +42,6 @@ pub struct Channel {
     pub mouth: Mouth,
     /// Slope of the hillsides around.
     pub hill_slope: f64,
-    /// Area that drains through what it runs into, there, in cells of the trunk lattice; its own for the sea and lakes.
-    pub mouth_area: f64,
     /// For a trunk, the next node and whether this is that river's own upper course; not for one that the sea cuts
     /// short.
     pub next: Option<(NodeId, bool)>,
@@ -56,8 +54,8 @@ heap_bytes!(Channel: knots);
 impl Channel {
     /// The channel through these knots.
     pub fn new(id: ChannelId, knots: Vec<Knot>, mouth: Mouth, hill_slope: f64) -> Channel {
-        let (bounds, mouth_area) = (bounds(&knots), knots[knots.len() - 1].area);
-        Channel { id, knots, mouth, hill_slope, mouth_area, next: None, bounds }
+        let bounds = bounds(&knots);
+        Channel { id, knots, mouth, hill_slope, next: None, bounds }
     }
 
     /// The same channel once its knots have moved.

@@ -33,6 +33,7 @@ pub mod trunk;
 pub mod channel;
 mod chunk;
 pub mod segment;
+mod segment_index;
 mod trunk_curve;
 mod trunk_course;
 mod tributary_course;

@@ -19,6 +19,7 @@ use super::chunk::ChunkId;
 use super::fields::Fields;
 use super::point::Point;
 use super::segment::{Reach, Segment, Segments, segments_of, widened};
+use super::segment_index::IndexedSegments;
 use super::tributary::{Tributaries, most_area};
 use super::tributary_course;
 use super::trunk::Trunks;
@@ -112,10 +113,7 @@ impl Network {
                 // Most are further than any may be.
                 let segments =
                     segments_of(&self.fields, channel, channels.len() as u32, origin, |ends| touches(ends, widest));
-                let reaches = |segment: &Segment| {
-                    let to = [0, 1].map(|axis| segment.from[axis] + segment.along[axis]);
-                    touches([segment.from, to], segment.reach(reach))
-                };
+                let reaches = |segment: &Segment| touches(segment.bounds(), segment.reach(reach));
                 all.extend(segments.filter(reaches));
                 if all.len() > before {
                     channels.push(Arc::clone(channel));
@@ -129,16 +127,15 @@ impl Network {
         self.chunks.get(id, || {
             let channels = match id.level {
                 0 => id.cells().filter_map(|node| self.trunks.trunk(node)).collect(),
-                _ => self.tributaries.of(id, &|id| self.above(id)),
+                _ => self.tributaries.of(id, &|id, cells| self.above(id, cells)),
             };
             Chunk { channels }
         })
     }
 
-    /// The segments of the levels above a chunk's that matter to its tributaries, relative to its corner.
-    fn above(&self, id: ChunkId) -> Segments {
-        let square = id.square(&self.fields);
-        let reach = Reach::even(&self.fields, tributary_course::ABOVE_CELLS * self.fields.side(id.level) as f64);
-        self.segments(id.level, square, square[0], reach)
+    /// The segments of the levels above a chunk's that matter so many cells around it, relative to its corner.
+    fn above(&self, id: ChunkId, cells: f64) -> IndexedSegments {
+        let (square, cell) = (id.square(&self.fields), self.fields.side(id.level) as f64);
+        IndexedSegments::new(self.segments(id.level, square, square[0], Reach::even(cells * cell)), cell)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::channel::{Channel, Knot};
+use super::channel::Channel;
 use super::fields::{Fields, across};
 use super::point::{GRAINS, Point};
 use crate::geometry::{LineSegment, length, lerp};
@@ -17,13 +17,6 @@ pub struct Segments {
     pub channels: Vec<Arc<Channel>>,
     /// Their segments, those of a channel from its head down.
     pub all: Vec<Segment>,
-}
-
-impl Segments {
-    /// Those that may come so near to a place, relative to the origin, with their numbers.
-    pub fn around(&self, place: [f64; 2], distance: f64) -> Vec<(usize, &Segment)> {
-        self.all.iter().enumerate().filter(|(_, segment)| segment.line().touches(place, distance)).collect()
-    }
 }
 
 /// A straight segment of a channel: from one knot to the next. Pairs are a value at its upper end, and how that changes
@@ -89,9 +82,9 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// The same for all channels.
-    pub fn even(fields: &Fields, brook: f64) -> Reach {
-        Reach { brook, most: brook, least_cross: fields.least_cross() }
+    /// The same for all channels, as if the sides of all were as steep as the hill.
+    pub fn even(brook: f64) -> Reach {
+        Reach { brook, most: brook, least_cross: 1.0 }
     }
 
     /// How far channels matter that are so far apart.
@@ -104,6 +97,12 @@ impl Segment {
     /// The segment's line, relative to the segments' origin.
     pub fn line(&self) -> LineSegment {
         LineSegment { from: self.from, along: self.along }
+    }
+
+    /// The corners of the least rectangle around it.
+    pub fn bounds(&self) -> [[f64; 2]; 2] {
+        let to = [0, 1].map(|axis| self.from[axis] + self.along[axis]);
+        [[0, 1].map(|axis| self.from[axis].min(to[axis])), [0, 1].map(|axis| self.from[axis].max(to[axis]))]
     }
 
     /// The share of the segment at which it is nearest to a point, and the square of the distance in grains.
@@ -136,7 +135,7 @@ impl Segment {
     }
 
     /// The largest half width of its floor's rounding in grains.
-    fn widest_trough(&self) -> f64 {
+    pub fn widest_trough(&self) -> f64 {
         self.trough[0].max(self.trough[0] + self.trough[1])
     }
 
@@ -158,24 +157,44 @@ impl Segment {
         self.level_m[0].min(self.level_m[0] + self.level_m[1])
     }
 
+    /// Whether its side may be below a height where it is so far away, given as the square.
+    pub fn may_be_below(&self, square: f64, slope: f64, most_m: f64) -> bool {
+        let rise = (most_m - self.lowest_m()) / (slope * self.gentlest_cross());
+        let shore = self.shore();
+        // A side has risen so much where the square of the distance is that, at least.
+        rise > 0.0 && square <= rise * (rise + 2.0 * self.widest_trough()) + shore * shore
+    }
+
     /// [`Segment::side_m`] if that is lower than a height: cheaper than to ask for it and compare.
     pub fn side_below_m(&self, at: [f64; 2], slope: f64, most_m: f64) -> Option<f64> {
-        let rise = (most_m - self.lowest_m()) / (slope * self.gentlest_cross());
-        // A side has risen so much where the square of the distance is that, at least.
-        let shore = self.shore();
-        if rise <= 0.0 || self.nearest(at).1 > rise * (rise + 2.0 * self.widest_trough()) + shore * shore {
+        if most_m <= self.lowest_m() {
             return None;
         }
-        Some(self.side_m(at, slope)).filter(|side_m| *side_m < most_m)
+        let (t, square) = self.nearest(at);
+        if !self.may_be_below(square, slope, most_m) {
+            return None;
+        }
+        Some(self.side_at_m(t, square, slope)).filter(|side_m| *side_m < most_m)
     }
 
     /// The height of the valley side that rises from it at a point, for hillsides that rise so many metres a grain.
     pub fn side_m(&self, at: [f64; 2], slope: f64) -> f64 {
         let (t, square) = self.nearest(at);
+        self.side_at_m(t, square, slope)
+    }
+
+    fn side_at_m(&self, t: f64, square: f64, slope: f64) -> f64 {
         let (trough, shore) = (lerp(self.trough, t), lerp(self.lake, t).max(lerp(self.river, t)));
         let rise = ((square - shore * shore).max(0.0) + trough * trough).sqrt() - trough;
         lerp(self.level_m, t) + slope * lerp(self.cross, t) * rise
     }
+}
+
+/// What a segment has of the knot at one of its ends.
+struct End {
+    cross: f64,
+    trough: f64,
+    river: f64,
 }
 
 /// The segments of a channel that has that number, but for those without a length, of those whose ends are wanted.
@@ -186,22 +205,32 @@ pub fn segments_of(
     origin: Point,
     wanted: impl Fn([[f64; 2]; 2]) -> bool,
 ) -> impl Iterator<Item = Segment> {
-    let cross = move |knot: usize| cross(fields, channel, knot);
-    channel.knots.windows(2).enumerate().filter_map(move |(knot, pair)| {
-        let (from, to) = (pair[0].at.from(origin), pair[1].at.from(origin));
-        if !wanted([from, to]) {
-            return None;
+    let end = move |knot: usize| {
+        let area = channel.knots[knot].area;
+        End {
+            cross: cross(fields, channel, knot),
+            trough: fields.trough(area),
+            river: fields.river_width_m(area) / 2.0 / fields.metres_a_grain(),
         }
+    };
+    let mut before = channel.knots[0].at.from(origin);
+    // What is known of the knot where the next segment begins, if the one before it was wanted.
+    let mut known = None;
+    channel.knots.windows(2).enumerate().filter_map(move |(knot, pair)| {
+        let (from, to) = (before, pair[1].at.from(origin));
+        before = to;
         let along = [to[0] - from[0], to[1] - from[1]];
         let square = along[0] * along[0] + along[1] * along[1];
-        let values = |value: &dyn Fn(&Knot) -> f64| {
-            let upper = value(&pair[0]);
-            [upper, value(&pair[1]) - upper]
-        };
+        if square == 0.0 || !wanted([from, to]) {
+            known = None;
+            return None;
+        }
+        let (upper, lower) = (known.take().unwrap_or_else(|| end(knot)), end(knot + 1));
         let fall_m = (pair[0].level_m - pair[1].level_m).max(1e-9);
         let length_m = square.sqrt() * fields.metres_a_grain();
         let roundest = channel.hill_slope * GRAINS as f64 * length_m / (STEEPER * fall_m);
-        (square > 0.0).then(|| Segment {
+        let values = |upper: f64, lower: f64| [upper, lower - upper];
+        let segment = Segment {
             channel: number,
             knot: knot as u32,
             from,
@@ -209,13 +238,15 @@ pub fn segments_of(
             per_square: 1.0 / square,
             side: fields.side(channel.id.0) as f64,
             is_trunk: channel.id.0 == 0,
-            level_m: values(&|knot| knot.level_m),
-            area: values(&|knot| knot.area),
-            cross: [cross(knot), cross(knot + 1) - cross(knot)],
-            trough: values(&|knot| fields.trough(knot.area).min(roundest)),
-            river: values(&|knot| fields.river_width_m(knot.area) / 2.0 / fields.metres_a_grain()),
-            lake: values(&|knot| knot.lake),
-        })
+            level_m: values(pair[0].level_m, pair[1].level_m),
+            area: values(pair[0].area, pair[1].area),
+            cross: values(upper.cross, lower.cross),
+            trough: values(upper.trough.min(roundest), lower.trough.min(roundest)),
+            river: values(upper.river, lower.river),
+            lake: values(pair[0].lake, pair[1].lake),
+        };
+        known = Some(lower);
+        Some(segment)
     })
 }
 

@@ -110,14 +110,11 @@ impl Survey for Fluvial {
         let fields = self.fields();
         // All that the warp may bring here, and a vertex more for what is rounded on the way.
         let rectangle = self.warp.input(area.padded(1), 1);
-        let pieces = self.network().segments(
-            fields.levels(),
-            rectangle,
-            Point::at_vertex(area.x0, area.y0),
-            Reach::even(fields, 0.0),
-        );
-        let lakes: Vec<&Segment> = pieces.all.iter().filter(|piece| piece.widest_lake() > 0.0).collect();
         let spring_m3s = fields.settings().spring_m3s;
+        let levels = (0..fields.levels()).take_while(|level| self.has_rivers(*level)).count() as u32;
+        let origin = Point::at_vertex(area.x0, area.y0);
+        let pieces = self.network().segments(levels, rectangle, origin, Reach::even(0.0));
+        let lakes: Vec<&Segment> = pieces.all.iter().filter(|piece| piece.widest_lake() > 0.0).collect();
         let mut rivers = Vec::new();
         for piece in &pieces.all {
             if fields.discharge_m3s(lerp(piece.area, 1.0)) < spring_m3s {

@@ -6,8 +6,9 @@ use super::channel::{Channel, Knot};
 use super::chunk::ChunkId;
 use super::fields::{Fields, LEAST_CROSS};
 use super::point::Point;
-use super::segment::{Reach, Segment, Segments};
-use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};
+use super::segment::Segment;
+use super::segment_index::IndexedSegments;
+use super::tributary_course::{Courses, JOIN_CELLS, TributaryCourse, TributaryEnd};
 use super::trunk::{LEAST_SLOPE, NodeId};
 use super::trunk_course::INCISION;
 use super::trunk_curve::DROWNED_SLOPE;
@@ -28,6 +29,10 @@ const AREA_FALL: f64 = 0.75;
 /// How far from the middle of its course channels are looked for that a tributary may be under: in lengths of the
 /// course, and in cells more.
 const NEAR: f64 = 1.5;
+
+/// Cells around a chunk beyond which no channel of the levels above it matters to the beds of its tributaries: further
+/// than one may end, it may be under the valley side of what is still further.
+const ABOVE_CELLS: f64 = JOIN_CELLS + 3.0;
 
 /// Shares of a step up a tributary at which its bed is compared with the sides of larger valleys: its end, then more
 /// closely towards where it comes from, as floors are flattest there.
@@ -56,17 +61,17 @@ impl Tributaries {
     }
 
     /// The tributaries whose heads are in the cells of a chunk, given whom to ask for the segments of the levels above
-    /// one.
-    pub fn of(&self, id: ChunkId, above: &impl Fn(ChunkId) -> Segments) -> Vec<Arc<Channel>> {
-        let segments = above(id);
+    /// one that matter so many cells around it.
+    pub fn of(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Vec<Arc<Channel>> {
+        let above_here = above(id, ABOVE_CELLS);
         // The straight courses of this one's and its neighbours' tributaries.
         let mut courses: Vec<(NodeId, LineSegment)> = Vec::new();
         for chunk in id.with_neighbours() {
             let lines = self.courses.of(chunk, above);
-            courses.extend(lines.iter().map(|course| (course.cell, course.line(segments.origin))));
+            courses.extend(lines.iter().map(|course| (course.cell, course.line(above_here.segments.origin))));
         }
         let own = self.courses.of(id, above);
-        own.iter().map(|course| Arc::new(self.tributary(id.level, course, &segments, &courses))).collect()
+        own.iter().map(|course| Arc::new(self.tributary(id.level, course, &above_here, &courses))).collect()
     }
 
     /// A tributary along its course, given the segments of the levels above and the courses of its own around it.
@@ -74,22 +79,17 @@ impl Tributaries {
         &self,
         level: u32,
         course: &TributaryCourse,
-        above: &Segments,
+        above: &IndexedSegments,
         courses: &[(NodeId, LineSegment)],
     ) -> Channel {
         let (fields, cell) = (&self.fields, self.fields.side(level) as f64);
-        let origin = above.origin;
-        let &TributaryCourse { cell: id, head, end: TributaryEnd { foot, shore, level_m, mouth, mouth_area } } = course;
+        let origin = above.segments.origin;
+        let &TributaryCourse { cell: id, head, end: TributaryEnd { foot, shore, level_m, mouth } } = course;
         let way = head.from(shore);
         let reach = length(way);
         let from = shore.from(origin);
         let middle = [0, 1].map(|axis| from[axis] + way[axis] / 2.0);
-        let near = Reach::even(fields, NEAR * reach + NEAR * cell);
-        let is_near = |segment: &&Segment| {
-            let reach = segment.reach(near);
-            segment.line().touches(middle, reach) && segment.nearest(middle).1 < reach * reach
-        };
-        let near: Vec<&Segment> = above.all.iter().filter(is_near).collect();
+        let near = above.beneath(middle, NEAR * reach + NEAR * cell);
         let others = courses.iter().filter(|(other, _)| *other != id).map(|(_, line)| *line);
         let lines = others.chain(near.iter().map(|segment| segment.line()));
         let around: Vec<LineSegment> = lines.filter(|line| line.touches(middle, reach)).collect();
@@ -108,9 +108,7 @@ impl Tributaries {
             let drowned_m = shore.distance(foot) * fields.metres_a_grain() * DROWNED_SLOPE;
             knots.push(Knot { at: foot, level_m: level_m - drowned_m, area: most_area(level), lake: 0.0 });
         }
-        let mut channel = Channel::new((level, id.0, id.1), knots, mouth, fields.hill_slope(uplift));
-        channel.mouth_area = channel.mouth_area.max(mouth_area);
-        channel
+        Channel::new((level, id.0, id.1), knots, mouth, fields.hill_slope(uplift))
     }
 
     /// Where a tributary goes, from its shore up, which is so far [from the origin, and from the shore to the head];
@@ -121,9 +119,10 @@ impl Tributaries {
             .map(|step| [0, 1].map(|axis| from[axis] + way[axis] * (step as f64 / segments as f64)))
             .collect();
         let shares = wander::offsets(hash::network_level(self.seed, level), id, segments);
-        let rooms = wander::rooms(&straight, around);
-        let offsets: Vec<f64> =
-            shares.iter().zip(rooms).map(|(share, room)| (share * length(way)).clamp(-room, room)).collect();
+        let offsets: Vec<f64> = shares.iter().map(|share| share * length(way)).collect();
+        let most = offsets.iter().map(|offset| offset.abs()).fold(0.0, f64::max);
+        let rooms = wander::rooms(&straight, around, most);
+        let offsets: Vec<f64> = offsets.iter().zip(rooms).map(|(offset, room)| offset.clamp(-room, room)).collect();
         let wandered = wander::moved(&straight, &offsets);
         // Of the finest, which are most of all, a segment is as short as what a cut would leave.
         let is_finest = level + 1 == self.fields.levels();
@@ -169,22 +168,24 @@ impl Tributaries {
             let rise_m = step_m * fields.river_slope(uplift, area(middle));
             let below_m = knots[step - 1].level_m;
             // Not so far below a larger channel beside it that this would lie on its side, and lose its water to it.
-            let mut free_m = below_m + rise_m;
-            for segment in near {
-                let (far, above_m) = (free_m / beside_slope, segment.level_m[0] / beside_slope);
-                if above_m > far && segment.line().touches(here, above_m - far) {
-                    let (t, square) = segment.nearest(here);
-                    free_m = free_m.max(lerp(segment.level_m, t) - beside_slope * square.sqrt());
-                }
-            }
+            let nearest: Vec<(f64, f64)> = near.iter().map(|segment| segment.nearest(here)).collect();
+            let beside_m = |(segment, (t, square)): (&&Segment, &(f64, f64))| {
+                lerp(segment.level_m, *t) - beside_slope * square.sqrt()
+            };
+            let free_m = near.iter().zip(&nearest).map(beside_m).fold(below_m + rise_m, f64::max);
             // But it does not stand above the sides of larger valleys: those of lower water may be lower. Nor does it
             // between two knots: the floor of a valley that is wider than the step is round, and the bed is straight.
             let mut ground_m = free_m;
+            let step_grains = step_m / fields.metres_a_grain();
+            let may_be_above = |(segment, (_, square)): &(&&Segment, &(f64, f64))| {
+                let least = (square.sqrt() - step_grains).max(0.0);
+                segment.may_be_below(least * least, side_slope, free_m + CUT_M)
+            };
+            let lower: Vec<&Segment> =
+                near.iter().zip(&nearest).filter(may_be_above).map(|(segment, _)| *segment).collect();
             for t in PLACES {
                 let place = [0, 1].map(|axis| before[axis] + (here[axis] - before[axis]) * t);
-                for segment in
-                    near.iter().filter(|segment| t == 1.0 || 2.0 * segment.trough[0] * fields.metres_a_grain() > step_m)
-                {
+                for segment in lower.iter().filter(|segment| t == 1.0 || 2.0 * segment.trough[0] > step_grains) {
                     let bed_m = below_m + (ground_m - below_m) * t;
                     if let Some(side_m) = segment.side_below_m(place, side_slope, bed_m + CUT_M) {
                         ground_m = below_m + (side_m - CUT_M - below_m).max(0.0) / t;

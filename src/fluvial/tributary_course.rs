@@ -9,7 +9,8 @@ use super::channel::Mouth;
 use super::chunk::ChunkId;
 use super::fields::{Fields, LEAST_CROSS};
 use super::point::{GRAINS, Point, chance};
-use super::segment::{Segment, Segments, downstream};
+use super::segment::{Segment, downstream};
+use super::segment_index::IndexedSegments;
 use super::tributary::most_area;
 use super::trunk::NodeId;
 use crate::geometry::{LineSegment, length, lerp};
@@ -18,7 +19,7 @@ use crate::memory::{Memory, Usage, heap_bytes};
 
 /// Cells that a tributary is long at most, before it runs aslant: a head that is further from all channels has none, so
 /// that what a channel depends on stays near.
-const JOIN_CELLS: f64 = 3.0;
+pub const JOIN_CELLS: f64 = 3.0;
 
 /// Cells that lie between a head and the nearest channel at least: at the finest level, and more at each level above
 /// it. What begins nearer would be a short stub. Chosen by eye.
@@ -43,10 +44,6 @@ const LEFT_OUT: f64 = 0.15;
 /// by chance. On a flood plain it would be a scratch that leads nowhere. Chosen by eye.
 const FLAT: (f64, f64) = (0.25, 0.15);
 
-/// Cells from a head within which channels are looked at: the owner of what lies further from its channel than a
-/// tributary is long has none.
-const LOOK_CELLS: f64 = 4.0;
-
 /// Vertices from the ends of a channel that nothing else joins it in: there others begin, and lines would cross by what
 /// is rounded.
 const CLEAR: f64 = 2.0;
@@ -68,10 +65,6 @@ const AROUND: f64 = 3.0;
 /// Cells that a tributary sticks out of the cell of its head at most: it ends within `JOIN_CELLS * sqrt(1 + SLANT^2)`,
 /// and wanders by less than a cell.
 pub const REACH_CELLS: f64 = 5.0;
-
-/// Cells around a chunk beyond which no channel of the levels above it matters: further than a tributary may end, it
-/// may be under the valley side of what is still further.
-pub const ABOVE_CELLS: f64 = JOIN_CELLS + 3.0;
 
 /// Where a tributary begins, and where it ends if it runs straight to the nearest channel or if it runs aslant.
 #[derive(Debug)]
@@ -104,8 +97,6 @@ pub struct TributaryEnd {
     pub level_m: f64,
     /// What it runs into.
     pub mouth: Mouth,
-    /// Area that drains through that, in cells of the trunk lattice; 0 for the sea.
-    pub mouth_area: f64,
 }
 
 heap_bytes!(Draft);
@@ -124,8 +115,8 @@ impl TributaryEnd {
     }
 }
 
-/// The courses of a world's tributaries. What they join, the segments of the levels above a chunk and around it,
-/// relative to its corner, is asked of whoever asks for them.
+/// The courses of a world's tributaries. What they join, the segments of the levels above a chunk that matter so many
+/// cells around it, relative to its corner, is asked of whoever asks for them.
 #[derive(Debug)]
 pub struct Courses {
     seed: u64,
@@ -146,35 +137,36 @@ impl Courses {
     }
 
     /// Where the tributaries of a chunk's cells begin and end.
-    pub fn of(&self, id: ChunkId, above: &impl Fn(ChunkId) -> Segments) -> Arc<Vec<TributaryCourse>> {
+    pub fn of(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Arc<Vec<TributaryCourse>> {
         self.taken.get(id, || {
             let own = self.drafts(id, above);
             let around: Vec<Arc<Vec<Draft>>> = id.with_neighbours().map(|chunk| self.drafts(chunk, above)).collect();
-            let above = above(id);
+            let origin = id.square(&self.fields)[0];
             let course = |draft: &Draft| {
                 // Those that may come across its line.
-                let line = draft.direct.line(draft.head, above.origin);
+                let line = draft.direct.line(draft.head, origin);
                 let reach = length(line.along) * AROUND;
-                let others = around.iter().flat_map(|drafts| drafts.iter()).filter(|other| {
-                    other.cell != draft.cell && other.direct.line(other.head, above.origin).touches(line.from, reach)
-                });
-                Some(TributaryCourse { cell: draft.cell, head: draft.head, end: taken(draft, others, &above)? })
+                let near = |other: &&Draft| {
+                    other.cell != draft.cell && other.direct.line(other.head, origin).touches(line.from, reach)
+                };
+                let others: Vec<&Draft> = around.iter().flat_map(|drafts| drafts.iter()).filter(near).collect();
+                Some(TributaryCourse { cell: draft.cell, head: draft.head, end: taken(draft, &others, origin)? })
             };
             own.iter().filter_map(course).collect()
         })
     }
 
     /// Where the tributaries of a chunk's cells begin and may end.
-    fn drafts(&self, id: ChunkId, above: &impl Fn(ChunkId) -> Segments) -> Arc<Vec<Draft>> {
+    fn drafts(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Arc<Vec<Draft>> {
         self.drafts.get(id, || {
-            let above = above(id);
+            let above = above(id, JOIN_CELLS);
             id.cells().filter_map(|cell| self.draft(id.level, cell, &above)).collect()
         })
     }
 
     /// Where the tributary of a cell begins and may end, if there is one, given the segments of the levels above around
     /// it.
-    fn draft(&self, level: u32, id: NodeId, above: &Segments) -> Option<Draft> {
+    fn draft(&self, level: u32, id: NodeId, above: &IndexedSegments) -> Option<Draft> {
         let (fields, cell) = (&self.fields, self.fields.side(level));
         let seed = hash::network_level(self.seed, level);
         if chance(seed, id, Draw::Choice, 0) < LEFT_OUT {
@@ -186,7 +178,7 @@ impl Courses {
         if fields.potential(head) < fields.sea_potential() {
             return None;
         }
-        let origin = above.origin;
+        let origin = above.segments.origin;
         let from = head.from(origin);
         let in_lake = |segment: &Segment| {
             segment.lake != [0.0; 2] && {
@@ -196,7 +188,7 @@ impl Courses {
             }
         };
         // Of all that is known around the chunk, what may matter to this head.
-        let near = above.around(from, LOOK_CELLS * cell as f64);
+        let near = above.around(from, JOIN_CELLS * cell as f64);
         if near.iter().any(|(_, segment)| in_lake(segment)) {
             return None;
         }
@@ -207,10 +199,9 @@ impl Courses {
         if let Some([shore, beyond]) = fields.coast_near(head, nearest.min(most)) {
             // On into the sea where no channel is in the way.
             let line = LineSegment { from: beyond.from(origin), along: head.from(beyond) };
-            let crosses = |segment: &Segment| segment.line().crosses(&line);
-            let foot = if above.all.iter().any(crosses) { shore } else { beyond };
-            let direct =
-                TributaryEnd { foot, shore, level_m: fields.sea_level_m(), mouth: Mouth::Sea, mouth_area: 0.0 };
+            let crosses = |(_, segment): &(usize, &Segment)| segment.line().crosses(&line);
+            let foot = if beside(above, &line, 0.0).iter().any(crosses) { shore } else { beyond };
+            let direct = TributaryEnd { foot, shore, level_m: fields.sea_level_m(), mouth: Mouth::Sea };
             return Some(Draft { cell: id, head, direct, aslant: None });
         }
         // By how many levels there is room for finer ones in between.
@@ -219,7 +210,7 @@ impl Courses {
         // Not to the nearest channel but to the one whose valley it lies in, and down the fall line of its side.
         let steep = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
         let (head_m, number) = owner(&near, from, steep)?;
-        let segment = &above.all[number];
+        let segment = &above.segments.all[number];
         let (t, square) = segment.nearest(from);
         let distance = square.sqrt();
         let flat = FLAT.0 + FLAT.1 * chance(seed, id, Draw::Flat, 0);
@@ -232,14 +223,8 @@ impl Courses {
         let shift = shift + apart * CLEAR * GRAINS as f64;
         let end = |segment: &Segment, t: f64| {
             let foot = origin.moved([0, 1].map(|axis| segment.from[axis] + segment.along[axis] * t));
-            let mouth = Mouth::Channel(above.channels[segment.channel as usize].id);
-            TributaryEnd {
-                foot,
-                shore: foot,
-                level_m: lerp(segment.level_m, t),
-                mouth,
-                mouth_area: lerp(segment.area, t),
-            }
+            let mouth = Mouth::Channel(above.segments.channels[segment.channel as usize].id);
+            TributaryEnd { foot, shore: foot, level_m: lerp(segment.level_m, t), mouth }
         };
         // Only where the land is higher than its end all the way: the coast may be lower.
         let falls = |end: &TributaryEnd| {
@@ -261,19 +246,26 @@ impl Courses {
             })
         };
         let fits = |end: &TributaryEnd| {
-            let way = length(head.from(end.foot));
-            falls(end) && least <= way && way <= most && end.level_m < head_m && is_free(end)
+            let line = end.line(head, origin);
+            let way = length(line.along);
+            let meets = |(_, segment): &(usize, &Segment)| segment.line().crosses(&line) || grazes(&line, segment);
+            falls(end)
+                && least <= way
+                && way <= most
+                && end.level_m < head_m
+                && is_free(end)
+                && !beside(above, &line, GRAZES).iter().any(meets)
         };
         let at = |shift: f64| {
             let clear = CLEAR * GRAINS as f64;
-            let down = |number: usize, t: f64, grains: f64| downstream(&above.all, number, t, grains);
+            let down = |number: usize, t: f64, grains: f64| downstream(&above.segments.all, number, t, grains);
             let (mut number, mut t) = down(number, t, shift)?;
-            let segment = &above.all[number];
+            let segment = &above.segments.all[number];
             if segment.knot == 0 && t * length(segment.along) < clear {
                 (number, t) = down(number, t, clear)?;
             }
             down(number, t, clear)?;
-            Some(end(&above.all[number], t)).filter(fits)
+            Some(end(&above.segments.all[number], t)).filter(fits)
         };
         let slant = (SLANT.0 + SLANT.1 * finer).min(SLANT.2) * distance;
         let direct = at(shift).or_else(|| at(apart * CLEAR * GRAINS as f64))?;
@@ -286,51 +278,44 @@ impl Courses {
     }
 }
 
-/// The end that a tributary takes, given the drafts around it and the segments of the levels above; `None` if it has to
-/// give way.
-fn taken<'a>(draft: &Draft, mut others: impl Iterator<Item = &'a Draft>, above: &Segments) -> Option<TributaryEnd> {
-    let origin = above.origin;
+/// The end that a tributary takes, given the drafts around it; `None` if it has to give way.
+fn taken(draft: &Draft, others: &[&Draft], origin: Point) -> Option<TributaryEnd> {
     let direct = draft.direct.line(draft.head, origin);
-    if draft.direct.mouth == Mouth::Sea {
-        // The coast is no channel, so lines to it may cross others: those that do give way.
-        let gives_way = |other: &Draft| {
-            let stays = other.direct.mouth != Mouth::Sea || other.cell < draft.cell;
-            stays && other.direct.line(other.head, origin).crosses(&direct)
-        };
-        return (!others.any(gives_way)).then_some(draft.direct);
-    }
-    // Lines to the valleys that heads lie in hardly ever cross, but slopes differ from head to head.
-    let mut others = others.collect::<Vec<_>>().into_iter();
-    let middle = |line: &LineSegment| [0, 1].map(|axis| line.from[axis] + line.along[axis] / 2.0);
-    let beside = |line: &LineSegment| above.around(middle(line), length(line.along));
-    if beside(&direct).iter().any(|(_, segment)| segment.line().crosses(&direct) || grazes(&direct, segment))
-        || others.clone().any(|other| other.cell < draft.cell && other.direct.line(other.head, origin).crosses(&direct))
-    {
+    // Lines to the valleys that heads lie in hardly ever cross, but slopes differ from head to head. Those to the coast
+    // may cross any, and give way to all but each other.
+    let to_sea = |draft: &Draft| draft.direct.mouth == Mouth::Sea;
+    let gives_way = |other: &&Draft| {
+        let stays = if to_sea(draft) == to_sea(other) { other.cell < draft.cell } else { to_sea(draft) };
+        stays && other.direct.line(other.head, origin).crosses(&direct)
+    };
+    if others.iter().any(gives_way) {
         return None;
     }
     let Some(aslant) = draft.aslant else { return Some(draft.direct) };
     let line = aslant.line(draft.head, origin);
     // Whichever end the others take: so it does not matter who takes first.
-    let blocked = |other: &Draft| {
+    let blocks = |other: &&Draft| {
         let ends = [Some(other.direct), other.aslant];
         ends.into_iter().flatten().any(|end| end.line(other.head, origin).crosses(&line))
     };
-    let crosses = |segment: &Segment| segment.line().crosses(&line);
-    let free =
-        !others.any(blocked) && !beside(&line).iter().any(|(_, segment)| crosses(segment) || grazes(&line, segment));
-    Some(if free { aslant } else { draft.direct })
+    Some(if others.iter().any(blocks) { draft.direct } else { aslant })
+}
+
+/// The segments that may come so near to a line, as a share of its length.
+fn beside<'a>(above: &'a IndexedSegments, line: &LineSegment, share: f64) -> Vec<(usize, &'a Segment)> {
+    let middle = [0, 1].map(|axis| line.from[axis] + line.along[axis] / 2.0);
+    above.around(middle, (0.5 + share) * length(line.along))
 }
 
 /// Whether a line comes near to a segment: from its foot up it may as near as it is far from its foot, by a share.
 fn grazes(line: &LineSegment, segment: &Segment) -> bool {
     let whole = length(line.along);
-    segment.line().touches(line.from, whole)
-        && (1..=GRAZES_AT).any(|step| {
-            let share = step as f64 / GRAZES_AT as f64;
-            let place = [0, 1].map(|axis| line.from[axis] + line.along[axis] * share);
-            let least = GRAZES * share * whole;
-            segment.nearest(place).1 < least * least
-        })
+    (1..=GRAZES_AT).any(|step| {
+        let share = step as f64 / GRAZES_AT as f64;
+        let place = [0, 1].map(|axis| line.from[axis] + line.along[axis] * share);
+        let least = GRAZES * share * whole;
+        segment.line().touches(place, least) && segment.nearest(place).1 < least * least
+    })
 }
 
 /// The channel whose side is lowest at a place, of those near it, where hillsides rise so many metres a grain: the height

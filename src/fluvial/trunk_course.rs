@@ -15,7 +15,7 @@ use super::segment::{Segment, segments_of};
 use super::trunk::{LEAST_SLOPE, NodeId, Trunks, neighbours};
 use super::trunk_curve::{bend_share, curve, too_close};
 use super::wander;
-use crate::geometry::{LineSegment, lines};
+use crate::geometry::{LineSegment, lerp, lines};
 use crate::hash::{self, Draw};
 use crate::memory::{Memory, Usage};
 
@@ -52,6 +52,9 @@ const WIDE: f64 = 2.0;
 /// much more by chance.
 const WAVE_LENGTHS: (f64, f64) = (0.8, 0.5);
 const WAVE_TURNS: (f64, f64) = (0.55, 0.45);
+
+/// Parts of a trunk's course for which the room beside it is told.
+const ROOMS: usize = 16;
 
 /// How far a trunk comes off its course at most, as a share of its length.
 const MOST_ROOM: f64 = 0.25;
@@ -161,7 +164,7 @@ impl TrunkCourses {
         let (from, to) = (trunk.knots[0].at, trunk.knots[last].at);
         let bend = bend_share(&self.fields, &self.nodes.drained(id), from, to);
         let whole = from.distance(to) * bend;
-        let rooms = smoothed(&wander::rooms(&course, &around));
+        let rooms = rooms(&course, &around, MOST_ROOM * whole);
         let mut meanders = self.meanders(trunk, bend);
         // A course that wandered in shorter stretches than it meanders in would have corners.
         let longest = meanders.iter().map(|meander| meander.wave).fold(0.0, f64::max) * last as f64 / from.distance(to);
@@ -175,7 +178,7 @@ impl TrunkCourses {
             let meander = &mut meanders[step];
             meander.turn *= free;
             let swing = Meander::swing(meander.wave, meander.turn);
-            let room = rooms[step].min(MOST_ROOM * whole);
+            let room = rooms[step];
             meander.turn *= (0.5 * room / swing.max(1e-9)).min(1.0);
             let left = room - swing.min(0.5 * room);
             offsets[step] = (offsets[step] * whole * free).clamp(-left, left);
@@ -273,14 +276,25 @@ impl TrunkCourses {
     }
 }
 
-/// No more than what each place and those beside it have, and changing no faster than over a few of them.
-fn smoothed(rooms: &[f64]) -> Vec<f64> {
+/// How far each place of a trunk's course may lie to the side, at most so far, changing no faster than over a few
+/// [`ROOMS`]th parts of the course.
+fn rooms(course: &[[f64; 2]], around: &[LineSegment], most: f64) -> Vec<f64> {
+    let last = course.len() - 1;
+    let step = (last / ROOMS).max(1);
+    let coarse: Vec<[f64; 2]> = course.iter().copied().step_by(step).collect();
+    let rooms = wander::rooms(&coarse, around, most);
     let around = |values: &[f64], at: usize| values[at.max(2) - 2..(at + 3).min(values.len())].to_vec();
+    // No more than what each place and those beside it have.
     let least: Vec<f64> =
-        (0..rooms.len()).map(|at| around(rooms, at).into_iter().fold(f64::INFINITY, f64::min)).collect();
+        (0..rooms.len()).map(|at| around(&rooms, at).into_iter().fold(f64::INFINITY, f64::min)).collect();
     let mean = |at: usize| {
         let values = around(&least, at);
         values.iter().sum::<f64>() / values.len() as f64
     };
-    (0..rooms.len()).map(mean).collect()
+    let means: Vec<f64> = (0..rooms.len()).map(mean).collect();
+    let at = |knot: usize| {
+        let (from, share) = (knot / step, (knot % step) as f64 / step as f64);
+        lerp([means[from], means[(from + 1).min(means.len() - 1)] - means[from]], share)
+    };
+    (0..=last).map(at).collect()
 }

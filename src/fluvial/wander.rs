@@ -59,24 +59,32 @@ pub fn smooth_offsets(seed: u64, id: (i64, i64), segments: usize, stretch: usize
     (0..=segments).map(at).collect()
 }
 
-/// How far each place of a course may lie to the side, by what the lines of the courses around leave it; nothing at
-/// both ends.
-pub fn rooms(course: &[[f64; 2]], around: &[LineSegment]) -> Vec<f64> {
-    // Half of the way to the nearest line around would be a place as near to that as to its own course.
-    let room = |place: [f64; 2]| around.iter().map(|line| line.nearest(place).1).fold(f64::INFINITY, f64::min).sqrt();
-    let within = |a: [f64; 2], b: [f64; 2], t: f64| [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t];
+/// How far each place of a course may lie to the side, by what the lines of the courses around leave it, and at most so
+/// far; nothing at both ends.
+pub fn rooms(course: &[[f64; 2]], around: &[LineSegment], most: f64) -> Vec<f64> {
+    // Half of the way to the nearest line around would be a place as near to that as to its own course. Between two
+    // knots the room may be less than at both.
+    const SHARES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
     let last = course.len() - 1;
-    // Between two knots, where the room may be less than at both.
-    let between: Vec<f64> = course
-        .windows(2)
-        .map(|pair| {
-            [0.25, 0.5, 0.75].map(|t| room(within(pair[0], pair[1], t))).into_iter().fold(f64::INFINITY, f64::min)
-        })
-        .collect();
-    let at = |knot: usize| match knot {
-        _ if knot == 0 || knot == last => 0.0,
-        _ => TUBE * room(course[knot]).min(between[knot - 1]).min(between[knot]),
+    let (ends, reach) = (LineSegment::between(course[0], course[last]), most / TUBE);
+    let middle = [0, 1].map(|axis| ends.from[axis] + 0.5 * ends.along[axis]);
+    let extent = course.iter().map(|at| length([at[0] - middle[0], at[1] - middle[1]])).fold(0.0, f64::max);
+    let around: Vec<&LineSegment> = around.iter().filter(|line| line.touches(middle, reach + extent)).collect();
+    let between = |pair: &[[f64; 2]]| {
+        let part = LineSegment::between(pair[0], pair[1]);
+        let at = |share: f64| [0, 1].map(|axis| part.from[axis] + part.along[axis] * share);
+        let (middle, half) = (at(0.5), 0.5 * length(part.along));
+        let mut least = reach;
+        for line in &around {
+            // Only what may come nearer than all before is looked at closely.
+            if line.touches(middle, least + half) {
+                least = SHARES.into_iter().map(|share| line.distance(at(share))).fold(least, f64::min);
+            }
+        }
+        TUBE * least
     };
+    let between: Vec<f64> = course.windows(2).map(between).collect();
+    let at = |knot: usize| if knot == 0 || knot == last { 0.0 } else { between[knot - 1].min(between[knot]) };
     (0..=last).map(at).collect()
 }
 
@@ -126,7 +134,7 @@ mod tests {
             let offsets = |n: i64| offsets(1, (id, n), 16).iter().map(|share| share * 1600.0).collect::<Vec<_>>();
             let wandered = |n: i64, y: f64, other: f64| {
                 let course = straight(y);
-                let rooms = rooms(&course, &[line(other)]);
+                let rooms = rooms(&course, &[line(other)], 1600.0);
                 let within: Vec<f64> = offsets(n).iter().zip(rooms).map(|(by, room)| by.clamp(-room, room)).collect();
                 rounded(&moved(&course, &within))
             };

@@ -8,7 +8,7 @@ use super::valley::Valleys;
 use super::valley_side::LEAST_HALF_WIDTH;
 use super::warp::Displaced;
 use crate::area::Area;
-use crate::geometry::{length, lerp};
+use crate::geometry::lerp;
 use crate::grid::Grid;
 use crate::land::{Land, Water, WaterKind};
 
@@ -25,6 +25,10 @@ const BED_SHARE: f32 = 0.6;
 /// What the floor of a wide river falls from its banks to its middle line, as a share of its depth: the water of a wide
 /// bed runs there, and not along a bank.
 const BED_FALL: f32 = 0.3;
+
+/// Half width of the middle of a river, which is flat across, as a share of a brook's: enough that inside of a bend no
+/// vertex lies between it and the next one downstream.
+const MIDDLE: f32 = 1.25;
 
 /// Width of a bank as a share of the river's half width, and its depth at its outer edge as a share of the river's.
 /// Chosen by eye.
@@ -211,29 +215,23 @@ impl<'a> FillWater<'a> {
         let fields = self.fields;
         let NearestChannel { segment, share, distance_m } = place;
         let segment = &self.segments.all[segment];
-        let channel = &self.segments.channels[segment.channel as usize];
-        // At its mouth a channel is as deep as what it runs into: a dry one is a notch in its bank, and between the
-        // banks there is only that.
-        let last = segment.knot as usize + 2 == channel.knots.len();
-        let left_m = (1.0 - share) * length(segment.along) * fields.metres_a_grain();
-        let between_banks = last && left_m <= fields.river_width_m(channel.mouth_area) / 2.0;
-        let at_mouth = between_banks || last && left_m <= 2.0 * least_half_m as f64;
-        let own_area = if between_banks { channel.mouth_area } else { lerp(segment.area, share) };
-        let area_here = if at_mouth { channel.mouth_area } else { own_area };
-        let discharge = fields.discharge_m3s(area_here);
-        let half_m = fields.river_width_m(area_here) as f32 / 2.0;
+        let area = lerp(segment.area, share);
+        let discharge = fields.discharge_m3s(area);
+        let half_m = fields.river_width_m(area) as f32 / 2.0;
         let lake_m = (lerp(segment.lake, share) * fields.metres_a_grain()) as f32;
         let surface_m = self.lift.at(lerp(segment.level_m, share)) as f32;
         let in_bed = distance_m <= half_m.max(least_half_m);
-        let ground_m = self.lift.at(lowest_m as f64) as f32;
+        // The sea's floor is not made of layers.
+        let ground_m = if in_sea { lowest_m } else { self.lift.at(lowest_m as f64) as f32 };
         let river_bed = || {
             let deepest_m = river_depth_m(discharge);
             let depth_m = bed_depth_m(deepest_m, distance_m, half_m, least_half_m);
             let risen_m = (ground_m - surface_m).max(0.0);
-            // Where the land beside is lower than the water, that runs over it.
-            surface_m - depth_m + risen_m / (1.0 + risen_m / (BED_RISE * deepest_m)) - (surface_m - ground_m).max(0.0)
+            // Where the land is lower than the bed, as beside a deeper valley, the water runs over it as it is: a bed
+            // dug there would end in a pit.
+            ground_m.min(surface_m - depth_m + risen_m / (1.0 + risen_m / (BED_RISE * deepest_m)))
         };
-        let wet = fields.is_wet(own_area);
+        let wet = fields.is_wet(area);
         if in_sea {
             // What a river has cut into the sea's floor is the sea's.
             return self.sea(if in_bed && wet { lowest_m.min(river_bed()) } else { lowest_m });
@@ -246,15 +244,11 @@ impl<'a> FillWater<'a> {
             let depth_m = LAKE_DEPTH * lake_m * (1.0 - out * out);
             return water(WaterKind::Lake, surface_m - depth_m, depth_m);
         }
-        if !in_bed || !fields.is_wet(area_here) {
+        if !in_bed || !wet {
             return VertexWater { bed: in_bed, ..dry(ground_m) };
         }
         let height_m = river_bed();
-        if wet {
-            water(WaterKind::River, height_m, surface_m.min(ground_m) - height_m)
-        } else {
-            VertexWater { bed: true, ..dry(height_m) }
-        }
+        water(WaterKind::River, height_m, surface_m.min(ground_m) - height_m)
     }
 
     /// The place of the channel whose bed a vertex is in, or else of that whose valley it is in, if it may matter.
@@ -262,33 +256,39 @@ impl<'a> FillWater<'a> {
     /// The water below a bend may be lower than that beside the vertex, and a valley beside a steep channel deeper: the
     /// channel's bed is there all the same.
     fn channel(&self, at: [i64; 2], index: usize, least_half_m: f32, wet: &[usize]) -> Option<NearestChannel> {
-        let is_inside = |place: &NearestChannel| {
-            let area = lerp(self.segments.all[place.segment].area, place.share);
-            place.distance_m <= (self.fields.river_width_m(area) as f32 / 2.0).max(least_half_m)
-        };
-        let number = self.valleys.segment[index] as usize;
-        let own = (number < self.segments.all.len()).then(|| NearestChannel {
-            segment: number,
+        let half_m = |area: f64| self.fields.river_width_m(area) as f32 / 2.0;
+        let own = Some(self.valleys.segment[index] as usize).filter(|number| *number < self.segments.all.len());
+        let own = own.map(|segment| NearestChannel {
+            segment,
             share: self.valleys.share[index] as f64,
             distance_m: self.valleys.distance_m[index],
         });
-        let in_lake = |place: &NearestChannel| {
-            let lake = lerp(self.segments.all[place.segment].lake, place.share);
-            place.distance_m < (lake * self.fields.metres_a_grain()) as f32
+        let own = own.filter(|own| own.distance_m <= self.widest_m[own.segment]);
+        let in_lake = |own: &NearestChannel| {
+            let lake = lerp(self.segments.all[own.segment].lake, own.share);
+            own.distance_m < (lake * self.fields.metres_a_grain()) as f32
         };
-        if own.as_ref().is_some_and(|own| is_inside(own) || in_lake(own)) {
+        if wet.is_empty() || own.as_ref().is_some_and(in_lake) {
             return own;
         }
         let metres = self.fields.metres_a_grain();
         let place = self.place_m(at, index).map(|place_m| place_m / metres);
-        let level_m = |place: &NearestChannel| lerp(self.segments.all[place.segment].level_m, place.share);
-        let inside = wet.iter().map(|number| {
-            let (share, square) = self.segments.all[*number].nearest(place);
-            NearestChannel { segment: *number, share, distance_m: (square.sqrt() * metres) as f32 }
-        });
-        // Of several the lowest: where two meet, the water is that of the one that goes on.
-        let lowest = inside.filter(is_inside).min_by(|a, b| level_m(a).total_cmp(&level_m(b)));
-        lowest.or(own.filter(|own| own.distance_m <= self.widest_m[own.segment]))
+        // Of several the one whose floor is lowest: where two meet, the water is that of the one that goes on.
+        let mut lowest: Option<(f32, NearestChannel)> = None;
+        for &number in wet {
+            let segment = &self.segments.all[number];
+            let (share, square) = segment.nearest(place);
+            let (distance_m, area) = ((square.sqrt() * metres) as f32, lerp(segment.area, share));
+            if distance_m <= half_m(area).max(least_half_m) && self.fields.is_wet(area) {
+                let deepest_m = river_depth_m(self.fields.discharge_m3s(area));
+                let depth_m = bed_depth_m(deepest_m, distance_m, half_m(area), least_half_m);
+                let floor_m = lerp(segment.level_m, share) as f32 - depth_m;
+                if lowest.is_none_or(|(lowest_m, _)| floor_m < lowest_m) {
+                    lowest = Some((floor_m, NearestChannel { segment: number, share, distance_m }));
+                }
+            }
+        }
+        lowest.map(|(_, place)| place).or(own)
     }
 
     /// Metres, in the warped plane, from a node to the furthest of those beside it, as if these were a vertex away.
@@ -327,10 +327,10 @@ pub(super) fn river_depth_m(discharge_m3s: f64) -> f32 {
 /// Depth of a bed in metres at a distance from its middle line: a floor that falls to that line, and banks, where the
 /// river is wide enough to have them.
 fn bed_depth_m(deepest_m: f32, distance_m: f32, half_m: f32, least_half_m: f32) -> f32 {
-    let beyond = distance_m - least_half_m;
-    if half_m <= least_half_m || beyond <= 0.0 {
+    let middle_m = MIDDLE * least_half_m;
+    if half_m <= middle_m || distance_m <= middle_m {
         return deepest_m;
     }
     let bank = ((half_m - distance_m) / (BANK * half_m)).clamp(LEAST_BANK, 1.0);
-    deepest_m * bank * (1.0 - BED_FALL * beyond / (half_m - least_half_m))
+    deepest_m * bank * (1.0 - BED_FALL * (distance_m - middle_m) / (half_m - middle_m))
 }

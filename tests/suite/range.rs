@@ -208,3 +208,20 @@ fn layers_of_rock_by_a_shallow_sea_stay_within_the_range() {
         "{lowest_m} is below {min_m} m"
     );
 }
+
+#[test]
+fn a_bed_on_the_floor_of_the_sea_is_not_made_of_layers() {
+    // The layers are thicker than all the land is high: what lies below 0 would be pressed down by most of one.
+    let text = "spacing_m = 4\nsea_level_m = 0\n[fluvial]\ntrunk_m = 272\nlevels = 2\nbase_m = 0\ntrunk_slope = 0.0001\n\
+                channel_slope = 0.05\nhill_slope = [0.005, 0.005]\nuplift = { mask = { wavelength_m = 64000, octaves = 3, from = -0.4, to = 0.4 }, \
+                least = 0.08 }\nvalley = 0\ncrest_m = 0\nbend = 0.9\ngullies = 0.5\nceiling_m = 10\nknee = 0.1\n\
+                strata = { thickness_m = 876, steepness = 17, cliff = 0.55 }\nrunoff_m = 6.3\nriver_width_m = 0.1\n\
+                lakes = 0\ncoast = { below = -0.116, slope = [0.001, 0.174], depth_m = 7.8 }\n";
+    let world = World::new(Preset::parse("layers.toml", text).unwrap(), Some(13_584_090_202_954_795_123)).unwrap();
+    let (min_m, max_m) = world.height_range_m();
+    for step in 0..40 {
+        let heights = world.relief().heights(Area::new(step * 97, 0, 97, 97));
+        let outside = heights.values().iter().find(|height_m| !(min_m..=max_m).contains(*height_m));
+        assert_eq!(outside, None, "within {min_m} to {max_m} m");
+    }
+}
