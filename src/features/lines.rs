@@ -156,7 +156,7 @@ fn class_name(class: RoadClass) -> &'static str {
 }
 
 fn of_road(_: &World, road: &Arc<Line>) -> RoadFeature {
-    let (LineId::Road { from, to }, LineClass::Road(class)) = (road.id, road.class) else {
+    let (LineId::Road { from, to, .. }, LineClass::Road(class)) = (road.id, road.class) else {
         unreachable!("roads of fluvial worlds join settlements")
     };
     let line = line_m(road, &road.outline());

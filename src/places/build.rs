@@ -31,14 +31,15 @@ const DRAWN_MOST_M: f64 = 40.0;
 /// Metres from a river's edge to where a bridge rests.
 const REST_M: f64 = 1.0;
 
+/// How many times longer than straight across a crossing is at most: what is longer goes along the river, in its bed.
+// A way crosses at 30 degrees at the flattest, which makes it twice as long; its rounded line may turn there.
+const SLANTING: f64 = 2.5;
+
 /// Metres from the water's surface down to a ford, at least, and more that a ford may lie lower.
 const FORD_M: [f64; 2] = [0.2, 0.3];
 
 /// The least clearance of a bridge where its full one would be too steep to climb to.
 const LEAST_CLEARANCE_M: f64 = 0.3;
-
-/// Share of the maximum grade that profiles are made with; the rest is for rounding to 1/256 vertex and to `f32`.
-const GRADE_SHARE: f64 = 0.995;
 
 /// What a road is built with.
 pub(super) struct Builder<'a> {
@@ -133,7 +134,10 @@ impl Builder<'_> {
         let window_at = origin.map(|at| at * FIXED);
         let legs =
             |points: &[usize]| points.iter().map(|point| line.leg(*point, route, scale)).collect::<BTreeSet<_>>();
-        // Waters first: a line that drowns needs no heights.
+        // What needs no land first, then the waters: a line that drowns needs no heights.
+        if let Some([first, second]) = line.crosses_itself() {
+            return Err(legs(&[first, first + 1, second, second + 1]));
+        }
         let waters = line.waters(self.land, origin, scale);
         let is_drowned = |point: &usize| waters[*point].is_open() && !line.bridged[*point];
         let drowned: Vec<usize> = (0..waters.len()).filter(is_drowned).collect();
@@ -141,6 +145,7 @@ impl Builder<'_> {
             return Err(legs(&drowned));
         }
         let mut spans = self.spans(line, rivers, &waters, standard).map_err(|points| legs(&points))?;
+        let surfaces_m = self.surfaces_m(line, rivers);
         let heights_m = line.heights_m(self.land, origin, scale);
         for span in &mut spans {
             let (from_m, to_m) = (heights_m[span.first], heights_m[span.last]);
@@ -148,7 +153,7 @@ impl Builder<'_> {
             span.level_m = Some(span.level_m.map_or(from_m.min(to_m), |level_m| level_m.min(from_m.max(to_m))));
         }
         let ends_m = [a.height_m as f64, b.height_m as f64];
-        let Some(levels_m) = self.levels_m(line, &heights_m, &mut spans, ends_m, standard) else {
+        let Some(levels_m) = self.levels_m(line, [&heights_m, &surfaces_m], &mut spans, ends_m, standard) else {
             return Err(spans.iter().flat_map(|span| legs(&[span.first, span.last])).collect());
         };
         let mut carriers = vec![None; levels_m.len()];
@@ -192,9 +197,7 @@ impl Builder<'_> {
             rivers.near(from, to, &mut near);
             for piece in near.iter().map(|piece| &rivers.pieces[*piece as usize]) {
                 for (point, at) in [(index, from), (index + 1, to)] {
-                    let half_m =
-                        (piece.width_m / 2.0).max((DRAWN_VERTICES * self.plan.scale.spacing_m).min(DRAWN_MOST_M));
-                    let edge_m = piece.distance2(at).sqrt() * fixed_m - half_m;
+                    let edge_m = piece.distance2(at).sqrt() * fixed_m - self.drawn_m(piece.width_m) / 2.0;
                     inside[point] |= edge_m <= 0.0;
                     over[point] |= edge_m <= REST_M;
                 }
@@ -228,8 +231,13 @@ impl Builder<'_> {
             }
             // A bridge rests on land: one point further where its last is still over the water.
             let (from, to) = (from.saturating_sub(usize::from(over[from])), (to + usize::from(over[to])).min(last));
+            // Its own pieces, and one to each side; what lies over a lake is as long as the way allows.
+            let across_m: f64 = under.iter().map(|(width_m, _)| self.drawn_m(*width_m) + 2.0 * REST_M).sum();
+            let open_m = if is_open(from..=to) { f64::INFINITY } else { 0.0 };
+            let inner = line.lengths_m.get(from + 1..to.saturating_sub(1)).unwrap_or_default();
+            let is_along = inner.iter().sum::<f64>() > SLANTING * across_m + open_m;
             // A road's ends lie at the heights of their sites, which are not on bridges.
-            if from == 0 || to == last {
+            if from == 0 || to == last || is_along {
                 return Err((from..=to).collect());
             }
             let width_m = under.iter().map(|(width_m, _)| *width_m).fold(0.0, f64::max);
@@ -251,17 +259,34 @@ impl Builder<'_> {
         Ok(spans)
     }
 
+    /// The height of the surface of the river nearest to each point; infinite where none is near.
+    fn surfaces_m(&self, line: &Alignment, rivers: &RiverIndex) -> Vec<f64> {
+        let mut near = Vec::new();
+        let mut surface_m = |at: &[i64; 2]| {
+            rivers.near(*at, *at, &mut near);
+            let pieces = near.iter().map(|piece| &rivers.pieces[*piece as usize]);
+            let nearest = pieces.min_by(|a, b| a.distance2(*at).total_cmp(&b.distance2(*at)));
+            nearest.map_or(f64::INFINITY, |piece| piece.level_m)
+        };
+        line.points.iter().map(&mut surface_m).collect()
+    }
+
+    /// Metres from bank to bank of a river in rasters, where a narrow one is wider than it is.
+    fn drawn_m(&self, width_m: f64) -> f64 {
+        width_m.max(2.0 * (DRAWN_VERTICES * self.plan.scale.spacing_m).min(DRAWN_MOST_M))
+    }
+
     /// The heights of a road along a line. A ford that is too low to be reached becomes a bridge, and so does one in a dip
     /// that is gone over.
     fn levels_m(
         &self,
         line: &Alignment,
-        heights_m: &[f64],
+        [heights_m, surfaces_m]: [&[f64]; 2],
         spans: &mut [Span],
         ends_m: [f64; 2],
         standard: &Standard,
     ) -> Option<Vec<f64>> {
-        let grade = standard.max_grade * GRADE_SHARE;
+        let grade = standard.profile_grade();
         let clearances_m = [self.settings.clearance_m, LEAST_CLEARANCE_M.min(self.settings.clearance_m)];
         let wished_m = wished_m(heights_m, &line.lengths_m, grade, standard.bridge_m);
         for span in spans.iter_mut() {
@@ -269,7 +294,7 @@ impl Builder<'_> {
                 span.kind = StructureKind::Bridge;
             }
         }
-        let land = Profiled { line, heights_m, wished_m: &wished_m, ends_m };
+        let land = Profiled { line, heights_m, surfaces_m, wished_m: &wished_m, ends_m };
         // The least is given up first: air under bridges before fords, and fords before the way.
         for clearance_m in clearances_m {
             if let Some(levels_m) = land.demands(spans, clearance_m).profile(grade) {
@@ -290,7 +315,7 @@ impl Builder<'_> {
         [a, b]: [&Site; 2],
     ) -> Line {
         let (spacing_m, bank_m) = (self.plan.scale.spacing_m, self.settings.bank_m);
-        let id = LineId::Road { from: a.id, to: b.id };
+        let id = LineId::Road { from: a.id, to: b.id, part: 0 };
         Line {
             id,
             kind: LineKind::Road,
@@ -310,7 +335,7 @@ impl Builder<'_> {
 }
 
 /// The class of the road that two settlements ask for.
-fn class_between(a: &Site, b: &Site) -> RoadClass {
+pub(super) fn class_between(a: &Site, b: &Site) -> RoadClass {
     match (a.class.min(b.class), a.class.max(b.class)) {
         (SiteClass::Village | SiteClass::Town, SiteClass::Town) => RoadClass::Highway,
         (SiteClass::Village, SiteClass::Village) | (SiteClass::Hamlet, SiteClass::Town) => RoadClass::Road,
@@ -323,6 +348,8 @@ struct Profiled<'a> {
     line: &'a Alignment,
     /// Of the land under its points.
     heights_m: &'a [f64],
+    /// Of the river nearest to each point.
+    surfaces_m: &'a [f64],
     /// That it should have where nothing else is asked.
     wished_m: &'a [f64],
     /// That it must have at its ends.
@@ -343,9 +370,10 @@ impl Profiled<'_> {
             let (first, last) = (span.first, span.last);
             let level_m = span.level_m.expect("shores have told it");
             if span.kind == StructureKind::Ford {
-                // Nowhere higher than the lowest of its bed, banks and all: a ramp leads down to the water.
-                let bed_m = (first..=last).map(|point| heights_m[point]).fold(level_m - FORD_M[0], f64::min);
+                // At each point under the river beside it and no deeper: over it would be a dam, and a trench would take
+                // the water of a steep one.
                 for point in first..=last {
+                    let bed_m = (self.surfaces_m[point].min(level_m) - FORD_M[0]).min(heights_m[point]);
                     (demands.least_m[point], demands.most_m[point]) = (bed_m - FORD_M[1], bed_m);
                     demands.wished_m[point] = bed_m;
                 }

@@ -11,15 +11,18 @@
 //!             |
 //!          alignment.rs  rounded, build.rs  carried over rivers, profile.rs  given heights,
 //!                      bridging.rs   and carried over dips and bored through ridges: a line
+//!             |
+//!          junction.rs   cut where it would lie on a road that ranks above it
 //! ```
 //!
 //! Nothing depends on the area that is asked for, on what was asked before, on threads or on what is remembered. A road
 //! is a function of its two sites and of the land in the ellipse around them; whether it is there at all, of the sites
-//! within two cells.
+//! within two cells; and what is left of it, of those above it whose ellipses it enters, as they are before they are cut.
 
 mod alignment;
 mod build;
 mod graph;
+mod junction;
 mod plan_land;
 mod profile;
 mod route;
@@ -31,12 +34,13 @@ pub mod site;
 #[cfg(test)]
 mod tests;
 
+use std::cmp::Reverse;
 use std::sync::Arc;
 
 use crate::area::Area;
 use crate::error::Error;
 use crate::fluvial::survey::Survey;
-use crate::lines::{Line, Lines, SiteId};
+use crate::lines::{Line, LineId, Lines, SiteId};
 use crate::memory::{Memory, Usage};
 use crate::places::build::Builder;
 use crate::places::plan_land::{PlanLand, Scale};
@@ -55,7 +59,9 @@ pub struct Places {
     plan: PlanLand,
     sites: Memory<SiteId, Option<Arc<Site>>>,
     edges: Memory<(SiteId, SiteId), bool>,
+    /// Roads as they are before others cut them, and what is left of them.
     roads: Memory<(SiteId, SiteId), Option<Arc<Line>>>,
+    parts: Memory<(SiteId, SiteId), Lines>,
 }
 
 impl Places {
@@ -72,12 +78,13 @@ impl Places {
             sites: Memory::new(2 << 20),
             edges: Memory::new(1 << 20),
             roads: Memory::new(8 << 20),
+            parts: Memory::new(4 << 20),
         })
     }
 
     /// How full its memories are.
     pub(crate) fn usages(&self) -> Vec<Usage> {
-        [self.plan.usages(), vec![self.sites.usage(), self.edges.usage(), self.roads.usage()]].concat()
+        [self.plan.usages(), vec![self.sites.usage(), self.edges.usage(), self.roads.usage(), self.parts.usage()]].concat()
     }
 
     /// Side of a site cell in vertices.
@@ -93,6 +100,11 @@ impl Places {
 
     /// Vertices from a site to the furthest vertex that a road of it may have an effect on, at most.
     pub fn reach(&self) -> i64 {
+        self.road_reach() + junction::reach(&self.settings, self.plan.scale.spacing_m)
+    }
+
+    /// Vertices from a site to the furthest that a road of it may have an effect on before it is cut, at most.
+    fn road_reach(&self) -> i64 {
         let Scale { side, step, spacing_m, .. } = self.plan.scale;
         let widest_m = self.settings.width_m.iter().fold(0.0_f64, |most, width_m| most.max(*width_m));
         let nodes = Domain::radius((graph::CELLS * side) as f64) as i64 + 1;
@@ -112,10 +124,39 @@ impl Places {
         if area.is_empty() {
             return Vec::new();
         }
-        // Of each edge at least one end lies within reach.
-        let near = area.padded(self.reach() as usize);
-        let first: Vec<Arc<Site>> = self.sites_of_cells(land, self.cells(&near, 0)).collect();
+        // What is left of a road may lie a little beside it.
+        let wide = area.padded(junction::reach(&self.settings, self.plan.scale.spacing_m) as usize);
         let mut roads = Vec::new();
+        for (a, b) in self.edges(land, &wide) {
+            let Some(road) = self.road(land, &a, &b).filter(|road| road.concerns(&wide)) else { continue };
+            let parts = self.parts.get((a.id, b.id), || self.parts(land, &road));
+            roads.extend(parts.iter().filter(|part| part.concerns(area)).cloned());
+        }
+        roads.sort_by_key(|road| road.id);
+        roads
+    }
+
+    /// What is left of a road beside those that rank above it.
+    fn parts(&self, land: &dyn Survey, road: &Line) -> Lines {
+        let rank = junction::rank(road);
+        let input = junction::input(road, &self.plan.scale);
+        let may_rank_above = |(a, b): &(Arc<Site>, Arc<Site>)| {
+            let id = LineId::Road { from: a.id, to: b.id, part: 0 };
+            (Reverse(build::class_between(a, b)), id) < rank
+        };
+        let edges = self.edges(land, &input).into_iter().filter(may_rank_above);
+        let mut above: Lines = edges.filter_map(|(a, b)| self.road(land, &a, &b)).collect();
+        above.retain(|other| junction::rank(other) < rank && other.concerns(&input));
+        above.sort_by_key(|other| junction::rank(other));
+        junction::parts(road, &above, &self.plan.scale, &self.settings).into_iter().map(Arc::new).collect()
+    }
+
+    /// The neighbours whose road may have an effect on a vertex of `area` before it is cut, the smaller first.
+    fn edges(&self, land: &dyn Survey, area: &Area) -> Vec<(Arc<Site>, Arc<Site>)> {
+        // Of each edge at least one end lies within reach.
+        let near = area.padded(self.road_reach() as usize);
+        let first: Vec<Arc<Site>> = self.sites_of_cells(land, self.cells(&near, 0)).collect();
+        let mut edges = Vec::new();
         for a in &first {
             for b in self.sites_of_cells(land, self.cells_around(a.id, graph::CELLS)) {
                 let known = |site: &Site| first.binary_search_by_key(&key(site.id), |other| key(other.id)).is_ok();
@@ -124,12 +165,11 @@ impl Places {
                     && self.may_touch(a, &b, area)
                     && self.are_neighbours(land, a, &b)
                 {
-                    roads.extend(self.road(land, a, &b).filter(|road| road.concerns(area)));
+                    edges.push(if a.id < b.id { (Arc::clone(a), b) } else { (b, Arc::clone(a)) });
                 }
             }
         }
-        roads.sort_by_key(|road| road.id);
-        roads
+        edges
     }
 
     /// The settlement of a site cell, if it has one.
@@ -138,9 +178,8 @@ impl Places {
         site.as_ref().clone()
     }
 
-    /// The road between two neighbours, if there is a way.
+    /// The road between two neighbours before others cut it, if there is a way.
     fn road(&self, land: &dyn Survey, a: &Site, b: &Site) -> Option<Arc<Line>> {
-        let (a, b) = if a.id < b.id { (a, b) } else { (b, a) };
         let road = self.roads.get((a.id, b.id), || {
             let builder = Builder { settings: &self.settings, seed: self.seed, plan: &self.plan, land };
             builder.road(a, b).map(Arc::new)
