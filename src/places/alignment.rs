@@ -106,7 +106,7 @@ impl Alignment {
         let piece = |first: usize| (self.points[first], self.points[first + 1]);
         (0..self.lengths_m.len()).find_map(|first| {
             let (from, to) = piece(first);
-            let own = PlanPiece { from, to, width_m: 0.0, level_m: 0.0 };
+            let own = PlanPiece { from, to, width_m: 0.0, level_m: [0.0; 2] };
             // The next piece shares a point with it.
             let mut second = first + 2;
             while second < self.lengths_m.len() {

@@ -203,7 +203,7 @@ impl Builder<'_> {
                 }
                 if piece.is_crossed(from, to) {
                     let (width_m, level_m) = crossed[index].unwrap_or((0.0, f64::NEG_INFINITY));
-                    crossed[index] = Some((width_m.max(piece.width_m), level_m.max(piece.level_m)));
+                    crossed[index] = Some((width_m.max(piece.width_m), level_m.max(piece.surface_m(from))));
                 }
             }
         }
@@ -266,7 +266,7 @@ impl Builder<'_> {
             rivers.near(*at, *at, &mut near);
             let pieces = near.iter().map(|piece| &rivers.pieces[*piece as usize]);
             let nearest = pieces.min_by(|a, b| a.distance2(*at).total_cmp(&b.distance2(*at)));
-            nearest.map_or(f64::INFINITY, |piece| piece.level_m)
+            nearest.map_or(f64::INFINITY, |piece| piece.surface_m(*at))
         };
         line.points.iter().map(&mut surface_m).collect()
     }

@@ -41,14 +41,16 @@ pub(super) fn reach(settings: &PlacesSettings, spacing_m: f64) -> i64 {
     (touch_m([widest_m / 2.0; 2], spacing_m) / spacing_m) as i64 + 2
 }
 
-/// Vertices from a road to others that matter to its parts.
-pub(super) fn input(road: &Line, scale: &Scale) -> Area {
-    road.bounds.padded((ASIDE_LENGTH * scale.step as f64) as usize)
+/// The areas around a road's pieces in which other roads matter to its parts.
+pub(super) fn areas(road: &Line, scale: &Scale) -> Vec<Area> {
+    let pad = (ASIDE_LENGTH * scale.step as f64) as usize;
+    road.points.chunks(CHUNK).map(|points| lines::bounds(road.origin, points, 0.0).padded(pad)).collect()
 }
 
 /// The parts of a road, given those that rank above it, from the highest on.
 pub(super) fn parts(road: &Line, above: &[Arc<Line>], scale: &Scale, settings: &PlacesSettings) -> Vec<Line> {
-    let mut network = Network::new(input(road, scale), scale, settings);
+    let hull = areas(road, scale).into_iter().reduce(|hull, area| hull.hull(&area)).expect("a road has points");
+    let mut network = Network::new(hull, scale, settings);
     for other in above {
         for part in network.parts(other) {
             network.add(&part);
@@ -92,6 +94,9 @@ struct Foot {
     distance_m: f64,
     course: LineId,
 }
+
+/// Points of a road around which others are looked for at a time.
+const CHUNK: usize = 64;
 
 /// Vertices a side of a bucket.
 const BUCKET: i64 = 16;

@@ -127,7 +127,7 @@ impl Places {
         // What is left of a road may lie a little beside it.
         let wide = area.padded(junction::reach(&self.settings, self.plan.scale.spacing_m) as usize);
         let mut roads = Vec::new();
-        for (a, b) in self.edges(land, &wide) {
+        for (a, b) in self.edges(land, &[wide]) {
             let Some(road) = self.road(land, &a, &b).filter(|road| road.concerns(&wide)) else { continue };
             let parts = self.parts.get((a.id, b.id), || self.parts(land, &road));
             roads.extend(parts.iter().filter(|part| part.concerns(area)).cloned());
@@ -139,33 +139,44 @@ impl Places {
     /// What is left of a road beside those that rank above it.
     fn parts(&self, land: &dyn Survey, road: &Line) -> Lines {
         let rank = junction::rank(road);
-        let input = junction::input(road, &self.plan.scale);
         let may_rank_above = |(a, b): &(Arc<Site>, Arc<Site>)| {
             let id = LineId::Road { from: a.id, to: b.id, part: 0 };
             (Reverse(build::class_between(a, b)), id) < rank
         };
-        let edges = self.edges(land, &input).into_iter().filter(may_rank_above);
+        let near = junction::areas(road, &self.plan.scale);
+        let edges = self.edges(land, &near).into_iter().filter(may_rank_above);
         let mut above: Lines = edges.filter_map(|(a, b)| self.road(land, &a, &b)).collect();
-        above.retain(|other| junction::rank(other) < rank && other.concerns(&input));
+        above.retain(|other| junction::rank(other) < rank && near.iter().any(|area| other.concerns(area)));
         above.sort_by_key(|other| junction::rank(other));
         junction::parts(road, &above, &self.plan.scale, &self.settings).into_iter().map(Arc::new).collect()
     }
 
-    /// The neighbours whose road may have an effect on a vertex of `area` before it is cut, the smaller first.
-    fn edges(&self, land: &dyn Survey, area: &Area) -> Vec<(Arc<Site>, Arc<Site>)> {
-        // Of each edge at least one end lies within reach.
-        let near = area.padded(self.road_reach() as usize);
-        let first: Vec<Arc<Site>> = self.sites_of_cells(land, self.cells(&near, 0)).collect();
+    /// The neighbours whose road may have an effect on a vertex of one of some areas before it is cut, the smaller first.
+    fn edges(&self, land: &dyn Survey, areas: &[Area]) -> Vec<(Arc<Site>, Arc<Site>)> {
+        let Some(hull) = areas.iter().copied().reduce(|hull, area| hull.hull(&area)) else { return Vec::new() };
+        // No site of an edge is further from a place in its ellipse.
+        let Scale { side, step, .. } = self.plan.scale;
+        let cells = (Domain::radius((graph::CELLS * side) as f64) as i64 + 1) / side + 1 + graph::CELLS;
         let mut edges = Vec::new();
-        for a in &first {
-            for b in self.sites_of_cells(land, self.cells_around(a.id, graph::CELLS)) {
-                let known = |site: &Site| first.binary_search_by_key(&key(site.id), |other| key(other.id)).is_ok();
-                // An edge is looked at once: from its smaller end, or from the other one if the smaller is not here.
-                if (a.id < b.id || a.id > b.id && !known(&b))
-                    && self.may_touch(a, &b, area)
-                    && self.are_neighbours(land, a, &b)
+        for first in self.cells(&hull, cells) {
+            for second in self.cells_around(first, graph::CELLS).filter(|second| first < *second) {
+                // Most pairs of cells are too far off wherever their sites are, which cost more to find than all of this.
+                let [a, b] = [first, second].map(|id| site::positions(id, &self.plan.scale));
+                if !self.may_touch([a, b], areas) {
+                    continue;
+                }
+                let nearer = if distance2(a, hull) <= distance2(b, hull) { [first, second] } else { [second, first] };
+                let Some(near) = self.site(land, nearer[0]) else { continue };
+                if !self.may_touch([near.area(), site::positions(nearer[1], &self.plan.scale)], areas) {
+                    continue;
+                }
+                let Some(far) = self.site(land, nearer[1]) else { continue };
+                let (a, b) = if near.id < far.id { (near, far) } else { (far, near) };
+                if graph::within_cap(&a, &b, side * step)
+                    && self.may_touch([a.area(), b.area()], areas)
+                    && self.are_neighbours(land, &a, &b)
                 {
-                    edges.push(if a.id < b.id { (Arc::clone(a), b) } else { (b, Arc::clone(a)) });
+                    edges.push((a, b));
                 }
             }
         }
@@ -187,19 +198,23 @@ impl Places {
         road.as_ref().clone()
     }
 
-    /// Whether the ellipse of a road, and its effect, may touch an area.
-    fn may_touch(&self, a: &Site, b: &Site, area: &Area) -> bool {
+    /// Whether the ellipse of a road between a vertex of one area and one of another, and its effect, may touch one of some
+    /// others.
+    fn may_touch(&self, [a, b]: [Area; 2], areas: &[Area]) -> bool {
         let Scale { side, step, spacing_m, .. } = self.plan.scale;
-        if !graph::within_cap(a, b, side * step) {
+        let cap = (graph::CELLS * side * step) as f64;
+        let apart = [distance2(a, b), furthest2(a, b)].map(|square| (square as f64).sqrt());
+        if apart[0] > cap {
             return false;
         }
-        // From a's place, so that numbers stay small.
-        let nodes = |at: i64, axis: usize| (at - a.at[axis]) as f64 / step as f64;
-        let domain = Domain::new([0, 0], [0, 1].map(|axis| (b.at[axis] - a.at[axis]) / step));
         let widest_m = self.settings.width_m.iter().fold(0.0_f64, |most, width_m| most.max(*width_m));
         // The bounds of a road are a rectangle with a few vertices to spare.
-        let reach = (widest_m / 2.0 + self.settings.bank_m) / (step as f64 * spacing_m) + 8.0 / step as f64;
-        domain.may_touch([nodes(area.x0, 0), nodes(area.y0, 1)], [nodes(area.x1, 0), nodes(area.y1, 1)], 2.0 * reach)
+        let reach = (widest_m / 2.0 + self.settings.bank_m) / spacing_m + 8.0;
+        let axis = Domain::axis(apart[1].min(cap) / step as f64) * step as f64;
+        // The places nearest to the two may differ, so the sum is too small if anything: no road is missed, though
+        // some are looked at in vain. Twice to each corner of its bounds.
+        let ways = |area: &Area| (distance2(a, *area) as f64).sqrt() + (distance2(b, *area) as f64).sqrt();
+        areas.iter().any(|area| ways(area) <= axis + 4.0 * reach)
     }
 
     /// Whether two sites within the cap are neighbours in the graph.
@@ -235,7 +250,15 @@ impl Places {
     }
 }
 
-/// Ids row by row, as cells are listed.
-fn key(id: SiteId) -> (i64, i64) {
-    (id.j, id.i)
+/// The square of the vertices from an area to the next vertex of another one, and to the furthest.
+fn distance2(a: Area, b: Area) -> i128 {
+    square((b.x0 - a.x1 + 1).max(a.x0 - b.x1 + 1).max(0), (b.y0 - a.y1 + 1).max(a.y0 - b.y1 + 1).max(0))
+}
+
+fn furthest2(a: Area, b: Area) -> i128 {
+    square((b.x1 - 1 - a.x0).max(a.x1 - 1 - b.x0), (b.y1 - 1 - a.y0).max(a.y1 - 1 - b.y0))
+}
+
+fn square(x: i64, y: i64) -> i128 {
+    i128::from(x) * i128::from(x) + i128::from(y) * i128::from(y)
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::area::Area;
 use crate::fluvial::survey::{RiverPiece, Survey};
+use crate::geometry::LineSegment;
 use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::memory::{Memory, Usage, heap_bytes};
@@ -186,7 +187,8 @@ pub(super) struct PlanPiece {
     pub from: [i64; 2],
     pub to: [i64; 2],
     pub width_m: f64,
-    pub level_m: f64,
+    /// At both ends.
+    pub level_m: [f64; 2],
 }
 
 /// Nodes a side of a bucket of river pieces.
@@ -208,7 +210,7 @@ impl RiverIndex {
                 from: relative(piece.from),
                 to: relative(piece.to),
                 width_m,
-                level_m: piece.level_m as f64,
+                level_m: piece.level_m.map(f64::from),
             };
             let margin = ((width_m / 2.0 + margin_m) / scale.spacing_m * FIXED as f64) as i64 + 1;
             let index = rivers.pieces.len() as u32;
@@ -251,6 +253,13 @@ impl PlanPiece {
             ax * (at[1] - from[1]) as i128 - ay * (at[0] - from[0]) as i128 >= 0
         };
         side(self.from, self.to, a) != side(self.from, self.to, b) && side(a, b, self.from) != side(a, b, self.to)
+    }
+
+    /// The height of the water's surface where the middle line is nearest to a place.
+    pub fn surface_m(&self, at: [i64; 2]) -> f64 {
+        let [from, to] = [self.from, self.to].map(|end| [(end[0] - at[0]) as f64, (end[1] - at[1]) as f64]);
+        let (share, _) = LineSegment::between(from, to).nearest([0.0; 2]);
+        self.level_m[0] + (self.level_m[1] - self.level_m[0]) * share
     }
 
     /// The square of the distance from a place to the middle line, in (1/256 vertex)^2.

@@ -146,7 +146,7 @@ impl Survey for TestLand {
                 if low < area.y1 && high >= area.y0 {
                     let [from, to] = ends.map(|at| at.map(|at| at * FIXED));
                     let width_m = Self::river_width_m(band) as f32;
-                    pieces.push(RiverPiece { from, to, width_m, level_m: (RIVER_M + self.lifted_m) as f32 });
+                    pieces.push(RiverPiece { from, to, width_m, level_m: [(RIVER_M + self.lifted_m) as f32; 2] });
                 }
             }
         }
@@ -334,7 +334,7 @@ fn roads_keep_out_of_lakes_and_are_carried_over_rivers() {
             let relative = |at: [i64; 2]| [at[0] - ends[0][0], at[1] - ends[0][1]];
             pieces.iter().any(|piece| {
                 let (from, to) = (relative(piece.from), relative(piece.to));
-                PlanPiece { from, to, width_m: 0.0, level_m: 0.0 }.is_crossed([0, 0], relative(ends[1]))
+                PlanPiece { from, to, width_m: 0.0, level_m: [0.0; 2] }.is_crossed([0, 0], relative(ends[1]))
             })
         };
         for (pair, carrier) in at.windows(2).zip(road.carriers()) {
