@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use crate::area::Area;
 use crate::fluvial::survey::Survey;
 use crate::land::WaterKind;
 use crate::lines::{
@@ -10,6 +11,7 @@ use crate::lines::{
 };
 use crate::places::alignment::Alignment;
 use crate::places::bridging::{carry, wished_m};
+use crate::places::distance2;
 use crate::places::plan_land::{PlanLand, RiverIndex, Window};
 use crate::places::profile::Demands;
 use crate::places::route::{Domain, PlanNode, PlanNodes, Route, Search, shore_m};
@@ -116,7 +118,11 @@ impl Builder<'_> {
         let radius = Domain::radius((dx * dx + dy * dy).sqrt()) as i64 + 2;
         let middle = [0, 1].map(|axis| (a[axis] + b[axis]).div_euclid(2));
         let side = (2 * radius + 1) as usize;
-        self.plan.window(self.land, middle.map(|at| at - radius), side, side)
+        // As for the radius: a search looks at the ellipse and at the nodes next to it.
+        let axis = Domain::axis((dx * dx + dy * dy).sqrt()) + 4.0;
+        let ends = [a, b].map(|node| Area::new(node[0], node[1], 1, 1));
+        let way = |nodes: Area| ends.map(|end| (distance2(end, nodes) as f64).sqrt()).iter().sum::<f64>();
+        self.plan.window(self.land, middle.map(|at| at - radius), (side, side), |nodes| way(nodes) <= axis)
     }
 
     /// The points of a road along a line, or the legs of the way that do not do.

@@ -43,7 +43,7 @@ pub(super) fn reach(settings: &PlacesSettings, spacing_m: f64) -> i64 {
 
 /// The areas around a road's pieces in which other roads matter to its parts.
 pub(super) fn areas(road: &Line, scale: &Scale) -> Vec<Area> {
-    let pad = (ASIDE_LENGTH * scale.step as f64) as usize;
+    let pad = 2 * scale.step as usize;
     road.points.chunks(CHUNK).map(|points| lines::bounds(road.origin, points, 0.0).padded(pad)).collect()
 }
 

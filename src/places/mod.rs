@@ -167,7 +167,8 @@ impl Places {
                 }
                 let nearer = if distance2(a, hull) <= distance2(b, hull) { [first, second] } else { [second, first] };
                 let Some(near) = self.site(land, nearer[0]) else { continue };
-                if !self.may_touch([near.area(), site::positions(nearer[1], &self.plan.scale)], areas) {
+                let there = site::positions(nearer[1], &self.plan.scale);
+                if !self.may_touch([near.area(), there], areas) || self.is_parted(land, &near, there, hull) {
                     continue;
                 }
                 let Some(far) = self.site(land, nearer[1]) else { continue };
@@ -181,6 +182,17 @@ impl Places {
             }
         }
         edges
+    }
+
+    /// Whether a site that is nearer to `hull` than a cell keeps another one from being a neighbour of any in that cell: for
+    /// most that are far off that is so, and they need not be found.
+    fn is_parted(&self, land: &dyn Survey, site: &Site, cell: Area, hull: Area) -> bool {
+        let is_nearer = |id: &SiteId| {
+            let own = site::positions(*id, &self.plan.scale);
+            own != cell && distance2(own, hull) <= distance2(cell, hull)
+        };
+        let between = self.cells_around(site.id, 1).filter(is_nearer);
+        self.sites_of_cells(land, between).any(|third| graph::parts_all(&third, site, cell))
     }
 
     /// The settlement of a site cell, if it has one.

@@ -91,8 +91,15 @@ impl PlanLand {
         vec![self.blocks.usage()]
     }
 
-    /// The land on `cols` x `rows` nodes from node `at` on.
-    pub fn window(&self, land: &dyn Survey, at: [i64; 2], cols: usize, rows: usize) -> Window {
+    /// The land on `cols` x `rows` nodes from node `at` on, in those blocks of nodes that will be looked at; elsewhere it is
+    /// level and dry.
+    pub fn window(
+        &self,
+        land: &dyn Survey,
+        at: [i64; 2],
+        (cols, rows): (usize, usize),
+        is_looked_at: impl Fn(Area) -> bool,
+    ) -> Window {
         let mut window = Window {
             at,
             cols,
@@ -105,8 +112,11 @@ impl PlanLand {
         let blocks = |from: i64, to: i64| from.div_euclid(BLOCK)..=(to - 1).div_euclid(BLOCK);
         for by in blocks(area.y0, area.y1) {
             for bx in blocks(area.x0, area.x1) {
-                let block = self.block(land, (bx, by));
                 let own = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
+                if !is_looked_at(own) {
+                    continue;
+                }
+                let block = self.block(land, (bx, by));
                 let part = area.common(&own).expect("the block lies under the window");
                 copy(&block.heights_m, own, &mut window.heights_m, area, part);
                 copy(&block.waters, own, &mut window.waters, area, part);

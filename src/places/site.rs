@@ -112,7 +112,7 @@ pub(super) fn site(
     let around = ((range.far_m / scale.step_m()) as i64 + 2 - edge).max(2);
     let first = [id.i * scale.side, id.j * scale.side];
     let nodes = (scale.side + 2 * around + 1) as usize;
-    let window = plan.window(land, first.map(|at| at - around), nodes, nodes);
+    let window = plan.window(land, first.map(|at| at - around), (nodes, nodes), |_| true);
     let rivers = RiverIndex::new(&window, scale, range.far_m);
     // The best of all; of equals the first.
     let positions = (0..POSITIONS).map(|number| {
