@@ -377,9 +377,10 @@ impl Profiled<'_> {
             let level_m = span.level_m.expect("shores have told it");
             if span.kind == StructureKind::Ford {
                 // At each point under the river beside it and no deeper: over it would be a dam, and a trench would take
-                // the water of a steep one.
+                // the water of a steep one. Near the sea rivers may be told to lie above their banks.
+                let banks_m = heights_m[first].max(heights_m[last]);
                 for point in first..=last {
-                    let bed_m = (self.surfaces_m[point].min(level_m) - FORD_M[0]).min(heights_m[point]);
+                    let bed_m = (self.surfaces_m[point].min(banks_m) - FORD_M[0]).min(heights_m[point]);
                     (demands.least_m[point], demands.most_m[point]) = (bed_m - FORD_M[1], bed_m);
                     demands.wished_m[point] = bed_m;
                 }
