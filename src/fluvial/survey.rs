@@ -147,9 +147,8 @@ impl Survey for Fluvial {
                         from,
                         to,
                         width_m: fields.river_width_m(drained) as f32,
-                        level_m: [part, part + 1].map(|end| {
-                            self.lifted_m(lerp(piece.level_m, end as f64 / parts as f64)) as f32
-                        }),
+                        level_m: [part, part + 1]
+                            .map(|end| self.lifted_m(lerp(piece.level_m, end as f64 / parts as f64)) as f32),
                     });
                 }
                 from = to;

@@ -8,7 +8,9 @@ use std::sync::Arc;
 
 use crate::area::Area;
 use crate::geometry::{LineSegment, length, lerp};
-use crate::lines::{self, Bed, FIXED, Line, LineClass, LineEnd, LineId, LinePoint, RoadClass, Structure, StructureKind};
+use crate::lines::{
+    self, Bed, FIXED, Line, LineClass, LineEnd, LineId, LinePoint, RoadClass, Structure, StructureKind,
+};
 use crate::places::plan_land::Scale;
 use crate::places::profile::between;
 use crate::places::settings::PlacesSettings;
@@ -202,19 +204,11 @@ impl<'a> Network<'a> {
         let piece_m = |pair: &[[f64; 2]]| length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]);
         let length_m: f64 = places.windows(2).map(piece_m).sum();
         let is_near = |at: &[f64; 2]| self.foot(*at, |_, foot| foot.distance_m <= self.aside_m()).is_some();
-        before.course == after.course
-            && length_m <= ASIDE_LENGTH * self.scale.step_m()
-            && places.iter().all(is_near)
+        before.course == after.course && length_m <= ASIDE_LENGTH * self.scale.step_m() && places.iter().all(is_near)
     }
 
     /// The part of a road that holds some of its points, and ends on others.
-    fn part(
-        &self,
-        road: &Line,
-        points: std::ops::RangeInclusive<usize>,
-        ends: [Option<Foot>; 2],
-        part: u32,
-    ) -> Line {
+    fn part(&self, road: &Line, points: std::ops::RangeInclusive<usize>, ends: [Option<Foot>; 2], part: u32) -> Line {
         let LineId::Road { from, to, .. } = road.id else { unreachable!("places make roads only") };
         let id = LineId::Road { from, to, part };
         let inner = points.clone().map(|index| (road.points[index], road.carrier(index)));
@@ -235,7 +229,9 @@ impl<'a> Network<'a> {
         let lengths_m: Vec<f64> = points.windows(2).map(|pair| lines::piece_m(pair, road.spacing_m)).collect();
         let levels_m: Vec<f64> = points.iter().map(|point| point.level_m).collect();
         let LineClass::Road(class) = road.class else { unreachable!("places make roads only") };
-        for (point, level_m) in points.iter_mut().zip(between(&lengths_m, &levels_m, self.settings.standard(class).profile_grade())) {
+        for (point, level_m) in
+            points.iter_mut().zip(between(&lengths_m, &levels_m, self.settings.standard(class).profile_grade()))
+        {
             // As precise as heights are.
             point.level_m = f64::from(level_m as f32);
             point.floor_m = point.level_m;

@@ -84,7 +84,8 @@ impl Places {
 
     /// How full its memories are.
     pub(crate) fn usages(&self) -> Vec<Usage> {
-        [self.plan.usages(), vec![self.sites.usage(), self.edges.usage(), self.roads.usage(), self.parts.usage()]].concat()
+        [self.plan.usages(), vec![self.sites.usage(), self.edges.usage(), self.roads.usage(), self.parts.usage()]]
+            .concat()
     }
 
     /// Side of a site cell in vertices.
