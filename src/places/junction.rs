@@ -94,6 +94,7 @@ struct Foot {
     at: [f64; 2],
     level_m: f64,
     distance_m: f64,
+    carrier: Option<StructureKind>,
     course: LineId,
 }
 
@@ -164,7 +165,8 @@ impl<'a> Network<'a> {
             let (share, square) = piece.line.nearest(at);
             let place = [0, 1].map(|axis| lerp([piece.line.from[axis], piece.line.along[axis]], share));
             let level_m = lerp(piece.level_m, share);
-            (piece, Foot { at: place, level_m, distance_m: square.sqrt(), course: piece.course })
+            let (distance_m, carrier, course) = (square.sqrt(), piece.carrier, piece.course);
+            (piece, Foot { at: place, level_m, distance_m, carrier, course })
         });
         let feet = feet.filter(|(piece, foot)| will_do(piece, foot)).map(|(_, foot)| foot);
         feet.reduce(|best, foot| if foot.distance_m < best.distance_m { foot } else { best })
@@ -221,11 +223,19 @@ impl<'a> Network<'a> {
             };
             let (level_m, beside_point) = (foot.level_m, &road.points[beside]);
             let point = LinePoint { place: [fixed(0), fixed(1)], level_m, floor_m: level_m, ..*beside_point };
-            // What carries the last point carries it to the other road.
-            (point.place != beside_point.place).then(|| (point, road.carrier(beside)))
+            // What carries it, would have carried it next, or carries the other road there, does so as far as that.
+            let next = if end == 0 { beside.saturating_sub(AHEAD)..beside } else { beside + 1..beside + 1 + AHEAD };
+            let carrier = road.carrier(beside).or_else(|| next.into_iter().find_map(|index| road.carrier(index)));
+            (point.place != beside_point.place).then(|| (point, carrier.or(foot.carrier)))
         };
         let (start, end) = (beyond(0, *points.start()), beyond(1, *points.end()));
-        let (mut points, carriers): (Vec<LinePoint>, Vec<_>) = start.into_iter().chain(inner).chain(end).unzip();
+        let is_carried = [&start, &end].map(|joined| joined.as_ref().and_then(|(_, carrier)| *carrier));
+        let (first, last) = (usize::from(start.is_some()), points.clone().count() - 1 + usize::from(start.is_some()));
+        let (mut points, mut carriers): (Vec<LinePoint>, Vec<_>) = start.into_iter().chain(inner).chain(end).unzip();
+        // A structure carries the way between two of its points.
+        for (point, carrier) in [first, last].into_iter().zip(is_carried) {
+            carriers[point] = carriers[point].or(carrier);
+        }
         let lengths_m: Vec<f64> = points.windows(2).map(|pair| lines::piece_m(pair, road.spacing_m)).collect();
         let levels_m: Vec<f64> = points.iter().map(|point| point.level_m).collect();
         let LineClass::Road(class) = road.class else { unreachable!("places make roads only") };
