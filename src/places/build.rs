@@ -151,7 +151,7 @@ impl Builder<'_> {
             return Err(legs(&drowned));
         }
         let mut spans = self.spans(line, rivers, &waters, standard).map_err(|points| legs(&points))?;
-        let surfaces_m = self.surfaces_m(line, rivers);
+        let surfaces_m = surfaces_m(line, rivers);
         let heights_m = line.heights_m(self.land, origin, scale);
         for span in &mut spans {
             let (from_m, to_m) = (heights_m[span.first], heights_m[span.last]);
@@ -265,18 +265,6 @@ impl Builder<'_> {
         Ok(spans)
     }
 
-    /// The height of the surface of the river nearest to each point; infinite where none is near.
-    fn surfaces_m(&self, line: &Alignment, rivers: &RiverIndex) -> Vec<f64> {
-        let mut near = Vec::new();
-        let mut surface_m = |at: &[i64; 2]| {
-            rivers.near(*at, *at, &mut near);
-            let pieces = near.iter().map(|piece| &rivers.pieces[*piece as usize]);
-            let nearest = pieces.min_by(|a, b| a.distance2(*at).total_cmp(&b.distance2(*at)));
-            nearest.map_or(f64::INFINITY, |piece| piece.surface_m(*at))
-        };
-        line.points.iter().map(&mut surface_m).collect()
-    }
-
     /// Metres from bank to bank of a river in rasters, where a narrow one is wider than it is.
     fn drawn_m(&self, width_m: f64) -> f64 {
         width_m.max(2.0 * (DRAWN_VERTICES * self.plan.scale.spacing_m).min(DRAWN_MOST_M))
@@ -340,6 +328,18 @@ impl Builder<'_> {
     }
 }
 
+/// The height of the surface of the river nearest to each point; infinite where none is near.
+fn surfaces_m(line: &Alignment, rivers: &RiverIndex) -> Vec<f64> {
+    let mut near = Vec::new();
+    let mut surface_m = |at: &[i64; 2]| {
+        rivers.near(*at, *at, &mut near);
+        let pieces = near.iter().map(|piece| &rivers.pieces[*piece as usize]);
+        let nearest = pieces.min_by(|a, b| a.distance2(*at).total_cmp(&b.distance2(*at)));
+        nearest.map_or(f64::INFINITY, |piece| piece.surface_m(*at))
+    };
+    line.points.iter().map(&mut surface_m).collect()
+}
+
 /// The class of the road that two settlements ask for.
 pub(super) fn class_between(a: &Site, b: &Site) -> RoadClass {
     match (a.class.min(b.class), a.class.max(b.class)) {
@@ -379,8 +379,8 @@ impl Profiled<'_> {
                 // At each point under the river beside it and no deeper: over it would be a dam, and a trench would take
                 // the water of a steep one. Near the sea rivers may be told to lie above their banks.
                 let banks_m = heights_m[first].max(heights_m[last]);
-                for point in first..=last {
-                    let bed_m = (self.surfaces_m[point].min(banks_m) - FORD_M[0]).min(heights_m[point]);
+                for (point, height_m) in heights_m.iter().enumerate().take(last + 1).skip(first) {
+                    let bed_m = (self.surfaces_m[point].min(banks_m) - FORD_M[0]).min(*height_m);
                     (demands.least_m[point], demands.most_m[point]) = (bed_m - FORD_M[1], bed_m);
                     demands.wished_m[point] = bed_m;
                 }
