@@ -544,7 +544,7 @@ def crossings(rivers):
 
 
 def check_roads(world, checks):
-    """Roads join sites, are no steeper than they say and are in the water only where they cross it."""
+    """Roads join sites or other roads, are no steeper than they say and are in the water only where they cross it."""
     roads = world.features("roads")
     sites = {site["properties"]["id"]: world.place(site["geometry"]["coordinates"]) for site in world.features("sites")}
     crossed = {}
@@ -562,7 +562,10 @@ def check_roads(world, checks):
         points, properties = np.array(road["geometry"]["coordinates"], dtype=np.float64), road["properties"]
         at, id = world.place(points), properties["id"]
         for end, site in [(at[0], properties["from"]), (at[-1], properties["to"])]:
-            if site not in sites or np.hypot(*(sites[site] - end)) > JOIN_VERTICES + ROUNDING:
+            # A road ends where it comes upon another one, which of those outside of the region is not told.
+            ends = site in sites and np.hypot(*(sites[site] - end)) <= JOIN_VERTICES + ROUNDING
+            others = (other.distance(shapely.Point(end)) for key, other in lines.items() if key != id)
+            if site not in sites or not ends and world.inside(end) and min(others, default=np.inf) > JOIN_VERTICES:
                 loose[id] = True
         if properties["from"] == properties["to"]:
             loose[id] = True
@@ -590,7 +593,7 @@ def check_roads(world, checks):
                 else:
                     bare[id] = True
     told = lambda wrong: f"{len(wrong)} of {len(roads)}" + (f", such as {', '.join(list(wrong)[:5])}" if wrong else "")
-    checks.check(len(roads) > 0 and not loose, "roads that do not join two sites", told(loose))
+    checks.check(len(roads) > 0 and not loose, "roads that do not lead from site to site", told(loose))
     checks.check(len(roads) > 0 and not steep, "roads steeper than max_grade", f"{told(steep)}; {steepest:.4f} of it")
     kinds_told = ", ".join(f"{kind} {kinds.count(kind)}" for kind in sorted(set(kinds))) or "no crossings"
     strange = (set(kinds) - {"bridge", "ford", "tunnel"}) or (set(crossed) - set(lines))

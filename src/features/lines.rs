@@ -102,14 +102,14 @@ fn of_river(_: &World, river: &Arc<Line>) -> RiverFeature {
     }
 }
 
-/// A road from one settlement to another.
+/// A road that leads from one settlement to another: whole, or as much of it as other roads leave.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadFeature {
     /// Its name in the world.
     pub id: LineId,
     /// How well it is built.
     pub class: RoadClass,
-    /// The settlements that it joins.
+    /// The settlements that it leads to, maybe on other roads.
     pub sites: [SiteId; 2],
     /// The steepest grade anywhere on it, metres up a metre ahead.
     pub max_grade: f64,
@@ -124,7 +124,7 @@ pub struct RoadFeature {
 /// All roads between settlements.
 pub static ROADS: Layer<Arc<Line>, RoadFeature> = Layer {
     name: "roads",
-    about: "roads from one settlement to another, with the height of their surface; metres",
+    about: "roads that lead from one settlement to another, each drawn once, with the height of their surface; metres",
     shape: Shape::LineZ,
     columns: &[
         Column::new("id", Kind::Text, |road| road.id.to_string().into()),
@@ -156,7 +156,7 @@ fn class_name(class: RoadClass) -> &'static str {
 }
 
 fn of_road(_: &World, road: &Arc<Line>) -> RoadFeature {
-    let (LineId::Road { from, to }, LineClass::Road(class)) = (road.id, road.class) else {
+    let (LineId::Road { from, to, .. }, LineClass::Road(class)) = (road.id, road.class) else {
         unreachable!("roads of fluvial worlds join settlements")
     };
     let line = line_m(road, &road.outline());

@@ -61,7 +61,7 @@ fn class_name(class: SiteClass) -> &'static str {
 }
 
 fn sources(world: &World, area: &Area) -> Vec<Arc<Site>> {
-    let ends = |id: LineId| if let LineId::Road { from, to } = id { vec![from, to] } else { Vec::new() };
+    let ends = |id: LineId| if let LineId::Road { from, to, .. } = id { vec![from, to] } else { Vec::new() };
     let ends = roads_through(world, area).into_iter().flat_map(|road| ends(road.id));
     world.sites(area).into_iter().chain(ends.filter_map(|id| world.site(id))).collect()
 }

@@ -52,16 +52,16 @@ pub struct RiverPiece {
     pub to: [i64; 2],
     /// Width in metres.
     pub width_m: f32,
-    /// Height in metres of the water's surface.
-    pub level_m: f32,
+    /// Heights in metres of the water's surface, at both ends.
+    pub level_m: [f32; 2],
 }
 
 heap_bytes!(RiverPiece);
 
 impl RiverPiece {
     /// What pieces are sorted by, so that the order in which a survey lists them does not matter.
-    pub(crate) fn key(&self) -> ([i64; 2], [i64; 2], u32, u32) {
-        (self.from, self.to, self.width_m.to_bits(), self.level_m.to_bits())
+    pub(crate) fn key(&self) -> ([i64; 2], [i64; 2], u32, [u32; 2]) {
+        (self.from, self.to, self.width_m.to_bits(), self.level_m.map(f32::to_bits))
     }
 }
 
@@ -149,7 +149,8 @@ impl Survey for Fluvial {
                         from,
                         to,
                         width_m: fields.river_width_m(drained) as f32,
-                        level_m: self.lifted_m(level_m) as f32,
+                        level_m: [part, part + 1]
+                            .map(|end| self.lifted_m(lerp(piece.level_m, end as f64 / parts as f64)) as f32),
                     });
                 }
                 from = to;

@@ -142,18 +142,18 @@ impl Built {
         }
     }
 
-    /// Leaves alone all vertices that are wet or in the bed of a channel: what would fill a bed would dam it, and what would
-    /// cut a river's bank would let it out. A dry bed still shows the road.
+    /// Leaves alone all vertices that are wet, and fills no bed of a channel: that would dam it, and what would cut a river's
+    /// bank would let it out. A dry bed shows the road, and is cut by it: else it would lie across the cut as a dam.
     pub(super) fn spare(&mut self, water: &Water) {
         assert_eq!(water.kind.area(), self.share.area(), "waters are spared where the roads are");
         let vertices = self.limits.values_mut().iter_mut().zip(self.share.values_mut());
         for ((limits, share), (kind, bed)) in vertices.zip(water.kind.values().iter().zip(water.bed.values())) {
             let is_wet = *kind != WaterKind::Dry;
-            if is_wet || *bed {
-                *limits = FREE;
-            }
             if is_wet {
+                *limits = FREE;
                 *share = 0.0;
+            } else if *bed {
+                limits.low_m = f32::NEG_INFINITY;
             }
         }
     }

@@ -9,7 +9,7 @@ use crate::area::Area;
 use crate::grid::Grid;
 
 /// Vertices that a drain is long at most: most are shorter, and what needs longer ones is a gorge.
-const REACH: usize = 4;
+const REACH: usize = 8;
 
 /// The area of land that the drains of an area depend on: where they begin and end, and what lies next to that.
 pub fn input(area: Area) -> Area {
@@ -105,7 +105,7 @@ mod tests {
     fn nothing_outside_the_input_matters() {
         let area = Area::new(7, -1, 10, 8);
         let drained = |outside_m: Option<f32>| {
-            let (mut bare, mut heights) = hollow(Area::new(0, -10, 24, 26), 5.0);
+            let (mut bare, mut heights) = hollow(Area::new(-10, -20, 44, 46), 5.0);
             for grid in [&mut bare, &mut heights] {
                 outside_m.inspect(|height_m| grid.fill_outside(input(area), *height_m));
             }

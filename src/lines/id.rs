@@ -46,6 +46,8 @@ pub enum LineId {
         from: SiteId,
         /// The other one.
         to: SiteId,
+        /// 0 but where roads above it have cut it: the number among its parts, from the smaller settlement on.
+        part: u32,
     },
     /// A river or a road of an agent.
     Agent {
@@ -67,7 +69,8 @@ impl fmt::Display for LineId {
         match self {
             LineId::River { channel: (level, x, y), part: 0 } => write!(f, "r{level}:{x}:{y}"),
             LineId::River { channel: (level, x, y), part } => write!(f, "r{level}:{x}:{y}:{part}"),
-            LineId::Road { from, to } => write!(f, "w:{}:{}:{}:{}", from.i, from.j, to.i, to.j),
+            LineId::Road { from, to, part: 0 } => write!(f, "w:{}:{}:{}:{}", from.i, from.j, to.i, to.j),
+            LineId::Road { from, to, part } => write!(f, "w:{}:{}:{}:{}:{part}", from.i, from.j, to.i, to.j),
             LineId::Agent { kind, owner } => write!(f, "{}:{}:{}", kind.name(), owner.x, owner.y),
         }
     }

@@ -82,7 +82,7 @@ pub enum LineClass {
 pub enum LineEnd {
     /// The sea.
     Sea,
-    /// That line.
+    /// That line, or of a road any part of its course.
     Line(LineId),
     /// The lake at that node of the trunk lattice.
     Lake(NodeId),
@@ -146,7 +146,8 @@ pub struct Line {
     pub class: LineClass,
     /// What maps call it, if it has a name.
     pub name: Option<String>,
-    /// Of a river, the first part of its course, which lakes cut into parts; of others their own id.
+    /// The first part of its course, which lakes cut into parts if it is a river, and other roads if it is a road; of agents'
+    /// lines their own id.
     pub course: LineId,
     /// The vertex that points are relative to, so that they are exact anywhere.
     pub origin: [i64; 2],
@@ -233,7 +234,7 @@ impl Line {
 }
 
 /// Metres from a point to the next, seen from above.
-fn piece_m(pair: &[LinePoint], spacing_m: f64) -> f64 {
+pub(crate) fn piece_m(pair: &[LinePoint], spacing_m: f64) -> f64 {
     let [x, y] = [0, 1].map(|axis| pair[1].place[axis] - pair[0].place[axis]);
     (x * x + y * y).sqrt() * spacing_m
 }
@@ -263,7 +264,7 @@ pub(crate) mod tests {
             carriers.push(carrier);
         }
         let (from, to) = (SiteId { i: 0, j: 0 }, SiteId { i: 1, j: 0 });
-        let id = LineId::Road { from, to };
+        let id = LineId::Road { from, to, part: 0 };
         Line {
             id,
             kind: LineKind::Road,

@@ -3,7 +3,7 @@
 use crate::fluvial::survey::Survey;
 use crate::land::WaterKind;
 use crate::lines::FIXED;
-use crate::places::plan_land::{Scale, distance2};
+use crate::places::plan_land::{PlanPiece, Scale, distance2};
 use crate::places::route::{Route, bend_m};
 
 /// Nodes by which a rounded corner may miss the way's own.
@@ -25,6 +25,8 @@ pub(super) struct Alignment {
     pub bridged: Vec<bool>,
     /// Metres from a point to the next.
     pub lengths_m: Vec<f64>,
+    /// Metres between vertices.
+    spacing_m: f64,
 }
 
 impl Alignment {
@@ -68,7 +70,8 @@ impl Alignment {
         let whole: f64 = lengths.iter().sum();
         // There is always a point between the ends, which are the sites'.
         let count = ((whole / scale.fine as f64) as usize).max(2);
-        let mut line = Alignment { points: Vec::new(), bridged: Vec::new(), lengths_m: Vec::new() };
+        let spacing_m = scale.spacing_m;
+        let mut line = Alignment { points: Vec::new(), bridged: Vec::new(), lengths_m: Vec::new(), spacing_m };
         let (mut piece, mut before) = (0, 0.0);
         for index in 0..=count {
             // From the whole each time, since a sum of steps would drift away from the end.
@@ -92,9 +95,31 @@ impl Alignment {
         line.points[0] = first;
         line.points[count] = path[path.len() - 1].0.map(|at| (at * FIXED as f64 + 0.5).floor() as i64);
         // Of the points as they have been rounded: grades are measured on those.
-        let metres = |pair: &[[i64; 2]]| length_m(pair[0], pair[1], scale.spacing_m);
+        let metres = |pair: &[[i64; 2]]| length_m(pair[0], pair[1], spacing_m);
         line.lengths_m = line.points.windows(2).map(metres).collect();
         line
+    }
+
+    /// The first two pieces, by their first points, of which one crosses the other.
+    pub fn crosses_itself(&self) -> Option<[usize; 2]> {
+        let longest_m = self.lengths_m.iter().copied().fold(0.0, f64::max);
+        let piece = |first: usize| (self.points[first], self.points[first + 1]);
+        (0..self.lengths_m.len()).find_map(|first| {
+            let (from, to) = piece(first);
+            let own = PlanPiece { from, to, width_m: 0.0, level_m: [0.0; 2] };
+            // The next piece shares a point with it.
+            let mut second = first + 2;
+            while second < self.lengths_m.len() {
+                let (a, b) = piece(second);
+                if own.is_crossed(a, b) {
+                    return Some([first, second]);
+                }
+                // No piece is nearer than the way back to this one is long.
+                let apart_m = length_m(from, a, self.spacing_m);
+                second += ((apart_m / longest_m) as usize).saturating_sub(2).max(1);
+            }
+            None
+        })
     }
 
     /// The leg of the way that a point lies next to.
@@ -104,23 +129,15 @@ impl Alignment {
         (0..route.bridges.len()).min_by(|a, b| far(*a).total_cmp(&far(*b))).expect("a way has legs")
     }
 
-    /// What each point lies in: a lake or the sea if any corner of its cell, [`Scale::fine`] vertices a side, does, and a
-    /// river if a nearest corner does. `origin` is the window's first vertex.
+    /// What each point lies in, or the line to the next one may: what any corner of its cell does, [`Scale::fine`] vertices a
+    /// side. `origin` is the window's first vertex.
     pub fn waters(&self, land: &dyn Survey, origin: [i64; 2], scale: &Scale) -> Vec<WaterKind> {
         self.asked(origin, scale, |x0, y0, cols, rows| {
             let waters = land.waters(x0, y0, scale.fine, cols, rows);
-            move |corners: [usize; 4], [east, south]: [f64; 2]| {
+            move |corners: [usize; 4], _| {
                 let waters = corners.map(|corner| waters[corner]);
-                let is_near = |corner: usize| {
-                    // In the very middle both sides are nearest, and a river at either counts.
-                    let half = |share: f64, is_past: bool| if is_past { share >= 0.5 } else { share <= 0.5 };
-                    half(east, corner % 2 == 1) && half(south, corner >= 2)
-                };
-                let river = (0..4).find(|corner| waters[*corner] == WaterKind::River && is_near(*corner));
-                match waters.iter().find(|water| water.is_open()) {
-                    Some(open) => *open,
-                    None => river.map_or(WaterKind::Dry, |corner| waters[corner]),
-                }
+                let river = || waters.iter().find(|water| **water == WaterKind::River);
+                *waters.iter().find(|water| water.is_open()).or_else(river).unwrap_or(&WaterKind::Dry)
             }
         })
     }

@@ -15,6 +15,9 @@ const FILL_M: Tolerance = Tolerance { carried_m: 12.0, end_m: 4.0 };
 /// Metres of a cut from which on there is a tunnel, and of the cut that it ends at.
 const CUT_M: Tolerance = Tolerance { carried_m: 25.0, end_m: 8.0 };
 
+/// Metres of a cut that may fall to a tunnel.
+const MOUTH_M: f64 = 0.5;
+
 /// From how far off the land a road needs a structure, and how near it comes to it before that ends.
 struct Tolerance {
     carried_m: f64,
@@ -71,7 +74,17 @@ pub(super) fn carry(kinds: &mut [Option<StructureKind>], levels_m: &[f64], heigh
         (Some(StructureKind::Tunnel), CUT_M.runs(&off_m(heights_m, levels_m))),
     ];
     for (kind, runs) in structures {
-        for (first, last) in runs {
+        for (mut first, mut last) in runs {
+            // A cut that falls to a tunnel's mouth would gather water there: it is covered, as far as it is one.
+            if kind == Some(StructureKind::Tunnel) {
+                let is_cut = |point: usize| heights_m[point] - levels_m[point] > MOUTH_M;
+                while first > 0 && levels_m[first - 1] > levels_m[first] && is_cut(first - 1) {
+                    first -= 1;
+                }
+                while last + 1 < kinds.len() && levels_m[last + 1] > levels_m[last] && is_cut(last + 1) {
+                    last += 1;
+                }
+            }
             // A point alone would carry nothing.
             let last = if first == last { (last + 1).min(kinds.len() - 1) } else { last };
             let ground = kinds[first..=last].iter_mut().filter(|kind| kind.is_none());

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use crate::area::Area;
 use crate::fluvial::survey::Survey;
 use crate::land::WaterKind;
 use crate::lines::{
@@ -10,6 +11,7 @@ use crate::lines::{
 };
 use crate::places::alignment::Alignment;
 use crate::places::bridging::{carry, wished_m};
+use crate::places::distance2;
 use crate::places::plan_land::{PlanLand, RiverIndex, Window};
 use crate::places::profile::Demands;
 use crate::places::route::{Domain, PlanNode, PlanNodes, Route, Search, shore_m};
@@ -31,14 +33,15 @@ const DRAWN_MOST_M: f64 = 40.0;
 /// Metres from a river's edge to where a bridge rests.
 const REST_M: f64 = 1.0;
 
+/// How many times longer than straight across a crossing is at most: what is longer goes along the river, in its bed.
+// A way crosses at 30 degrees at the flattest, which makes it twice as long; its rounded line may turn there.
+const SLANTING: f64 = 2.5;
+
 /// Metres from the water's surface down to a ford, at least, and more that a ford may lie lower.
 const FORD_M: [f64; 2] = [0.2, 0.3];
 
 /// The least clearance of a bridge where its full one would be too steep to climb to.
 const LEAST_CLEARANCE_M: f64 = 0.3;
-
-/// Share of the maximum grade that profiles are made with; the rest is for rounding to 1/256 vertex and to `f32`.
-const GRADE_SHARE: f64 = 0.995;
 
 /// What a road is built with.
 pub(super) struct Builder<'a> {
@@ -115,7 +118,11 @@ impl Builder<'_> {
         let radius = Domain::radius((dx * dx + dy * dy).sqrt()) as i64 + 2;
         let middle = [0, 1].map(|axis| (a[axis] + b[axis]).div_euclid(2));
         let side = (2 * radius + 1) as usize;
-        self.plan.window(self.land, middle.map(|at| at - radius), side, side)
+        // As for the radius: a search looks at the ellipse and at the nodes next to it.
+        let axis = Domain::axis((dx * dx + dy * dy).sqrt()) + 4.0;
+        let ends = [a, b].map(|node| Area::new(node[0], node[1], 1, 1));
+        let way = |nodes: Area| ends.map(|end| (distance2(end, nodes) as f64).sqrt()).iter().sum::<f64>();
+        self.plan.window(self.land, middle.map(|at| at - radius), (side, side), |nodes| way(nodes) <= axis)
     }
 
     /// The points of a road along a line, or the legs of the way that do not do.
@@ -133,7 +140,10 @@ impl Builder<'_> {
         let window_at = origin.map(|at| at * FIXED);
         let legs =
             |points: &[usize]| points.iter().map(|point| line.leg(*point, route, scale)).collect::<BTreeSet<_>>();
-        // Waters first: a line that drowns needs no heights.
+        // What needs no land first, then the waters: a line that drowns needs no heights.
+        if let Some([first, second]) = line.crosses_itself() {
+            return Err(legs(&[first, first + 1, second, second + 1]));
+        }
         let waters = line.waters(self.land, origin, scale);
         let is_drowned = |point: &usize| waters[*point].is_open() && !line.bridged[*point];
         let drowned: Vec<usize> = (0..waters.len()).filter(is_drowned).collect();
@@ -141,6 +151,7 @@ impl Builder<'_> {
             return Err(legs(&drowned));
         }
         let mut spans = self.spans(line, rivers, &waters, standard).map_err(|points| legs(&points))?;
+        let surfaces_m = surfaces_m(line, rivers);
         let heights_m = line.heights_m(self.land, origin, scale);
         for span in &mut spans {
             let (from_m, to_m) = (heights_m[span.first], heights_m[span.last]);
@@ -148,7 +159,7 @@ impl Builder<'_> {
             span.level_m = Some(span.level_m.map_or(from_m.min(to_m), |level_m| level_m.min(from_m.max(to_m))));
         }
         let ends_m = [a.height_m as f64, b.height_m as f64];
-        let Some(levels_m) = self.levels_m(line, &heights_m, &mut spans, ends_m, standard) else {
+        let Some(levels_m) = self.levels_m(line, [&heights_m, &surfaces_m], &mut spans, ends_m, standard) else {
             return Err(spans.iter().flat_map(|span| legs(&[span.first, span.last])).collect());
         };
         let mut carriers = vec![None; levels_m.len()];
@@ -192,15 +203,13 @@ impl Builder<'_> {
             rivers.near(from, to, &mut near);
             for piece in near.iter().map(|piece| &rivers.pieces[*piece as usize]) {
                 for (point, at) in [(index, from), (index + 1, to)] {
-                    let half_m =
-                        (piece.width_m / 2.0).max((DRAWN_VERTICES * self.plan.scale.spacing_m).min(DRAWN_MOST_M));
-                    let edge_m = piece.distance2(at).sqrt() * fixed_m - half_m;
+                    let edge_m = piece.distance2(at).sqrt() * fixed_m - self.drawn_m(piece.width_m) / 2.0;
                     inside[point] |= edge_m <= 0.0;
                     over[point] |= edge_m <= REST_M;
                 }
                 if piece.is_crossed(from, to) {
                     let (width_m, level_m) = crossed[index].unwrap_or((0.0, f64::NEG_INFINITY));
-                    crossed[index] = Some((width_m.max(piece.width_m), level_m.max(piece.level_m)));
+                    crossed[index] = Some((width_m.max(piece.width_m), level_m.max(piece.surface_m(from))));
                 }
             }
         }
@@ -228,8 +237,13 @@ impl Builder<'_> {
             }
             // A bridge rests on land: one point further where its last is still over the water.
             let (from, to) = (from.saturating_sub(usize::from(over[from])), (to + usize::from(over[to])).min(last));
+            // Its own pieces, and one to each side; what lies over a lake is as long as the way allows.
+            let across_m: f64 = under.iter().map(|(width_m, _)| self.drawn_m(*width_m) + 2.0 * REST_M).sum();
+            let open_m = if is_open(from..=to) { f64::INFINITY } else { 0.0 };
+            let inner = line.lengths_m.get(from + 1..to.saturating_sub(1)).unwrap_or_default();
+            let is_along = inner.iter().sum::<f64>() > SLANTING * across_m + open_m;
             // A road's ends lie at the heights of their sites, which are not on bridges.
-            if from == 0 || to == last {
+            if from == 0 || to == last || is_along {
                 return Err((from..=to).collect());
             }
             let width_m = under.iter().map(|(width_m, _)| *width_m).fold(0.0, f64::max);
@@ -251,17 +265,22 @@ impl Builder<'_> {
         Ok(spans)
     }
 
+    /// Metres from bank to bank of a river in rasters, where a narrow one is wider than it is.
+    fn drawn_m(&self, width_m: f64) -> f64 {
+        width_m.max(2.0 * (DRAWN_VERTICES * self.plan.scale.spacing_m).min(DRAWN_MOST_M))
+    }
+
     /// The heights of a road along a line. A ford that is too low to be reached becomes a bridge, and so does one in a dip
     /// that is gone over.
     fn levels_m(
         &self,
         line: &Alignment,
-        heights_m: &[f64],
+        [heights_m, surfaces_m]: [&[f64]; 2],
         spans: &mut [Span],
         ends_m: [f64; 2],
         standard: &Standard,
     ) -> Option<Vec<f64>> {
-        let grade = standard.max_grade * GRADE_SHARE;
+        let grade = standard.profile_grade();
         let clearances_m = [self.settings.clearance_m, LEAST_CLEARANCE_M.min(self.settings.clearance_m)];
         let wished_m = wished_m(heights_m, &line.lengths_m, grade, standard.bridge_m);
         for span in spans.iter_mut() {
@@ -269,7 +288,7 @@ impl Builder<'_> {
                 span.kind = StructureKind::Bridge;
             }
         }
-        let land = Profiled { line, heights_m, wished_m: &wished_m, ends_m };
+        let land = Profiled { line, heights_m, surfaces_m, wished_m: &wished_m, ends_m };
         // The least is given up first: air under bridges before fords, and fords before the way.
         for clearance_m in clearances_m {
             if let Some(levels_m) = land.demands(spans, clearance_m).profile(grade) {
@@ -290,7 +309,7 @@ impl Builder<'_> {
         [a, b]: [&Site; 2],
     ) -> Line {
         let (spacing_m, bank_m) = (self.plan.scale.spacing_m, self.settings.bank_m);
-        let id = LineId::Road { from: a.id, to: b.id };
+        let id = LineId::Road { from: a.id, to: b.id, part: 0 };
         Line {
             id,
             kind: LineKind::Road,
@@ -309,8 +328,20 @@ impl Builder<'_> {
     }
 }
 
+/// The height of the surface of the river nearest to each point; infinite where none is near.
+fn surfaces_m(line: &Alignment, rivers: &RiverIndex) -> Vec<f64> {
+    let mut near = Vec::new();
+    let mut surface_m = |at: &[i64; 2]| {
+        rivers.near(*at, *at, &mut near);
+        let pieces = near.iter().map(|piece| &rivers.pieces[*piece as usize]);
+        let nearest = pieces.min_by(|a, b| a.distance2(*at).total_cmp(&b.distance2(*at)));
+        nearest.map_or(f64::INFINITY, |piece| piece.surface_m(*at))
+    };
+    line.points.iter().map(&mut surface_m).collect()
+}
+
 /// The class of the road that two settlements ask for.
-fn class_between(a: &Site, b: &Site) -> RoadClass {
+pub(super) fn class_between(a: &Site, b: &Site) -> RoadClass {
     match (a.class.min(b.class), a.class.max(b.class)) {
         (SiteClass::Village | SiteClass::Town, SiteClass::Town) => RoadClass::Highway,
         (SiteClass::Village, SiteClass::Village) | (SiteClass::Hamlet, SiteClass::Town) => RoadClass::Road,
@@ -323,6 +354,8 @@ struct Profiled<'a> {
     line: &'a Alignment,
     /// Of the land under its points.
     heights_m: &'a [f64],
+    /// Of the river nearest to each point.
+    surfaces_m: &'a [f64],
     /// That it should have where nothing else is asked.
     wished_m: &'a [f64],
     /// That it must have at its ends.
@@ -343,9 +376,11 @@ impl Profiled<'_> {
             let (first, last) = (span.first, span.last);
             let level_m = span.level_m.expect("shores have told it");
             if span.kind == StructureKind::Ford {
-                // Nowhere higher than the lowest of its bed, banks and all: a ramp leads down to the water.
-                let bed_m = (first..=last).map(|point| heights_m[point]).fold(level_m - FORD_M[0], f64::min);
-                for point in first..=last {
+                // At each point under the river beside it and no deeper: over it would be a dam, and a trench would take
+                // the water of a steep one. Near the sea rivers may be told to lie above their banks.
+                let banks_m = heights_m[first].max(heights_m[last]);
+                for (point, height_m) in heights_m.iter().enumerate().take(last + 1).skip(first) {
+                    let bed_m = (self.surfaces_m[point].min(banks_m) - FORD_M[0]).min(*height_m);
                     (demands.least_m[point], demands.most_m[point]) = (bed_m - FORD_M[1], bed_m);
                     demands.wished_m[point] = bed_m;
                 }

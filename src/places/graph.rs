@@ -5,6 +5,7 @@
 //!
 //! Based on: K. R. Gabriel, R. R. Sokal, "A new statistical approach to geographic variation analysis", 1969.
 
+use crate::area::Area;
 use crate::places::site::Site;
 
 /// The longest edge in site cells. If each cell had a site, no empty circle would be wider than 2.83 of them, and few are
@@ -13,7 +14,11 @@ pub(super) const CELLS: i64 = 2;
 
 /// The square of the distance of two sites in vertices.
 pub(super) fn distance2(a: &Site, b: &Site) -> i128 {
-    let (dx, dy) = ((a.at[0] - b.at[0]) as i128, (a.at[1] - b.at[1]) as i128);
+    apart2(a.at, b.at)
+}
+
+fn apart2(a: [i64; 2], b: [i64; 2]) -> i128 {
+    let (dx, dy) = ((a[0] - b[0]) as i128, (a[1] - b[1]) as i128);
     dx * dx + dy * dy
 }
 
@@ -21,6 +26,13 @@ pub(super) fn distance2(a: &Site, b: &Site) -> i128 {
 pub(super) fn within_cap(a: &Site, b: &Site, side: i64) -> bool {
     let most = (CELLS * side) as i128;
     distance2(a, b) <= most * most
+}
+
+/// Whether a third site keeps another one from being the neighbour of any on the vertices of `area`.
+pub(super) fn parts_all(third: &Site, a: &Site, area: Area) -> bool {
+    let corners = [[area.x0, area.y0], [area.x1 - 1, area.y0], [area.x0, area.y1 - 1], [area.x1 - 1, area.y1 - 1]];
+    // The difference of the squares below is linear in b, so it is largest at a corner.
+    third.id != a.id && corners.iter().all(|b| apart2(third.at, a.at) + apart2(third.at, *b) < apart2(a.at, *b))
 }
 
 /// Whether a third site keeps two others from being neighbours.

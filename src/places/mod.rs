@@ -11,15 +11,18 @@
 //!             |
 //!          alignment.rs  rounded, build.rs  carried over rivers, profile.rs  given heights,
 //!                      bridging.rs   and carried over dips and bored through ridges: a line
+//!             |
+//!          junction.rs   cut where it would lie on a road that ranks above it
 //! ```
 //!
 //! Nothing depends on the area that is asked for, on what was asked before, on threads or on what is remembered. A road
 //! is a function of its two sites and of the land in the ellipse around them; whether it is there at all, of the sites
-//! within two cells.
+//! within two cells; and what is left of it, of those above it whose ellipses it enters, as they are before they are cut.
 
 mod alignment;
 mod build;
 mod graph;
+mod junction;
 mod plan_land;
 mod profile;
 mod route;
@@ -31,12 +34,13 @@ pub mod site;
 #[cfg(test)]
 mod tests;
 
+use std::cmp::Reverse;
 use std::sync::Arc;
 
 use crate::area::Area;
 use crate::error::Error;
 use crate::fluvial::survey::Survey;
-use crate::lines::{Line, Lines, SiteId};
+use crate::lines::{Line, LineId, Lines, SiteId};
 use crate::memory::{Memory, Usage};
 use crate::places::build::Builder;
 use crate::places::plan_land::{PlanLand, Scale};
@@ -55,7 +59,9 @@ pub struct Places {
     plan: PlanLand,
     sites: Memory<SiteId, Option<Arc<Site>>>,
     edges: Memory<(SiteId, SiteId), bool>,
+    /// Roads as they are before others cut them, and what is left of them.
     roads: Memory<(SiteId, SiteId), Option<Arc<Line>>>,
+    parts: Memory<(SiteId, SiteId), Lines>,
 }
 
 impl Places {
@@ -72,12 +78,14 @@ impl Places {
             sites: Memory::new(2 << 20),
             edges: Memory::new(1 << 20),
             roads: Memory::new(8 << 20),
+            parts: Memory::new(4 << 20),
         })
     }
 
     /// How full its memories are.
     pub(crate) fn usages(&self) -> Vec<Usage> {
-        [self.plan.usages(), vec![self.sites.usage(), self.edges.usage(), self.roads.usage()]].concat()
+        [self.plan.usages(), vec![self.sites.usage(), self.edges.usage(), self.roads.usage(), self.parts.usage()]]
+            .concat()
     }
 
     /// Side of a site cell in vertices.
@@ -93,6 +101,11 @@ impl Places {
 
     /// Vertices from a site to the furthest vertex that a road of it may have an effect on, at most.
     pub fn reach(&self) -> i64 {
+        self.road_reach() + junction::reach(&self.settings, self.plan.scale.spacing_m)
+    }
+
+    /// Vertices from a site to the furthest that a road of it may have an effect on before it is cut, at most.
+    fn road_reach(&self) -> i64 {
         let Scale { side, step, spacing_m, .. } = self.plan.scale;
         let widest_m = self.settings.width_m.iter().fold(0.0_f64, |most, width_m| most.max(*width_m));
         let nodes = Domain::radius((graph::CELLS * side) as f64) as i64 + 1;
@@ -112,24 +125,75 @@ impl Places {
         if area.is_empty() {
             return Vec::new();
         }
-        // Of each edge at least one end lies within reach.
-        let near = area.padded(self.reach() as usize);
-        let first: Vec<Arc<Site>> = self.sites_of_cells(land, self.cells(&near, 0)).collect();
+        // What is left of a road may lie a little beside it.
+        let wide = area.padded(junction::reach(&self.settings, self.plan.scale.spacing_m) as usize);
         let mut roads = Vec::new();
-        for a in &first {
-            for b in self.sites_of_cells(land, self.cells_around(a.id, graph::CELLS)) {
-                let known = |site: &Site| first.binary_search_by_key(&key(site.id), |other| key(other.id)).is_ok();
-                // An edge is looked at once: from its smaller end, or from the other one if the smaller is not here.
-                if (a.id < b.id || a.id > b.id && !known(&b))
-                    && self.may_touch(a, &b, area)
-                    && self.are_neighbours(land, a, &b)
-                {
-                    roads.extend(self.road(land, a, &b).filter(|road| road.concerns(area)));
-                }
-            }
+        for (a, b) in self.edges(land, &[wide]) {
+            let Some(road) = self.road(land, &a, &b).filter(|road| road.concerns(&wide)) else { continue };
+            let parts = self.parts.get((a.id, b.id), || self.parts(land, &road));
+            roads.extend(parts.iter().filter(|part| part.concerns(area)).cloned());
         }
         roads.sort_by_key(|road| road.id);
         roads
+    }
+
+    /// What is left of a road beside those that rank above it.
+    fn parts(&self, land: &dyn Survey, road: &Line) -> Lines {
+        let rank = junction::rank(road);
+        let may_rank_above = |(a, b): &(Arc<Site>, Arc<Site>)| {
+            let id = LineId::Road { from: a.id, to: b.id, part: 0 };
+            (Reverse(build::class_between(a, b)), id) < rank
+        };
+        let near = junction::areas(road, &self.plan.scale);
+        let edges = self.edges(land, &near).into_iter().filter(may_rank_above);
+        let mut above: Lines = edges.filter_map(|(a, b)| self.road(land, &a, &b)).collect();
+        above.retain(|other| junction::rank(other) < rank && near.iter().any(|area| other.concerns(area)));
+        above.sort_by_key(|other| junction::rank(other));
+        junction::parts(road, &above, &self.plan.scale, &self.settings).into_iter().map(Arc::new).collect()
+    }
+
+    /// The neighbours whose road may have an effect on a vertex of one of some areas before it is cut, the smaller first.
+    fn edges(&self, land: &dyn Survey, areas: &[Area]) -> Vec<(Arc<Site>, Arc<Site>)> {
+        let Some(hull) = areas.iter().copied().reduce(|hull, area| hull.hull(&area)) else { return Vec::new() };
+        // No site of an edge is further from a place in its ellipse.
+        let Scale { side, step, .. } = self.plan.scale;
+        let cells = (Domain::radius((graph::CELLS * side) as f64) as i64 + 1) / side + 1 + graph::CELLS;
+        let mut edges = Vec::new();
+        for first in self.cells(&hull, cells) {
+            for second in self.cells_around(first, graph::CELLS).filter(|second| first < *second) {
+                // Most pairs of cells are too far off wherever their sites are, which cost more to find than all of this.
+                let [a, b] = [first, second].map(|id| site::positions(id, &self.plan.scale));
+                if !self.may_touch([a, b], areas) {
+                    continue;
+                }
+                let nearer = if distance2(a, hull) <= distance2(b, hull) { [first, second] } else { [second, first] };
+                let Some(near) = self.site(land, nearer[0]) else { continue };
+                let there = site::positions(nearer[1], &self.plan.scale);
+                if !self.may_touch([near.area(), there], areas) || self.is_parted(land, &near, there, hull) {
+                    continue;
+                }
+                let Some(far) = self.site(land, nearer[1]) else { continue };
+                let (a, b) = if near.id < far.id { (near, far) } else { (far, near) };
+                if graph::within_cap(&a, &b, side * step)
+                    && self.may_touch([a.area(), b.area()], areas)
+                    && self.are_neighbours(land, &a, &b)
+                {
+                    edges.push((a, b));
+                }
+            }
+        }
+        edges
+    }
+
+    /// Whether a site that is nearer to `hull` than a cell keeps another one from being a neighbour of any in that cell: for
+    /// most that are far off that is so, and they need not be found.
+    fn is_parted(&self, land: &dyn Survey, site: &Site, cell: Area, hull: Area) -> bool {
+        let is_nearer = |id: &SiteId| {
+            let own = site::positions(*id, &self.plan.scale);
+            own != cell && distance2(own, hull) <= distance2(cell, hull)
+        };
+        let between = self.cells_around(site.id, 1).filter(is_nearer);
+        self.sites_of_cells(land, between).any(|third| graph::parts_all(&third, site, cell))
     }
 
     /// The settlement of a site cell, if it has one.
@@ -138,9 +202,8 @@ impl Places {
         site.as_ref().clone()
     }
 
-    /// The road between two neighbours, if there is a way.
+    /// The road between two neighbours before others cut it, if there is a way.
     fn road(&self, land: &dyn Survey, a: &Site, b: &Site) -> Option<Arc<Line>> {
-        let (a, b) = if a.id < b.id { (a, b) } else { (b, a) };
         let road = self.roads.get((a.id, b.id), || {
             let builder = Builder { settings: &self.settings, seed: self.seed, plan: &self.plan, land };
             builder.road(a, b).map(Arc::new)
@@ -148,19 +211,23 @@ impl Places {
         road.as_ref().clone()
     }
 
-    /// Whether the ellipse of a road, and its effect, may touch an area.
-    fn may_touch(&self, a: &Site, b: &Site, area: &Area) -> bool {
+    /// Whether the ellipse of a road between a vertex of one area and one of another, and its effect, may touch one of some
+    /// others.
+    fn may_touch(&self, [a, b]: [Area; 2], areas: &[Area]) -> bool {
         let Scale { side, step, spacing_m, .. } = self.plan.scale;
-        if !graph::within_cap(a, b, side * step) {
+        let cap = (graph::CELLS * side * step) as f64;
+        let apart = [distance2(a, b), furthest2(a, b)].map(|square| (square as f64).sqrt());
+        if apart[0] > cap {
             return false;
         }
-        // From a's place, so that numbers stay small.
-        let nodes = |at: i64, axis: usize| (at - a.at[axis]) as f64 / step as f64;
-        let domain = Domain::new([0, 0], [0, 1].map(|axis| (b.at[axis] - a.at[axis]) / step));
         let widest_m = self.settings.width_m.iter().fold(0.0_f64, |most, width_m| most.max(*width_m));
         // The bounds of a road are a rectangle with a few vertices to spare.
-        let reach = (widest_m / 2.0 + self.settings.bank_m) / (step as f64 * spacing_m) + 8.0 / step as f64;
-        domain.may_touch([nodes(area.x0, 0), nodes(area.y0, 1)], [nodes(area.x1, 0), nodes(area.y1, 1)], 2.0 * reach)
+        let reach = (widest_m / 2.0 + self.settings.bank_m) / spacing_m + 8.0;
+        let axis = Domain::axis(apart[1].min(cap) / step as f64) * step as f64;
+        // The places nearest to the two may differ, so the sum is too small if anything: no road is missed, though
+        // some are looked at in vain. Twice to each corner of its bounds.
+        let ways = |area: &Area| (distance2(a, *area) as f64).sqrt() + (distance2(b, *area) as f64).sqrt();
+        areas.iter().any(|area| ways(area) <= axis + 4.0 * reach)
     }
 
     /// Whether two sites within the cap are neighbours in the graph.
@@ -196,7 +263,15 @@ impl Places {
     }
 }
 
-/// Ids row by row, as cells are listed.
-fn key(id: SiteId) -> (i64, i64) {
-    (id.j, id.i)
+/// The square of the vertices from an area to the next vertex of another one, and to the furthest.
+fn distance2(a: Area, b: Area) -> i128 {
+    square((b.x0 - a.x1 + 1).max(a.x0 - b.x1 + 1).max(0), (b.y0 - a.y1 + 1).max(a.y0 - b.y1 + 1).max(0))
+}
+
+fn furthest2(a: Area, b: Area) -> i128 {
+    square((b.x1 - 1 - a.x0).max(a.x1 - 1 - b.x0), (b.y1 - 1 - a.y0).max(a.y1 - 1 - b.y0))
+}
+
+fn square(x: i64, y: i64) -> i128 {
+    i128::from(x) * i128::from(x) + i128::from(y) * i128::from(y)
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::area::Area;
 use crate::fluvial::survey::{RiverPiece, Survey};
+use crate::geometry::LineSegment;
 use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::memory::{Memory, Usage, heap_bytes};
@@ -90,8 +91,15 @@ impl PlanLand {
         vec![self.blocks.usage()]
     }
 
-    /// The land on `cols` x `rows` nodes from node `at` on.
-    pub fn window(&self, land: &dyn Survey, at: [i64; 2], cols: usize, rows: usize) -> Window {
+    /// The land on `cols` x `rows` nodes from node `at` on, in those blocks of nodes that will be looked at; elsewhere it is
+    /// level and dry.
+    pub fn window(
+        &self,
+        land: &dyn Survey,
+        at: [i64; 2],
+        (cols, rows): (usize, usize),
+        is_looked_at: impl Fn(Area) -> bool,
+    ) -> Window {
         let mut window = Window {
             at,
             cols,
@@ -104,8 +112,11 @@ impl PlanLand {
         let blocks = |from: i64, to: i64| from.div_euclid(BLOCK)..=(to - 1).div_euclid(BLOCK);
         for by in blocks(area.y0, area.y1) {
             for bx in blocks(area.x0, area.x1) {
-                let block = self.block(land, (bx, by));
                 let own = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
+                if !is_looked_at(own) {
+                    continue;
+                }
+                let block = self.block(land, (bx, by));
                 let part = area.common(&own).expect("the block lies under the window");
                 copy(&block.heights_m, own, &mut window.heights_m, area, part);
                 copy(&block.waters, own, &mut window.waters, area, part);
@@ -186,7 +197,8 @@ pub(super) struct PlanPiece {
     pub from: [i64; 2],
     pub to: [i64; 2],
     pub width_m: f64,
-    pub level_m: f64,
+    /// At both ends.
+    pub level_m: [f64; 2],
 }
 
 /// Nodes a side of a bucket of river pieces.
@@ -208,7 +220,7 @@ impl RiverIndex {
                 from: relative(piece.from),
                 to: relative(piece.to),
                 width_m,
-                level_m: piece.level_m as f64,
+                level_m: piece.level_m.map(f64::from),
             };
             let margin = ((width_m / 2.0 + margin_m) / scale.spacing_m * FIXED as f64) as i64 + 1;
             let index = rivers.pieces.len() as u32;
@@ -251,6 +263,13 @@ impl PlanPiece {
             ax * (at[1] - from[1]) as i128 - ay * (at[0] - from[0]) as i128 >= 0
         };
         side(self.from, self.to, a) != side(self.from, self.to, b) && side(a, b, self.from) != side(a, b, self.to)
+    }
+
+    /// The height of the water's surface where the middle line is nearest to a place.
+    pub fn surface_m(&self, at: [i64; 2]) -> f64 {
+        let [from, to] = [self.from, self.to].map(|end| [(end[0] - at[0]) as f64, (end[1] - at[1]) as f64]);
+        let (share, _) = LineSegment::between(from, to).nearest([0.0; 2]);
+        self.level_m[0] + (self.level_m[1] - self.level_m[0]) * share
     }
 
     /// The square of the distance from a place to the middle line, in (1/256 vertex)^2.

@@ -55,6 +55,24 @@ pub(super) fn swept(lengths_m: &[f64], mut values: Vec<f64>, grade: f64, extreme
     values
 }
 
+/// Levels that keep to those at both ends, and else are those given as far as the grade lets them. Ends that no grade joins
+/// miss by the same at both.
+pub(super) fn between(lengths_m: &[f64], levels_m: &[f64], grade: f64) -> Vec<f64> {
+    let last = levels_m.len() - 1;
+    let length_m: f64 = lengths_m.iter().sum();
+    let (start_m, end_m) = (levels_m[0], levels_m[last]);
+    let miss_m = ((end_m - start_m).abs() - grade * length_m).max(0.0) / 2.0;
+    let ends_m = [start_m + miss_m.copysign(end_m - start_m), end_m - miss_m.copysign(end_m - start_m)];
+    let pinned = |free_m: f64| {
+        let mut values = vec![free_m; levels_m.len()];
+        (values[0], values[last]) = (ends_m[0], ends_m[1]);
+        values
+    };
+    let most_m = swept(lengths_m, pinned(f64::INFINITY), grade, f64::min);
+    let least_m = swept(lengths_m, pinned(f64::NEG_INFINITY), -grade, f64::max);
+    levels_m.iter().zip(least_m.iter().zip(&most_m)).map(|(z, (least, most))| z.max(*least).min(*most)).collect()
+}
+
 fn averaged(values: &[f64]) -> Vec<f64> {
     let last = values.len() - 1;
     let around = |index: usize| {

@@ -94,26 +94,22 @@ impl Domain {
     /// The ellipse around two places, in nodes.
     pub fn new(a: PlanNode, b: PlanNode) -> Domain {
         let [a, b] = [a, b].map(|at| at.map(|at| at as f64));
-        Domain { a, b, axis: AXIS * distance(a, b) + AXIS_NODES }
+        Domain { a, b, axis: Domain::axis(distance(a, b)) }
+    }
+
+    /// Nodes from one of two places so many nodes apart to any in their ellipse, and on to the other, at most.
+    pub fn axis(apart: f64) -> f64 {
+        AXIS * apart + AXIS_NODES
     }
 
     /// Nodes from the middle to the furthest point of the ellipse around two places so many nodes apart.
     pub fn radius(apart: f64) -> f64 {
-        // Half of the axis: it is the sum of these two.
-        f64::midpoint(AXIS * apart, AXIS_NODES)
+        Domain::axis(apart) / 2.0
     }
 
     fn holds(&self, at: PlanNode) -> bool {
         let at = at.map(|at| at as f64);
         distance(at, self.a) + distance(at, self.b) <= self.axis
-    }
-
-    /// Whether a place within `reach` nodes of the ellipse may lie in a rectangle of nodes.
-    pub fn may_touch(&self, low: [f64; 2], high: [f64; 2], reach: f64) -> bool {
-        // The places nearest to the two may differ, so the sum is too small if anything: no road is missed, though
-        // some are looked at in vain.
-        let to = |at: [f64; 2]| distance([at[0].clamp(low[0], high[0]), at[1].clamp(low[1], high[1])], at);
-        to(self.a) + to(self.b) <= self.axis + 2.0 * reach
     }
 }
 

@@ -62,6 +62,9 @@ impl Default for PlacesSettings {
     }
 }
 
+/// Share of the maximum grade that profiles are made with; the rest is for rounding to 1/256 vertex and to `f32`.
+const GRADE_SHARE: f64 = 0.995;
+
 /// Vertices a site cell must have to each side: with fewer there is nothing to plan on.
 const LEAST_SIDE: f64 = 32.0;
 
@@ -102,6 +105,13 @@ pub(super) struct Standard {
     pub radius_m: f64,
     pub ford_m: f64,
     pub bridge_m: f64,
+}
+
+impl Standard {
+    /// The steepest grade that profiles are made with.
+    pub fn profile_grade(&self) -> f64 {
+        self.max_grade * GRADE_SHARE
+    }
 }
 
 #[cfg(test)]

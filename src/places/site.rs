@@ -2,13 +2,14 @@
 
 use serde::Serialize;
 
+use crate::area::Area;
 use crate::fluvial::survey::Survey;
 use crate::hash::{self, Stream};
 use crate::land::WaterKind;
 use crate::lines::{FIXED, SiteId};
 use crate::memory::heap_bytes;
 use crate::names;
-use crate::places::plan_land::{PlanLand, RiverIndex, Window};
+use crate::places::plan_land::{PlanLand, RiverIndex, Scale, Window};
 use crate::places::settings::PlacesSettings;
 
 /// How large a settlement is.
@@ -41,6 +42,26 @@ pub struct Site {
 }
 
 heap_bytes!(Site: name);
+
+impl Site {
+    /// The vertex that it stands on.
+    pub(super) fn area(&self) -> Area {
+        Area::new(self.at[0], self.at[1], 1, 1)
+    }
+}
+
+/// The vertices from the first to the last that a site of a cell may stand on.
+pub(super) fn positions(id: SiteId, scale: &Scale) -> Area {
+    let [first, count] = inner(scale);
+    let [x0, y0] = [id.i, id.j].map(|number| (number * scale.side + first) * scale.step);
+    let side = ((count - 1) * scale.step + 1) as usize;
+    Area::new(x0, y0, side, side)
+}
+
+/// The first node of a cell that a site may stand on, along each side, and how many there are.
+fn inner(scale: &Scale) -> [i64; 2] {
+    [scale.side / EDGE, scale.side - 2 * (scale.side / EDGE)]
+}
 
 /// Positions that are looked at, and of those that could be lived on, how many are compared.
 const POSITIONS: u64 = 400;
@@ -86,17 +107,17 @@ pub(super) fn site(
     }
     let scale = &plan.scale;
     let range = WaterRange::new(settings.site_m);
-    let (edge, inner) = (scale.side / EDGE, (scale.side - 2 * (scale.side / EDGE)) as u64);
+    let [edge, inner] = inner(scale);
     // So far from the cell waters matter to a position that keeps off its edge.
     let around = ((range.far_m / scale.step_m()) as i64 + 2 - edge).max(2);
     let first = [id.i * scale.side, id.j * scale.side];
     let nodes = (scale.side + 2 * around + 1) as usize;
-    let window = plan.window(land, first.map(|at| at - around), nodes, nodes);
+    let window = plan.window(land, first.map(|at| at - around), (nodes, nodes), |_| true);
     let rivers = RiverIndex::new(&window, scale, range.far_m);
     // The best of all; of equals the first.
     let positions = (0..POSITIONS).map(|number| {
         let hash = id.hash(seed, Stream::SitePosition.of(number));
-        [hash & 0xFFFF_FFFF, hash >> 32].map(|bits| edge + (bits % inner) as i64)
+        [hash & 0xFFFF_FFFF, hash >> 32].map(|bits| edge + (bits % inner as u64) as i64)
     });
     let worth = |at: [i64; 2]| Some((suitability(settings, plan, &window, &rivers, at.map(|at| at + around))?, at));
     let (worth, at) =

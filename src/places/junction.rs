@@ -1,0 +1,270 @@
+//! Junctions: where roads would lie on each other there is one, of the class that ranks highest, and the others end on it.
+//!
+//! Each road is cut where it comes upon one that ranks above it, as that has been cut by those above it in turn. What is
+//! left are parts, from one junction to the next, whose ends lie on the middle of the road that they join, at its level.
+//! The parts of a road are a function of it and of the roads above it whose ways may come near it, whoever asks.
+
+use std::sync::Arc;
+
+use crate::area::Area;
+use crate::geometry::{LineSegment, length, lerp};
+use crate::lines::{
+    self, Bed, FIXED, Line, LineClass, LineEnd, LineId, LinePoint, RoadClass, Structure, StructureKind,
+};
+use crate::places::plan_land::Scale;
+use crate::places::profile::between;
+use crate::places::settings::PlacesSettings;
+
+/// Metres between the edges of two roads that are so near that they are one, and vertices.
+// Roads on both banks of a river are further apart, however narrow it is.
+const BESIDE_M: f64 = 12.0;
+const BESIDE_VERTICES: f64 = 1.2;
+
+/// Nodes of the plan that a road may be away from one that it leaves and comes back to, and the length of that way: a
+/// second road would serve nobody.
+const ASIDE: f64 = 1.0;
+const ASIDE_LENGTH: f64 = 8.0;
+
+/// Points that a road goes on for, beside the one that it joins, until it ends there: so it does not end across it.
+const AHEAD: usize = 3;
+
+/// Metres of height between two roads of which one is carried over the other, at least.
+const OVER_M: f64 = 4.5;
+
+/// What roads are ranked by: the least ranks highest.
+pub(super) fn rank(road: &Line) -> (std::cmp::Reverse<RoadClass>, LineId) {
+    let LineClass::Road(class) = road.class else { unreachable!("places make roads only") };
+    (std::cmp::Reverse(class), road.id)
+}
+
+/// Vertices that a part may lie outside of the bounds of its road, for it ends on another one.
+pub(super) fn reach(settings: &PlacesSettings, spacing_m: f64) -> i64 {
+    let widest_m = settings.width_m.iter().fold(0.0_f64, |most, width_m| most.max(*width_m));
+    (touch_m([widest_m / 2.0; 2], spacing_m) / spacing_m) as i64 + 2
+}
+
+/// The areas around a road's pieces in which other roads matter to its parts.
+pub(super) fn areas(road: &Line, scale: &Scale) -> Vec<Area> {
+    let pad = 2 * scale.step as usize;
+    road.points.chunks(CHUNK).map(|points| lines::bounds(road.origin, points, 0.0).padded(pad)).collect()
+}
+
+/// The parts of a road, given those that rank above it, from the highest on.
+pub(super) fn parts(road: &Line, above: &[Arc<Line>], scale: &Scale, settings: &PlacesSettings) -> Vec<Line> {
+    let hull = areas(road, scale).into_iter().reduce(|hull, area| hull.hull(&area)).expect("a road has points");
+    let mut network = Network::new(hull, scale, settings);
+    for other in above {
+        for part in network.parts(other) {
+            network.add(&part);
+        }
+    }
+    network.parts(road)
+}
+
+/// Metres from the middle of one road to that of another from which on they are one.
+fn touch_m(half_widths_m: [f64; 2], spacing_m: f64) -> f64 {
+    half_widths_m[0] + half_widths_m[1] + BESIDE_M.min(BESIDE_VERTICES * spacing_m)
+}
+
+/// The roads of an area, cut already.
+struct Network<'a> {
+    scale: &'a Scale,
+    settings: &'a PlacesSettings,
+    area: Area,
+    pieces: Vec<Piece>,
+    /// The numbers of the pieces near each bucket, row by row.
+    buckets: Vec<Vec<u32>>,
+    cols: i64,
+}
+
+/// A piece of a road. Places are in metres from the network's corner.
+struct Piece {
+    line: LineSegment,
+    /// Level at its start, and what that changes by to its end.
+    level_m: [f64; 2],
+    half_width_m: f64,
+    carrier: Option<StructureKind>,
+    /// The road that it is of.
+    course: LineId,
+}
+
+/// A place on a road, nearest to another place.
+#[derive(Clone, Copy)]
+struct Foot {
+    at: [f64; 2],
+    level_m: f64,
+    distance_m: f64,
+    carrier: Option<StructureKind>,
+    course: LineId,
+}
+
+/// Points of a road around which others are looked for at a time.
+const CHUNK: usize = 64;
+
+/// Vertices a side of a bucket.
+const BUCKET: i64 = 16;
+
+impl<'a> Network<'a> {
+    fn new(area: Area, scale: &'a Scale, settings: &'a PlacesSettings) -> Network<'a> {
+        let count = |vertices: usize| vertices as i64 / BUCKET + 1;
+        let (cols, rows) = (count(area.width()), count(area.height()));
+        let buckets = vec![Vec::new(); (cols * rows) as usize];
+        Network { scale, settings, area, pieces: Vec::new(), buckets, cols }
+    }
+
+    /// Metres from the network's corner to a point of a road. The whole numbers are exact, so that it is the same anywhere.
+    fn place_m(&self, fixed: [i64; 2]) -> [f64; 2] {
+        let corner = [self.area.x0, self.area.y0];
+        [0, 1].map(|axis| (fixed[axis] - corner[axis] * FIXED) as f64 * (self.scale.spacing_m / FIXED as f64))
+    }
+
+    fn places_m(&self, road: &Line) -> Vec<[f64; 2]> {
+        road.points.iter().map(|point| self.place_m(road.fixed(point))).collect()
+    }
+
+    /// Metres within which pieces are found.
+    fn aside_m(&self) -> f64 {
+        ASIDE * self.scale.step_m()
+    }
+
+    fn add(&mut self, road: &Line) {
+        let places = self.places_m(road);
+        let (rows, cols) = (self.buckets.len() as i64 / self.cols, self.cols);
+        let (side_m, aside_m) = (BUCKET as f64 * self.scale.spacing_m, self.aside_m());
+        let bucket = |at_m: f64, count: i64| ((at_m / side_m).floor() as i64).clamp(-1, count);
+        for ((ends, places), carrier) in road.points.windows(2).zip(places.windows(2)).zip(road.carriers()) {
+            let number = self.pieces.len() as u32;
+            let span = |axis: usize, count: i64| {
+                let (low_m, high_m) = (places[0][axis].min(places[1][axis]), places[0][axis].max(places[1][axis]));
+                bucket(low_m - aside_m, count).max(0)..=bucket(high_m + aside_m, count).min(count - 1)
+            };
+            for row in span(1, rows) {
+                for col in span(0, cols) {
+                    self.buckets[(row * cols + col) as usize].push(number);
+                }
+            }
+            self.pieces.push(Piece {
+                line: LineSegment::between(places[0], places[1]),
+                level_m: [ends[0].level_m, ends[1].level_m - ends[0].level_m],
+                half_width_m: ends[0].half_width_m,
+                carrier,
+                course: road.course,
+            });
+        }
+    }
+
+    /// The nearest place on any piece that will do. Of equals it is that of the highest rank.
+    fn foot(&self, at: [f64; 2], will_do: impl Fn(&Piece, &Foot) -> bool) -> Option<Foot> {
+        let [col, row] = at.map(|at_m| (at_m / (BUCKET as f64 * self.scale.spacing_m)).floor() as i64);
+        // Past the edge are none that matter.
+        if !(0..self.cols).contains(&col) {
+            return None;
+        }
+        let bucket = self.buckets.get(usize::try_from(row * self.cols + col).ok()?)?;
+        let feet = bucket.iter().map(|number| &self.pieces[*number as usize]).map(|piece| {
+            let (share, square) = piece.line.nearest(at);
+            let place = [0, 1].map(|axis| lerp([piece.line.from[axis], piece.line.along[axis]], share));
+            let level_m = lerp(piece.level_m, share);
+            let (distance_m, carrier, course) = (square.sqrt(), piece.carrier, piece.course);
+            (piece, Foot { at: place, level_m, distance_m, carrier, course })
+        });
+        let feet = feet.filter(|(piece, foot)| will_do(piece, foot)).map(|(_, foot)| foot);
+        feet.reduce(|best, foot| if foot.distance_m < best.distance_m { foot } else { best })
+    }
+
+    /// What is left of a road beside those that are here.
+    fn parts(&self, road: &Line) -> Vec<Line> {
+        let places = self.places_m(road);
+        let feet: Vec<Option<Foot>> = (0..places.len()).map(|index| self.touched(road, index, places[index])).collect();
+        let mut parts = Vec::new();
+        let mut first = 0;
+        for run in feet.chunk_by(|a, b| a.is_none() == b.is_none()) {
+            let (start, last) = (first, first + run.len() - 1);
+            first = last + 1;
+            let ends = [joint(feet[..start].iter().rev()), joint(feet[first..].iter())];
+            if run[0].is_none() && !self.is_detour(&places[start..=last], ends) {
+                parts.push(self.part(road, start..=last, ends, parts.len() as u32));
+            }
+        }
+        parts
+    }
+
+    /// Where a point of a road lies on one that is here already.
+    fn touched(&self, road: &Line, index: usize, at: [f64; 2]) -> Option<Foot> {
+        let (point, carrier) = (&road.points[index], road.carrier(index));
+        let is_off = |carrier| matches!(carrier, Some(StructureKind::Bridge | StructureKind::Tunnel));
+        self.foot(at, |piece, foot| {
+            let is_over = is_off(carrier) || is_off(piece.carrier);
+            foot.distance_m <= touch_m([point.half_width_m, piece.half_width_m], self.scale.spacing_m)
+                && !(is_over && (foot.level_m - point.level_m).abs() > OVER_M)
+        })
+    }
+
+    /// Whether a way leaves a road for a little, only to come back to it.
+    fn is_detour(&self, places: &[[f64; 2]], ends: [Option<Foot>; 2]) -> bool {
+        let [Some(before), Some(after)] = ends else { return false };
+        let piece_m = |pair: &[[f64; 2]]| length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]);
+        let length_m: f64 = places.windows(2).map(piece_m).sum();
+        let is_near = |at: &[f64; 2]| self.foot(*at, |_, foot| foot.distance_m <= self.aside_m()).is_some();
+        before.course == after.course && length_m <= ASIDE_LENGTH * self.scale.step_m() && places.iter().all(is_near)
+    }
+
+    /// The part of a road that holds some of its points, and ends on others.
+    fn part(&self, road: &Line, points: std::ops::RangeInclusive<usize>, ends: [Option<Foot>; 2], part: u32) -> Line {
+        let LineId::Road { from, to, .. } = road.id else { unreachable!("places make roads only") };
+        let id = LineId::Road { from, to, part };
+        let inner = points.clone().map(|index| (road.points[index], road.carrier(index)));
+        let beyond = |end: usize, beside: usize| {
+            let foot = ends[end]?;
+            let fixed = |axis: usize| {
+                let corner = [self.area.x0, self.area.y0][axis] - road.origin[axis];
+                let vertices = foot.at[axis] / self.scale.spacing_m;
+                corner as f64 + (vertices * FIXED as f64 + 0.5).floor() / FIXED as f64
+            };
+            let (level_m, beside_point) = (foot.level_m, &road.points[beside]);
+            let point = LinePoint { place: [fixed(0), fixed(1)], level_m, floor_m: level_m, ..*beside_point };
+            // What carries it, would have carried it next, or carries the other road there, does so as far as that.
+            let next = if end == 0 { beside.saturating_sub(AHEAD)..beside } else { beside + 1..beside + 1 + AHEAD };
+            let carrier = road.carrier(beside).or_else(|| next.into_iter().find_map(|index| road.carrier(index)));
+            (point.place != beside_point.place).then(|| (point, carrier.or(foot.carrier)))
+        };
+        let (start, end) = (beyond(0, *points.start()), beyond(1, *points.end()));
+        let is_carried = [&start, &end].map(|joined| joined.as_ref().and_then(|(_, carrier)| *carrier));
+        let (first, last) = (usize::from(start.is_some()), points.clone().count() - 1 + usize::from(start.is_some()));
+        let (mut points, mut carriers): (Vec<LinePoint>, Vec<_>) = start.into_iter().chain(inner).chain(end).unzip();
+        // A structure carries the way between two of its points.
+        for (point, carrier) in [first, last].into_iter().zip(is_carried) {
+            carriers[point] = carriers[point].or(carrier);
+        }
+        let lengths_m: Vec<f64> = points.windows(2).map(|pair| lines::piece_m(pair, road.spacing_m)).collect();
+        let levels_m: Vec<f64> = points.iter().map(|point| point.level_m).collect();
+        let LineClass::Road(class) = road.class else { unreachable!("places make roads only") };
+        for (point, level_m) in
+            points.iter_mut().zip(between(&lengths_m, &levels_m, self.settings.standard(class).profile_grade()))
+        {
+            // As precise as heights are.
+            point.level_m = f64::from(level_m as f32);
+            point.floor_m = point.level_m;
+        }
+        let Bed::Built { bank_m } = road.bed else { unreachable!("places build their roads") };
+        let reach = (points[0].half_width_m + bank_m) / road.spacing_m;
+        let is_end = points[points.len() - 1].place == road.points[road.points.len() - 1].place;
+        Line {
+            id,
+            course: road.course,
+            name: road.name.clone(),
+            bounds: lines::bounds(road.origin, &points, reach),
+            structures: Structure::of_points(&carriers),
+            end: if is_end { road.end } else { ends[1].map_or(road.end, |foot| LineEnd::Line(foot.course)) },
+            points,
+            ..*road
+        }
+    }
+}
+
+/// The place where a road joins that beside which its next points lie: some points ahead, but not past the middle of them,
+/// since it may only cross the other.
+fn joint<'a>(next: impl Iterator<Item = &'a Option<Foot>>) -> Option<Foot> {
+    let beside: Vec<Foot> = next.map_while(|foot| *foot).collect();
+    beside.get((beside.len().saturating_sub(1) / 2).min(AHEAD - 1)).copied()
+}
