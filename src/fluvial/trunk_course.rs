@@ -71,7 +71,6 @@ pub struct TrunkCourses {
     smooth: Memory<NodeId, Option<Arc<Channel>>>,
     apart: Memory<NodeId, Option<Arc<Channel>>>,
     free: Memory<NodeId, Option<Arc<Channel>>>,
-    whole: Memory<NodeId, Option<Arc<Channel>>>,
 }
 
 impl TrunkCourses {
@@ -84,13 +83,12 @@ impl TrunkCourses {
             smooth: Memory::new(8 << 20),
             apart: Memory::new(8 << 20),
             free: Memory::new(8 << 20),
-            whole: Memory::new(8 << 20),
         }
     }
 
     /// How full its memories are.
     pub(super) fn usages(&self) -> Vec<Usage> {
-        let courses = [self.smooth.usage(), self.apart.usage(), self.free.usage(), self.whole.usage()];
+        let courses = [self.smooth.usage(), self.apart.usage(), self.free.usage()];
         [self.nodes.usages(), courses.to_vec()].concat()
     }
 
@@ -103,10 +101,6 @@ impl TrunkCourses {
     ///
     /// Where it comes to a larger one from the side, it keeps below the sides of that one's valley.
     pub fn trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
-        self.whole.get(id, || self.cut_trunk(id)).as_ref().clone()
-    }
-
-    fn cut_trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
         let free = self.free_trunk(id)?;
         let Some((to, false)) = free.next else { return Some(free) };
         let mut trunk = free.as_ref().clone();
