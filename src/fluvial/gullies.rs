@@ -1,10 +1,12 @@
 //! Gullies: what runs down the hillsides between the channels that the network knows.
 //!
 //! Stripes that run down the fall line are carved into the land, octave by octave, each octave down the slopes that the
-//! ones before have made; then a little roughness. Both fade out towards the channels and the crests, and are so
-//! shallow that the land still falls along the fall line: no pit comes of them.
+//! ones before have made; then a little roughness. Both fade out towards the channels and the crests. They are so shallow
+//! that the land still falls along the fall line: no pit comes of them, but for a few where that turns.
 //!
 //! Based on: R. Johansen (runevision), Fast and Gorgeous Erosion Filter, 2026.
+
+use std::mem;
 
 use crate::area::Area;
 use crate::fluvial::fields::Fields;
@@ -48,12 +50,20 @@ const ROUGHNESS: f64 = 0.03;
 /// How far below the next-best side, in depths of a gully, it is whole: nearer to the crest it is less deep.
 const CREST_DEPTHS: f32 = 4.0;
 
+/// How far above the channel, in depths of a gully, nothing of its floor is left.
+const FLOOR_DEPTHS: f32 = 0.5;
+
 /// Waves shorter than this many vertices cannot be seen.
 const SHORTEST: f64 = 3.0;
 
-/// The area whose warp gullies read: the fall line of a vertex goes by that of the vertices beside it.
+/// How far apart the vertices are, in turn, of which the fall line and the channel's height become the mean: the sides of
+/// a steep channel are facets, from one to the next of which both jump, and gullies would be broken there.
+const SMOOTHED: [usize; 3] = [1, 2, 4];
+
+/// The area whose warp and valleys gullies read: the fall line of a vertex goes by those around it, and these by the warp
+/// of the vertices beside them.
 pub fn input(area: Area) -> Area {
-    area.padded(1)
+    area.padded(1 + SMOOTHED.iter().sum::<usize>())
 }
 
 impl Gullies {
@@ -103,10 +113,21 @@ impl Gullies {
         let warp = nodes.metres.each_ref().map(|metres| &metres[..]);
         let mut fall = [vec![0.0; len], vec![0.0; len]];
         dispatch(FallLine { area, spacing_m: self.spacing_m, warp, valleys, fall: &mut fall });
+        let mut foot_m = valleys.level_m.clone();
+        let [x, y] = &mut fall;
+        let mut smoothed = vec![0.0; len];
+        for values in [x, y, &mut foot_m] {
+            for apart in SMOOTHED {
+                for apart in [apart, apart * area.width()] {
+                    dispatch(Smooth { apart, values, smoothed: &mut smoothed });
+                    mem::swap(values, &mut smoothed);
+                }
+            }
+        }
         let (mut across, mut crest, mut flank) = ([vec![0.0; len], vec![0.0; len]], vec![0.0; len], vec![0.0; len]);
         // Octaves add up what they carve, and only then is it taken off: all know the hillside as the valleys made it.
         let Valleys { height_m, level_m, crest_m, steepness, .. } = valleys;
-        let hillside = Hillside { height_m, level_m, crest_m, steepness, slope };
+        let hillside = Hillside { height_m, level_m, foot_m: &foot_m, crest_m, steepness, slope };
         let mut carved = vec![0.0; len];
         for octave in &self.octaves {
             dispatch(Across { fall: &fall, across: &mut across });
@@ -166,6 +187,29 @@ impl Kernel for FallLine<'_> {
     }
 }
 
+/// The mean of each value and those before and after it, of which it counts for as much as both.
+struct Smooth<'a> {
+    /// From a value to the next that counts.
+    apart: usize,
+    values: &'a [f32],
+    smoothed: &'a mut [f32],
+}
+
+impl Kernel for Smooth<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let (half, last) = (simd.splat(0.5), self.values.len() - S::LANES);
+        for at in (0..self.values.len()).step_by(S::LANES) {
+            // Those at the edge have no neighbours, and are not used.
+            let (before, after) = (at.max(self.apart) - self.apart, (at + self.apart).min(last));
+            let around = half * (simd.load(&self.values[before..]) + simd.load(&self.values[after..]));
+            simd.store(half * (simd.load(&self.values[at..]) + around), &mut self.smoothed[at..]);
+        }
+    }
+}
+
 /// The unit vector across the fall line.
 struct Across<'a> {
     fall: &'a [Vec<f32>; 2],
@@ -193,7 +237,10 @@ impl Kernel for Across<'_> {
 #[derive(Clone, Copy)]
 struct Hillside<'a> {
     height_m: &'a [f32],
+    /// Height of the channel that it drains to.
     level_m: &'a [f32],
+    /// The same, smoothed.
+    foot_m: &'a [f32],
     crest_m: &'a [f32],
     steepness: &'a [f32],
     slope: &'a [f32],
@@ -202,12 +249,16 @@ struct Hillside<'a> {
 /// How much of a detail so many metres high a place takes: nothing in the channel and on the crest.
 #[inline(always)]
 fn share<S: Simd>(simd: S, place: &Hillside<'_>, at: usize, detail_m: S::F32) -> S::F32 {
-    let rise_m = simd.load(&place.height_m[at..]) - simd.load(&place.level_m[at..]);
-    let rise_m = simd.max(rise_m, simd.splat(0.0));
+    let height_m = simd.load(&place.height_m[at..]);
+    let rise_m = simd.max(height_m - simd.load(&place.foot_m[at..]), simd.splat(0.0));
     let crest_m = simd.load(&place.crest_m[at..]);
     let least = simd.splat(1e-3);
     // A hyperbola that is a half where the place is a few details above the channel.
     let channel = rise_m / (rise_m + detail_m * simd.splat(3.0) + least);
+    // What is smoothed is not nothing in the channel itself.
+    let above = (height_m - simd.load(&place.level_m[at..])) / (detail_m * simd.splat(FLOOR_DEPTHS) + least);
+    let above = simd.min(simd.max(above, simd.splat(0.0)), simd.splat(1.0));
+    let channel = channel * above * above * (simd.splat(3.0) - (above + above));
     // Level at the crest, where the land falls less than on the hillside, and at the whole: beyond, nobody knows how far
     // the crest is.
     let below = simd.min(crest_m / (detail_m * simd.splat(CREST_DEPTHS) + least), simd.splat(1.0));
