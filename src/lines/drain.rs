@@ -1,15 +1,17 @@
 //! Drains: ditches and culverts for the water that cuts and fills would dam.
 //!
-//! Where they leave a vertex without a lower neighbour, which the bare land gave it, water goes on as on the bare land,
-//! from each vertex to the lowest one next to it: along that way the land is cut, evenly down to the first vertex that is
-//! low enough. A vertex has one way down, so drains that meet go on together, and the lowest of all falls as each does:
-//! their order does not matter.
+//! Where they leave a vertex without a lower neighbour, water goes on as on the bare land, from each vertex to the lowest
+//! one next to it, and through a shallow pit of that: along that way the land is cut, evenly down to the first vertex that
+//! is low enough. Drains only lower the land, and none sees what another has cut: their order does not matter.
 
 use crate::area::Area;
 use crate::grid::Grid;
 
 /// Vertices that a drain is long at most: most are shorter, and what needs longer ones is a gorge.
 const REACH: usize = 8;
+
+/// Metres above its start that the bare land may be along a drain: so deep are the pits that gullies leave here and there.
+const CLIMB_M: f32 = 1.5;
 
 /// The area of land that the drains of an area depend on: where they begin and end, and what lies next to that.
 pub fn input(area: Area) -> Area {
@@ -34,22 +36,25 @@ pub fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
         let rows = [at - width, at, at + width];
         rows.into_iter().flat_map(|middle| middle - 1..=middle + 1).filter(move |other| *other != at)
     };
-    let is_pit = |heights_m: &[f32], at: usize| around(at).all(|other| heights_m[other] >= heights_m[at]);
+    let is_pit = |at: usize| around(at).all(|other| shaped[other] >= shaped[at]);
     for start in (0..shaped.len()).filter(|at| is_inside(*at) && !wet[*at]) {
-        // A pit that the bare land has, too, is no road's doing.
-        if !is_pit(&shaped, start) || is_pit(bare, start) {
+        if !is_pit(start) {
             continue;
         }
         let mut way = vec![start];
         while way.len() <= REACH && is_inside(way[way.len() - 1]) {
-            let here = way[way.len() - 1];
+            let others = around(way[way.len() - 1]).filter(|other| !way.contains(other));
             // Of equal ones the first, wherever the area begins.
-            let next = around(here).reduce(|low, other| if bare[other] < bare[low] { other } else { low });
-            let Some(next) = next.filter(|next| bare[*next] < bare[here]) else { break };
+            let next = others.reduce(|low, other| if bare[other] < bare[low] { other } else { low });
+            let Some(next) = next.filter(|next| bare[*next] < bare[start] + CLIMB_M) else { break };
             way.push(next);
             if shaped[next] < shaped[start] || wet[next] {
                 break;
             }
+        }
+        // A pit that the bare land has, too, is no road's doing.
+        if way.iter().all(|at| shaped[*at].to_bits() == bare[*at].to_bits()) {
+            continue;
         }
         let (top_m, end_m) = (shaped[start], shaped[way[way.len() - 1]]);
         // A way that finds nothing lower in its reach is left alone: a cut would lead nowhere.
@@ -99,6 +104,19 @@ mod tests {
             drain(&bare, &vec![false; area.len()], &mut heights);
             assert_eq!(pits(&heights), 0, "{dam_m}");
         }
+    }
+
+    #[test]
+    fn a_shallow_pit_of_the_bare_land_does_not_stop_a_drain() {
+        let area = Area::new(0, -10, 24, 26);
+        let (mut bare, mut heights) = hollow(area, 5.0);
+        // What lies beyond the road is a little higher than what lies under it.
+        for grid in [&mut bare, &mut heights] {
+            grid.row_mut(3, 12, 13)[0] += 1.3;
+        }
+        assert_eq!(pits(&bare), 1);
+        drain(&bare, &vec![false; area.len()], &mut heights);
+        assert_eq!(pits(&heights), 0);
     }
 
     #[test]
