@@ -29,7 +29,7 @@ const LEAST_CELLS: (f64, f64) = (0.45, 0.12);
 /// at each level above it, up to a most.
 ///
 /// Longer and more slanting tributaries at the coarser levels make large basins longer than wide: Hack's law.
-const SLANT: (f64, f64, f64) = (0.8, 0.4, 2.2);
+const SLANT: (f64, f64, f64) = (0.8, 0.55, 2.6);
 
 /// How far from all channels a tributary that runs aslant keeps, as a share of the way to where it ends, and at how
 /// many places: one that comes nearer brushes past a bend of what it runs to, or along it, and in the world they would
@@ -178,6 +178,7 @@ impl Courses {
         if fields.potential(head) < fields.sea_potential() {
             return None;
         }
+        let hill_slope = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
         let origin = above.segments.origin;
         let from = head.from(origin);
         let in_lake = |segment: &Segment| {
@@ -208,8 +209,7 @@ impl Courses {
         let finer = (fields.levels() - 1 - level) as f64;
         let least = (LEAST_CELLS.0 + LEAST_CELLS.1 * finer) * cell as f64;
         // Not to the nearest channel but to the one whose valley it lies in, and down the fall line of its side.
-        let steep = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
-        let (head_m, number) = owner(&near, from, steep)?;
+        let (head_m, number) = owner(&near, from, hill_slope)?;
         let segment = &above.segments.all[number];
         let (t, square) = segment.nearest(from);
         let distance = square.sqrt();
@@ -217,7 +217,7 @@ impl Courses {
         if !fields.is_wet(most_area(level)) && steepness(segment, t, square) < flat {
             return None;
         }
-        let shift = distance * segment.bed_slope() / (steep * segment.gentlest_cross());
+        let shift = distance * segment.bed_slope() / (hill_slope * segment.gentlest_cross());
         // Where a bed becomes flat, as at a lake, the fall lines of many heads meet: they join one below the other.
         let apart = if t == 0.0 || t == 1.0 { 1.0 + APART * chance(seed, id, Draw::Foot, 0) } else { 0.0 };
         let shift = shift + apart * CLEAR * GRAINS as f64;
@@ -238,7 +238,7 @@ impl Courses {
             let foot = end.foot.from(origin);
             near.iter().filter(|(_, beside)| beside.channel != segment.channel).all(|(_, segment)| {
                 let most_m = segment.level_m[0] - end.level_m - BESIDE_M;
-                let steep = steep * LEAST_CROSS;
+                let steep = hill_slope * LEAST_CROSS;
                 most_m <= 0.0 || !segment.line().touches(foot, most_m / steep) || {
                     let (t, square) = segment.nearest(foot);
                     lerp(segment.level_m, t) - end.level_m - BESIDE_M <= steep * square.sqrt()
@@ -246,15 +246,13 @@ impl Courses {
             })
         };
         let fits = |end: &TributaryEnd| {
+            let way = length(head.from(end.foot));
+            falls(end) && least <= way && way <= most && end.level_m < head_m && is_free(end)
+        };
+        let is_clear = |end: &TributaryEnd| {
             let line = end.line(head, origin);
-            let way = length(line.along);
             let meets = |(_, segment): &(usize, &Segment)| segment.line().crosses(&line) || grazes(&line, segment);
-            falls(end)
-                && least <= way
-                && way <= most
-                && end.level_m < head_m
-                && is_free(end)
-                && !beside(above, &line, GRAZES).iter().any(meets)
+            !beside(above, &line, GRAZES).iter().any(meets)
         };
         let at = |shift: f64| {
             let clear = CLEAR * GRAINS as f64;
@@ -268,13 +266,9 @@ impl Courses {
             Some(end(&above.segments.all[number], t)).filter(fits)
         };
         let slant = (SLANT.0 + SLANT.1 * finer).min(SLANT.2) * distance;
-        let direct = at(shift).or_else(|| at(apart * CLEAR * GRAINS as f64))?;
-        Some(Draft {
-            cell: id,
-            head,
-            direct,
-            aslant: if slant > shift { at(slant).or_else(|| at(f64::midpoint(slant, shift))) } else { None },
-        })
+        let direct = at(shift).or_else(|| at(apart * CLEAR * GRAINS as f64)).filter(is_clear)?;
+        let aslant = if slant > shift { at(slant).or_else(|| at(f64::midpoint(slant, shift))) } else { None };
+        Some(Draft { cell: id, head, direct, aslant: aslant.filter(is_clear) })
     }
 }
 

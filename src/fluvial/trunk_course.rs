@@ -54,7 +54,7 @@ const WAVE_LENGTHS: (f64, f64) = (0.8, 0.5);
 const WAVE_TURNS: (f64, f64) = (0.55, 0.45);
 
 /// Parts of a trunk's course for which the room beside it is told.
-const ROOMS: usize = 16;
+const ROOMS: usize = 32;
 
 /// How far a trunk comes off its course at most, as a share of its length.
 const MOST_ROOM: f64 = 0.25;
@@ -271,7 +271,7 @@ impl TrunkCourses {
 }
 
 /// How far each place of a trunk's course may lie to the side, at most so far, changing no faster than over a few
-/// [`ROOMS`]th parts of the course.
+/// [`ROOMS`]ths of the course.
 fn rooms(course: &[[f64; 2]], around: &[LineSegment], most: f64) -> Vec<f64> {
     let last = course.len() - 1;
     let step = (last / ROOMS).max(1);

@@ -62,29 +62,32 @@ pub fn smooth_offsets(seed: u64, id: (i64, i64), segments: usize, stretch: usize
 /// How far each place of a course may lie to the side, by what the lines of the courses around leave it, and at most so
 /// far; nothing at both ends.
 pub fn rooms(course: &[[f64; 2]], around: &[LineSegment], most: f64) -> Vec<f64> {
-    // Half of the way to the nearest line around would be a place as near to that as to its own course. Between two
-    // knots the room may be less than at both.
-    const SHARES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
     let last = course.len() - 1;
     let (ends, reach) = (LineSegment::between(course[0], course[last]), most / TUBE);
     let middle = [0, 1].map(|axis| ends.from[axis] + 0.5 * ends.along[axis]);
     let extent = course.iter().map(|at| length([at[0] - middle[0], at[1] - middle[1]])).fold(0.0, f64::max);
     let around: Vec<&LineSegment> = around.iter().filter(|line| line.touches(middle, reach + extent)).collect();
-    let between = |pair: &[[f64; 2]]| {
-        let part = LineSegment::between(pair[0], pair[1]);
+    // Half of the way to the nearest line around would be a place as near to that as to its own course. After each knot
+    // places up to the next one are looked at, where the room may be less than at both.
+    let after = |knot: usize| {
+        let part = LineSegment::between(course[knot], course[knot + 1]);
         let at = |share: f64| [0, 1].map(|axis| part.from[axis] + part.along[axis] * share);
         let (middle, half) = (at(0.5), 0.5 * length(part.along));
-        let mut least = reach;
+        let mut least = [reach; 2];
         for line in &around {
             // Only what may come nearer than all before is looked at closely.
-            if line.touches(middle, least + half) {
-                least = SHARES.into_iter().map(|share| line.distance(at(share))).fold(least, f64::min);
+            if line.touches(middle, least[0].max(least[1]) + half) {
+                let between = [0.25, 0.5, 0.75].map(|share| line.distance(at(share)));
+                least = [least[0].min(line.distance(part.from)), between.into_iter().fold(least[1], f64::min)];
             }
         }
-        TUBE * least
+        least.map(|least| TUBE * least)
     };
-    let between: Vec<f64> = course.windows(2).map(between).collect();
-    let at = |knot: usize| if knot == 0 || knot == last { 0.0 } else { between[knot - 1].min(between[knot]) };
+    let after: Vec<[f64; 2]> = (0..last).map(after).collect();
+    let at = |knot: usize| match knot {
+        _ if knot == 0 || knot == last => 0.0,
+        _ => after[knot][0].min(after[knot][1]).min(after[knot - 1][1]),
+    };
     (0..=last).map(at).collect()
 }
 
