@@ -11,7 +11,7 @@ use super::Fluvial;
 use super::channel::{Channel, ChannelId, Mouth};
 use super::fields::COAST_STEP;
 use super::point::{GRAINS, Point};
-use super::strahler::{Join, Strahler, locate};
+use super::strahler::{Strahler, locate};
 use super::tributary::most_area;
 use super::trunk::NodeId;
 use super::water::river_depth_m;
@@ -258,6 +258,7 @@ impl Fluvial {
             let lakes = self.lakes_around(channel);
             let ground = |sample: &CoursePoint| self.ground(sample, &lakes);
             let joins = self.rivers.strahler.joins(self, channel);
+            let joins: Vec<(f64, Point)> = joins.iter().map(|join| (join.place, join.at)).collect();
             for sample in samples(number, channel, &joins) {
                 let here = ground(&sample);
                 if let Some((before, was)) = last
@@ -427,8 +428,12 @@ impl Fluvial {
     }
 }
 
-/// Places along a channel, a few vertices apart, all of its knots among them and where tributaries join it.
-fn samples(number: usize, channel: &Channel, joins: &[Join]) -> Vec<CoursePoint> {
+/// Grains from where a tributary joins within which a river's line has no other point: an eighth of a vertex.
+const BESIDE_JOIN: f64 = GRAINS as f64 / 8.0;
+
+/// Places along a channel, a few vertices apart, both its ends among them and where tributaries join it: as a number of a
+/// knot, with the share of the way to the next, and as a point.
+fn samples(number: usize, channel: &Channel, joins: &[(f64, Point)]) -> Vec<CoursePoint> {
     let at_knot = |knot: usize| {
         let values = &channel.knots[knot];
         CoursePoint { place: (number, knot as f64), at: values.at, level_m: values.level_m, area: values.area }
@@ -440,17 +445,16 @@ fn samples(number: usize, channel: &Channel, joins: &[Join]) -> Vec<CoursePoint>
         let steps = (from.at.distance(to.at) / STEP).ceil().max(1.0) as usize;
         samples.extend((0..steps).map(|step| from.towards(&to, step as f64 / steps as f64)));
         // To the grain where the tributary ends, so that the two lines share a point.
-        let inside = |join: &&Join| (knot as f64..(knot + 1) as f64).contains(&join.place);
-        samples.extend(
-            joins
-                .iter()
-                .filter(inside)
-                .map(|join| CoursePoint { at: join.at, ..from.towards(&to, join.place - knot as f64) }),
-        );
+        let inside = joins.iter().filter(|(place, _)| (knot as f64..(knot + 1) as f64).contains(place));
+        samples.extend(inside.map(|(place, at)| CoursePoint { at: *at, ..from.towards(&to, place - knot as f64) }));
     }
     samples.push(at_knot(channel.knots.len() - 1));
     // Stable, so that a knot stays before what joins right there.
     samples.sort_by(|a, b| a.place.1.total_cmp(&b.place.1));
+    // What is rounded may lie before a point and yet come after it: next to a mouth the line would turn back, across it.
+    let ends = [0, channel.knots.len() - 1].map(|knot| channel.knots[knot].at);
+    let is_clear = |at: Point| joins.iter().all(|(_, join)| *join == at || join.distance(at) > BESIDE_JOIN);
+    samples.retain(|sample| ends.contains(&sample.at) || is_clear(sample.at));
     samples
 }
 
@@ -476,4 +480,23 @@ fn close(parts: &mut Vec<RiverPart>, channels: &[Arc<Channel>], samples: Vec<Cou
     let begun = |part: &&RiverPart| matches!(part.id, LineId::River { channel: other, .. } if other == channel);
     let part = parts.iter().filter(begun).count() as u32;
     parts.push(RiverPart { id: LineId::River { channel, part }, samples, end });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fluvial::channel::Knot;
+
+    #[test]
+    fn a_line_does_not_turn_back_where_a_tributary_joins() {
+        let knot = |x: i64| Knot { at: Point { x, y: 0 }, level_m: -(x as f64), area: 1.0, lake: 0.0 };
+        let length = 2 * STEP as i64;
+        let channel = Channel::new((0, 0, 0), vec![knot(0), knot(length), knot(2 * length)], Mouth::Sea, 1.0);
+        // Just before a knot, but rounded to a place beyond it; and half way between two other samples.
+        let joins = [(0.999, Point { x: length + 2, y: 1 }), (1.25, Point { x: length * 5 / 4, y: 0 })];
+        let line = samples(0, &channel, &joins);
+        assert!(line.windows(2).all(|pair| pair[0].at.x < pair[1].at.x), "{line:?}");
+        assert!(joins.iter().all(|(_, at)| line.iter().any(|sample| sample.at == *at)));
+        assert_eq!([line[0].at, line[line.len() - 1].at], [knot(0).at, knot(2 * length).at]);
+    }
 }
