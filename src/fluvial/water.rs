@@ -175,7 +175,7 @@ impl<'a> FillWater<'a> {
     }
 
     /// The numbers of the segments whose beds may hold a node of a block.
-    fn wet_in(&self, block: Area) -> Vec<usize> {
+    fn wet_in(&self, block: Area) -> Vec<&(usize, [[f64; 2]; 2])> {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for at in (block.y0..block.y1).flat_map(|y| (block.x0..block.x1).map(move |x| [x, y])) {
             let place = self.place_m(at, self.index(at));
@@ -183,11 +183,11 @@ impl<'a> FillWater<'a> {
             high = [high[0].max(place[0]), high[1].max(place[1])];
         }
         let holds = |[from, to]: &[[f64; 2]; 2]| (0..2).all(|axis| from[axis] <= high[axis] && to[axis] >= low[axis]);
-        self.wet.iter().filter(|(_, around)| holds(around)).map(|(number, _)| *number).collect()
+        self.wet.iter().filter(|(_, around)| holds(around)).collect()
     }
 
     #[inline]
-    fn vertex(&self, at: [i64; 2], wet: &[usize]) -> VertexWater {
+    fn vertex(&self, at: [i64; 2], wet: &[&(usize, [[f64; 2]; 2])]) -> VertexWater {
         let index = self.index(at);
         let land_m = self.valleys.height_m[index];
         let coast_m = self.coast_m.map_or(f32::INFINITY, |coast_m| coast_m[index]);
@@ -195,10 +195,14 @@ impl<'a> FillWater<'a> {
         let lowest_m = coast_m.min(land_m);
         let number = self.valleys.segment[index] as usize;
         let is_near = number < self.segments.all.len() && self.valleys.distance_m[index] <= self.widest_m[number];
-        if is_near || !wet.is_empty() {
+        let place_m = if wet.is_empty() { [0.0; 2] } else { self.place_m(at, index) };
+        let holds =
+            |[from, to]: &[[f64; 2]; 2]| (0..2).all(|axis| from[axis] <= place_m[axis] && place_m[axis] <= to[axis]);
+        let mut wet = wet.iter().filter(|(_, around)| holds(around)).map(|(number, _)| *number).peekable();
+        if is_near || wet.peek().is_some() {
             let [least_m, most_m] = self.brook_m;
             let least_half_m = (BED_SHARE * self.apart_m(index)).clamp(least_m, most_m);
-            if let Some(place) = self.channel(at, index, least_half_m, wet) {
+            if let Some(place) = self.channel(index, place_m, least_half_m, wet) {
                 return self.near_channel(place, least_half_m, lowest_m, in_sea);
             }
         }
@@ -255,7 +259,13 @@ impl<'a> FillWater<'a> {
     ///
     /// The water below a bend may be lower than that beside the vertex, and a valley beside a steep channel deeper: the
     /// channel's bed is there all the same.
-    fn channel(&self, at: [i64; 2], index: usize, least_half_m: f32, wet: &[usize]) -> Option<NearestChannel> {
+    fn channel(
+        &self,
+        index: usize,
+        place_m: [f64; 2],
+        least_half_m: f32,
+        wet: impl Iterator<Item = usize>,
+    ) -> Option<NearestChannel> {
         let half_m = |area: f64| self.fields.river_width_m(area) as f32 / 2.0;
         let own = Some(self.valleys.segment[index] as usize).filter(|number| *number < self.segments.all.len());
         let own = own.map(|segment| NearestChannel {
@@ -268,14 +278,14 @@ impl<'a> FillWater<'a> {
             let lake = lerp(self.segments.all[own.segment].lake, own.share);
             own.distance_m < (lake * self.fields.metres_a_grain()) as f32
         };
-        if wet.is_empty() || own.as_ref().is_some_and(in_lake) {
+        if own.as_ref().is_some_and(in_lake) {
             return own;
         }
         let metres = self.fields.metres_a_grain();
-        let place = self.place_m(at, index).map(|place_m| place_m / metres);
+        let place = place_m.map(|place_m| place_m / metres);
         // Of several the one whose floor is lowest: where two meet, the water is that of the one that goes on.
         let mut lowest: Option<(f32, NearestChannel)> = None;
-        for &number in wet {
+        for number in wet {
             let segment = &self.segments.all[number];
             let (share, square) = segment.nearest(place);
             let (distance_m, area) = ((square.sqrt() * metres) as f32, lerp(segment.area, share));
