@@ -62,8 +62,8 @@ pub struct FillWater<'a> {
     coast_m: Option<&'a [f32]>,
     /// Metres from each segment beyond which it has neither water nor a bed.
     widest_m: Vec<f32>,
-    /// The numbers of the segments that hold water, each with the rectangle around its bed, in metres from the origin.
-    wet: Vec<(usize, [[f64; 2]; 2])>,
+    /// The numbers of the segments that hold water, each with the grains beyond which it has no bed.
+    wet: Vec<(usize, f64)>,
     /// Half widths in metres of the bed of a brook: least and most.
     brook_m: [f32; 2],
     sea_m: f32,
@@ -104,18 +104,13 @@ impl<'a> FillWater<'a> {
             (fields.river_width_m(lerp(segment.area, 1.0)) as f32).max(lake_m).max(brook_m[1])
         };
         let is_wet = |segment: &Segment| fields.is_wet(lerp(segment.area, 1.0));
-        let around = |segment: &Segment| {
+        // A grain more is for what is rounded: this only says what to look at closely.
+        let reach = |segment: &Segment| {
             let half_m = fields.river_width_m(lerp(segment.area, 1.0)) / 2.0;
-            let beyond_m = half_m.max(brook_m[1] as f64);
-            let ends = [0, 1].map(|axis| {
-                let from = segment.from[axis] * fields.metres_a_grain();
-                let to = from + segment.along[axis] * fields.metres_a_grain();
-                [from.min(to) - beyond_m, from.max(to) + beyond_m]
-            });
-            [[ends[0][0], ends[1][0]], [ends[0][1], ends[1][1]]]
+            half_m.max(brook_m[1] as f64) / fields.metres_a_grain() + 1.0
         };
         let numbered = segments.all.iter().enumerate().filter(|(_, segment)| is_wet(segment));
-        let wet = numbered.map(|(number, segment)| (number, around(segment))).collect();
+        let wet = numbered.map(|(number, segment)| (number, reach(segment))).collect();
         FillWater {
             widest_m: segments.all.iter().map(widest_m).collect(),
             sea_m: fields.sea_level_m() as f32,
@@ -168,26 +163,28 @@ impl<'a> FillWater<'a> {
         (at[1] - all.y0) as usize * all.width() + (at[0] - all.x0) as usize
     }
 
-    /// Metres east and south from the segments' origin at which a node lies once it is displaced.
-    fn place_m(&self, at: [i64; 2], index: usize) -> [f64; 2] {
+    /// Grains east and south of the segments' origin at which a node lies, and by how many it is displaced from there.
+    fn place(&self, at: [i64; 2], index: usize) -> [[f64; 2]; 2] {
         let vertex = Point::at_vertex(at[0] * self.nodes.step, at[1] * self.nodes.step).from(self.segments.origin);
-        [0, 1].map(|axis| vertex[axis] * self.fields.metres_a_grain() + self.nodes.metres[axis][index] as f64)
+        [vertex, [0, 1].map(|axis| self.nodes.metres[axis][index] as f64 / self.fields.metres_a_grain())]
     }
 
-    /// The numbers of the segments whose beds may hold a node of a block.
-    fn wet_in(&self, block: Area) -> Vec<&(usize, [[f64; 2]; 2])> {
+    /// Of the segments that hold water those whose beds may hold a node of a block.
+    fn wet_in(&self, block: Area) -> Vec<(usize, f64)> {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for at in (block.y0..block.y1).flat_map(|y| (block.x0..block.x1).map(move |x| [x, y])) {
-            let place = self.place_m(at, self.index(at));
+            let place = sum(self.place(at, self.index(at)));
             low = [low[0].min(place[0]), low[1].min(place[1])];
             high = [high[0].max(place[0]), high[1].max(place[1])];
         }
-        let holds = |[from, to]: &[[f64; 2]; 2]| (0..2).all(|axis| from[axis] <= high[axis] && to[axis] >= low[axis]);
-        self.wet.iter().filter(|(_, around)| holds(around)).collect()
+        let middle = [0, 1].map(|axis| f64::midpoint(low[axis], high[axis]));
+        let half = (high[0] - low[0]).max(high[1] - low[1]) / 2.0;
+        let holds = |(number, reach): &(usize, f64)| self.segments.all[*number].line().touches(middle, reach + half);
+        self.wet.iter().copied().filter(holds).collect()
     }
 
     #[inline]
-    fn vertex(&self, at: [i64; 2], wet: &[&(usize, [[f64; 2]; 2])]) -> VertexWater {
+    fn vertex(&self, at: [i64; 2], wet: &[(usize, f64)]) -> VertexWater {
         let index = self.index(at);
         let land_m = self.valleys.height_m[index];
         let coast_m = self.coast_m.map_or(f32::INFINITY, |coast_m| coast_m[index]);
@@ -195,14 +192,13 @@ impl<'a> FillWater<'a> {
         let lowest_m = coast_m.min(land_m);
         let number = self.valleys.segment[index] as usize;
         let is_near = number < self.segments.all.len() && self.valleys.distance_m[index] <= self.widest_m[number];
-        let place_m = if wet.is_empty() { [0.0; 2] } else { self.place_m(at, index) };
-        let holds =
-            |[from, to]: &[[f64; 2]; 2]| (0..2).all(|axis| from[axis] <= place_m[axis] && place_m[axis] <= to[axis]);
-        let mut wet = wet.iter().filter(|(_, around)| holds(around)).map(|(number, _)| *number).peekable();
+        let place = if wet.is_empty() { [[0.0; 2]; 2] } else { self.place(at, index) };
+        let holds = |(number, reach): &&(usize, f64)| self.segments.all[*number].line().touches(sum(place), *reach);
+        let mut wet = wet.iter().filter(holds).map(|(number, _)| *number).peekable();
         if is_near || wet.peek().is_some() {
             let [least_m, most_m] = self.brook_m;
             let least_half_m = (BED_SHARE * self.apart_m(index)).clamp(least_m, most_m);
-            if let Some(place) = self.channel(index, place_m, least_half_m, wet) {
+            if let Some(place) = self.channel(index, place, least_half_m, wet) {
                 return self.near_channel(place, least_half_m, lowest_m, in_sea);
             }
         }
@@ -262,7 +258,7 @@ impl<'a> FillWater<'a> {
     fn channel(
         &self,
         index: usize,
-        place_m: [f64; 2],
+        [vertex, displaced]: [[f64; 2]; 2],
         least_half_m: f32,
         wet: impl Iterator<Item = usize>,
     ) -> Option<NearestChannel> {
@@ -282,12 +278,13 @@ impl<'a> FillWater<'a> {
             return own;
         }
         let metres = self.fields.metres_a_grain();
-        let place = place_m.map(|place_m| place_m / metres);
         // Of several the one whose floor is lowest: where two meet, the water is that of the one that goes on.
         let mut lowest: Option<(f32, NearestChannel)> = None;
         for number in wet {
             let segment = &self.segments.all[number];
-            let (share, square) = segment.nearest(place);
+            // Exact whatever the origin, but for the last sum: no window knows another place.
+            let off = [0, 1].map(|axis| (vertex[axis] - segment.from[axis]) + displaced[axis]);
+            let (share, square) = segment.nearest_off(off);
             let (distance_m, area) = ((square.sqrt() * metres) as f32, lerp(segment.area, share));
             if distance_m <= half_m(area).max(least_half_m) && self.fields.is_wet(area) {
                 let deepest_m = river_depth_m(self.fields.discharge_m3s(area));
@@ -318,6 +315,11 @@ impl<'a> FillWater<'a> {
         });
         ways.fold(0.0, f32::max).sqrt()
     }
+}
+
+/// A place and how far it is displaced, together.
+fn sum([place, displaced]: [[f64; 2]; 2]) -> [f64; 2] {
+    [place[0] + displaced[0], place[1] + displaced[1]]
 }
 
 /// Ground without water.
