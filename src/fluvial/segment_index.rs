@@ -2,7 +2,6 @@
 
 use super::segment::{Reach, Segment, Segments, widened};
 use crate::geometry::length;
-use crate::memory::heap_bytes;
 
 /// Cells a side of an index at most, so that it is small beside what it indexes.
 const MOST_CELLS: f64 = 64.0;
@@ -22,8 +21,6 @@ pub struct IndexedSegments {
     /// Half widths in grains of the widest floor and the widest lake.
     widest: [f64; 2],
 }
-
-heap_bytes!(IndexedSegments: segments, starts, numbers);
 
 /// A square of square cells; what lies beside it counts as in the cell at its edge.
 #[derive(Clone, Copy, Debug)]
@@ -101,5 +98,37 @@ impl IndexedSegments {
         let is_beneath = |segment: &&Segment| segment.nearest(place).1 < segment.reach(reach).powi(2);
         let around = self.around(place, widened(brook, trough, lake));
         around.into_iter().map(|(_, segment)| segment).filter(is_beneath).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fluvial::Fluvial;
+    use crate::fluvial::point::Point;
+    use crate::preset::Preset;
+
+    #[test]
+    fn an_index_finds_what_a_look_at_all_finds() {
+        let settings = Preset::load("alps").unwrap().1.fluvial.unwrap();
+        let fluvial = Fluvial::new(&settings, 10.0, None, 4, None);
+        let (cell, origin) = (fluvial.fields().side(2) as f64, Point { x: 1 << 30, y: -(1 << 29) });
+        let square = [origin, origin.moved([6.0 * cell; 2])];
+        let segments = fluvial.network().segments(3, square, origin, Reach::even(3.0 * cell));
+        let index = IndexedSegments::new(segments, cell);
+        let all = || index.segments.all.iter().enumerate();
+        // In the square, at its edge, and where no segment is.
+        for place in
+            [[0.4, 0.7], [3.1, 2.2], [5.9, 0.0], [-2.0, 7.5], [80.0, 1.0]].map(|place| place.map(|at| at * cell))
+        {
+            let mut found: Vec<usize> = index.around(place, 1.3 * cell).into_iter().map(|(number, _)| number).collect();
+            found.sort_unstable();
+            let near = all().filter(|(_, segment)| segment.line().touches(place, 1.3 * cell));
+            assert_eq!(found, near.map(|(number, _)| number).collect::<Vec<_>>(), "around {place:?}");
+            let reach = Reach::even(0.7 * cell);
+            let beneath = all().filter(|(_, segment)| segment.nearest(place).1 < segment.reach(reach).powi(2)).count();
+            assert_eq!(index.beneath(place, 0.7 * cell).len(), beneath, "beneath {place:?}");
+        }
+        assert!(index.segments.all.len() > 500, "{} segments", index.segments.all.len());
     }
 }
