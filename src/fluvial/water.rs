@@ -39,6 +39,9 @@ const LEAST_BANK: f32 = 0.1;
 /// two vertices beside each other are equally high.
 const BED_RISE: f32 = 0.05;
 
+/// Depth of the water where it runs over land as low as its bed, as a share of the river's.
+const LEAST_DEPTH: f32 = 0.1;
+
 /// Depth of a lake as a share of its half width. Chosen by eye.
 pub const LAKE_DEPTH: f32 = 0.1;
 
@@ -248,7 +251,8 @@ impl<'a> FillWater<'a> {
             return VertexWater { bed: in_bed, ..dry(ground_m) };
         }
         let height_m = river_bed();
-        water(WaterKind::River, height_m, surface_m.min(ground_m) - height_m)
+        let depth_m = (surface_m.min(ground_m) - height_m).max(LEAST_DEPTH * river_depth_m(discharge));
+        water(WaterKind::River, height_m, depth_m)
     }
 
     /// The place of the channel whose bed a vertex is in, or else of that whose valley it is in, if it may matter.
