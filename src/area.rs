@@ -77,6 +77,23 @@ impl Area {
         (!area.is_empty()).then_some(area)
     }
 
+    /// The vertices, row by row from the north-western one.
+    pub fn vertices(self) -> impl DoubleEndedIterator<Item = (i64, i64)> + Clone {
+        (self.y0..self.y1).flat_map(move |y| (self.x0..self.x1).map(move |x| (x, y)))
+    }
+
+    /// The area in two parts, cut across its longer side, of which one has at most a vertex's width more.
+    #[must_use]
+    pub fn halves(self) -> [Area; 2] {
+        let Area { x0, y0, x1, y1 } = self;
+        if x1 - x0 > y1 - y0 {
+            let middle = x0 + (x1 - x0) / 2;
+            return [Area { x1: middle, ..self }, Area { x0: middle, ..self }];
+        }
+        let middle = y0 + (y1 - y0) / 2;
+        [Area { y1: middle, ..self }, Area { y0: middle, ..self }]
+    }
+
     /// Whether every vertex of `other` is in this area.
     pub const fn contains(&self, other: &Area) -> bool {
         self.x0 <= other.x0 && self.y0 <= other.y0 && other.x1 <= self.x1 && other.y1 <= self.y1

@@ -72,8 +72,7 @@ impl<T: Copy> Grid<T> {
     /// Sets all values outside of a part of the area: for tests of what a stage reads.
     #[cfg(test)]
     pub(crate) fn fill_outside(&mut self, part: Area, value: T) {
-        let Area { x0, y0, x1, y1 } = self.area;
-        for (x, y) in (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y))) {
+        for (x, y) in self.area.vertices() {
             if !part.contains(&Area::new(x, y, 1, 1)) {
                 self.row_mut(y, x, x + 1)[0] = value;
             }

@@ -180,7 +180,7 @@ mod tests {
             let (imprint, shaped) = shaped(&bare, &[&line]);
             assert_ne!(shaped, bare, "a line leaves a trace");
             let reach_m = reach(&line.points, line.bed, 1.0);
-            for (x, y) in (area.y0..area.y1).flat_map(|y| (area.x0..area.x1).map(move |x| (x, y))) {
+            for (x, y) in area.vertices() {
                 let distance = line.points.iter().map(|point| {
                     let [east, south] = line.place_from([x, y], point);
                     (east * east + south * south).sqrt()

@@ -36,7 +36,7 @@ fn known(fluvial: &Fluvial) -> Known {
 
 /// Fills all values of an area that are outside a part of it.
 fn poison<T: Copy>(values: &mut [T], area: Area, part: Area, with: T) {
-    let places = (area.y0..area.y1).flat_map(|y| (area.x0..area.x1).map(move |x| (x, y)));
+    let places = area.vertices();
     for (value, (x, y)) in values.iter_mut().zip(places) {
         if !part.contains(&Area::new(x, y, 1, 1)) {
             *value = with;

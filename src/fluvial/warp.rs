@@ -74,7 +74,7 @@ impl Warp {
                 fractal.fill(area, &mut metres);
             } else {
                 // The finest waves are shorter than a step.
-                let nodes = (area.y0..area.y1).flat_map(|y| (area.x0..area.x1).map(move |x| (x, y)));
+                let nodes = area.vertices();
                 for (metres, (x, y)) in metres.chunks_exact_mut(1).zip(nodes) {
                     fractal.fill(Area::new(x * step, y * step, 1, 1), metres);
                 }

@@ -46,7 +46,7 @@ const LEAST_DEPTH: f32 = 0.1;
 pub const LAKE_DEPTH: f32 = 0.1;
 
 /// Vertices a side of the blocks for which the beds that may hold one are found.
-const BLOCK: usize = 16;
+const BLOCK: usize = 8;
 
 /// The area whose warp water reads: that of the vertices beside a vertex tells how far apart they are.
 pub fn input(area: Area) -> Area {
@@ -131,33 +131,59 @@ impl<'a> FillWater<'a> {
 
     /// Heights and water of an area, whose [`input`] must be within the nodes.
     pub fn fill(&self, area: Area) -> Land {
-        let mut heights = Grid::filled(area, 0.0);
-        let mut kind = Grid::filled(area, WaterKind::Dry);
-        let mut bed = Grid::filled(area, false);
-        let mut depth_m = Grid::filled(area, 0.0);
-        let mut flow_m3s = Grid::filled(area, 0.0);
-        for y0 in (area.y0..area.y1).step_by(BLOCK) {
-            for x0 in (area.x0..area.x1).step_by(BLOCK) {
-                let block = Area::new(x0, y0, BLOCK, BLOCK).common(&area).expect("it begins in the area");
-                let wet = self.wet_in(block);
-                for y in block.y0..block.y1 {
-                    let heights = heights.row_mut(y, block.x0, block.x1);
-                    let kind = kind.row_mut(y, block.x0, block.x1);
-                    let bed = bed.row_mut(y, block.x0, block.x1);
-                    let depth_m = depth_m.row_mut(y, block.x0, block.x1);
-                    let flow_m3s = flow_m3s.row_mut(y, block.x0, block.x1);
-                    for column in 0..block.width() {
-                        let vertex = self.vertex([block.x0 + column as i64, y], &wet);
-                        heights[column] = vertex.height_m;
-                        kind[column] = vertex.kind;
-                        bed[column] = vertex.bed;
-                        depth_m[column] = vertex.depth_m;
-                        flow_m3s[column] = vertex.flow_m3s;
-                    }
+        let water = Water {
+            kind: Grid::filled(area, WaterKind::Dry),
+            bed: Grid::filled(area, false),
+            depth_m: Grid::filled(area, 0.0),
+            flow_m3s: Grid::filled(area, 0.0),
+        };
+        let (mut heights, mut water) = (Grid::filled(area, 0.0), water);
+        let [columns, rows] = [area.width(), area.height()].map(|vertices| vertices.div_ceil(BLOCK));
+        let mut bounds = Grid::filled(Area::new(0, 0, columns, rows), Bounds::NONE);
+        for (index, bounds) in bounds.values_mut().iter_mut().enumerate() {
+            let block = block(area, [(index % columns) as i64, (index / columns) as i64]);
+            *bounds = Bounds::of(block.vertices().map(|(x, y)| sum(self.place([x, y], self.index([x, y])))));
+        }
+        self.blocks(bounds.area(), &bounds, &self.wet, &mut |at, wet| {
+            let block = block(area, at);
+            for y in block.y0..block.y1 {
+                let heights = heights.row_mut(y, block.x0, block.x1);
+                let kind = water.kind.row_mut(y, block.x0, block.x1);
+                let bed = water.bed.row_mut(y, block.x0, block.x1);
+                let depth_m = water.depth_m.row_mut(y, block.x0, block.x1);
+                let flow_m3s = water.flow_m3s.row_mut(y, block.x0, block.x1);
+                for column in 0..block.width() {
+                    let vertex = self.vertex([block.x0 + column as i64, y], wet);
+                    heights[column] = vertex.height_m;
+                    kind[column] = vertex.kind;
+                    bed[column] = vertex.bed;
+                    depth_m[column] = vertex.depth_m;
+                    flow_m3s[column] = vertex.flow_m3s;
                 }
             }
+        });
+        Land { heights, water: Some(water) }
+    }
+
+    /// Calls `take` with each block of a part of the blocks, and those of the segments `wet` whose beds may hold a node
+    /// of it: halves of the part are asked for ever fewer.
+    fn blocks(
+        &self,
+        part: Area,
+        bounds: &Grid<Bounds>,
+        wet: &[(usize, f64)],
+        take: &mut impl FnMut([i64; 2], &[(usize, f64)]),
+    ) {
+        let bounds_of_part = part.vertices().fold(Bounds::NONE, |all, (x, y)| all.hull(bounds.at(x, y)));
+        let (middle, half) = bounds_of_part.middle_and_half();
+        let holds = |(number, reach): &(usize, f64)| self.segments.all[*number].line().touches(middle, reach + half);
+        let wet: Vec<(usize, f64)> = wet.iter().copied().filter(holds).collect();
+        if part.len() == 1 {
+            return take([part.x0, part.y0], &wet);
         }
-        Land { heights, water: Some(Water { kind, bed, depth_m, flow_m3s }) }
+        for half in part.halves() {
+            self.blocks(half, bounds, &wet, take);
+        }
     }
 
     /// The number of a node in the order of the nodes.
@@ -170,20 +196,6 @@ impl<'a> FillWater<'a> {
     fn place(&self, at: [i64; 2], index: usize) -> [[f64; 2]; 2] {
         let vertex = Point::at_vertex(at[0] * self.nodes.step, at[1] * self.nodes.step).from(self.segments.origin);
         [vertex, [0, 1].map(|axis| self.nodes.metres[axis][index] as f64 / self.fields.metres_a_grain())]
-    }
-
-    /// Of the segments that hold water those whose beds may hold a node of a block.
-    fn wet_in(&self, block: Area) -> Vec<(usize, f64)> {
-        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for at in (block.y0..block.y1).flat_map(|y| (block.x0..block.x1).map(move |x| [x, y])) {
-            let place = sum(self.place(at, self.index(at)));
-            low = [low[0].min(place[0]), low[1].min(place[1])];
-            high = [high[0].max(place[0]), high[1].max(place[1])];
-        }
-        let middle = [0, 1].map(|axis| f64::midpoint(low[axis], high[axis]));
-        let half = (high[0] - low[0]).max(high[1] - low[1]) / 2.0;
-        let holds = |(number, reach): &(usize, f64)| self.segments.all[*number].line().touches(middle, reach + half);
-        self.wet.iter().copied().filter(holds).collect()
     }
 
     #[inline]
@@ -318,6 +330,39 @@ impl<'a> FillWater<'a> {
             x * x + y * y
         });
         ways.fold(0.0, f32::max).sqrt()
+    }
+}
+
+/// The block of an area in a column and a row of blocks.
+fn block(area: Area, [column, row]: [i64; 2]) -> Area {
+    let corner = [area.x0 + column * BLOCK as i64, area.y0 + row * BLOCK as i64];
+    Area::new(corner[0], corner[1], BLOCK, BLOCK).common(&area).expect("it begins in the area")
+}
+
+/// The least rectangle around places.
+#[derive(Clone, Copy)]
+struct Bounds {
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Bounds {
+    /// Around no place.
+    const NONE: Bounds = Bounds { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
+
+    fn of(places: impl Iterator<Item = [f64; 2]>) -> Bounds {
+        places.fold(Bounds::NONE, |all, place| all.hull(Bounds { low: place, high: place }))
+    }
+
+    fn hull(self, other: Bounds) -> Bounds {
+        let low = [0, 1].map(|axis| self.low[axis].min(other.low[axis]));
+        Bounds { low, high: [0, 1].map(|axis| self.high[axis].max(other.high[axis])) }
+    }
+
+    /// Its middle, and how far it goes from there along the axis of which it is longer.
+    fn middle_and_half(self) -> ([f64; 2], f64) {
+        let half = [0, 1].map(|axis| (self.high[axis] - self.low[axis]) / 2.0);
+        ([0, 1].map(|axis| self.low[axis] + half[axis]), half[0].max(half[1]))
     }
 }
 

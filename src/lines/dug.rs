@@ -48,8 +48,7 @@ impl Dug {
 
     /// Adds what another one does to a part of this one's area.
     pub(super) fn merge(&mut self, other: &Dug) {
-        let Area { x0, y0, x1, y1 } = other.cut_m.area();
-        for (x, y) in (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y))) {
+        for (x, y) in other.cut_m.area().vertices() {
             raise(&mut self.cut_m, x, y, other.cut_m.at(x, y));
             raise(&mut self.sand, x, y, other.sand.at(x, y));
             raise(&mut self.water, x, y, other.water.at(x, y));

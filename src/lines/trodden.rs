@@ -46,8 +46,8 @@ impl Trodden {
 
     /// Adds what another one does to a part of this one's area.
     pub(super) fn merge(&mut self, other: &Trodden) {
-        let (area, Area { x0, y0, x1, y1 }) = (self.dirt.area(), other.dirt.area());
-        for (x, y) in (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y))) {
+        let area = self.dirt.area();
+        for (x, y) in other.dirt.area().vertices() {
             raise(&mut self.dirt, x, y, other.dirt.at(x, y));
             if let Some(grade) = &other.grade {
                 raise(self.grade.get_or_insert_with(|| no_grade(area)), x, y, grade.at(x, y));

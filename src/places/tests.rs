@@ -542,12 +542,12 @@ fn beds_agree_where_areas_overlap_and_end_at_their_reach() {
     };
     let ((bare, wide, wide_built), (_, small, small_built)) = (built(whole, false), built(part, true));
     let (mut changed, mut paved) = (0, 0);
-    for (x, y) in (part.y0..part.y1).flat_map(|y| (part.x0..part.x1).map(move |x| (x, y))) {
+    for (x, y) in part.vertices() {
         assert_eq!(wide.at(x, y).to_bits(), small.at(x, y).to_bits());
         assert_eq!(wide_built.share.at(x, y).to_bits(), small_built.share.at(x, y).to_bits());
     }
     let fixed = |x: i64, y: i64| [x * FIXED, y * FIXED];
-    for (index, (x, y)) in (whole.y0..whole.y1).flat_map(|y| (whole.x0..whole.x1).map(move |x| (x, y))).enumerate() {
+    for (index, (x, y)) in whole.vertices().enumerate() {
         // Metres beyond the reach of the nearest road, and whether that place is on a bridge.
         let beyond = |road: &Line| {
             let far = |([from, to], carrier): ([&LinePoint; 2], Option<StructureKind>)| {

@@ -216,7 +216,6 @@ impl Tile {
 
     /// All vertices, row by row from the north-western one.
     pub fn vertices(&self) -> impl Iterator<Item = Vertex> + '_ {
-        let Area { x0, y0, x1, y1 } = self.area;
-        (y0..y1).flat_map(move |y| (x0..x1).map(move |x| self.vertex(x, y)))
+        self.area.vertices().map(|(x, y)| self.vertex(x, y))
     }
 }

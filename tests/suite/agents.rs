@@ -117,8 +117,7 @@ fn beds_are_cut_into_the_land_and_lie_on_the_blend_map() {
     let (mut cut, mut sand, mut dirt) = (0, 0, 0);
     for (x, y) in (-3..3).flat_map(|y| (-3..3).map(move |x| (x, y))) {
         let (before, after) = (Tile::new(&bare, TileId { x, y }), Tile::new(&world, TileId { x, y }));
-        let Area { x0, y0, x1, y1 } = after.area();
-        for (x, y) in (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y))) {
+        for (x, y) in after.area().vertices() {
             let (low, high) = (after.heights().at(x, y), before.heights().at(x, y));
             assert!(low <= high, "a bed never lies above the land");
             assert!(min_m <= low && low <= max_m, "a bed leaves the range of the world");

@@ -68,8 +68,7 @@ fn coordinates_through_f32_would_be_noticed() {
     // What a shader does that is handed world coordinates: the vertex that f32 makes of the vertex.
     let through_f32 = |x0: i64, y0: i64, width: usize, height: usize| {
         let at = |x: i64, y: i64| world.relief().heights(Area::new(x as f32 as i64, y as f32 as i64, 1, 1)).values()[0];
-        let vertices = (y0..y0 + height as i64).flat_map(|y| (x0..x0 + width as i64).map(move |x| (x, y)));
-        vertices.map(|(x, y)| at(x, y)).collect::<Vec<f32>>()
+        Area::new(x0, y0, width, height).vertices().map(|(x, y)| at(x, y)).collect::<Vec<f32>>()
     };
     let heights = |x0, y0, width, height| world.relief().heights(Area::new(x0, y0, width, height)).values().to_vec();
     let origin = differences(heights, (0, 0));

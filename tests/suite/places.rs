@@ -104,7 +104,7 @@ fn tiles_of_other_sizes_agree_where_they_overlap() {
         let bare = Tile::bare_heights(&larger, other.id());
         let common = tile.area().common(&other.area()).unwrap();
         assert!(common.x0 == x0 && common.y0 == y0 && common.x1 <= x1 && common.y1 <= y1);
-        for (x, y) in (common.y0..common.y1).flat_map(|y| (common.x0..common.x1).map(move |x| (x, y))) {
+        for (x, y) in common.vertices() {
             assert_eq!(bits(&tile, x, y), bits(&other, x, y), "{at} at ({x}, {y})");
             changed += usize::from(bare.at(x, y).to_bits() != tile.heights().at(x, y).to_bits());
         }

@@ -95,8 +95,7 @@ fn weights_sum_to_255_at_every_vertex() {
     for (name, world) in worlds() {
         for at in [TileId { x: 0, y: 0 }, TileId { x: 40, y: -17 }] {
             let tile = Tile::new(world, at);
-            let Area { x0, y0, x1, y1 } = tile.area();
-            for (x, y) in (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y))) {
+            for (x, y) in tile.area().vertices() {
                 let sum: u32 = Material::ALL.iter().map(|&material| tile.blend().weight(material, x, y) as u32).sum();
                 assert_eq!(sum, 255, "{name}: vertex ({x}, {y})");
             }

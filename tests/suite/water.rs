@@ -50,7 +50,7 @@ fn the_rasters_hold_the_water_of_the_tiles() {
             exr_bits(&file(&format!("depth_x{col}_y{row}.exr"))),
             exr_bits(&file(&format!("flow_x{col}_y{row}.exr"))),
         ];
-        for (index, (x, y)) in (area.y0..area.y1).flat_map(|y| (area.x0..area.x1).map(move |x| (x, y))).enumerate() {
+        for (index, (x, y)) in area.vertices().enumerate() {
             let at = (y - area.y0 + row * 64) as usize * width + (x - area.x0 + col * 64) as usize;
             let grey = [0, 64, 128, 255][water.kind.at(x, y) as usize];
             let expected = [grey, water.depth_m.at(x, y).to_bits(), water.flow_m3s.at(x, y).to_bits()];

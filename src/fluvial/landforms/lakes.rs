@@ -45,7 +45,7 @@ impl Lake {
         let node = fluvial.in_world(fluvial.network().trunks().node(id).at);
         let distance = |(x, y): (i64, i64)| (Point::at_vertex(x, y).distance(node), x, y);
         let is_lake = |(x, y): (i64, i64)| water.kind.at(x, y) == WaterKind::Lake;
-        let vertices = (area.y0..area.y1).flat_map(|y| (area.x0..area.x1).map(move |x| (x, y)));
+        let vertices = area.vertices();
         let first = vertices
             .filter(|at| is_lake(*at))
             .min_by(|a, b| distance(*a).partial_cmp(&distance(*b)).expect("distances are numbers"))?;
