@@ -13,12 +13,13 @@ use terrane::world::World;
 const TILES: i64 = 16;
 
 /// The stages of a tile's land.
-const STAGES: [&str; 9] = [
+const STAGES: [&str; 10] = [
     stage::NETWORK,
     stage::WARP,
     stage::VALLEYS,
     stage::GULLIES,
     stage::COAST,
+    stage::BREACHES,
     stage::WATER,
     stage::IMPRINT,
     stage::NORMALS,

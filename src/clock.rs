@@ -18,6 +18,8 @@ pub mod stage {
     pub const GULLIES: &str = "gullies";
     /// The edge of the land and the floor of the sea.
     pub const COAST: &str = "coast";
+    /// Cuts through which the land's hollows drain.
+    pub const BREACHES: &str = "breaches";
     /// Beds, lakes and the sea, cut into the land.
     pub const WATER: &str = "water";
     /// Rivers, roads and settlements, found or planned.

@@ -10,7 +10,7 @@
 //!                     valleys: the lowest valley side at each vertex
 //!                                   |
 //!                                   v
-//!                     coast, gullies, strata, ceiling, beds  -->  Land: heights and water
+//!                     gullies, coast, breaches, strata, ceiling, beds  -->  Land: heights and water
 //! ```
 //!
 //! Everything is a pure function of the seed and of lattice ids. A vertex depends on the segments of channels whose
@@ -20,8 +20,8 @@
 //!
 //! The rooms, in the order of that way: `fields` and `lift` have the laws; `trunk` the lattice of the largest rivers,
 //! `trunk_curve`, `meander` and `trunk_course` their lines; `tributary_course` and `tributary` all others; `network` finds channels
-//! and their `segment`s by place, in chunks; `warp`, `valley` and `valley_side`, `gullies`, `coast` and `water` make
-//! rasters of them; `rivers` and `strahler` know whole rivers, and `survey` the land as roads ask for it.
+//! and their `segment`s by place, in chunks; `warp`, `valley` and `valley_side`, `gullies`, `coast`, `breach` and
+//! `water` make rasters of them; `rivers` and `strahler` know whole rivers, and `survey` the land as roads ask for it.
 
 pub mod settings;
 pub mod point;
@@ -44,6 +44,7 @@ mod valley_side;
 mod valley;
 mod gullies;
 mod coast;
+mod breach;
 mod water;
 pub mod rivers;
 mod strahler;
@@ -156,19 +157,28 @@ impl Fluvial {
 
     /// The land at all vertices of an area, with the time of each stage booked on `clock`.
     pub fn land(&self, area: Area, clock: &Clock) -> Land {
-        let segments = clock.time(stage::NETWORK, || self.segments(valley::input(area), 1));
+        let segments = clock.time(stage::NETWORK, || self.segments(self.around(area, 1), 1));
         self.land_of(&segments, area, 1, clock)
+    }
+
+    /// The gullies of nodes so many vertices apart: between those far apart nobody sees any.
+    fn gullies(&self, step: i64) -> Option<&Gullies> {
+        self.gullies.as_ref().filter(|_| step == 1)
+    }
+
+    /// The nodes, `step` vertices apart, whose warp and valleys those of an area are made of.
+    fn around(&self, area: Area, step: i64) -> Area {
+        let bare = self.gullies(step).map_or(area, |_| gullies::input(breach::input(area)));
+        // Water and gullies both read the warp around the area, and the same of all else.
+        valley::input(water::input(area).hull(&bare))
     }
 
     /// The land at the nodes of an area, which are `step` vertices apart, given the segments of channels around it and
     /// perhaps more.
     fn land_of(&self, segments: &Segments, area: Area, step: i64, clock: &Clock) -> Land {
-        // Between nodes far apart nobody sees gullies.
-        let gullies = self.gullies.as_ref().filter(|_| step == 1);
-        // Water and gullies both read the warp around the area, and the same of all else.
-        let around = water::input(area).hull(&gullies.map_or(area, |_| gullies::input(area)));
-        let nodes = clock.time(stage::WARP, || self.warp.fill(valley::input(around), step));
+        let nodes = clock.time(stage::WARP, || self.warp.fill(self.around(area, step), step));
         let slope = self.slopes(nodes.area, step);
+        let gullies = self.gullies(step);
         let told_m = self.told_m(gullies);
         let mut valleys = clock.time(stage::VALLEYS, || self.valleys(&nodes, &slope, segments, told_m));
         if let Some(gullies) = gullies {
@@ -176,6 +186,9 @@ impl Fluvial {
         }
         let coast_m =
             clock.time(stage::COAST, || coast::heights(&self.fields, self.spacing_m, &nodes, &valleys.height_m));
+        if gullies.is_some() {
+            clock.time(stage::BREACHES, || self.breach(nodes.area, coast_m.as_deref(), &mut valleys));
+        }
         clock.time(stage::WATER, || self.water(segments, &nodes, &valleys, coast_m.as_deref()).fill(area))
     }
 
@@ -207,6 +220,21 @@ impl Fluvial {
             out: &mut valleys,
         });
         valleys
+    }
+
+    /// Cuts open the hollows of carved land.
+    fn breach(&self, area: Area, coast_m: Option<&[f32]>, valleys: &mut Valleys) {
+        let Valleys { height_m, level_m, .. } = valleys;
+        let sea_m = self.fields.sea_level_m() as f32;
+        // A lake is level: its floor is no pit.
+        let mut surface_m: Vec<f32> =
+            height_m.iter().zip(&*level_m).map(|(height, level)| height.max(*level)).collect();
+        for (surface_m, coast_m) in surface_m.iter_mut().zip(coast_m.unwrap_or_default()) {
+            *surface_m = surface_m.min(*coast_m);
+        }
+        let floor_m = height_m.clone();
+        let may_be_pit = |at: usize| surface_m[at] > sea_m && floor_m[at] >= level_m[at];
+        breach::breach(area, &surface_m, may_be_pit, height_m);
     }
 
     /// What fills in the water at nodes.

@@ -198,10 +198,10 @@ impl Fluvial {
         let land = if BLOCK * step <= PAGE {
             let [px, py] = [area.x0, area.y0].map(|at| (at * step).div_euclid(PAGE));
             let page = Area::new(px * PAGE, py * PAGE, PAGE as usize, PAGE as usize);
-            let pieces = self.survey.pages.get((px, py), || self.segments(page, 1));
+            let pieces = self.survey.pages.get((px, py), || self.segments(self.around(page, 1), 1));
             self.land_of(&pieces, area, step, &clock)
         } else {
-            self.land_of(&self.segments(area, step), area, step, &clock)
+            self.land_of(&self.segments(self.around(area, step), step), area, step, &clock)
         };
         let kinds = land.water.expect("fluvial land knows its water").kind;
         SurveyBlock { heights_m: land.heights.values().to_vec(), waters: kinds.values().to_vec() }

@@ -58,8 +58,7 @@ fn nearly_every_vertex_of_dry_land_has_a_lower_neighbour() {
             }
         }
         let share = f64::from(pits) / f64::from(dry.max(1));
-        // The limit holds over large areas; in one as small as this there is room for chance.
-        assert!(share < 2e-4, "{name}: {pits} of {dry} vertices have no lower neighbour");
+        assert!(share < 2e-5, "{name}: {pits} of {dry} vertices have no lower neighbour");
     }
 }
 
