@@ -23,8 +23,8 @@ pub fn input(area: Area) -> Area {
     area.padded(REACH as usize + 1)
 }
 
-/// Cuts the hollows of land open, given for each of its vertices how high it is, or the water on it, and whether
-/// something may be a pit there. What is right is that of which the [`input`] is within the area.
+/// Cuts the hollows of land open, given the surface of the land and of the sea, and whether there may be a pit at a
+/// vertex. What is right is that of which the [`input`] is within the area.
 pub fn breach(area: Area, surface_m: &[f32], may_be_pit: impl Fn(usize) -> bool, height_m: &mut [f32]) {
     let width = area.width();
     let mut seen = Seen::default();

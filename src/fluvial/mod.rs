@@ -55,6 +55,7 @@ use std::sync::Arc;
 
 use crate::area::Area;
 use crate::clock::{Clock, stage};
+use crate::geometry::lerp;
 use crate::hash::{self, Stream};
 use crate::land::Land;
 use crate::memory::Usage;
@@ -187,7 +188,7 @@ impl Fluvial {
         let coast_m =
             clock.time(stage::COAST, || coast::heights(&self.fields, self.spacing_m, &nodes, &valleys.height_m));
         if gullies.is_some() {
-            clock.time(stage::BREACHES, || self.breach(nodes.area, coast_m.as_deref(), &mut valleys));
+            clock.time(stage::BREACHES, || self.breach(nodes.area, segments, coast_m.as_deref(), &mut valleys));
         }
         clock.time(stage::WATER, || self.water(segments, &nodes, &valleys, coast_m.as_deref()).fill(area))
     }
@@ -223,18 +224,21 @@ impl Fluvial {
     }
 
     /// Cuts open the hollows of carved land.
-    fn breach(&self, area: Area, coast_m: Option<&[f32]>, valleys: &mut Valleys) {
-        let Valleys { height_m, level_m, .. } = valleys;
+    fn breach(&self, area: Area, segments: &Segments, coast_m: Option<&[f32]>, valleys: &mut Valleys) {
+        let Valleys { height_m, distance_m, segment, share, .. } = valleys;
         let sea_m = self.fields.sea_level_m() as f32;
-        // A lake is level: its floor is no pit.
-        let mut surface_m: Vec<f32> =
-            height_m.iter().zip(&*level_m).map(|(height, level)| height.max(*level)).collect();
-        for (surface_m, coast_m) in surface_m.iter_mut().zip(coast_m.unwrap_or_default()) {
-            *surface_m = surface_m.min(*coast_m);
-        }
-        let floor_m = height_m.clone();
-        let may_be_pit = |at: usize| surface_m[at] > sea_m && floor_m[at] >= level_m[at];
-        breach::breach(area, &surface_m, may_be_pit, height_m);
+        let carved_m = height_m.clone();
+        let with_coast_m = coast_m
+            .map(|coast_m| carved_m.iter().zip(coast_m).map(|(land, coast)| land.min(*coast)).collect::<Vec<_>>());
+        let surface_m = with_coast_m.as_ref().unwrap_or(&carved_m);
+        // A lake is level, and none of it a pit.
+        let is_lake = |at: usize| {
+            let lake =
+                segments.all.get(segment[at] as usize).map_or(0.0, |segment| lerp(segment.lake, share[at] as f64));
+            (distance_m[at] as f64) < lake * self.fields.metres_a_grain()
+        };
+        let may_be_pit = |at: usize| surface_m[at] > sea_m && !is_lake(at);
+        breach::breach(area, surface_m, may_be_pit, height_m);
     }
 
     /// What fills in the water at nodes.

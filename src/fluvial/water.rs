@@ -63,13 +63,62 @@ pub struct FillWater<'a> {
     valleys: &'a Valleys,
     /// Height of the coast in metres, if it is anywhere.
     coast_m: Option<&'a [f32]>,
-    /// Metres from each segment beyond which it has neither water nor a bed.
-    widest_m: Vec<f32>,
+    /// The beds of the segments, in their order.
+    beds: Vec<Bed>,
     /// The numbers of the segments that hold water, each with the grains beyond which it has no bed.
     wet: Vec<(usize, f64)>,
     /// Half widths in metres of the bed of a brook: least and most.
     brook_m: [f32; 2],
     sea_m: f32,
+}
+
+/// The bed of a segment, and the lake on it. Pairs are a value at its upper end, and how that changes to its lower end.
+struct Bed {
+    discharge_m3s: [f64; 2],
+    half_m: [f32; 2],
+    deepest_m: [f32; 2],
+    lake_m: [f32; 2],
+    /// Metres from the segment beyond which there is neither water nor a bed.
+    widest_m: f32,
+}
+
+/// A bed at a place of its segment.
+struct BedAt {
+    discharge_m3s: f64,
+    half_m: f32,
+    deepest_m: f32,
+    lake_m: f32,
+}
+
+impl Bed {
+    /// The bed of a segment, where that of no brook is wider.
+    fn new(fields: &Fields, segment: &Segment, brook_m: f32) -> Bed {
+        let pair = |upper: f32, lower: f32| [upper, lower - upper];
+        let [upper, lower] = [0.0, 1.0].map(|share| {
+            let area = lerp(segment.area, share);
+            let half_m = fields.river_width_m(area) as f32 / 2.0;
+            let lake_m = (lerp(segment.lake, share) * fields.metres_a_grain()) as f32;
+            (half_m, river_depth_m(fields.discharge_m3s(area)), lake_m)
+        });
+        let discharge_m3s = fields.discharge_m3s(segment.area[0]);
+        Bed {
+            discharge_m3s: [discharge_m3s, fields.discharge_m3s(lerp(segment.area, 1.0)) - discharge_m3s],
+            half_m: pair(upper.0, lower.0),
+            deepest_m: pair(upper.1, lower.1),
+            lake_m: pair(upper.2, lower.2),
+            widest_m: (2.0 * lower.0).max(upper.2).max(lower.2).max(brook_m),
+        }
+    }
+
+    fn at(&self, share: f64) -> BedAt {
+        let lerp32 = |[start, change]: [f32; 2]| start + change * share as f32;
+        BedAt {
+            discharge_m3s: lerp(self.discharge_m3s, share),
+            half_m: lerp32(self.half_m),
+            deepest_m: lerp32(self.deepest_m),
+            lake_m: lerp32(self.lake_m),
+        }
+    }
 }
 
 /// What there is at a vertex.
@@ -102,20 +151,17 @@ impl<'a> FillWater<'a> {
     ) -> FillWater<'a> {
         let spacing_m = spacing_m as f32;
         let brook_m = [LEAST_HALF_WIDTH, MOST_HALF_WIDTH].map(|vertices| vertices as f32 * spacing_m);
-        let widest_m = |segment: &Segment| {
-            let lake_m = (segment.widest_lake() * fields.metres_a_grain()) as f32;
-            (fields.river_width_m(lerp(segment.area, 1.0)) as f32).max(lake_m).max(brook_m[1])
-        };
-        let is_wet = |segment: &Segment| fields.is_wet(lerp(segment.area, 1.0));
+        let beds: Vec<Bed> = segments.all.iter().map(|segment| Bed::new(fields, segment, brook_m[1])).collect();
+        let is_wet = |bed: &Bed| lerp(bed.discharge_m3s, 1.0) >= fields.settings().spring_m3s;
         // A grain more is for what is rounded: this only says what to look at closely.
-        let reach = |segment: &Segment| {
-            let half_m = fields.river_width_m(lerp(segment.area, 1.0)) / 2.0;
-            half_m.max(brook_m[1] as f64) / fields.metres_a_grain() + 1.0
+        let reach = |bed: &Bed| {
+            let half_m = bed.half_m[0] + bed.half_m[1];
+            half_m.max(brook_m[1]) as f64 / fields.metres_a_grain() + 1.0
         };
-        let numbered = segments.all.iter().enumerate().filter(|(_, segment)| is_wet(segment));
-        let wet = numbered.map(|(number, segment)| (number, reach(segment))).collect();
+        let wet = beds.iter().enumerate().filter(|(_, bed)| is_wet(bed)).map(|(number, bed)| (number, reach(bed)));
         FillWater {
-            widest_m: segments.all.iter().map(widest_m).collect(),
+            wet: wet.collect(),
+            beds,
             sea_m: fields.sea_level_m() as f32,
             fields,
             lift,
@@ -124,7 +170,6 @@ impl<'a> FillWater<'a> {
             nodes,
             valleys,
             coast_m,
-            wet,
             brook_m,
         }
     }
@@ -206,7 +251,7 @@ impl<'a> FillWater<'a> {
         let in_sea = coast_m < self.sea_m;
         let lowest_m = coast_m.min(land_m);
         let number = self.valleys.segment[index] as usize;
-        let is_near = number < self.segments.all.len() && self.valleys.distance_m[index] <= self.widest_m[number];
+        let is_near = number < self.segments.all.len() && self.valleys.distance_m[index] <= self.beds[number].widest_m;
         let place = if wet.is_empty() { [[0.0; 2]; 2] } else { self.place(at, index) };
         let holds = |(number, reach): &&(usize, f64)| self.segments.all[*number].line().touches(sum(place), *reach);
         let mut wet = wet.iter().filter(holds).map(|(number, _)| *number).peekable();
@@ -227,32 +272,31 @@ impl<'a> FillWater<'a> {
 
     /// What there is in a channel, or not far from it, given the height of the land or of the coast that is lower.
     fn near_channel(&self, place: NearestChannel, least_half_m: f32, lowest_m: f32, in_sea: bool) -> VertexWater {
-        let fields = self.fields;
         let NearestChannel { segment, share, distance_m } = place;
-        let segment = &self.segments.all[segment];
-        let area = lerp(segment.area, share);
-        let discharge = fields.discharge_m3s(area);
-        let half_m = fields.river_width_m(area) as f32 / 2.0;
-        let lake_m = (lerp(segment.lake, share) * fields.metres_a_grain()) as f32;
-        let surface_m = self.lift.at(lerp(segment.level_m, share)) as f32;
+        let BedAt { discharge_m3s, half_m, deepest_m, lake_m } = self.beds[segment].at(share);
+        let surface_m = self.lift.at(lerp(self.segments.all[segment].level_m, share)) as f32;
         let in_bed = distance_m <= half_m.max(least_half_m);
         // The sea's floor is not made of layers.
         let ground_m = if in_sea { lowest_m } else { self.lift.at(lowest_m as f64) as f32 };
         let river_bed = || {
-            let deepest_m = river_depth_m(discharge);
             let depth_m = bed_depth_m(deepest_m, distance_m, half_m, least_half_m);
             let risen_m = (ground_m - surface_m).max(0.0);
             // Where the land is lower than the bed, as beside a deeper valley, the water runs over it as it is: a bed
             // dug there would end in a pit.
             ground_m.min(surface_m - depth_m + risen_m / (1.0 + risen_m / (BED_RISE * deepest_m)))
         };
-        let wet = fields.is_wet(area);
+        let wet = self.is_wet(discharge_m3s);
         if in_sea {
             // What a river has cut into the sea's floor is the sea's.
             return self.sea(if in_bed && wet { lowest_m.min(river_bed()) } else { lowest_m });
         }
-        let water =
-            |kind, height_m, depth_m| VertexWater { height_m, kind, bed: in_bed, depth_m, flow_m3s: discharge as f32 };
+        let water = |kind, height_m, depth_m| VertexWater {
+            height_m,
+            kind,
+            bed: in_bed,
+            depth_m,
+            flow_m3s: discharge_m3s as f32,
+        };
         if distance_m < lake_m && lake_m > half_m.max(least_half_m) {
             // A parabola from shore to shore.
             let out = distance_m / lake_m;
@@ -263,7 +307,7 @@ impl<'a> FillWater<'a> {
             return VertexWater { bed: in_bed, ..dry(ground_m) };
         }
         let height_m = river_bed();
-        let depth_m = (surface_m.min(ground_m) - height_m).max(LEAST_DEPTH * river_depth_m(discharge));
+        let depth_m = (surface_m.min(ground_m) - height_m).max(LEAST_DEPTH * deepest_m);
         water(WaterKind::River, height_m, depth_m)
     }
 
@@ -278,18 +322,14 @@ impl<'a> FillWater<'a> {
         least_half_m: f32,
         wet: impl Iterator<Item = usize>,
     ) -> Option<NearestChannel> {
-        let half_m = |area: f64| self.fields.river_width_m(area) as f32 / 2.0;
         let own = Some(self.valleys.segment[index] as usize).filter(|number| *number < self.segments.all.len());
         let own = own.map(|segment| NearestChannel {
             segment,
             share: self.valleys.share[index] as f64,
             distance_m: self.valleys.distance_m[index],
         });
-        let own = own.filter(|own| own.distance_m <= self.widest_m[own.segment]);
-        let in_lake = |own: &NearestChannel| {
-            let lake = lerp(self.segments.all[own.segment].lake, own.share);
-            own.distance_m < (lake * self.fields.metres_a_grain()) as f32
-        };
+        let own = own.filter(|own| own.distance_m <= self.beds[own.segment].widest_m);
+        let in_lake = |own: &NearestChannel| own.distance_m < self.beds[own.segment].at(own.share).lake_m;
         if own.as_ref().is_some_and(in_lake) {
             return own;
         }
@@ -301,10 +341,9 @@ impl<'a> FillWater<'a> {
             // Exact whatever the origin, but for the last sum: no window knows another place.
             let off = [0, 1].map(|axis| (vertex[axis] - segment.from[axis]) + displaced[axis]);
             let (share, square) = segment.nearest_off(off);
-            let (distance_m, area) = ((square.sqrt() * metres) as f32, lerp(segment.area, share));
-            if distance_m <= half_m(area).max(least_half_m) && self.fields.is_wet(area) {
-                let deepest_m = river_depth_m(self.fields.discharge_m3s(area));
-                let depth_m = bed_depth_m(deepest_m, distance_m, half_m(area), least_half_m);
+            let (distance_m, bed) = ((square.sqrt() * metres) as f32, self.beds[number].at(share));
+            if distance_m <= bed.half_m.max(least_half_m) && self.is_wet(bed.discharge_m3s) {
+                let depth_m = bed_depth_m(bed.deepest_m, distance_m, bed.half_m, least_half_m);
                 let floor_m = lerp(segment.level_m, share) as f32 - depth_m;
                 if lowest.is_none_or(|(lowest_m, _)| floor_m < lowest_m) {
                     lowest = Some((floor_m, NearestChannel { segment: number, share, distance_m }));
@@ -312,6 +351,11 @@ impl<'a> FillWater<'a> {
             }
         }
         lowest.map(|(_, place)| place).or(own)
+    }
+
+    /// Whether a channel of that discharge holds water.
+    fn is_wet(&self, discharge_m3s: f64) -> bool {
+        discharge_m3s >= self.fields.settings().spring_m3s
     }
 
     /// Metres, in the warped plane, from a node to the furthest of those beside it, as if these were a vertex away.
