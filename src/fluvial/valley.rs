@@ -148,12 +148,14 @@ impl Kernel for FillValleys<'_> {
     }
 }
 
-/// The segments of an area, those that matter to a block and to a patch of it, and their limits there.
+/// The segments of an area, those that may reach a block, and those that may be lowest in it; of these the ones that may
+/// be lowest in a patch, by their index; and their limits there.
 #[derive(Default)]
 struct Work {
     all: Columns,
+    near: Columns,
     block: Columns,
-    patch: Columns,
+    patch: Vec<usize>,
     limits: SegmentLimits,
 }
 
@@ -175,36 +177,37 @@ impl FillValleys<'_> {
     /// The valleys of a part of a block whose north-western vertex is `corner`, patch by patch.
     #[inline(always)]
     fn block<S: Simd>(&mut self, simd: S, corner: [i64; 2], part: Area, work: &mut Work) {
-        let Work { all, block, patch, limits } = work;
+        let Work { all, near, block, patch, limits } = work;
         let corner_point = Point::at_vertex(corner[0] * self.step, corner[1] * self.step);
         let offset = corner_point.from(self.segments.origin);
         let spread = self.spread(corner, part);
         // Segments that may reach it, by their bounding rectangles; from here on in metres from the block's corner,
         // which are exact enough in f32 wherever in the world that is.
-        block.clear();
+        near.clear();
         let metres = self.fields.metres_a_grain();
         // A little more than the radius, for its rounding.
         let around = (spread.radius * 1.01) as f64;
         for (number, segment) in self.segments.all.iter().enumerate() {
             let reach = all.reach[number] as f64 + around;
             let from = [0, 1].map(|axis| (segment.from[axis] - offset[axis]) * metres);
-            let near = |axis: usize| {
+            let is_near = |axis: usize| {
                 let start = from[axis] - spread.middle[axis] as f64;
                 let end = start + segment.along[axis] * metres;
                 start.min(end) <= reach && start.max(end) >= -reach
             };
-            if near(0) && near(1) {
-                block.push_from(all, number, from.map(|part| part as f32));
+            if is_near(0) && is_near(1) {
+                near.push_from(all, number, from.map(|part| part as f32));
             }
         }
-        block.pad();
-        // Of those the ones that may be lowest somewhere in the block. A segment whose reach ends within it bounds
+        near.pad();
+        // Of those the ones that may be lowest somewhere in the near. A segment whose reach ends within it bounds
         // nothing: in some of its patches it does not count.
-        self.measure(simd, block, &spread, around as f32, limits);
-        patch.clear();
-        keep(block, limits, f32::NEG_INFINITY, patch);
-        patch.pad();
-        std::mem::swap(block, patch);
+        self.measure(simd, near, &spread, around as f32, limits);
+        block.clear();
+        for index in lowest(near, limits, f32::NEG_INFINITY) {
+            block.push_from(near, index, [near.from[0][index], near.from[1][index]]);
+        }
+        block.pad();
         // The same again for each patch, whose circle is smaller.
         let mut y = part.y0;
         while y < part.y1 {
@@ -214,8 +217,8 @@ impl FillValleys<'_> {
                 let spread = self.spread(corner, vertices);
                 self.measure(simd, block, &spread, 0.0, limits);
                 patch.clear();
-                keep(block, limits, 0.0, patch);
-                self.patch(simd, corner, vertices, patch);
+                patch.extend(lowest(block, limits, 0.0));
+                self.patch(simd, corner, vertices, block, patch);
                 x += PATCH.0 as i64;
             }
             y += PATCH.1 as i64;
@@ -302,9 +305,9 @@ impl FillValleys<'_> {
         }
     }
 
-    /// The valleys of one patch, whose vertices lie in lanes.
+    /// The valleys of one patch, whose vertices lie in lanes, given which segments may be lowest in it.
     #[inline(always)]
-    fn patch<S: Simd>(&mut self, simd: S, corner: [i64; 2], vertices: Area, segments: &Columns) {
+    fn patch<S: Simd>(&mut self, simd: S, corner: [i64; 2], vertices: Area, segments: &Columns, patch: &[usize]) {
         let spacing_m = simd.splat(self.spacing_m());
         let crest_m = simd.splat(self.fields.settings().crest_m as f32);
         let (zero, three) = (simd.splat(0.0), simd.splat(3.0));
@@ -327,7 +330,7 @@ impl FillValleys<'_> {
                 let (mut level, mut off, mut share) = (zero, [zero, zero], zero);
                 let (mut cross, mut bed) = (zero, [zero, zero]);
                 let (mut channel, mut number) = (simd.splat_u32(u32::MAX), simd.splat_u32(u32::MAX));
-                for segment in 0..segments.number.len() {
+                for &segment in patch {
                     let candidate = LaneSegment::splat(simd, segments, segment, level_floor);
                     let side = candidate.side(simd, at);
                     let height = side.level + slope * side.rise;
@@ -383,12 +386,11 @@ impl FillValleys<'_> {
     }
 }
 
-/// Copies the segments that may be lowest, or nearly so, and of whose reach at least so much is left.
+/// The segments that may be lowest somewhere, by their index, of those whose reach goes on for so many metres.
 #[inline(always)]
-fn keep(segments: &Columns, limits: &SegmentLimits, least_m: f32, into: &mut Columns) {
-    for index in 0..segments.number.len() {
-        if limits.low[index] <= 0.0 && limits.left[index] >= least_m && segments.number[index] != u32::MAX {
-            into.push_from(segments, index, [segments.from[0][index], segments.from[1][index]]);
-        }
-    }
+fn lowest<'a>(segments: &'a Columns, limits: &'a SegmentLimits, least_m: f32) -> impl Iterator<Item = usize> + 'a {
+    let may_be = move |index: &usize| {
+        limits.low[*index] <= 0.0 && limits.left[*index] >= least_m && segments.number[*index] != u32::MAX
+    };
+    (0..segments.number.len()).filter(may_be)
 }
