@@ -20,7 +20,7 @@ pub const FLUVIAL: &str = r"
     [fluvial.uplift]
     mask = { wavelength_m = 20000.0, octaves = 3, from = -0.4, to = 0.4 }
     [fluvial.coast]
-    below = -0.21
+    below = -0.27
     lowstand_m = 10.0
     [places]
     site_m = 2500.0
