@@ -135,6 +135,10 @@ register! {
     SiteClass = 23 << 32, 1;
     /// How bad ground is to walk on.
     RouteWander = 24 << 32, 1;
+    /// Bends of the shores of fluvial relief, east.
+    CoastEast = 25 << 32, 1;
+    /// Bends of the shores of fluvial relief, south.
+    CoastSouth = 26 << 32, 1;
 }
 
 /// The number of a stream, or of a part of one.

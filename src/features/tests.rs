@@ -18,9 +18,12 @@ const FLUVIAL: &str = "
     trunk_m = 5120.0
     levels = 4
     base_m = 20.0
-    lakes = 0.5
+    lakes = 1.0
     [fluvial.uplift]
     mask = { wavelength_m = 20000.0, octaves = 3, from = -0.4, to = 0.4 }
+    [fluvial.coast]
+    below = -0.27
+    lowstand_m = 10.0
     [places]
     site_m = 2500.0
 ";

@@ -1,7 +1,7 @@
-//! The coast: the edge of the land and the floor of the sea, by how far inland a place is.
+//! The coast: the edge of the land at the sea's lowstand and the floor below it, by how far inland a place was.
 //!
 //! How far inland is known on a coarse lattice of the plane, and between its points by bilinear interpolation: rivers
-//! that run to the coast ask the same lattice ([`Fields::in_sea`]).
+//! that run to the coast ask the same lattice ([`Fields::in_lowstand`], [`Fields::is_drowned`]).
 
 use super::fields::{COAST_STEP, Fields};
 use super::point::Point;
@@ -57,15 +57,13 @@ impl CoastWindow {
     }
 }
 
-/// The height of the coast at the nodes of an area, and infinity where it is neither lower than the land nor in the
-/// sea;
-/// `None` where it is nowhere.
+/// The height of the coast at the nodes of an area, and infinity where it is not lower than the land; `None` where it
+/// is nowhere.
 pub fn heights(fields: &Fields, spacing_m: f64, nodes: &Displaced, land_m: &[f32]) -> Option<Vec<f32>> {
     if !fields.has_sea() {
         return None;
     }
     let &Displaced { area, step, ref metres } = nodes;
-    let sea_m = fields.sea_level_m() as f32;
     let per_vertex = (1.0 / spacing_m) as f32;
     let mut coast_m = vec![f32::INFINITY; area.len()];
     let mut any = false;
@@ -91,10 +89,10 @@ pub fn heights(fields: &Fields, spacing_m: f64, nodes: &Displaced, land_m: &[f32
                 highest_m = highest_m.max(land_m[index]);
             }
             let window = CoastWindow::new(fields, first, last);
-            // Height grows with the way inland. What is left out is above the land and above the sea, so that it makes
-            // no difference, whichever nodes are in the block.
+            // Height grows with the way inland. What is left out is above the land, so that it makes no difference,
+            // whichever nodes are in the block.
             let nearest_m = window.inland_m.iter().fold(f32::INFINITY, |a, b| a.min(*b));
-            if fields.coast_m(nearest_m) >= highest_m.max(sea_m) {
+            if fields.coast_m(nearest_m) >= highest_m {
                 continue;
             }
             any = true;

@@ -21,19 +21,25 @@ pub struct Fields {
 #[derive(Debug)]
 struct Sea {
     level_m: f64,
-    /// Metres from the coast, about, for each unit of the potential.
+    /// Metres from the lowstand's shore, about, for each unit of the potential.
     metres_a_unit: f64,
+    /// How far the potential is moved east and south, as shares of the most, so that shores are not smooth. What is
+    /// moved has no hollow that it had not, as octaves of its own would have by the dozen: each would be a sea without a
+    /// way out.
+    bends: [PointNoise; 2],
+    /// Grains by which it is moved at most.
+    most_bend: f64,
 }
 
-/// Vertices from one place to the next at which rasters know the coast: the potential varies over kilometres, and to
-/// ask for it at each vertex would cost more than all else.
+/// Vertices from one place to the next at which rasters know the lowstand's shore: the potential varies over kilometres,
+/// and to ask for it at each vertex would cost more than all else.
 pub const COAST_STEP: i64 = 16;
 
 /// Vertices that a brook runs on into the sea where there is room: there its bed is deeper than the sea's floor at
 /// first.
 const INTO_SEA: f64 = 6.0;
 
-/// Share of the coast's height above the sea that a bed has at most, so that it lies in a valley. Chosen by eye.
+/// Share of what the land's edge rises that a bed has at most, so that it lies in a valley. Chosen by eye.
 const COAST_INCISION: f64 = 0.7;
 
 /// What the rounding of a valley's floor is less wide than, as a share of a trunk cell's side: two of them side by side
@@ -47,6 +53,30 @@ pub const LEAST_CROSS: f64 = 0.4;
 /// The slope across a channel by that of its bed, both as shares of the hillside's: together they make that.
 pub fn across(bed: f64) -> f64 {
     (1.0 - bed * bed).max(LEAST_CROSS * LEAST_CROSS).sqrt()
+}
+
+/// What is left open of the depth of drowned valleys, from one level to the next as a share: so much that coasts are as
+/// winding as real ones, of which 2 km are 1.2 to 1.5 times their chord.
+const LEFT_OPEN: f64 = 0.15;
+
+/// Metres above the sea that lakes lie at least: more than what a lake's shores rise above the valley that goes on from
+/// it. Chosen by eye.
+const LEAST_LAKE_M: f64 = 1.0;
+
+/// Wavelength of the bends of shores, as a share of the basins'; their octaves; and how far they go at most, as a share of
+/// their own wavelength: further, and more than a few places would fold.
+const BEND_WAVE: f64 = 0.5;
+const BEND_OCTAVES: u32 = 2;
+const MOST_BEND: f64 = 0.4;
+
+/// What the land's edge is steeper than the slope that beds keep below: so the valleys make the land down to the
+/// lowstand's shore, and what the coast takes of it is too narrow to have hollows of its own. Chosen by eye.
+const EDGE_STEEPER: f32 = 6.0;
+
+/// What the edge of the land rises where it would by so many metres if it did not grow steeper.
+fn edge_rise_m(rise_m: f32) -> f32 {
+    // Steeper and steeper, so that it ends where the land has become as high: where it would be 100 m high it is 200 m.
+    rise_m * (1.0 + rise_m / 100.0)
 }
 
 impl Fields {
@@ -66,8 +96,17 @@ impl Fields {
             finest: finest_vertices as i64 * GRAINS,
             potential: noise(basin_m, octaves, Stream::Potential),
             uplift: noise(mask.wavelength_m, mask.octaves, Stream::Uplift),
-            sea: sea_level_m.map(|level_m| Sea { level_m, metres_a_unit: basin_m / 2.0 }),
-            base_m: sea_level_m.unwrap_or(0.0) + settings.base_m,
+            sea: sea_level_m.map(|level_m| Sea {
+                level_m,
+                metres_a_unit: basin_m / 2.0,
+                bends: [Stream::CoastEast, Stream::CoastSouth]
+                    .map(|stream| noise(BEND_WAVE * basin_m, BEND_OCTAVES, stream)),
+                most_bend: MOST_BEND * BEND_WAVE * basin_m / metres_a_grain,
+            }),
+            base_m: match sea_level_m {
+                Some(level_m) => level_m + settings.base_m.max(LEAST_LAKE_M),
+                None => settings.base_m,
+            },
         }
     }
 
@@ -98,10 +137,13 @@ impl Fields {
 
     /// Water flows from high potential to low, -1 to 1.
     pub fn potential(&self, at: Point) -> f64 {
-        self.potential.at(at)
+        match &self.sea {
+            Some(sea) => self.potential.at(at.moved(sea.bends.each_ref().map(|bend| sea.most_bend * bend.at(at)))),
+            None => self.potential.at(at),
+        }
     }
 
-    /// Where the potential is lower than this the sea is.
+    /// Where the potential is lower than this the sea was at its lowstand.
     pub fn sea_potential(&self) -> f64 {
         if self.sea.is_some() { self.settings.coast.below } else { f64::NEG_INFINITY }
     }
@@ -116,12 +158,25 @@ impl Fields {
         self.sea.as_ref().map_or(f64::NEG_INFINITY, |sea| sea.level_m)
     }
 
+    /// Height of the sea at its lowstand, to which rivers cut their valleys; without a sea, negative infinity.
+    pub fn lowstand_level_m(&self) -> f64 {
+        self.sea_level_m() - self.settings.coast.lowstand_m
+    }
+
+    /// Height below which the sea has taken all lakes: high enough that it comes into none, for floors fall a little.
+    pub fn lowest_lake_m(&self) -> f64 {
+        self.sea_level_m() + LEAST_LAKE_M
+    }
+
+    /// Height to which the mouths of a level's valleys are filled with what the sea and their streams have left there
+    /// since the lowstand.
+    pub fn filled_m(&self, level: u32) -> f64 {
+        self.sea_level_m() - self.settings.coast.lowstand_m * LEFT_OPEN.powi(level as i32)
+    }
+
     /// Level of the water at a sink.
     pub fn sink_level_m(&self, in_sea: bool) -> f64 {
-        match &self.sea {
-            Some(sea) if in_sea => sea.level_m,
-            _ => self.base_m,
-        }
+        if in_sea { self.lowstand_level_m() } else { self.base_m }
     }
 
     /// How fast the land rises at a point, above 0 to 1.
@@ -192,7 +247,7 @@ impl Fields {
         (self.river_width_m(area) / 2.0 / self.metres_a_grain).max(GRAINS as f64)
     }
 
-    /// Metres from the coast, about: inland above 0, at sea below. Infinite without a sea.
+    /// Metres from the lowstand's shore, about: inland above 0, at sea below. Infinite without a sea.
     pub fn inland_m(&self, at: Point) -> f64 {
         match &self.sea {
             Some(sea) => (self.potential(at) - self.settings.coast.below) * sea.metres_a_unit,
@@ -200,10 +255,23 @@ impl Fields {
         }
     }
 
-    /// Whether a point lies in the sea, by the lattice that the rasters have the coast from.
-    pub fn in_sea(&self, at: Point) -> bool {
+    /// Whether a point lay in the sea at its lowstand.
+    pub fn in_lowstand(&self, at: Point) -> bool {
+        self.inland_of_rasters_m(at) < 0.0
+    }
+
+    /// Whether the sea covers a channel at a point, given the level of its water: that is under the sea, or the coast is.
+    ///
+    /// So the sea has all of a channel below one point, for water falls: none of it lies cut off inland.
+    pub fn is_drowned(&self, at: Point, level_m: f64) -> bool {
+        let sea_m = self.sea_level_m();
+        level_m < sea_m || (self.has_sea() && (self.coast_m(self.inland_of_rasters_m(at) as f32) as f64) < sea_m)
+    }
+
+    /// [`Fields::inland_m`] by the lattice that the rasters have the coast from.
+    fn inland_of_rasters_m(&self, at: Point) -> f64 {
         if self.sea.is_none() {
-            return false;
+            return f64::INFINITY;
         }
         let step = COAST_STEP * GRAINS;
         let (i, j) = (at.x.div_euclid(step), at.y.div_euclid(step));
@@ -211,44 +279,42 @@ impl Fields {
         let inland_m = |i: i64, j: i64| self.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
         let row = |j: i64| inland_m(i, j) + (inland_m(i + 1, j) - inland_m(i, j)) * u;
         let north = row(j);
-        north + (row(j + 1) - north) * v < 0.0
+        north + (row(j + 1) - north) * v
     }
 
     /// Height that the coast alone gives a place so far inland: the edge of the land, or the sea's floor.
     pub fn coast_m(&self, inland_m: f32) -> f32 {
         let [land, shelf] = self.settings.coast.slope.map(|slope| slope as f32);
-        let (sea_m, deepest_m) = (self.sea_level_m() as f32, self.settings.coast.depth_m as f32);
+        let (lowstand_m, deepest_m) = (self.lowstand_level_m() as f32, self.settings.coast.depth_m as f32);
         if inland_m > 0.0 {
-            let rise_m = inland_m * land;
-            // Steeper and steeper, so that the coast ends where the land has become as high: where it would be 100 m
-            // high it is 200 m.
-            sea_m + rise_m * (1.0 + rise_m / 100.0)
+            lowstand_m + edge_rise_m(inland_m * land * EDGE_STEEPER)
         } else {
             // Asymptotically the greatest depth.
             let depth_m = -inland_m * shelf;
-            sea_m - depth_m / (1.0 + depth_m / deepest_m)
+            lowstand_m - depth_m / (1.0 + depth_m / deepest_m)
         }
     }
 
-    /// Height in metres that no bed exceeds at a place, so that it cuts into the coast; infinite without a sea.
-    pub fn below_coast_m(&self, at: Point) -> f64 {
+    /// Height in metres that no bed exceeds at a place, so that it cuts into the land's edge above the height to which
+    /// its valley is [filled](Self::filled_m); infinite without a sea.
+    pub fn below_coast_m(&self, at: Point, filled_m: f64) -> f64 {
         if self.sea.is_none() {
             return f64::INFINITY;
         }
-        let sea_m = self.sea_level_m();
-        sea_m + COAST_INCISION * (self.coast_m(self.inland_m(at).max(0.0) as f32) as f64 - sea_m)
+        let rise_m = self.inland_m(at).max(0.0) * self.settings.coast.slope[0];
+        filled_m + COAST_INCISION * edge_rise_m(rise_m as f32) as f64
     }
 
     /// The height in metres that the coast leaves the bed of a channel, from its head down: no more than further up.
-    pub fn below_coast_along_m(&self, course: impl Iterator<Item = Point>) -> Vec<f64> {
+    pub fn below_coast_along_m(&self, course: impl Iterator<Item = Point>, filled_m: f64) -> Vec<f64> {
         let lower = |most_m: &mut f64, at: Point| {
-            *most_m = most_m.min(self.below_coast_m(at));
+            *most_m = most_m.min(self.below_coast_m(at, filled_m));
             Some(*most_m)
         };
         course.scan(f64::INFINITY, lower).collect()
     }
 
-    /// The share of the straight way from a point on land at which it comes to the sea, if it does.
+    /// The share of the straight way from a point on land at which it comes to the lowstand's sea, if it does.
     pub fn dry_share(&self, from: Point, to: Point) -> Option<f64> {
         // So many looks on the way, then halving: a narrower arm of the sea is crossed unseen.
         const PLACES: usize = 16;
@@ -265,8 +331,8 @@ impl Fields {
         Some(dry)
     }
 
-    /// The nearest point of the coast from a point on land, about, if it is no further than `most` grains, and a point
-    /// of the sea beyond it: of the coast that the rasters have.
+    /// The nearest point of the lowstand's shore from a point on land, about, if it is no further than `most` grains, and
+    /// a point of the sea beyond it: of the shore that the rasters have.
     pub fn coast_near(&self, at: Point, most: f64) -> Option<[Point; 2]> {
         self.sea.as_ref()?;
         let above = |at: Point| self.potential(at) - self.settings.coast.below;
@@ -284,20 +350,68 @@ impl Fields {
         }
         let down = slope.map(|part| -part / steepness);
         let place = |grains: f64| at.moved(down.map(|part| part * grains));
-        if self.in_sea(at) || !self.in_sea(place(most)) {
+        if self.in_lowstand(at) || !self.in_lowstand(place(most)) {
             return None;
         }
         let (mut dry, mut wet) = (0.0, most);
         while wet - dry > 0.5 {
             let middle = f64::midpoint(dry, wet);
-            if self.in_sea(place(middle)) { wet = middle } else { dry = middle }
+            if self.in_lowstand(place(middle)) { wet = middle } else { dry = middle }
         }
         // Less far in a narrow bay.
         let mut beyond = INTO_SEA * GRAINS as f64;
-        while beyond > 1.0 && !self.in_sea(place(wet + beyond)) {
+        while beyond > 1.0 && !self.in_lowstand(place(wet + beyond)) {
             beyond /= 2.0;
         }
         // On land, so that the bed between the two has the coast.
         Some([place((dry - 2.0).max(0.0)), place(wet + beyond)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::preset::Preset;
+
+    /// Seas that are not cut off from each other by the potential: a lattice of places, and the sizes of those of its
+    /// seas that do not come to its edge.
+    fn closed_seas(fields: &Fields, side: i64) -> Vec<usize> {
+        let wet = |i: i64, j: i64| fields.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP)) < 0.0;
+        let mut open: Vec<bool> = (0..side * side).map(|place| wet(place % side, place / side)).collect();
+        let mut closed = Vec::new();
+        for first in 0..open.len() {
+            let (mut size, mut at_edge, mut left) = (0, false, vec![first as i64]);
+            while let Some(place) = left.pop() {
+                if !std::mem::take(&mut open[place as usize]) {
+                    continue;
+                }
+                let (i, j) = (place % side, place / side);
+                size += 1;
+                if i.min(j) == 0 || i.max(j) + 1 == side {
+                    at_edge = true;
+                } else {
+                    left.extend([place - 1, place + 1, place - side, place + side]);
+                }
+            }
+            if size > 0 && !at_edge {
+                closed.push(size);
+            }
+        }
+        closed
+    }
+
+    /// What is bent has no hollows that it had not: more octaves instead would leave small seas by the dozen.
+    #[test]
+    fn bent_shores_cut_off_hardly_any_small_sea() {
+        let mut settings = Preset::load("archipelago").unwrap().1.fluvial.unwrap();
+        let mut small = |octaves: u32| {
+            settings.coast.octaves = octaves;
+            let of = |seed| closed_seas(&Fields::new(&settings, 8.0, Some(0.0), seed), 1024);
+            // A lattice as wide as 64 tiles has 64 times 8 x 8 of them; a square kilometre has 61 places.
+            (1..=2).flat_map(of).filter(|size| *size < 61).count()
+        };
+        let [few, many] = [2, 4].map(&mut small);
+        assert!(few <= 6, "{few} seas of less than a square kilometre in 128 times 8 x 8 tiles");
+        assert!(many > 10 * few, "{many} with four octaves, {few} with two");
     }
 }

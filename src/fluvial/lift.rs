@@ -1,4 +1,5 @@
-//! The lift: what layers of rock and the ceiling make of a height. It rises strictly, so no pit comes of it.
+//! The lift: what layers of rock and the ceiling make of a height. It rises strictly, so no pit comes of it, and layers
+//! begin at the sea's level, so no shore comes of it.
 
 use super::settings::{FluvialSettings, Strata};
 use crate::hash::{self, Stream};
@@ -8,6 +9,8 @@ use crate::hash::{self, Stream};
 pub struct Lift {
     strata: Option<Strata>,
     seed: u64,
+    /// Where the lowest layer begins: the level of the sea, whose floor has none.
+    datum_m: f64,
     /// Up to here the ceiling changes nothing.
     knee_m: f64,
     /// From the knee to the ceiling.
@@ -19,18 +22,18 @@ const LEAST_CLIFF: f64 = 0.4;
 
 impl Lift {
     /// The lift of a world with these settings.
-    pub fn new(settings: &FluvialSettings, seed: u64) -> Lift {
+    pub fn new(settings: &FluvialSettings, sea_level_m: Option<f64>, seed: u64) -> Lift {
         let knee_m = settings.knee * settings.ceiling_m;
         let room_m = settings.ceiling_m - knee_m;
-        Lift { strata: settings.strata.clone(), seed: hash::stream(seed, Stream::Strata), knee_m, room_m }
+        let datum_m = sea_level_m.unwrap_or(0.0);
+        Lift { strata: settings.strata.clone(), seed: hash::stream(seed, Stream::Strata), datum_m, knee_m, room_m }
     }
 
     /// The height in metres that becomes of one.
     pub fn at(&self, height_m: f64) -> f64 {
         let layered_m = match &self.strata {
-            None => height_m,
-            Some(strata) => {
-                let layers = height_m / strata.thickness_m;
+            Some(strata) if height_m > self.datum_m => {
+                let layers = (height_m - self.datum_m) / strata.thickness_m;
                 let layer = layers.floor();
                 let within = layers - layer;
                 let luck = hash::share(hash::lattice(self.seed, layer as i64, 0));
@@ -42,8 +45,9 @@ impl Lift {
                 } else {
                     (1.0 - cliff) + (within - bench) * strata.steepness
                 };
-                (layer + risen) * strata.thickness_m
+                self.datum_m + (layer + risen) * strata.thickness_m
             }
+            _ => height_m,
         };
         // A hyperbola that leaves the knee with slope 1 and comes to the ceiling at infinity.
         let over = layered_m - self.knee_m;
@@ -61,7 +65,7 @@ mod tests {
         for name in ["alps", "canyon"] {
             let (_, preset) = Preset::load(name).unwrap();
             let settings = preset.fluvial.unwrap();
-            let lift = Lift::new(&settings, 1);
+            let lift = Lift::new(&settings, preset.sea_level_m, 1);
             let heights: Vec<f64> = (-1000..20_000).map(|half| lift.at(half as f64 / 2.0)).collect();
             assert!(heights.windows(2).all(|pair| pair[0] < pair[1]), "{name}");
             assert!(heights[heights.len() - 1] < settings.ceiling_m, "{name}");

@@ -105,7 +105,7 @@ impl Fluvial {
             network: Network::new(Arc::clone(&fields), hash::stream(seed, Stream::Network)),
             warp: Warp::new(&fields, spacing_m, seed),
             gullies: Gullies::new(&fields, spacing_m, seed),
-            lift: Lift::new(settings, seed),
+            lift: Lift::new(settings, sea_level_m, seed),
             rivers: RiverMemories::default(),
             names,
             survey: survey::Memories::default(),
@@ -140,15 +140,14 @@ impl Fluvial {
 
     /// Bounds that no height can leave: (lowest, highest) in metres.
     ///
-    /// Beds lie at most a river's or a lake's greatest depth below the lowest water, the sea is less deep than its
-    /// settings say, and the ceiling is never reached.
+    /// Beds lie at most a river's or a lake's greatest depth below the lowest water, the sea is less deep below its
+    /// lowstand than its settings say, and the ceiling is never reached.
     pub fn range_m(&self) -> (f32, f32) {
         let settings = self.fields.settings();
-        let sea_m = self.fields.sea_level_m();
-        // Layers of rock lie below the height that they are made of, by the shore too.
-        let shore_m = if sea_m.is_finite() { self.lift.at(sea_m) } else { f64::INFINITY };
-        let floor_m = if sea_m.is_finite() { shore_m.min(sea_m - settings.coast.depth_m) } else { f64::INFINITY };
-        let lowest_m = floor_m.min(self.lift.at(self.fields.sink_level_m(false)));
+        let sink_m = self.fields.sink_level_m(false);
+        let floor_m = self.fields.lowstand_level_m() - settings.coast.depth_m;
+        // Layers of rock lie below the height that they are made of.
+        let lowest_m = self.lift.at(if self.fields.has_sea() { floor_m.min(sink_m) } else { sink_m });
         let ceiling_m = settings.ceiling_m;
         let lake_m = self.fields.lake_half_width() * self.fields.metres_a_grain() * LAKE_DEPTH as f64;
         // A metre more is for rounding.

@@ -14,6 +14,7 @@ use super::point::{GRAINS, Point};
 use super::strahler::{Strahler, locate};
 use super::tributary::most_area;
 use super::trunk::NodeId;
+use super::valley;
 use super::water::river_depth_m;
 use crate::area::Area;
 use crate::lines::{self, Bed, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
@@ -196,16 +197,25 @@ impl Fluvial {
             return false;
         }
         let [low, high] = self.network_around(&area, 0);
-        // The coast is interpolated between these places: where all around an area are land, or all sea, there is none.
+        let sea_m = self.fields.sea_level_m();
+        // The coast is interpolated between these places: where it is under the sea at all of them all is sea.
         let step = COAST_STEP * GRAINS;
-        let mut land = [false; 2];
-        for j in low.y.div_euclid(step)..=high.y.div_euclid(step) + 1 {
-            for i in low.x.div_euclid(step)..=high.x.div_euclid(step) + 1 {
+        let rows = low.y.div_euclid(step)..=high.y.div_euclid(step) + 1;
+        let mut wet = rows.flat_map(|j| {
+            let columns = low.x.div_euclid(step)..=high.x.div_euclid(step) + 1;
+            columns.map(move |i| {
                 let inland_m = self.fields.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
-                land[usize::from(inland_m >= 0.0)] = true;
+                (self.fields.coast_m(inland_m as f32) as f64) < sea_m
+            })
+        });
+        match wet.next() {
+            Some(true) => wet.any(|wet| !wet),
+            // Where it is above the sea everywhere, a drowned valley may still come in.
+            _ => {
+                wet.any(|wet| wet)
+                    || self.segments(valley::input(area), 1).all.iter().any(|segment| segment.lowest_m() < sea_m)
             }
         }
-        land == [true; 2]
     }
 
     /// Whether channels of a level have rivers.
@@ -292,7 +302,7 @@ impl Fluvial {
         if !self.is_wet(sample.area) {
             return LiesIn::Dry;
         }
-        if self.fields.in_sea(sample.at) {
+        if self.fields.is_drowned(sample.at, sample.level_m) {
             return LiesIn::Sea;
         }
         lakes.iter().find(|piece| piece.holds(sample.at)).map_or(LiesIn::Channel, |piece| LiesIn::Lake(piece.node))

@@ -151,23 +151,28 @@ fn half() -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CoastSettings {
-    /// The noise (about -1 to 1) of the basins below which the sea is, -10 to 10. Default: -0.15.
+    /// The noise (about -1 to 1) of the basins below which the sea was at its lowstand, -10 to 10. Default: -0.15.
     #[schemars(range(min = -10, max = 10))]
     pub below: f64,
-    /// Octaves of that noise, 1 to 10: how jagged the coast is. Default: 4.
+    /// Octaves of that noise, 1 to 10: how jagged the coast is. From the third on they leave small seas without a way out.
+    /// Default: 2.
     #[schemars(range(min = 1, max = 10))]
     pub octaves: u32,
-    /// Slope of the land's edge and of the shelf, 0.001 to 2. Default: [0.15, 0.02].
+    /// Metres by which the sea was lower when the rivers cut their valleys, 0 to 500: as far as it has risen since, they
+    /// are drowned, and what stood between them are headlands and islands. The ice ages' lowstand was 120 m. Default: 30.
+    #[schemars(range(min = 0, max = 500))]
+    pub lowstand_m: f64,
+    /// Slope from the lowstand's shore up that rivers keep below, and of the shelf, 0.001 to 2. Default: [0.15, 0.02].
     #[schemars(inner(range(min = 0.001, max = 2)))]
     pub slope: [f64; 2],
-    /// Depth in metres that the sea does not reach, 1 to 10,000. Default: 300.
+    /// Depth in metres, below the lowstand, that the sea does not reach, 1 to 10,000. Default: 300.
     #[schemars(range(min = 1, max = 10_000))]
     pub depth_m: f64,
 }
 
 impl Default for CoastSettings {
     fn default() -> CoastSettings {
-        CoastSettings { below: -0.15, octaves: 4, slope: [0.15, 0.02], depth_m: 300.0 }
+        CoastSettings { below: -0.15, octaves: 2, lowstand_m: 30.0, slope: [0.15, 0.02], depth_m: 300.0 }
     }
 }
 

@@ -141,8 +141,7 @@ impl Survey for Fluvial {
                     && touches(1, area.y0, area.y1)
                     && from != to
                     && fields.discharge_m3s(drained) >= spring_m3s
-                    && (level_m >= fields.sea_level_m()
-                        || !self.fields.in_sea(start.moved(piece.along.map(|along| along * middle))))
+                    && !fields.is_drowned(start.moved(piece.along.map(|along| along * middle)), level_m)
                     && !lakes.iter().any(|lake| lake.is_lake_at(fields, at))
                 {
                     rivers.push(RiverPiece {

@@ -153,11 +153,12 @@ impl Tributaries {
         let segments = places.len() - 1;
         // Where it comes to the larger valley, hillsides may be gentler.
         let gentlest = fields.hill_slope(fields.uplift(shore.at)).min(fields.hill_slope(uplift));
-        let side_slope = INCISION * gentlest * fields.metres_a_grain();
-        let beside_slope = LEAST_CROSS * gentlest * fields.metres_a_grain();
+        let hillside = gentlest * fields.metres_a_grain();
+        let (side_slope, beside_slope) = (INCISION * hillside, LEAST_CROSS * hillside);
+        let filled_m = fields.filled_m(level);
         let area = |share: f64| most_area(level) * (1.0 - AREA_FALL * share);
         // From its head down, as the coast's height is told.
-        let coast_m = fields.below_coast_along_m(places.iter().rev().map(|place| origin.moved(*place)));
+        let coast_m = fields.below_coast_along_m(places.iter().rev().map(|place| origin.moved(*place)), filled_m);
         let mut knots = vec![shore];
         for step in 1..=segments {
             let share = way_m[step] / way_m[segments];
@@ -172,7 +173,7 @@ impl Tributaries {
             let beside_m = |(segment, (t, square)): (&&Segment, &(f64, f64))| {
                 lerp(segment.level_m, *t) - beside_slope * square.sqrt()
             };
-            let free_m = near.iter().zip(&nearest).map(beside_m).fold(below_m + rise_m, f64::max);
+            let free_m = near.iter().zip(&nearest).map(beside_m).fold((below_m + rise_m).max(filled_m), f64::max);
             // But it does not stand above the sides of larger valleys: those of lower water may be lower. Nor does it
             // between two knots: the floor of a valley that is wider than the step is round, and the bed is straight.
             let mut ground_m = free_m;
@@ -183,11 +184,19 @@ impl Tributaries {
             };
             let lower: Vec<&Segment> =
                 near.iter().zip(&nearest).filter(may_be_above).map(|(segment, _)| *segment).collect();
+            // It cuts into the side of a larger valley, but not below what its own is filled to.
+            let side_below_m = |segment: &Segment, place: [f64; 2], most_m: f64| {
+                let cut_m = segment.side_below_m(place, side_slope, most_m)?;
+                if cut_m < filled_m {
+                    return Some(segment.side_m(place, hillside).min(filled_m)).filter(|side_m| *side_m < most_m);
+                }
+                Some(cut_m)
+            };
             for t in PLACES {
                 let place = [0, 1].map(|axis| before[axis] + (here[axis] - before[axis]) * t);
                 for segment in lower.iter().filter(|segment| t == 1.0 || 2.0 * segment.trough[0] > step_grains) {
                     let bed_m = below_m + (ground_m - below_m) * t;
-                    if let Some(side_m) = segment.side_below_m(place, side_slope, bed_m + CUT_M) {
+                    if let Some(side_m) = side_below_m(segment, place, bed_m + CUT_M) {
                         ground_m = below_m + (side_m - CUT_M - below_m).max(0.0) / t;
                     }
                 }

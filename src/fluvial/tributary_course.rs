@@ -178,7 +178,6 @@ impl Courses {
         if fields.potential(head) < fields.sea_potential() {
             return None;
         }
-        let hill_slope = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
         let origin = above.segments.origin;
         let from = head.from(origin);
         let in_lake = |segment: &Segment| {
@@ -197,22 +196,51 @@ impl Courses {
         let coasts = if fields.has_sea() { &near[..] } else { &[] };
         let nearest = coasts.iter().map(|(_, segment)| segment.nearest(from).1).fold(f64::INFINITY, f64::min).sqrt();
         let most = JOIN_CELLS * cell as f64;
-        if let Some([shore, beyond]) = fields.coast_near(head, nearest.min(most)) {
-            // On into the sea where no channel is in the way.
-            let line = LineSegment { from: beyond.from(origin), along: head.from(beyond) };
-            let crosses = |(_, segment): &(usize, &Segment)| segment.line().crosses(&line);
-            let foot = if beside(above, &line, 0.0).iter().any(crosses) { shore } else { beyond };
-            let direct = TributaryEnd { foot, shore, level_m: fields.sea_level_m(), mouth: Mouth::Sea };
+        if let Some(direct) = self.sea_end(level, head, nearest.min(most), above) {
             return Some(Draft { cell: id, head, direct, aslant: None });
         }
+        let to_channel = self.draft_to_channel(level, id, head, &near, above);
+        // Where no channel can be come to the coast may, also if it is further: else a shore between mouths would be
+        // the bare side of far valleys.
+        let is_clear = |end: &TributaryEnd| is_clear(&end.line(head, origin), above);
+        to_channel.or_else(|| {
+            let direct = self.sea_end(level, head, most, above).filter(is_clear)?;
+            Some(Draft { cell: id, head, direct, aslant: None })
+        })
+    }
+
+    /// Where a tributary of a level ends in the sea, if the coast is no further from its head than `most` grains.
+    fn sea_end(&self, level: u32, head: Point, most: f64, above: &IndexedSegments) -> Option<TributaryEnd> {
+        let [shore, beyond] = self.fields.coast_near(head, most)?;
+        // On into the sea where no channel is in the way.
+        let line = LineSegment { from: beyond.from(above.segments.origin), along: head.from(beyond) };
+        let crosses = |(_, segment): &(usize, &Segment)| segment.line().crosses(&line);
+        let foot = if beside(above, &line, 0.0).iter().any(crosses) { shore } else { beyond };
+        Some(TributaryEnd { foot, shore, level_m: self.fields.filled_m(level), mouth: Mouth::Sea })
+    }
+
+    /// Where the tributary of a cell begins and may end if it runs to a channel, given those near its head.
+    fn draft_to_channel(
+        &self,
+        level: u32,
+        id: NodeId,
+        head: Point,
+        near: &[(usize, &Segment)],
+        above: &IndexedSegments,
+    ) -> Option<Draft> {
+        let (fields, cell) = (&self.fields, self.fields.side(level));
+        let hill_slope = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
+        let origin = above.segments.origin;
+        let (from, most) = (head.from(origin), JOIN_CELLS * cell as f64);
         // By how many levels there is room for finer ones in between.
         let finer = (fields.levels() - 1 - level) as f64;
         let least = (LEAST_CELLS.0 + LEAST_CELLS.1 * finer) * cell as f64;
         // Not to the nearest channel but to the one whose valley it lies in, and down the fall line of its side.
-        let (head_m, number) = owner(&near, from, hill_slope)?;
+        let (head_m, number) = owner(near, from, hill_slope)?;
         let segment = &above.segments.all[number];
         let (t, square) = segment.nearest(from);
         let distance = square.sqrt();
+        let seed = hash::network_level(self.seed, level);
         let flat = FLAT.0 + FLAT.1 * chance(seed, id, Draw::Flat, 0);
         if !fields.is_wet(most_area(level)) && steepness(segment, t, square) < flat {
             return None;
@@ -231,7 +259,8 @@ impl Courses {
             let places = fields.segments_a_channel(level);
             let way = head.from(end.foot).map(|part| part / places as f64);
             let mut places = (1..=places).map(|place| end.foot.moved(way.map(|part| part * place as f64)));
-            !fields.has_sea() || places.all(|at| fields.below_coast_m(at) > end.level_m)
+            let filled_m = fields.filled_m(level);
+            !fields.has_sea() || places.all(|at| fields.below_coast_m(at, filled_m) > end.level_m)
         };
         // Nor does it end under a steep channel beside it, whose water it would take.
         let is_free = |end: &TributaryEnd| {
@@ -249,11 +278,7 @@ impl Courses {
             let way = length(head.from(end.foot));
             falls(end) && least <= way && way <= most && end.level_m < head_m && is_free(end)
         };
-        let is_clear = |end: &TributaryEnd| {
-            let line = end.line(head, origin);
-            let meets = |(_, segment): &(usize, &Segment)| segment.line().crosses(&line) || grazes(&line, segment);
-            !beside(above, &line, GRAZES).iter().any(meets)
-        };
+        let is_clear = |end: &TributaryEnd| is_clear(&end.line(head, origin), above);
         let at = |shift: f64| {
             let clear = CLEAR * GRAINS as f64;
             let down = |number: usize, t: f64, grains: f64| downstream(&above.segments.all, number, t, grains);
@@ -299,6 +324,12 @@ fn taken(draft: &Draft, others: &[&Draft], origin: Point) -> Option<TributaryEnd
 fn beside<'a>(above: &'a IndexedSegments, line: &LineSegment, share: f64) -> Vec<(usize, &'a Segment)> {
     let middle = [0, 1].map(|axis| line.from[axis] + line.along[axis] / 2.0);
     above.around(middle, (0.5 + share) * length(line.along))
+}
+
+/// Whether a line from a foot up neither crosses nor [grazes] the channels that it may come near to.
+fn is_clear(line: &LineSegment, above: &IndexedSegments) -> bool {
+    let meets = |(_, segment): &(usize, &Segment)| segment.line().crosses(line) || grazes(line, segment);
+    !beside(above, line, GRAZES).iter().any(meets)
 }
 
 /// Whether a line comes near to a segment: from its foot up it may as near as it is far from its foot, by a share.

@@ -49,7 +49,7 @@ pub struct TrunkNode {
     pub at: Point,
     /// Its potential: water flows from high to low.
     pub potential: f64,
-    /// Whether it stands in the sea.
+    /// Whether it stood in the sea at its lowstand.
     pub sea: bool,
 }
 
@@ -309,8 +309,8 @@ impl Trunks {
     /// The height in metres that the coast leaves each node of a basin and what comes to it: what comes from lower land
     /// is lower still.
     fn below_coast_m(&self, flood: &[NodeId], basin: &Basin) -> Vec<f64> {
-        let mut most_m: Vec<f64> =
-            basin.nodes.iter().map(|(id, _)| self.fields.below_coast_m(self.node(*id).at)).collect();
+        let below_m = |at: Point| self.fields.below_coast_m(at, self.fields.lowstand_level_m());
+        let mut most_m: Vec<f64> = basin.nodes.iter().map(|(id, _)| below_m(self.node(*id).at)).collect();
         // From the springs down: the reverse of the flood.
         for id in flood.iter().rev().filter(|_| self.fields.has_sea()) {
             let here = basin.place(*id);
@@ -319,7 +319,7 @@ impl Trunks {
             let (from, there) = (self.node(*id).at, basin.place(to));
             let way = self.node(to).at.from(from);
             let places = (1..COAST_PLACES).map(|n| way.map(|part| part * n as f64 / COAST_PLACES as f64));
-            let lowest_m = places.map(|way| self.fields.below_coast_m(from.moved(way))).fold(most_m[here], f64::min);
+            let lowest_m = places.map(|way| below_m(from.moved(way))).fold(most_m[here], f64::min);
             most_m[there] = most_m[there].min(lowest_m);
         }
         most_m
@@ -339,7 +339,7 @@ impl Trunks {
             };
             // The way ends where it comes to the sea.
             let (below_m, dry) = match sea_at {
-                Some(dry) => (self.fields.sea_level_m(), dry),
+                Some(dry) => (self.fields.lowstand_level_m(), dry),
                 None => (basin.nodes[basin.place(to)].1.level_m, 1.0),
             };
             let length_m = node.at.distance(self.node(to).at) * dry * self.fields.metres_a_grain();
@@ -349,8 +349,8 @@ impl Trunks {
             // The fall comes last: that water falls counts for more than that the bed lies below the coast. The least
             // fall is never steeper than the law's own.
             drained.level_m = free_m.min(most_m[here]).max(below_m + length_m * slope.min(LEAST_SLOPE));
-            if most_m[here] < free_m {
-                // The land falls away on the sea's side.
+            if most_m[here] < free_m || drained.level_m < self.fields.lowest_lake_m() {
+                // The land falls away on the sea's side, or the sea has come in.
                 drained.lake = 0.0;
             }
         }

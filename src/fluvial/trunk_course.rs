@@ -140,7 +140,7 @@ impl TrunkCourses {
 
     /// Ends a trunk that the sea cuts short with the first stretch of sea that it comes to.
     fn end_in_sea(&self, knots: &mut Vec<Knot>) {
-        let in_sea = |knot: &Knot| self.fields.in_sea(knot.at);
+        let in_sea = |knot: &Knot| self.fields.in_lowstand(knot.at);
         let wet = knots.iter().position(in_sea).unwrap_or(knots.len());
         let after = knots[wet..].iter().take_while(|knot| in_sea(knot)).count();
         knots.truncate((wet + after).max(2));
@@ -229,12 +229,12 @@ impl TrunkCourses {
         if !self.fields.has_sea() {
             return;
         }
-        let (sea_m, metres) = (self.fields.sea_level_m(), self.fields.metres_a_grain());
-        let most_m = self.fields.below_coast_along_m(knots.iter().map(|knot| knot.at));
+        let (lowstand_m, metres) = (self.fields.lowstand_level_m(), self.fields.metres_a_grain());
+        let most_m = self.fields.below_coast_along_m(knots.iter().map(|knot| knot.at), lowstand_m);
         for index in (0..knots.len() - 1).rev() {
             let (below, here) = (knots[index + 1], &mut knots[index]);
-            // Under the sea the coast leaves nothing, and a lake is level.
-            if below.level_m >= sea_m && here.lake == 0.0 {
+            // Under the lowstand the coast leaves nothing, and a lake is level.
+            if below.level_m >= lowstand_m && here.lake == 0.0 {
                 let least_m = here.at.distance(below.at) * metres * LEAST_SLOPE;
                 let least_m = below.level_m + (here.level_m - below.level_m).min(least_m);
                 here.level_m = here.level_m.min(most_m[index]).max(least_m);

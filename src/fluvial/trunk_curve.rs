@@ -66,7 +66,7 @@ pub fn curve(fields: &Fields, nodes: &Trunks, id: NodeId, share: f64) -> Option<
     let dry = drained.sea_at.unwrap_or(1.0);
     let in_bay = drained.sea_at.is_some() && !there.sea;
     let (below_m, below_lake) =
-        if drained.sea_at.is_some() { (fields.sea_level_m(), 0.0) } else { (below.level_m, below.lake) };
+        if drained.sea_at.is_some() { (fields.lowstand_level_m(), 0.0) } else { (below.level_m, below.lake) };
     // A lake lies along the main river; in the mouths of the others it soon ends, so that it is no star.
     let mouth_shape = if is_main { &LAKE_SHAPE[..] } else { &LAKE_SHAPE[..1] };
     // In a lake the water is level: it falls from the lower end of the one to the upper end of the other.

@@ -247,9 +247,7 @@ impl<'a> FillWater<'a> {
     fn vertex(&self, at: [i64; 2], wet: &[(usize, f64)]) -> VertexWater {
         let index = self.index(at);
         let land_m = self.valleys.height_m[index];
-        let coast_m = self.coast_m.map_or(f32::INFINITY, |coast_m| coast_m[index]);
-        let in_sea = coast_m < self.sea_m;
-        let lowest_m = coast_m.min(land_m);
+        let lowest_m = self.coast_m.map_or(land_m, |coast_m| coast_m[index].min(land_m));
         let number = self.valleys.segment[index] as usize;
         let is_near = number < self.segments.all.len() && self.valleys.distance_m[index] <= self.beds[number].widest_m;
         let place = if wet.is_empty() { [[0.0; 2]; 2] } else { self.place(at, index) };
@@ -259,10 +257,11 @@ impl<'a> FillWater<'a> {
             let [least_m, most_m] = self.brook_m;
             let least_half_m = (BED_SHARE * self.apart_m(index)).clamp(least_m, most_m);
             if let Some(place) = self.channel(index, place, least_half_m, wet) {
-                return self.near_channel(place, least_half_m, lowest_m, in_sea);
+                return self.near_channel(place, least_half_m, lowest_m);
             }
         }
-        if in_sea { self.sea(lowest_m) } else { dry(self.lift.at(lowest_m as f64) as f32) }
+        let ground_m = self.lift.at(lowest_m as f64) as f32;
+        if lowest_m < self.sea_m { self.sea(ground_m) } else { dry(ground_m) }
     }
 
     /// The sea over a floor.
@@ -271,13 +270,13 @@ impl<'a> FillWater<'a> {
     }
 
     /// What there is in a channel, or not far from it, given the height of the land or of the coast that is lower.
-    fn near_channel(&self, place: NearestChannel, least_half_m: f32, lowest_m: f32, in_sea: bool) -> VertexWater {
+    fn near_channel(&self, place: NearestChannel, least_half_m: f32, lowest_m: f32) -> VertexWater {
         let NearestChannel { segment, share, distance_m } = place;
         let BedAt { discharge_m3s, half_m, deepest_m, lake_m } = self.beds[segment].at(share);
-        let surface_m = self.lift.at(lerp(self.segments.all[segment].level_m, share)) as f32;
+        let level_m = lerp(self.segments.all[segment].level_m, share);
+        let surface_m = self.lift.at(level_m) as f32;
         let in_bed = distance_m <= half_m.max(least_half_m);
-        // The sea's floor is not made of layers.
-        let ground_m = if in_sea { lowest_m } else { self.lift.at(lowest_m as f64) as f32 };
+        let ground_m = self.lift.at(lowest_m as f64) as f32;
         let river_bed = || {
             let depth_m = bed_depth_m(deepest_m, distance_m, half_m, least_half_m);
             let risen_m = (ground_m - surface_m).max(0.0);
@@ -286,9 +285,10 @@ impl<'a> FillWater<'a> {
             ground_m.min(surface_m - depth_m + risen_m / (1.0 + risen_m / (BED_RISE * deepest_m)))
         };
         let wet = self.is_wet(discharge_m3s);
-        if in_sea {
+        let is_river = in_bed && wet;
+        if lowest_m < self.sea_m || (is_river && level_m < self.sea_m as f64) {
             // What a river has cut into the sea's floor is the sea's.
-            return self.sea(if in_bed && wet { lowest_m.min(river_bed()) } else { lowest_m });
+            return self.sea(if is_river { ground_m.min(river_bed()) } else { ground_m });
         }
         let water = |kind, height_m, depth_m| VertexWater {
             height_m,

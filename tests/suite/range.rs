@@ -193,8 +193,9 @@ fn a_sea_above_the_land_is_refused_and_one_far_below_is_warned_of() {
 }
 
 #[test]
-fn layers_of_rock_by_a_shallow_sea_stay_within_the_range() {
-    // Land by the shore is in the upper part of a layer, which presses it down by hundreds of metres; lakes are in the next.
+fn layers_of_rock_begin_at_the_level_of_the_sea() {
+    // Were the layers counted from 0, the land by the shore would be in the upper part of one, which presses it down by
+    // hundreds of metres.
     let text = "spacing_m = 10\nsea_level_m = 950\n[fluvial]\ntrunk_m = 640\nlevels = 2\nbase_m = 100\nceiling_m = 10000\n\
                 knee = 0.9\nhill_slope = [0.005, 0.005]\nstrata = { thickness_m = 1000, steepness = 20, cliff = 0.5 }\n\
                 coast = { depth_m = 1, below = 0 }\n";
@@ -202,7 +203,7 @@ fn layers_of_rock_by_a_shallow_sea_stay_within_the_range() {
     let (min_m, max_m) = world.height_range_m();
     let heights = world.relief().heights(Area::new(0, 0, 320, 320));
     let lowest_m = heights.values().iter().copied().fold(f32::INFINITY, f32::min);
-    assert!(lowest_m < 900.0, "the lowest land is at {lowest_m} m: nothing was pressed down");
+    assert!(lowest_m > 900.0, "the lowest land is at {lowest_m} m: the sea's floor was pressed down");
     assert!(
         heights.values().iter().all(|height_m| (min_m..=max_m).contains(height_m)),
         "{lowest_m} is below {min_m} m"
