@@ -57,7 +57,7 @@ pub fn across(bed: f64) -> f64 {
 
 /// What is left open of the depth of drowned valleys, from one level to the next as a share: so much that coasts are as
 /// winding as real ones, of which 2 km are 1.2 to 1.5 times their chord.
-const LEFT_OPEN: f64 = 0.15;
+const LEFT_OPEN: f64 = 0.12;
 
 /// Metres above the sea that lakes lie at least: more than what a lake's shores rise above the valley that goes on from
 /// it. Chosen by eye.

@@ -463,8 +463,9 @@ fn samples(number: usize, channel: &Channel, joins: &[(f64, Point)]) -> Vec<Cour
     samples.sort_by(|a, b| a.place.1.total_cmp(&b.place.1));
     // What is rounded may lie before a point and yet come after it: next to a mouth the line would turn back, across it.
     let ends = [0, channel.knots.len() - 1].map(|knot| channel.knots[knot].at);
-    let is_clear = |at: Point| joins.iter().all(|(_, join)| *join == at || join.distance(at) > BESIDE_JOIN);
-    samples.retain(|sample| ends.contains(&sample.at) || is_clear(sample.at));
+    let is_join = |at: Point| joins.iter().any(|(_, join)| *join == at);
+    let is_clear = |at: Point| joins.iter().all(|(_, join)| join.distance(at) > BESIDE_JOIN);
+    samples.retain(|sample| ends.contains(&sample.at) || is_join(sample.at) || is_clear(sample.at));
     samples
 }
 
@@ -508,5 +509,14 @@ mod tests {
         assert!(line.windows(2).all(|pair| pair[0].at.x < pair[1].at.x), "{line:?}");
         assert!(joins.iter().all(|(_, at)| line.iter().any(|sample| sample.at == *at)));
         assert_eq!([line[0].at, line[line.len() - 1].at], [knot(0).at, knot(2 * length).at]);
+    }
+
+    #[test]
+    fn a_line_has_each_of_two_places_close_together_at_which_tributaries_join() {
+        let knot = |x: i64| Knot { at: Point { x, y: 0 }, level_m: -(x as f64), area: 1.0, lake: 0.0 };
+        let channel = Channel::new((0, 0, 0), vec![knot(0), knot(8 * GRAINS)], Mouth::Sea, 1.0);
+        let joins = [2 * GRAINS, 2 * GRAINS + GRAINS / 10].map(|x| (x as f64 / (8 * GRAINS) as f64, Point { x, y: 0 }));
+        let line = samples(0, &channel, &joins);
+        assert!(joins.iter().all(|(_, at)| line.iter().any(|sample| sample.at == *at)), "{line:?}");
     }
 }
