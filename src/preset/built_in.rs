@@ -9,6 +9,7 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("archipelago", include_str!("../../presets/archipelago.toml")),
     ("canyon", include_str!("../../presets/canyon.toml")),
     ("plains", include_str!("../../presets/plains.toml")),
+    ("fjords", include_str!("../../presets/fjords.toml")),
     ("badlands", include_str!("../../presets/badlands.toml")),
     ("thesis", include_str!("../../presets/thesis.toml")),
     ("mountains", include_str!("../../presets/mountains.toml")),

@@ -32,4 +32,4 @@ const BAKES: &[(&str, &str, &str, &str)] = &[("thesis", "8x8", "2", "height,blen
 const TIMES: usize = 3;
 
 /// Presets that are not tried with all instruction sets here, but in `tests/long`.
-const WITHOUT: &[&str] = &["mountains", "hills", "alps", "highlands", "plains", "badlands"];
+const WITHOUT: &[&str] = &["mountains", "hills", "alps", "highlands", "plains", "fjords", "badlands"];
