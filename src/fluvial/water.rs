@@ -261,7 +261,7 @@ impl<'a> FillWater<'a> {
             }
         }
         let ground_m = self.lift.at(lowest_m as f64) as f32;
-        if lowest_m < self.sea_m { self.sea(ground_m) } else { dry(ground_m) }
+        if ground_m < self.sea_m { self.sea(ground_m) } else { dry(ground_m) }
     }
 
     /// The sea over a floor.
@@ -286,7 +286,7 @@ impl<'a> FillWater<'a> {
         };
         let wet = self.is_wet(discharge_m3s);
         let is_river = in_bed && wet;
-        if lowest_m < self.sea_m || (is_river && level_m < self.sea_m as f64) {
+        if ground_m < self.sea_m || (is_river && level_m < self.sea_m as f64) {
             // What a river has cut into the sea's floor is the sea's.
             return self.sea(if is_river { ground_m.min(river_bed()) } else { ground_m });
         }
