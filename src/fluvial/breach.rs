@@ -29,12 +29,12 @@ pub fn breach(area: Area, surface_m: &[f32], may_be_pit: impl Fn(usize) -> bool,
     let width = area.width();
     let mut seen = Seen::default();
     let mut lowest = vec![0.0; width - 2];
-    for row in REACH as usize + 1..area.height() - (REACH as usize + 1) {
-        let start = row * width + 1;
-        lowest_around(surface_m, width, start, &mut lowest);
-        for column in REACH as usize..width - 2 - REACH as usize {
-            let at = start + column;
-            if lowest[column] >= surface_m[at] && may_be_pit(at) {
+    let pad = REACH as usize + 1;
+    for row in pad..area.height() - pad {
+        let start = row * width;
+        lowest_around(surface_m, width, start + 1, &mut lowest);
+        for at in start + pad..start + width - pad {
+            if lowest[at - start - 1] >= surface_m[at] && may_be_pit(at) {
                 seen.breach(at, width, surface_m, height_m);
             }
         }
