@@ -39,7 +39,7 @@ const FEATURE_BYTES: u64 = 4 << 20;
 
 /// What a thread holds while it looks for features: the land around a lake; and where there is a sea, of a cell of the
 /// coast.
-const SEARCH_BYTES: [u64; 2] = [1 << 20, 7 << 20];
+const SEARCH_BYTES: [u64; 2] = [1 << 20, 20 << 20];
 
 /// Bytes of the manifest without its files, rounded up.
 const MANIFEST_BYTES: u64 = 16 << 10;
