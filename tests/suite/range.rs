@@ -177,7 +177,7 @@ fn a_sea_above_the_land_is_refused_and_one_far_below_is_warned_of() {
         sources.preset().map(|preset| World::new(preset, None).unwrap())
     };
     let refused = world("archipelago", "sea_level_m=5000").unwrap_err().to_string();
-    assert!(refused.starts_with("--set:1:13: sea_level_m: expected at most 720, knee times ceiling_m"), "{refused}");
+    assert!(refused.starts_with("--set:1:13: sea_level_m: expected at most 600, knee times ceiling_m"), "{refused}");
     for (name, setting, words) in [
         ("archipelago", "sea_level_m=-5000", "wastes"),
         ("mountains", "sea_level_m=90000", "all is under the sea"),
