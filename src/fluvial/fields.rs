@@ -225,7 +225,12 @@ impl Fields {
 
     /// Whether a channel holds water where it drains that area: it has a spring above.
     pub fn is_wet(&self, area: f64) -> bool {
-        self.discharge_m3s(area) >= self.settings.spring_m3s
+        self.holds_water(self.discharge_m3s(area))
+    }
+
+    /// Whether a channel of that discharge in cubic metres a second holds water.
+    pub fn holds_water(&self, discharge_m3s: f64) -> bool {
+        discharge_m3s >= self.settings.spring_m3s
     }
 
     /// Width of a river in metres, by area.

@@ -152,7 +152,7 @@ impl<'a> FillWater<'a> {
         let spacing_m = spacing_m as f32;
         let brook_m = [LEAST_HALF_WIDTH, MOST_HALF_WIDTH].map(|vertices| vertices as f32 * spacing_m);
         let beds: Vec<Bed> = segments.all.iter().map(|segment| Bed::new(fields, segment, brook_m[1])).collect();
-        let is_wet = |bed: &Bed| lerp(bed.discharge_m3s, 1.0) >= fields.settings().spring_m3s;
+        let is_wet = |bed: &Bed| fields.holds_water(lerp(bed.discharge_m3s, 1.0));
         // A grain more is for what is rounded: this only says what to look at closely.
         let reach = |bed: &Bed| {
             let half_m = bed.half_m[0] + bed.half_m[1];
@@ -284,7 +284,7 @@ impl<'a> FillWater<'a> {
             // dug there would end in a pit.
             ground_m.min(surface_m - depth_m + risen_m / (1.0 + risen_m / (BED_RISE * deepest_m)))
         };
-        let wet = self.is_wet(discharge_m3s);
+        let wet = self.fields.holds_water(discharge_m3s);
         let is_river = in_bed && wet;
         if ground_m < self.sea_m || (is_river && level_m < self.sea_m as f64) {
             // What a river has cut into the sea's floor is the sea's.
@@ -342,7 +342,7 @@ impl<'a> FillWater<'a> {
             let off = [0, 1].map(|axis| (vertex[axis] - segment.from[axis]) + displaced[axis]);
             let (share, square) = segment.nearest_off(off);
             let (distance_m, bed) = ((square.sqrt() * metres) as f32, self.beds[number].at(share));
-            if distance_m <= bed.half_m.max(least_half_m) && self.is_wet(bed.discharge_m3s) {
+            if distance_m <= bed.half_m.max(least_half_m) && self.fields.holds_water(bed.discharge_m3s) {
                 let depth_m = bed_depth_m(bed.deepest_m, distance_m, bed.half_m, least_half_m);
                 let floor_m = lerp(segment.level_m, share) as f32 - depth_m;
                 if lowest.is_none_or(|(lowest_m, _)| floor_m < lowest_m) {
@@ -351,11 +351,6 @@ impl<'a> FillWater<'a> {
             }
         }
         lowest.map(|(_, place)| place).or(own)
-    }
-
-    /// Whether a channel of that discharge holds water.
-    fn is_wet(&self, discharge_m3s: f64) -> bool {
-        discharge_m3s >= self.fields.settings().spring_m3s
     }
 
     /// Metres, in the warped plane, from a node to the furthest of those beside it, as if these were a vertex away.
