@@ -31,6 +31,11 @@ const LEAST_CELLS: (f64, f64) = (0.45, 0.12);
 /// Longer and more slanting tributaries at the coarser levels make large basins longer than wide: Hack's law.
 const SLANT: (f64, f64, f64) = (0.8, 0.55, 2.6);
 
+/// Shares of that which are tried, the first first, until one ends so far before the end of its channel, as a share of
+/// the distance: there others end as well, and those that run to one place side by side are a fan. Chosen by eye.
+const SLANT_SHARES: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
+const ENDS_BEFORE: f64 = 0.4;
+
 /// How far from all channels a tributary that runs aslant keeps, as a share of the way to where it ends, and at how
 /// many places: one that comes nearer brushes past a bend of what it runs to, or along it, and in the world they would
 /// cross.
@@ -279,7 +284,7 @@ impl Courses {
             falls(end) && least <= way && way <= most && end.level_m < head_m && is_free(end)
         };
         let is_clear = |end: &TributaryEnd| is_clear(&end.line(head, origin), above);
-        let at = |shift: f64| {
+        let at = |shift: f64, left: f64| {
             let clear = CLEAR * GRAINS as f64;
             let down = |number: usize, t: f64, grains: f64| downstream(&above.segments.all, number, t, grains);
             let (mut number, mut t) = down(number, t, shift)?;
@@ -287,12 +292,14 @@ impl Courses {
             if segment.knot == 0 && t * length(segment.along) < clear {
                 (number, t) = down(number, t, clear)?;
             }
-            down(number, t, clear)?;
+            down(number, t, clear.max(left))?;
             Some(end(&above.segments.all[number], t)).filter(fits)
         };
         let slant = (SLANT.0 + SLANT.1 * finer).min(SLANT.2) * distance;
-        let direct = at(shift).or_else(|| at(apart * CLEAR * GRAINS as f64)).filter(is_clear)?;
-        let aslant = if slant > shift { at(slant).or_else(|| at(f64::midpoint(slant, shift))) } else { None };
+        let direct = at(shift, 0.0).or_else(|| at(apart * CLEAR * GRAINS as f64, 0.0)).filter(is_clear)?;
+        let shares = SLANT_SHARES.into_iter().filter(|_| slant > shift);
+        let mut slants = shares.filter_map(|share| at(shift + (slant - shift) * share, ENDS_BEFORE * distance));
+        let aslant = slants.next();
         Some(Draft { cell: id, head, direct, aslant: aslant.filter(is_clear) })
     }
 }

@@ -296,6 +296,8 @@ impl Trunks {
             basin.nodes.sort_unstable_by_key(|(id, _)| *id);
             // Areas first: how wide a lake must be follows from them. Levels last: they take away lakes at the coast.
             basin.add_areas(&flood);
+            let flood = self.part_confluences(sink, &mut basin);
+            basin.add_areas(&flood);
             for (_, here) in &mut basin.nodes {
                 if here.lake < 2.0 * self.fields.least_lake(here.area as f64) {
                     here.lake = 0.0;
@@ -304,6 +306,47 @@ impl Trunks {
             self.set_levels(&flood, &mut basin);
             basin
         })
+    }
+
+    /// Lets no two nodes that stand side by side drain to the same third: the one with less area drains to the other.
+    ///
+    /// Where the land falls to one node from all sides, as many as seven would come to it, and their valleys be a star;
+    /// real rivers come together one after the other. Gives the nodes in the order of a flood from the sink up.
+    fn part_confluences(&self, sink: NodeId, basin: &mut Basin) -> Vec<NodeId> {
+        let mut inflows: Vec<Vec<usize>> = vec![Vec::new(); basin.nodes.len()];
+        for (place, (_, drained)) in basin.nodes.iter().enumerate() {
+            if let Some(to) = drained.to {
+                inflows[basin.place(to)].push(place);
+            }
+        }
+        let mut flood = vec![basin.place(sink)];
+        let mut next = 0;
+        while next < flood.len() {
+            let here = flood[next];
+            next += 1;
+            let mut coming = std::mem::take(&mut inflows[here]);
+            coming.sort_unstable_by_key(|place| std::cmp::Reverse((basin.nodes[*place].1.area, *place)));
+            let first = flood.len();
+            for place in coming {
+                let id = basin.nodes[place].0;
+                // Not over an arm of the sea. Side by side means along an axis, where no other's way crosses.
+                let larger = flood[first..].iter().copied().find(|larger| {
+                    let other = basin.nodes[*larger].0;
+                    let beside = (id.0 - other.0).abs() + (id.1 - other.1).abs() == 1;
+                    beside && self.fields.dry_share(self.node(id).at, self.node(other).at).is_none()
+                });
+                match larger {
+                    Some(larger) => {
+                        let to = Some(basin.nodes[larger].0);
+                        let drained = &mut basin.nodes[place].1;
+                        (drained.to, drained.sea_at) = (to, None);
+                        inflows[larger].push(place);
+                    }
+                    None => flood.push(place),
+                }
+            }
+        }
+        flood.into_iter().map(|place| basin.nodes[place].0).collect()
     }
 
     /// The height in metres that the coast leaves each node of a basin and what comes to it: what comes from lower land
@@ -366,6 +409,9 @@ impl Basin {
     /// Adds up the areas, from the springs down: the reverse of the flood. Of those that come to a node the one with
     /// the most area is its main river; of equal ones the id decides.
     fn add_areas(&mut self, flood: &[NodeId]) {
+        for (_, drained) in &mut self.nodes {
+            (drained.area, drained.main) = (1, None);
+        }
         for id in flood.iter().rev() {
             let here = self.nodes[self.place(*id)].1;
             // What the sea cuts off does not come to the next node.
@@ -388,4 +434,33 @@ impl Basin {
 pub(super) fn neighbours(id: NodeId) -> impl Iterator<Item = NodeId> {
     const AROUND: [(i64, i64); 8] = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
     AROUND.into_iter().map(move |(dx, dy)| (id.0 + dx, id.1 + dy))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::preset::Preset;
+
+    /// Valleys that came to one node side by side were a fan of as many as seven.
+    #[test]
+    fn nodes_side_by_side_drain_to_one_only_across_the_sea() {
+        for name in ["alps", "highlands", "archipelago"] {
+            let (_, preset) = Preset::load(name).unwrap();
+            let settings = preset.fluvial.unwrap();
+            let fields = Arc::new(Fields::new(&settings, preset.spacing_m, preset.sea_level_m, 3));
+            let trunks = Trunks::new(Arc::clone(&fields), 3);
+            let mut pairs = 0;
+            for id in (0..32 * 32).map(|n| (n % 32, n / 32)).filter(|id| !trunks.node(*id).sea) {
+                let to = trunks.drained(id).to;
+                for beside in [(id.0 + 1, id.1), (id.0, id.1 + 1)].into_iter().filter(|id| !trunks.node(*id).sea) {
+                    pairs += 1;
+                    if to.is_some() && trunks.drained(beside).to == to {
+                        let dry = fields.dry_share(trunks.node(id).at, trunks.node(beside).at).is_none();
+                        assert!(!dry, "{name}: {id:?} and {beside:?} both drain to {to:?}");
+                    }
+                }
+            }
+            assert!(pairs > 100, "{name}: {pairs} pairs on land");
+        }
+    }
 }
