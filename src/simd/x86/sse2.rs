@@ -28,6 +28,14 @@ impl Sse2 {
     pub(in crate::simd) fn new() -> Sse2 {
         Sse2(())
     }
+
+    /// `from[index]` lane by lane: no instruction of SSE2 permutes by a register.
+    #[inline(always)]
+    fn look_up(self, from: &[f32], index: U32x4) -> F32x4 {
+        let mut i = [0; 4];
+        self.store_u32(index, &mut i);
+        self.load(&[from[i[0] as usize], from[i[1] as usize], from[i[2] as usize], from[i[3] as usize]])
+    }
 }
 
 operators! {
@@ -107,11 +115,7 @@ impl Simd for Sse2 {
     }
     #[inline(always)]
     fn pick(self, from: &[f32], index: U32x4) -> F32x4 {
-        let from = &from[..MAX_LANES];
-        let mut i = [0; 4];
-        self.store_u32(index & self.splat_u32(7), &mut i);
-        let pick = [from[i[0] as usize], from[i[1] as usize], from[i[2] as usize], from[i[3] as usize]];
-        self.load(&pick)
+        self.look_up(&from[..MAX_LANES], index & self.splat_u32(7))
     }
     #[inline(always)]
     fn table8(self, values: &[f32; 8]) -> [f32; 8] {
@@ -119,10 +123,7 @@ impl Simd for Sse2 {
     }
     #[inline(always)]
     fn permute8(self, table: [f32; 8], index: U32x4) -> F32x4 {
-        let mut i = [0; 4];
-        self.store_u32(index & self.splat_u32(7), &mut i);
-        let pick = [table[i[0] as usize], table[i[1] as usize], table[i[2] as usize], table[i[3] as usize]];
-        self.load(&pick)
+        self.look_up(&table, index & self.splat_u32(7))
     }
     #[inline(always)]
     fn table16(self, values: &[f32; 16]) -> [f32; 16] {
@@ -130,9 +131,6 @@ impl Simd for Sse2 {
     }
     #[inline(always)]
     fn permute16(self, table: [f32; 16], index: U32x4) -> F32x4 {
-        let mut i = [0; 4];
-        self.store_u32(index & self.splat_u32(15), &mut i);
-        let pick = [table[i[0] as usize], table[i[1] as usize], table[i[2] as usize], table[i[3] as usize]];
-        self.load(&pick)
+        self.look_up(&table, index & self.splat_u32(15))
     }
 }
