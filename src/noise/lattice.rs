@@ -151,19 +151,22 @@ pub(super) mod hash {
     /// [`gradient`] in lanes.
     #[inline(always)]
     pub fn gradient_lanes<S: Simd>(simd: S, of_u: S::U32, of_v: S::U32) -> S::U32 {
-        let both = of_u ^ of_v;
-        let once = (both ^ simd.shr::<16>(both)) * simd.splat_u32(HASH_MIX[0]);
-        let twice = (once ^ simd.shr::<15>(once)) * simd.splat_u32(HASH_MIX[1]);
-        simd.shr::<28>(twice)
+        simd.shr::<28>(mixed_lanes(simd, of_u, of_v))
     }
 
     /// All 32 bits of chance at the points with these shares; [`gradient_lanes`] takes the upper four.
     #[inline(always)]
     pub fn word_lanes<S: Simd>(simd: S, of_u: S::U32, of_v: S::U32) -> S::U32 {
+        let mixed = mixed_lanes(simd, of_u, of_v);
+        mixed ^ simd.shr::<16>(mixed)
+    }
+
+    /// Both shares mixed, of which the upper bits are the best: each has all bits of both below it.
+    #[inline(always)]
+    fn mixed_lanes<S: Simd>(simd: S, of_u: S::U32, of_v: S::U32) -> S::U32 {
         let both = of_u ^ of_v;
         let once = (both ^ simd.shr::<16>(both)) * simd.splat_u32(HASH_MIX[0]);
-        let twice = (once ^ simd.shr::<15>(once)) * simd.splat_u32(HASH_MIX[1]);
-        twice ^ simd.shr::<16>(twice)
+        (once ^ simd.shr::<15>(once)) * simd.splat_u32(HASH_MIX[1])
     }
 
     /// [`of_u`] of the next column.
