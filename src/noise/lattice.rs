@@ -51,11 +51,9 @@ impl Lattice {
     pub fn new(frequency: f64, seed: u64, octave: u32) -> Lattice {
         // A hair of room, for a frequency that was multiplied up from octave 0.
         assert!(frequency > 0.0 && frequency < 1.000_001, "an octave's waves must span at least one vertex spacing");
-        let word = |index: u64| scatter(seed ^ scatter(u64::from(octave) << 8 | index));
-        let wide = |index: u64| u128::from(word(index)) << 64 | u128::from(word(index + 1));
         Lattice {
             frequency,
-            origin: [wide(0), wide(2)],
+            origin: origin(seed, u64::from(octave) << 8),
             u_east: fixed_point(frequency * U_EAST),
             south: [fixed_point(frequency * U_SOUTH), fixed_point(frequency * V_SOUTH)],
         }
@@ -92,6 +90,13 @@ impl Lattice {
         let units = self.frequency / spacing_m;
         ((units * U_EAST) as f32, [(units * U_SOUTH) as f32, (units * V_SOUTH) as f32])
     }
+}
+
+/// The position of vertex (0, 0), by chance: a seed has one for each number, of which the lowest two bits must be 0.
+pub(super) fn origin(seed: u64, number: u64) -> [u128; 2] {
+    let word = |index: u64| scatter(seed ^ scatter(number | index));
+    let wide = |index: u64| u128::from(word(index)) << 64 | u128::from(word(index + 1));
+    [wide(0), wide(2)]
 }
 
 /// The whole cells of a position; they wrap.

@@ -12,9 +12,8 @@
 //! whichever further pivots are added in its strip. About 25 vector operations a vector and pivot, for 5 to 8 pivots
 //! that reach a strip when waves are long.
 
-use super::lattice::{cell, fixed_point, fraction, hash};
+use super::lattice::{cell, fixed_point, fraction, hash, origin};
 use crate::area::Area;
-use crate::hash::scatter;
 use crate::simd::{self, Kernel, Level, MAX_LANES, Simd};
 use std::ops::Range;
 
@@ -103,8 +102,7 @@ impl Stripes {
         );
         let frequency = 1.0 / (wave * CELL_WAVES);
         // A window drawn at random, as for the octaves of a fractal, but another one than theirs for the same seed.
-        let word = |index: u64| scatter(seed ^ scatter(1 << 40 | index));
-        let wide = |index: u64| u128::from(word(index)) << 64 | u128::from(word(index + 1));
+        let origin = origin(seed, 1 << 40);
         let mut steps = [0.0; BLOCK_COLUMNS];
         for (index, step) in steps.iter_mut().enumerate() {
             *step = (index as f64 * frequency / REACH) as f32;
@@ -113,7 +111,7 @@ impl Stripes {
         while group_rows < GROUP_ROWS && (2 * group_rows - 1) as f64 * frequency <= GROUP_CELLS {
             group_rows *= 2;
         }
-        Stripes { frequency, origin: [wide(0), wide(2)], step: fixed_point(frequency), steps, group_rows }
+        Stripes { frequency, origin, step: fixed_point(frequency), steps, group_rows }
     }
 
     /// Fills in the wave of the stripes at the vertices of `area`, row by row from the north: `crest` is its cosine,
