@@ -5,8 +5,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use crate::area::{Place, Region};
-use crate::bake::FileRecord;
-use crate::bake::Sink;
+use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::format::{Format, FormatCost, Request, folder};

@@ -20,12 +20,10 @@ use super::glb::{COMPRESSION, Glb, MAX_BYTES, QUANTIZATION, TRANSFORM};
 use super::model::{Model, Modeller, Substance, by_substance, substance_of_water};
 use super::region::RegionFile;
 use super::relative_normals::relative_normals;
-
 use super::values::{of_land, of_ribbons, of_sheet};
 use super::{FOLDER, cost, names, tile_path};
 use crate::area::{Place, Region};
-use crate::bake::FileRecord;
-use crate::bake::Sink;
+use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::write_whole;
 use crate::export::format::{Format, FormatCost, Request};

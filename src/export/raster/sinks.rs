@@ -6,8 +6,7 @@ use std::sync::Mutex;
 use serde::Serialize;
 
 use crate::area::{Place, Region, TileId};
-use crate::bake::FileRecord;
-use crate::bake::Sink;
+use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::write_whole;
 use crate::export::raster::image::{Image, RowOrder};

@@ -9,8 +9,7 @@ use std::sync::{Mutex, MutexGuard};
 use rusqlite::{Connection, ToSql, params, params_from_iter};
 
 use crate::area::{Place, Region, TileId};
-use crate::bake::FileRecord;
-use crate::bake::Sink;
+use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::format::{Format, FormatCost, Request, folder};
