@@ -118,3 +118,13 @@ pub(crate) trait Format: Sync {
 pub(crate) fn folder(path: &str) -> &str {
     path.split_once('/').map_or("", |parts| parts.0)
 }
+
+/// The path without its folder.
+pub(crate) fn file_name(path: &str) -> &str {
+    path.rsplit_once('/').map_or(path, |parts| parts.1)
+}
+
+/// Whether a part of a name is a number as names have them: digits, and nothing else.
+pub(crate) fn is_number(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
+}

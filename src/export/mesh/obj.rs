@@ -14,7 +14,7 @@ use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::{PartFile, write_whole};
-use crate::export::format::{Format, FormatCost, Request};
+use crate::export::format::{Format, FormatCost, Request, file_name};
 use crate::tile::Tile;
 
 /// OBJ, as a format.
@@ -194,10 +194,6 @@ fn materials(place: Option<Place>) -> String {
 
 fn land_name(place: Option<Place>) -> String {
     place.map_or("land".to_owned(), |Place { row, col }| format!("land_x{col}_y{row}"))
-}
-
-fn file_name(path: &str) -> &str {
-    path.rsplit_once('/').map_or(path, |(_, name)| name)
 }
 
 /// Without digits that nobody needs.

@@ -13,7 +13,7 @@ use super::model::SUBSTANCES;
 use crate::bake::FileRecord;
 use crate::error::Error;
 use crate::export::file::PartFile;
-use crate::export::format::Format;
+use crate::export::format::{Format, file_name};
 
 /// A region's glTF under way: each of its lists in a file of its own until all tiles are there, so that none is held.
 pub(super) struct RegionFile {
@@ -98,14 +98,13 @@ impl RegionFile {
     }
 
     fn add_shifted(&mut self, root: Root, path: &str, start: usize) -> std::io::Result<()> {
-        let name = path.rsplit_once('/').map_or(path, |(_, name)| name);
         let (nodes, meshes, accessors) = (self.nodes.count, self.meshes.count, self.accessors.count);
         let (views, buffers, images) = (self.views.count, self.buffers.count, self.images.count);
         let textures = self.textures.count;
         // Buffers: a GLB is read as the bytes that it is.
         for (index, mut buffer) in root.buffers.into_iter().enumerate() {
             if index == 0 {
-                buffer.uri = Some(name.to_owned());
+                buffer.uri = Some(file_name(path).to_owned());
                 buffer.byte_length = (buffer.byte_length.0 + start as u64).into();
             }
             self.buffers.push(&buffer)?;

@@ -1,6 +1,7 @@
 //! Raster images: what each shows, how, and under which name.
 
 use crate::area::{Place, Region};
+use crate::export::format::is_number;
 use crate::export::raster::quantity::Quantity;
 use crate::export::raster::writer::Encoding;
 
@@ -105,7 +106,6 @@ impl Image {
         };
         let [east, other] = self.layout.naming.marks();
         let numbers = || place.strip_prefix(east)?.split_once(other);
-        let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
         match self.tiles {
             true => numbers().is_some_and(|(col, row)| is_number(col) && is_number(row)),
             false => place.is_empty(),

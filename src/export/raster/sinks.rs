@@ -9,6 +9,7 @@ use crate::area::{Place, Region, TileId};
 use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::write_whole;
+use crate::export::format::file_name;
 use crate::export::raster::image::{Image, RowOrder};
 use crate::export::raster::quantity::Painter;
 use crate::export::raster::writer::RasterWriter;
@@ -157,7 +158,7 @@ struct RasterFile {
 impl RasterFile {
     fn begin(&self, Drawing { image, out, .. }: &Drawing) -> Result<RasterWriter, Error> {
         let (size, samples) = ((self.width, self.height), image.quantity.sample());
-        let layer = image.stem.rsplit_once('/').map_or(image.stem, |(_, name)| name);
+        let layer = file_name(image.stem);
         RasterWriter::create(out.join(&self.path), layer, image.encoding, samples, size, image.quantity.is_colour())
     }
 
