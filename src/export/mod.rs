@@ -113,17 +113,16 @@ impl FromStr for Export {
 
     fn from_str(name: &str) -> Result<Export, Error> {
         Export::all().find(|export| export.name() == name).ok_or_else(|| {
-            let names = || Export::all().map(Export::name);
-            let list = names().collect::<Vec<_>>().join(", ");
-            Error::Export {
-                message: format!("there is no export named {name:?}"),
-                hint: match nearest(name, names()) {
-                    Some(meant) => format!("did you mean {meant}? exports: {list}"),
-                    None => format!("exports: {list}"),
-                },
-            }
+            let (message, hint) = unknown("export", name, &Export::all().map(Export::name).collect::<Vec<_>>());
+            Error::Export { message, hint }
         })
     }
+}
+
+/// The message and the hint for a name of a kind of thing that nothing has.
+fn unknown(kind: &str, name: &str, known: &[&str]) -> (String, String) {
+    let meant = nearest(name, known.iter().copied()).map_or(String::new(), |meant| format!("did you mean {meant}? "));
+    (format!("there is no {kind} named {name:?}"), format!("{meant}{kind}s: {}", known.join(", ")))
 }
 
 impl fmt::Display for Export {
