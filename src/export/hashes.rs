@@ -9,6 +9,7 @@ use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::format::{Format, FormatCost, Request, folder};
+use crate::export::locked;
 use crate::tile::{Tile, TileChannel};
 
 /// The file in the folder of the bake.
@@ -72,7 +73,7 @@ impl Sink for TileHashes {
     }
 
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
-        let mut file = self.file.lock().expect("no thread panics while it writes");
+        let mut file = locked(&self.file);
         let file = file.as_mut().expect("rows come before the end");
         for (col, piece) in (0..).zip(pieces) {
             let id = self.region.tile(Place { row, col });
@@ -83,7 +84,7 @@ impl Sink for TileHashes {
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        let file = self.file.lock().expect("no thread panics while it writes").take();
+        let file = locked(&self.file).take();
         let finished = file.expect("a sink ends once").finish()?;
         Ok(vec![FileRecord::new(PATH.to_owned(), Hashes.name(), finished)])
     }

@@ -34,6 +34,7 @@ pub use profile::Profile;
 
 use std::fmt;
 use std::str::FromStr;
+use std::sync::{Mutex, MutexGuard};
 
 use crate::error::{Error, nearest};
 use format::Format;
@@ -117,6 +118,11 @@ impl FromStr for Export {
             Error::Export { message, hint }
         })
     }
+}
+
+/// What the threads of a bake share of a sink. None of them panics while it holds it: an error is returned.
+fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().expect("no thread panics while it writes")
 }
 
 /// The message and the hint for a name of a kind of thing that nothing has.

@@ -7,8 +7,8 @@ use std::sync::Mutex;
 use crate::area::{Area, Place, Region};
 use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
-use crate::export::Export;
 use crate::export::file::PartFile;
+use crate::export::{Export, locked};
 use crate::lines::{LineId, LineKind};
 use crate::registry::{FILE_NAME, Registry, Start, TileRow};
 use crate::tile::{Tile, TileChannel};
@@ -82,13 +82,13 @@ impl Sink for BakeRegistry {
             files: Vec::new(),
             record: None,
         };
-        self.made.lock().expect("no thread panics while it adds").insert(place, row);
+        locked(&self.made).insert(place, row);
         Ok(Vec::new())
     }
 
     fn append(&self, row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
         let written = {
-            let mut made = self.made.lock().expect("no thread panics while it adds");
+            let mut made = locked(&self.made);
             let later = made.split_off(&Place { row: row + 1, col: 0 });
             std::mem::replace(&mut *made, later)
         };
@@ -96,12 +96,12 @@ impl Sink for BakeRegistry {
             let files = files(&self.exports, &self.region, place).collect();
             TileRow { files, ..row }
         });
-        let mut file = self.file.lock().expect("no thread panics while it writes");
+        let mut file = locked(&self.file);
         file.as_mut().expect("rows come before the end").0.append(rows)
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        let file = self.file.lock().expect("no thread panics while it writes").take();
+        let file = locked(&self.file).take();
         let (registry, file) = file.expect("a sink ends once");
         registry.close()?;
         Ok(vec![FileRecord::new(FILE_NAME.to_owned(), "registry", file.finish()?)])

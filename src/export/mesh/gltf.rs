@@ -27,6 +27,7 @@ use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::write_whole;
 use crate::export::format::{Format, FormatCost, Request};
+use crate::export::locked;
 use crate::export::options::MeshOptions;
 use crate::export::raster::quantity::{Painter, Quantity};
 use crate::export::raster::writer::{Encoding, Sample, png_bytes};
@@ -267,13 +268,13 @@ impl Sink for GltfSink<'_> {
                 mesh: Some(self.modeller.record(tile, lod, &model.land)),
                 ..FileRecord::new(path, Gltf.name(), finished)
             };
-            self.records.lock().expect("no thread panics while it adds").push(record);
+            locked(&self.records).push(record);
         }
         Ok(serde_json::to_vec(&kept).expect("names and finite numbers are JSON"))
     }
 
     fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
-        let mut regions = self.regions.lock().expect("no thread panics while it writes");
+        let mut regions = locked(&self.regions);
         for piece in pieces {
             let kept: Vec<(String, usize, Root)> = serde_json::from_slice(piece).expect("it was written by this sink");
             for (region, (path, start, root)) in regions.iter_mut().zip(kept) {
@@ -284,8 +285,8 @@ impl Sink for GltfSink<'_> {
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        let mut records = std::mem::take(&mut *self.records.lock().expect("no thread panics while it adds"));
-        for region in self.regions.lock().expect("no thread panics while it writes").drain(..) {
+        let mut records = std::mem::take(&mut *locked(&self.records));
+        for region in locked(&self.regions).drain(..) {
             records.push(region.finish()?);
         }
         Ok(records)

@@ -15,6 +15,7 @@ use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::{PartFile, write_whole};
 use crate::export::format::{Format, FormatCost, Request, file_name};
+use crate::export::locked;
 use crate::tile::Tile;
 
 /// OBJ, as a format.
@@ -303,14 +304,14 @@ impl Sink for ObjSink<'_> {
             };
             let finished = write_whole(self.out.join(&beside), materials(Some(place)).as_bytes())?;
             let second = FileRecord { tile: Some(tile.id()), ..FileRecord::new(beside, self.name, finished) };
-            self.records.lock().expect("no thread panics while it adds").extend([record, second]);
+            locked(&self.records).extend([record, second]);
         }
         Ok(packed)
     }
 
     fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
         let Some(regions) = &self.regions else { return Ok(()) };
-        let mut regions = regions.lock().expect("no thread panics while it writes");
+        let mut regions = locked(regions);
         for piece in pieces {
             let mut rest = *piece;
             for (_, file, before) in regions.iter_mut() {
@@ -323,9 +324,9 @@ impl Sink for ObjSink<'_> {
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        let mut records = std::mem::take(&mut *self.records.lock().expect("no thread panics while it adds"));
+        let mut records = std::mem::take(&mut *locked(&self.records));
         let Some(regions) = &self.regions else { return Ok(records) };
-        for (path, file, _) in regions.lock().expect("no thread panics while it writes").drain(..) {
+        for (path, file, _) in locked(regions).drain(..) {
             let beside = format!("{}mtl", path.strip_suffix("obj").expect("it was named so"));
             records.push(FileRecord::new(path, self.name, file.finish()?));
             let finished = write_whole(self.out.join(&beside), materials(None).as_bytes())?;

@@ -10,6 +10,7 @@ use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::write_whole;
 use crate::export::format::file_name;
+use crate::export::locked;
 use crate::export::raster::image::{Image, RowOrder};
 use crate::export::raster::quantity::Painter;
 use crate::export::raster::writer::RasterWriter;
@@ -68,7 +69,7 @@ impl Sink for RegionRaster {
     }
 
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
-        let mut writer = self.writer.lock().expect("no thread panics while it writes");
+        let mut writer = locked(&self.writer);
         let writer = writer.as_mut().expect("rows come before the end");
         let (_, rows) = self.drawing.image.owned(&self.drawing.region, Place { row, col: 0 });
         let mut line = Vec::new();
@@ -84,7 +85,7 @@ impl Sink for RegionRaster {
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        let writer = self.writer.lock().expect("no thread panics while it writes").take();
+        let writer = locked(&self.writer).take();
         self.file.end(&self.drawing, writer.expect("a sink ends once"))
     }
 }
@@ -120,7 +121,7 @@ impl Sink for TileRasters {
         }
         writer.write_rows(&samples)?;
         let records = file.end(&self.drawing, writer)?;
-        self.records.lock().expect("no thread panics while it adds").extend(records);
+        locked(&self.records).extend(records);
         Ok(Vec::new())
     }
 
@@ -129,7 +130,7 @@ impl Sink for TileRasters {
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        Ok(std::mem::take(&mut *self.records.lock().expect("no thread panics while it adds")))
+        Ok(std::mem::take(&mut *locked(&self.records)))
     }
 }
 

@@ -3,7 +3,7 @@
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
 use exr::block::UncompressedBlock;
@@ -17,6 +17,7 @@ use exr::prelude::SmallVec;
 use crate::bake::Finished;
 use crate::error::Error;
 use crate::export::file::PartFile;
+use crate::export::locked;
 
 /// How the samples of a raster are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -209,26 +210,22 @@ fn png_error(path: &Path) -> impl FnOnce(png::EncodingError) -> Error {
 pub(crate) struct SharedFile(Arc<Mutex<Option<PartFile>>>);
 
 impl SharedFile {
-    fn lock(&self) -> MutexGuard<'_, Option<PartFile>> {
-        self.0.lock().expect("no thread panics while it writes")
-    }
-
     fn path(&self) -> PathBuf {
-        self.lock().as_ref().expect("the file is taken last").path().to_owned()
+        locked(&self.0).as_ref().expect("the file is taken last").path().to_owned()
     }
 
     fn take(self) -> PartFile {
-        self.lock().take().expect("the file is taken once")
+        locked(&self.0).take().expect("the file is taken once")
     }
 }
 
 impl Write for SharedFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.lock().as_mut().expect("the file is taken last").write(bytes)
+        locked(&self.0).as_mut().expect("the file is taken last").write(bytes)
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        self.lock().as_mut().expect("the file is taken last").flush()
+        locked(&self.0).as_mut().expect("the file is taken last").flush()
     }
 }
 
@@ -291,7 +288,7 @@ impl Drop for ExrWriter {
 
 impl Seek for SharedFile {
     fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
-        self.lock().as_mut().expect("the file is taken last").seek(to)
+        locked(&self.0).as_mut().expect("the file is taken last").seek(to)
     }
 }
 

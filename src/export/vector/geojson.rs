@@ -14,6 +14,7 @@ use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::format::{Format, FormatCost, Request};
+use crate::export::locked;
 use crate::export::vector::store::{FeatureStore, bytes_at_most};
 use crate::features::layer::{Head, Shape};
 use crate::features::{AnyLayer, Row, Value, all_layers, layers};
@@ -97,7 +98,7 @@ impl Sink for GeoJsonSink<'_> {
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        let files = std::mem::take(&mut *self.files.lock().expect("no thread panics while it writes"));
+        let files = std::mem::take(&mut *locked(&self.files));
         let mut records = Vec::new();
         for (number, (mut file, layer)) in files.into_iter().zip(self.features.layers().iter().copied()).enumerate() {
             write_collection(&mut file, &self.features, number)?;

@@ -4,7 +4,7 @@
 //! Cartesian" (-1): metres east and north of the world's origin.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard};
+use std::sync::Mutex;
 
 use rusqlite::{Connection, ToSql, params, params_from_iter};
 
@@ -13,6 +13,7 @@ use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::format::{Format, FormatCost, Request, folder};
+use crate::export::locked;
 use crate::export::vector::store::{FeatureStore, bytes_at_most};
 use crate::features::AnyLayer;
 use crate::features::layer::{Kind, Shape};
@@ -222,10 +223,6 @@ impl<'a> GeoPackageSink<'a> {
         Ok(GeoPackageSink { region, spacing_m: world.spacing_m(), features, path, file })
     }
 
-    fn lock(&self) -> MutexGuard<'_, Option<(Connection, PartFile)>> {
-        self.file.lock().expect("no thread panics while it writes")
-    }
-
     /// The corners of a rectangle of tiles, anticlockwise from the south-western one and back to it.
     fn footprint(&self, at: TileId, cols: u64, rows: u64) -> Vec<[f64; 3]> {
         let cells = self.region.tile_cells() as i64;
@@ -311,13 +308,13 @@ impl Sink for GeoPackageSink<'_> {
 
     fn append(&self, row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
         self.features.flush()?;
-        let mut file = self.lock();
+        let mut file = locked(&self.file);
         let (connection, _) = file.as_mut().expect("rows come before the end");
         self.write_tiles(connection, row).map_err(Error::sqlite(&self.path))
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        let (mut connection, file) = self.lock().take().expect("a sink ends once");
+        let (mut connection, file) = locked(&self.file).take().expect("a sink ends once");
         let failed = || Error::sqlite(&self.path);
         for (number, layer) in self.features.layers().iter().enumerate() {
             let envelope = self.write_layer(&mut connection, number)?;

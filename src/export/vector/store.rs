@@ -10,6 +10,7 @@ use rusqlite::{Connection, ToSql, params_from_iter};
 use crate::area::Region;
 use crate::error::Error;
 use crate::export::file::PartFile;
+use crate::export::locked;
 use crate::features::layer::{Head, Kind};
 use crate::features::{AnyLayer, Row, Value, layers};
 use crate::preset::Preset;
@@ -130,20 +131,19 @@ impl<'a> FeatureStore<'a> {
 
     /// Takes a feature of a layer, which may be there already.
     pub fn add(&self, layer: usize, key: Vec<u8>, row: impl Fn() -> Row) {
-        let waits =
-            |key: &(usize, Vec<u8>)| self.waiting.lock().expect("no thread panics while it adds").contains_key(key);
         let key = (layer, key);
-        if !waits(&key) {
+        let waits = locked(&self.waiting).contains_key(&key);
+        if !waits {
             // Not under the lock: a long river takes its time.
             let row = row();
-            self.waiting.lock().expect("no thread panics while it adds").insert(key, row);
+            locked(&self.waiting).insert(key, row);
         }
     }
 
     /// Puts away what waits.
     pub fn flush(&self) -> Result<(), Error> {
-        let waiting = std::mem::take(&mut *self.waiting.lock().expect("no thread panics while it adds"));
-        let (connection, part) = &mut *self.store.lock().expect("no thread panics while it writes");
+        let waiting = std::mem::take(&mut *locked(&self.waiting));
+        let (connection, part) = &mut *locked(&self.store);
         let put = || {
             let transaction = connection.transaction()?;
             for ((number, key), Row { values, lines }) in waiting {
@@ -162,7 +162,7 @@ impl<'a> FeatureStore<'a> {
     /// Visits all features of a layer, sorted by key, without holding them.
     pub fn for_each(&self, number: usize, mut visit: impl FnMut(Row) -> Result<(), Error>) -> Result<(), Error> {
         self.flush()?;
-        let (connection, part) = &*self.store.lock().expect("no thread panics while it writes");
+        let (connection, part) = &*locked(&self.store);
         let failed = || Error::sqlite(part.path());
         let layer = &self.layers()[number];
         let select = format!("SELECT * FROM layer_{number} ORDER BY key");
