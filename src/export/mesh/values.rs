@@ -110,17 +110,6 @@ pub(super) fn tangent([east, up, _]: [f32; 3]) -> [f32; 4] {
     if length > 0.0 { [up / length, -east / length, 0.0, 1.0] } else { [1.0, 0.0, 0.0, 1.0] }
 }
 
-/// Names of the attributes that hold how much of each material there is.
-pub(super) fn weight_name(material: Material) -> &'static str {
-    match material {
-        Material::Grass => "GRASS",
-        Material::Dirt => "DIRT",
-        Material::Rock => "ROCK",
-        Material::Sand => "SAND",
-        Material::Snow => "SNOW",
-    }
-}
-
 /// The land of a tile: positions, normals, both sets of texture coordinates, the weights of materials, and tangents if the
 /// material has a normal map. In whole numbers where the frame has them.
 pub(super) fn of_land(
@@ -181,7 +170,7 @@ pub(super) fn of_land(
     for material in Material::ALL {
         // Always floats: Blender cannot read numbers of one byte, and passes over those of two.
         let weights = vertices().map(|(x, y)| [f32::from(tile.blend().weight(material, x, y)) / 255.0]);
-        attributes.push((Semantic::Extras(weight_name(material).to_owned()), Values::floats(weights)));
+        attributes.push((Semantic::Extras(material.name().to_uppercase()), Values::floats(weights)));
     }
     MeshData { attributes, indices: surface.triangles.as_flattened().to_vec() }
 }
