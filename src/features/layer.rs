@@ -93,34 +93,22 @@ pub enum Value {
     Text(String),
 }
 
-impl From<i64> for Value {
-    fn from(number: i64) -> Value {
-        Value::Integer(number)
-    }
+macro_rules! values_from {
+    ($($type:ty => $variant:ident;)+) => {
+        $(impl From<$type> for Value {
+            fn from(value: $type) -> Value {
+                Value::$variant(value.into())
+            }
+        })+
+    };
 }
 
-impl From<f64> for Value {
-    fn from(number: f64) -> Value {
-        Value::Real(number)
-    }
-}
-
-impl From<f32> for Value {
-    fn from(number: f32) -> Value {
-        Value::Real32(number)
-    }
-}
-
-impl From<&str> for Value {
-    fn from(text: &str) -> Value {
-        Value::Text(text.to_owned())
-    }
-}
-
-impl From<String> for Value {
-    fn from(text: String) -> Value {
-        Value::Text(text)
-    }
+values_from! {
+    i64 => Integer;
+    f64 => Real;
+    f32 => Real32;
+    &str => Text;
+    String => Text;
 }
 
 impl<T: Into<Value>> From<Option<T>> for Value {
