@@ -1,5 +1,7 @@
 //! Layers: all features of one kind, and the one description of their attributes from which every table comes.
 
+use serde::Serialize;
+
 use crate::area::Area;
 use crate::world::World;
 
@@ -78,8 +80,9 @@ pub enum Kind {
     Text,
 }
 
-/// A value of an attribute.
-#[derive(Clone, Debug, PartialEq)]
+/// A value of an attribute. In JSON it is the bare number or text, or null for nothing.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum Value {
     /// Of an attribute that the feature has not.
     Nothing,

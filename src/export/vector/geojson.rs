@@ -17,7 +17,7 @@ use crate::export::format::{Format, FormatCost, Request};
 use crate::export::locked;
 use crate::export::vector::store::{FeatureStore, bytes_at_most};
 use crate::features::layer::{Head, Shape};
-use crate::features::{AnyLayer, Row, Value, all_layers, layers};
+use crate::features::{AnyLayer, Row, all_layers, layers};
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -136,7 +136,7 @@ fn as_text(shape: Shape, heads: &[Head], row: &Row) -> String {
             true => text.push_str(separator),
             false => _ = write!(text, "{separator}{:?}:{}", head.key, if goes_on { "[" } else { "" }),
         }
-        text.push_str(&number_or_text(value));
+        text.push_str(&json(value));
         if follows && !goes_on {
             text.push(']');
         }
@@ -164,16 +164,6 @@ fn as_text(shape: Shape, heads: &[Head], row: &Row) -> String {
     text.push_str(&"]".repeat(usize::from(depth == 2)));
     text.push_str("}}");
     text
-}
-
-fn number_or_text(value: &Value) -> String {
-    match value {
-        Value::Nothing => "null".to_owned(),
-        Value::Integer(number) => json(number),
-        Value::Real(number) => json(number),
-        Value::Real32(number) => json(number),
-        Value::Text(text) => json(text),
-    }
 }
 
 fn json(value: &impl serde::Serialize) -> String {
