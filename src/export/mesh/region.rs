@@ -37,14 +37,16 @@ pub(super) struct RegionFile {
 
 /// A list of JSON values that is written somewhere.
 struct Spool {
+    /// Its name in the glTF.
+    name: &'static str,
     file: BufWriter<File>,
     count: u32,
 }
 
 impl Spool {
-    fn create(folder: &Path) -> Result<Spool, Error> {
+    fn create(name: &'static str, folder: &Path) -> Result<Spool, Error> {
         let file = tempfile::tempfile_in(folder).map_err(Error::io(folder))?;
-        Ok(Spool { file: BufWriter::new(file), count: 0 })
+        Ok(Spool { name, file: BufWriter::new(file), count: 0 })
     }
 
     fn push(&mut self, value: &impl Serialize) -> std::io::Result<()> {
@@ -56,13 +58,13 @@ impl Spool {
     }
 
     /// Copies the list into a file.
-    fn copy_to(self, name: &str, target: &mut impl Write) -> std::io::Result<()> {
+    fn copy_to(self, target: &mut impl Write) -> std::io::Result<()> {
         if self.count == 0 {
             return Ok(());
         }
         let mut file = self.file.into_inner().map_err(std::io::IntoInnerError::into_error)?;
         file.seek(SeekFrom::Start(0))?;
-        write!(target, ",\n\"{name}\":[")?;
+        write!(target, ",\n\"{}\":[", self.name)?;
         std::io::copy(&mut Read::by_ref(&mut file), target)?;
         target.write_all(b"]")
     }
@@ -73,20 +75,20 @@ impl RegionFile {
     pub fn create(lod: u32, out: &Path) -> Result<RegionFile, Error> {
         let path = super::region_path(lod, "gltf");
         let folder = out.join(super::FOLDER);
-        let spool = || Spool::create(&folder);
+        let spool = |name| Spool::create(name, &folder);
         Ok(RegionFile {
             path,
             out: out.to_owned(),
-            scene: spool()?,
-            nodes: spool()?,
-            meshes: spool()?,
-            accessors: spool()?,
-            views: spool()?,
-            buffers: spool()?,
-            images: spool()?,
-            textures: spool()?,
-            samplers: spool()?,
-            materials: spool()?,
+            scene: spool("nodes")?,
+            nodes: spool("nodes")?,
+            meshes: spool("meshes")?,
+            accessors: spool("accessors")?,
+            views: spool("bufferViews")?,
+            buffers: spool("buffers")?,
+            images: spool("images")?,
+            textures: spool("textures")?,
+            samplers: spool("samplers")?,
+            materials: spool("materials")?,
             shared: [None; SUBSTANCES.len()],
             extensions: Default::default(),
         })
@@ -193,22 +195,17 @@ impl RegionFile {
             file,
             "{{\"asset\":{{\"version\":\"2.0\",\"generator\":\"{generator}\"}},\n\"scene\":0,\n\"scenes\":[{{\"name\":\"region\""
         )?;
-        self.scene.copy_to("nodes", file)?;
+        self.scene.copy_to(file)?;
         file.write_all(b"}]")?;
         for (name, list) in [("extensionsUsed", self.extensions.0), ("extensionsRequired", self.extensions.1)] {
             if !list.is_empty() {
                 write!(file, ",\n\"{name}\":{}", serde_json::to_string(&list)?)?;
             }
         }
-        self.nodes.copy_to("nodes", file)?;
-        self.meshes.copy_to("meshes", file)?;
-        self.materials.copy_to("materials", file)?;
-        self.textures.copy_to("textures", file)?;
-        self.samplers.copy_to("samplers", file)?;
-        self.images.copy_to("images", file)?;
-        self.accessors.copy_to("accessors", file)?;
-        self.views.copy_to("bufferViews", file)?;
-        self.buffers.copy_to("buffers", file)?;
+        let lists = [self.nodes, self.meshes, self.materials, self.textures, self.samplers, self.images];
+        for list in lists.into_iter().chain([self.accessors, self.views, self.buffers]) {
+            list.copy_to(file)?;
+        }
         file.write_all(b"}\n")
     }
 }
