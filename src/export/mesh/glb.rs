@@ -44,12 +44,10 @@ impl Glb {
         root.samplers.push(Sampler {
             mag_filter: Some(Valid(MagFilter::Linear)),
             min_filter: Some(Valid(MinFilter::LinearMipmapLinear)),
-            name: None,
             // Neighbours agree on the texels of the edge that they share; none may be mixed with those of the far side.
             wrap_s: Valid(WrappingMode::ClampToEdge),
             wrap_t: Valid(WrappingMode::ClampToEdge),
-            extensions: None,
-            extras: None,
+            ..Default::default()
         });
         Glb { root, bytes: Vec::new(), plain_bytes: compressed.then_some(0) }
     }
@@ -114,15 +112,9 @@ impl Glb {
     fn attribute(&mut self, values: Values) -> Index<Accessor> {
         let stride = values.stride();
         let view = self.numbers(&values.bytes, Content::Vertices, stride);
-        let bound = |bound: &[f64]| Value::from(bound.to_vec());
-        let [min, max] = match &values.bounds {
-            Some([min, max]) => [Some(bound(min)), Some(bound(max))],
-            None => [None, None],
-        };
-        let accessor = self.accessor(view, values.component, values.dimensions, values.count);
-        let described = &mut self.root.accessors[accessor.value()];
-        (described.min, described.max, described.normalized) = (min, max, values.normalized);
-        accessor
+        let (min, max) = values.bounds.map(|[min, max]| (Value::from(min), Value::from(max))).unzip();
+        let accessor = accessor(view, values.component, values.dimensions, values.count);
+        self.root.push(Accessor { min, max, normalized: values.normalized, ..accessor })
     }
 
     /// Indices of triangles, in 16 bits if they will do.
@@ -137,39 +129,15 @@ impl Glb {
             (ComponentType::U32, longs.into_flattened())
         };
         let view = self.numbers(&bytes, Content::Indices, if short { 2 } else { 4 });
-        self.accessor(view, component, Type::Scalar, indices.len())
-    }
-
-    fn accessor(
-        &mut self,
-        view: Index<View>,
-        component: ComponentType,
-        dimensions: Type,
-        count: usize,
-    ) -> Index<Accessor> {
-        self.root.push(Accessor {
-            buffer_view: Some(view),
-            byte_offset: None,
-            count: count.into(),
-            component_type: Valid(GenericComponentType(component)),
-            extensions: None,
-            extras: None,
-            type_: Valid(dimensions),
-            min: None,
-            max: None,
-            name: None,
-            normalized: false,
-            sparse: None,
-        })
+        self.root.push(accessor(view, component, Type::Scalar, indices.len()))
     }
 
     /// Adds numbers, compressed if they all are.
     fn numbers(&mut self, bytes: &[u8], content: Content, stride: usize) -> Index<View> {
-        let target = match content {
-            Content::Vertices => Target::ArrayBuffer,
-            Content::Indices => Target::ElementArrayBuffer,
+        let (target, byte_stride) = match content {
+            Content::Vertices => (Target::ArrayBuffer, Some(Stride(stride))),
+            Content::Indices => (Target::ElementArrayBuffer, None),
         };
-        let byte_stride = matches!(content, Content::Vertices).then_some(Stride(stride));
         let view = match self.plain_bytes {
             None => self.view(bytes, Some(target)),
             Some(before) => {
@@ -245,6 +213,23 @@ impl Glb {
         let start = file.len();
         file.extend(&self.bytes);
         (self.root, file, start)
+    }
+}
+
+fn accessor(view: Index<View>, component: ComponentType, dimensions: Type, count: usize) -> Accessor {
+    Accessor {
+        buffer_view: Some(view),
+        byte_offset: None,
+        count: count.into(),
+        component_type: Valid(GenericComponentType(component)),
+        extensions: None,
+        extras: None,
+        type_: Valid(dimensions),
+        min: None,
+        max: None,
+        name: None,
+        normalized: false,
+        sparse: None,
     }
 }
 
