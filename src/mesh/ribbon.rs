@@ -2,6 +2,7 @@
 
 use super::Drape;
 use crate::area::Area;
+use crate::geometry::length;
 use crate::lines::{Bed, Line, LineKind, LinePoint, StructureKind};
 use crate::tile::Tile;
 
@@ -55,6 +56,11 @@ struct RibbonPoint {
 }
 
 impl RibbonPoint {
+    /// The way to another point, in vertices east and south.
+    fn way(&self, to: &RibbonPoint) -> [f64; 2] {
+        [0, 1].map(|axis| to.place[axis] - self.place[axis])
+    }
+
     /// The point at a share of the way to another.
     fn towards(&self, to: &RibbonPoint, share: f64) -> RibbonPoint {
         let mix = |from: f64, to: f64| from + (to - from) * share;
@@ -117,8 +123,8 @@ impl RibbonBuilder<'_> {
         let (mut points, mut kinds) = (Vec::new(), Vec::new());
         for (piece, pair) in line.windows(2).enumerate() {
             let kind = kind(piece);
-            let way = [0, 1].map(|axis| pair[1].place[axis] - pair[0].place[axis]);
-            let parts = if kind == Some(RibbonKind::Bridge) { 1 } else { (length(way).ceil() as usize).max(1) };
+            let cells = length(pair[0].way(&pair[1])).ceil() as usize;
+            let parts = if kind == Some(RibbonKind::Bridge) { 1 } else { cells.max(1) };
             for part in 0..parts {
                 points.push(pair[0].towards(&pair[1], part as f64 / parts as f64));
                 kinds.push(kind);
@@ -140,7 +146,7 @@ impl RibbonBuilder<'_> {
         // Metres from the line's start, so that what repeats along it does not depend on the tile.
         let mut along_m = vec![0.0];
         along_m.extend(points.windows(2).scan(0.0, |sum, pair| {
-            *sum += length([0, 1].map(|axis| pair[1].place[axis] - pair[0].place[axis])) * self.spacing_m;
+            *sum += length(pair[0].way(&pair[1])) * self.spacing_m;
             Some(*sum)
         }));
         for run in ours.chunk_by(|a, b| a + 1 == *b && kinds[*a] == kinds[*b]) {
@@ -166,7 +172,7 @@ impl RibbonBuilder<'_> {
     ) -> Section {
         let point = points[index];
         let (before, after) = (points[index.saturating_sub(1)], points[(index + 1).min(points.len() - 1)]);
-        let way = [0, 1].map(|axis| after.place[axis] - before.place[axis]);
+        let way = before.way(&after);
         let far = length(way).max(1e-9);
         let ahead = way.map(|axis| axis / far);
         // With x east and y south, what is left of east is north.
@@ -272,10 +278,6 @@ fn deck(sections: &[Section]) -> Ribbon {
 /// Two triangles for four corners.
 fn quad([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
     [[a, b, c], [a, c, d]]
-}
-
-fn length([x, y]: [f64; 2]) -> f64 {
-    (x * x + y * y).sqrt()
 }
 
 #[cfg(test)]
