@@ -15,6 +15,7 @@ use crate::bake::Watch;
 use crate::cli::args::Job;
 use crate::cli::console::Console;
 use crate::cli::progress::Progress;
+use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
 use crate::export::{Bytes, Cost, Forecast, Limit, Output, Plan};
 use crate::world::World;
@@ -36,10 +37,7 @@ pub(super) fn run(job: &Job, console: &Console) -> Result<(), Error> {
         plan = plan.with_profile(profile)?;
     }
     plan.check_options(&job.mesh_options())?;
-    let threads = match options.threads {
-        Some(threads) => threads as usize,
-        None => thread::available_parallelism().map_or(1, usize::from),
-    };
+    let threads = thread_count(options.threads);
     let cost = plan.cost(threads);
     let out = options.out.clone().unwrap_or_else(|| Path::new("out").join(&name));
     let refused = Output::check(&out, options.overwrite, &cost);
@@ -64,10 +62,7 @@ pub(super) fn run(job: &Job, console: &Console) -> Result<(), Error> {
     let told = Arc::clone(&watch);
     // Without a handler an interrupt still ends the program; it only leaves what was half-written.
     _ = ctrlc::set_handler(move || told.cancelled.store(true, Ordering::Relaxed));
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| Error::Option {
-        message: format!("{threads} threads cannot be started: {error}"),
-        hint: "give fewer with --threads".into(),
-    })?;
+    let pool = thread_pool(threads)?;
     let output = Output::prepare(&out, options.overwrite, &cost)?;
     let start = Instant::now();
     let manifest = thread::scope(|scope| {
