@@ -273,27 +273,14 @@ fn parse_size(text: &str) -> Result<(u64, u64), String> {
     Ok((number(cols)?, number(rows)?))
 }
 
-/// What both `bake` and `tile` come to.
-pub(super) struct Job {
-    pub preset: String,
-    pub at: TileId,
-    pub size: (u64, u64),
-    pub common: CommonArguments,
-}
-
-impl From<BakeArguments> for Job {
-    fn from(BakeArguments { preset, at, size, common }: BakeArguments) -> Job {
-        Job { preset, at, size, common }
+/// A tile is a region of one.
+impl From<TileArguments> for BakeArguments {
+    fn from(TileArguments { preset, x, y, common }: TileArguments) -> BakeArguments {
+        BakeArguments { preset, at: TileId { x, y }, size: (1, 1), common }
     }
 }
 
-impl From<TileArguments> for Job {
-    fn from(TileArguments { preset, x, y, common }: TileArguments) -> Job {
-        Job { preset, at: TileId { x, y }, size: (1, 1), common }
-    }
-}
-
-impl Job {
+impl BakeArguments {
     /// The preset with all that the options set in it.
     pub fn sources(&self) -> Result<Sources, Error> {
         let mut sources = match &self.preset[..] {

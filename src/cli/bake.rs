@@ -12,7 +12,7 @@ use serde_json::json;
 
 use crate::area::Region;
 use crate::bake::Watch;
-use crate::cli::args::Job;
+use crate::cli::args::BakeArguments;
 use crate::cli::console::Console;
 use crate::cli::progress::Progress;
 use crate::cli::{thread_count, thread_pool};
@@ -21,22 +21,22 @@ use crate::export::{Bytes, Cost, Forecast, Limit, Output, Plan};
 use crate::world::World;
 
 /// Bakes what the command line asks for.
-pub(super) fn run(job: &Job, console: &Console) -> Result<(), Error> {
-    let options = &job.common;
+pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Error> {
+    let options = &arguments.common;
     // What is asked for, checked before anything is written.
-    let sources = job.sources()?;
+    let sources = arguments.sources()?;
     let name = sources.name().to_owned();
     let world = World::new(sources.preset()?, options.seed)?;
     if !options.quiet {
         console.warnings(&world.warnings());
     }
-    let exports = job.exports()?;
-    let region = Region::new(job.at, job.size.0, job.size.1, world.tile_cells())?;
-    let mut plan = Plan::new(&world, &name, region, exports)?.with_meshes(job.meshes())?;
-    if let Some(profile) = job.profile()? {
+    let exports = arguments.exports()?;
+    let region = Region::new(arguments.at, arguments.size.0, arguments.size.1, world.tile_cells())?;
+    let mut plan = Plan::new(&world, &name, region, exports)?.with_meshes(arguments.meshes())?;
+    if let Some(profile) = arguments.profile()? {
         plan = plan.with_profile(profile)?;
     }
-    plan.check_options(&job.mesh_options())?;
+    plan.check_options(&arguments.mesh_options())?;
     let threads = thread_count(options.threads);
     let cost = plan.cost(threads);
     let out = options.out.clone().unwrap_or_else(|| Path::new("out").join(&name));

@@ -54,7 +54,7 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
     // A bad variable is the user's mistake and not the first kernel's panic.
     Level::chosen().map_err(|message| Error::Option { message, hint: String::new() })?;
     match command {
-        Command::Bake(arguments) => bake::run(&arguments.into(), console),
+        Command::Bake(arguments) => bake::run(&arguments, console),
         Command::Tile(arguments) => bake::run(&arguments.into(), console),
         Command::Registry { folder, .. } => registry_list::run(&folder, console),
         Command::Experiment(arguments) => experiment::run(arguments, console),
