@@ -43,7 +43,8 @@ fn expansions_csv(walks: &[Walk]) -> String {
     csv
 }
 
-const TAKES_ALL: &str = "a String takes everything";
+/// Why writing into a String cannot fail.
+pub(super) const TAKES_ALL: &str = "a String takes everything";
 
 impl Report {
     /// The tables as plain text: timings, real time, t-tests and stages.
