@@ -123,8 +123,8 @@ impl Report {
                 number(summary.percentile_99, 3),
                 number(summary.greatest, 3),
                 record.thesis_ms.map_or("-".into(), |thesis_ms| thesis_ms.to_string()),
-                record.speedup.map_or("-".into(), |ratio| number(ratio, 1)),
-                record.speedup_of_medians.map_or("-".into(), |ratio| number(ratio, 1)),
+                number(record.speedup, 1),
+                number(record.speedup_of_medians, 1),
             ]
         };
         Table::new(&header, self.configurations().map(row))
@@ -155,12 +155,12 @@ impl Report {
                     format!("{cells}x{cells}"),
                     comparison.first.name().into(),
                     comparison.second.name().into(),
-                    welch.map_or("-".into(), |test| number(test.t, 2)),
-                    welch.map_or("-".into(), |test| number(test.freedom, 1)),
-                    welch.map_or("-".into(), |test| probability(test.p)),
-                    student.map_or("-".into(), |test| number(test.t, 2)),
-                    student.map_or("-".into(), |test| probability(test.p)),
-                    ThesisRow::of(cells).map_or("-".into(), |row| probability(row.p)),
+                    number(welch.map(|test| test.t), 2),
+                    number(welch.map(|test| test.freedom), 1),
+                    probability(welch.map(|test| test.p)),
+                    number(student.map(|test| test.t), 2),
+                    probability(student.map(|test| test.p)),
+                    probability(ThesisRow::of(cells).map(|row| row.p)),
                 ]
             })
         });
@@ -195,16 +195,17 @@ impl Method {
 }
 
 /// A number with some decimals; a dash where there is none.
-fn number(value: f64, decimals: usize) -> String {
-    if value.is_finite() { format!("{value:.decimals$}") } else { "-".into() }
+fn number(value: impl Into<Option<f64>>, decimals: usize) -> String {
+    value.into().filter(|value| value.is_finite()).map_or("-".into(), |value| format!("{value:.decimals$}"))
 }
 
-/// A probability; one that is too small for a number is said to be so.
-fn probability(p: f64) -> String {
+/// A probability, a dash where there is none; one that is too small for a number is said to be so.
+fn probability(p: Option<f64>) -> String {
     match p {
-        0.0 => "< 1e-300".into(),
-        p if p < 0.001 => format!("{p:.1e}"),
-        p => format!("{p:.3}"),
+        None => "-".into(),
+        Some(0.0) => "< 1e-300".into(),
+        Some(p) if p < 0.001 => format!("{p:.1e}"),
+        Some(p) => format!("{p:.3}"),
     }
 }
 
