@@ -61,6 +61,7 @@ impl Lattice {
 
     /// The skewed position (u, v) of a vertex, in fixed point.
     pub fn at(&self, x: i64, y: i64) -> [u128; 2] {
+        // Products of two's complements wrap to the right bits, for negative coordinates too.
         let (x, y) = (i128::from(x) as u128, i128::from(y) as u128);
         let south = self.south.map(|step| step.wrapping_mul(y));
         [
@@ -77,6 +78,7 @@ impl Lattice {
 
     /// What each column of a block adds to u, in a lane's fixed point, rounded once, so that rounding does not pile up.
     pub fn columns<const COLUMNS: usize>(&self) -> [u32; COLUMNS] {
+        // The added half of what is dropped makes it a rounding.
         const DROPPED: u32 = FRACTION_BITS - LANE_FRACTION_BITS;
         let mut columns = [0; COLUMNS];
         for (column, step) in columns.iter_mut().enumerate() {
@@ -109,6 +111,7 @@ pub(super) fn cell(position: u128) -> u32 {
 #[inline(always)]
 pub(super) fn fraction(position: u128) -> f64 {
     const BITS: u32 = f64::MANTISSA_DIGITS;
+    // A double holds 53 of the 96 bits: no rounding up to 1.
     let bits = (position >> (FRACTION_BITS - BITS)) as u64 & ((1 << BITS) - 1);
     bits as f64 * (1.0 / (1_u64 << BITS) as f64)
 }
@@ -189,6 +192,7 @@ pub(super) mod hash {
     /// [`of_u`] for the columns from `first` on.
     #[inline(always)]
     pub fn of_u_lanes<S: Simd>(simd: S, first: u32, local: S::U32) -> S::U32 {
+        // The product of a sum is the sum of the products, also where both wrap.
         local * simd.splat_u32(HASH_U) + simd.splat_u32(of_u(first))
     }
 

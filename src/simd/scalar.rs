@@ -26,6 +26,8 @@ pub struct Mask([bool; LANES]);
 /// An array whose lane `i` is the expression.
 macro_rules! each_lane {
     ($i:ident => $lane:expr) => {{
+        // A loop and no `array::from_fn`: closures keep kernels from being inlined whole. The first lane makes the
+        // array, which then needs no default.
         let $i = 0;
         let mut lanes = [$lane; LANES];
         #[allow(clippy::needless_range_loop, reason = "the expression indexes several arrays")]
@@ -90,6 +92,7 @@ macro_rules! by_lane {
 
 impl Simd for Scalar {
     const LANES: usize = LANES;
+    // Tables are looked up in memory, where sixteen values cost no more than eight.
     const FAST_PERMUTE16: bool = true;
     const LEVEL: Level = Level::Scalar;
     type F32 = F32;

@@ -11,6 +11,7 @@ unsafe fn mullo_sse2(a: __m128i, b: __m128i) -> __m128i {
     unsafe {
         let even = _mm_mul_epu32(a, b);
         let odd = _mm_mul_epu32(_mm_srli_epi64::<32>(a), _mm_srli_epi64::<32>(b));
+        // The lower halves of the products, back in the order of the lanes.
         _mm_unpacklo_epi32(_mm_shuffle_epi32::<0b00_00_10_00>(even), _mm_shuffle_epi32::<0b00_00_10_00>(odd))
     }
 }
@@ -65,6 +66,7 @@ impl Not for Mask4 {
 
 impl Simd for Sse2 {
     const LANES: usize = 4;
+    // Tables are looked up in memory, where sixteen values cost no more than eight.
     const FAST_PERMUTE16: bool = true;
     const LEVEL: Level = Level::Sse2;
     type Mask = Mask4;
@@ -99,6 +101,7 @@ impl Simd for Sse2 {
     }
     #[inline(always)]
     fn select(self, mask: Mask4, yes: F32x4, no: F32x4) -> F32x4 {
+        // Blends by a mask came with SSE4.1.
         self.from_bits(self.select_u32(mask, self.to_bits(yes), self.to_bits(no)))
     }
     #[inline(always)]
