@@ -26,6 +26,7 @@ pub(crate) struct FormatCost {
     /// each.
     pub disk_bytes: u64,
     /// Bytes that are kept of each vertex until its row of tiles is written.
+    /// It decides how much memory a row of tiles takes.
     pub kept_a_vertex: u64,
     /// The most bytes of a file that a thread makes of one tile.
     pub tile_file_bytes: u64,

@@ -76,6 +76,7 @@ impl Sink for TileHashes {
         let mut file = locked(&self.file);
         let file = file.as_mut().expect("rows come before the end");
         for (col, piece) in (0..).zip(pieces) {
+            // By its number in the world, so that lists of overlapping regions can be compared line by line.
             let id = self.region.tile(Place { row, col });
             write!(file, "{} {} ", id.x, id.y).map_err(Error::io(file.path()))?;
             file.write_all(piece).and_then(|()| writeln!(file)).map_err(Error::io(file.path()))?;

@@ -81,6 +81,7 @@ impl Export {
         let mut exports = Vec::new();
         for name in list.split(',').map(str::trim) {
             let export = name.parse()?;
+            // Twice the same export would write the same files twice at once.
             if !exports.contains(&export) {
                 exports.push(export);
             }
@@ -94,6 +95,7 @@ impl Export {
     }
 }
 
+/// A format is a trait object, which cannot be compared itself.
 /// By name: no two have the same.
 impl PartialEq for Export {
     fn eq(&self, other: &Export) -> bool {

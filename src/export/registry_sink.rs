@@ -38,6 +38,7 @@ impl BakeRegistry {
 
     /// The most bytes of the file.
     pub fn bytes_at_most(exports: &[Export], region: &Region) -> u64 {
+        // It has the longest names, for its numbers are the largest.
         let last = Place { row: region.rows() - 1, col: region.cols() - 1 };
         let names: usize = files(exports, region, last).map(|name| name.len() + 3).sum();
         // How many lines concern a tile shows only when it is made; this is room for a hundred with ids of 24 characters.
@@ -89,6 +90,7 @@ impl Sink for BakeRegistry {
     fn append(&self, row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
         let written = {
             let mut made = locked(&self.made);
+            // Tiles of the next rows may be made already, in any order.
             let later = made.split_off(&Place { row: row + 1, col: 0 });
             std::mem::replace(&mut *made, later)
         };

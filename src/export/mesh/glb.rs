@@ -54,6 +54,7 @@ impl Glb {
 
     /// Says that readers need an extension, or that they may use it.
     pub fn uses(&mut self, extension: &str, required: bool) {
+        // What readers need must also stand among what is used.
         let mut lists = vec![&mut self.root.extensions_used];
         if required {
             lists.push(&mut self.root.extensions_required);
@@ -147,6 +148,7 @@ impl Glb {
                     Content::Indices => ("TRIANGLES", compressed_indices(bytes, stride)),
                 };
                 let offset = self.append(&coded);
+                // Where it would begin in a buffer of plain numbers, which is described and not written.
                 self.plain_bytes = Some(before + bytes.len().next_multiple_of(4));
                 let extension = json!({
                     "buffer": 0, "byteOffset": offset, "byteLength": coded.len(), "byteStride": stride, "count": count,
@@ -203,7 +205,9 @@ impl Glb {
             self.root.buffers.push(buffer(plain_bytes, Some(extensions::buffer::Buffer { others: fallback })));
         }
         let mut json = self.root.to_vec().expect("names and finite numbers are JSON");
+        // Chunks of a GLB are filled up to 4 bytes: JSON with spaces, numbers with zeros.
         json.resize(json.len().next_multiple_of(4), b' ');
+        // A header of three words, and two before each chunk.
         let total = 12 + 8 + json.len() + 8 + self.bytes.len();
         let word = |count: usize| u32::try_from(count).expect("the plan has checked the size").to_le_bytes();
         let mut file = Vec::with_capacity(total);
@@ -241,6 +245,7 @@ fn buffer(bytes: usize, extensions: Option<extensions::buffer::Buffer>) -> Buffe
 fn compressed_vertices(bytes: &[u8], stride: usize) -> Vec<u8> {
     /// The version of the format that the extension names.
     const VERSION: Option<i32> = Some(0);
+    // The library's own default; this version has no others.
     const LEVEL: i32 = 2;
     fn of<const N: usize>(bytes: &[u8]) -> Vec<u8> {
         let vertices = bytes.as_chunks::<N>().0;
@@ -260,6 +265,7 @@ fn compressed_vertices(bytes: &[u8], stride: usize) -> Vec<u8> {
 fn compressed_indices(bytes: &[u8], size: usize) -> Vec<u8> {
     let index = |bytes: &[u8]| bytes.iter().rev().fold(0, |index, byte| index << 8 | u32::from(*byte));
     let indices: Vec<u32> = bytes.chunks_exact(size).map(index).collect();
+    // The codec wants a bound for the indices, which need not be the count of vertices.
     let vertices = indices.iter().max().map_or(0, |most| *most as usize + 1);
     meshopt::encode_index_buffer(&indices, vertices).expect("the buffer is as large as it may need to be")
 }

@@ -67,6 +67,7 @@ fn names(path: &str, region: bool, tiles: bool, endings: &[&str]) -> bool {
     let without_level = |rest: &'static str, stem: &str| -> Option<String> {
         let stem = stem.strip_prefix(rest)?;
         let Some(level) = stem.strip_prefix("_lod") else { return Some(stem.to_owned()) };
+        // The level is followed by the tile's place, or by nothing.
         let end = level.find('_').unwrap_or(level.len());
         is_number(&level[..end]).then(|| level[end..].to_owned())
     };

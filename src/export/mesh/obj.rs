@@ -141,6 +141,7 @@ impl<'a> ObjSink<'a> {
         };
         let texture = |x: i64, y: i64| {
             let [u, v] = [(x, 0), (y, 1)].map(|(at, axis)| ((at - first[axis]) as f64 + 0.5) / sides[axis] as f64);
+            // OBJ counts v from the bottom of a picture.
             [u, 1.0 - v]
         };
         let land = land_name(self.regions.is_none().then_some(place));
@@ -229,9 +230,11 @@ impl Text {
         for (material, faces) in &self.faces {
             writeln!(target, "usemtl {material}")?;
             for triangle in faces.as_chunks::<3>().0 {
+                // One line again and again: a face is written a million times.
                 line.clear();
                 line.push('f');
                 for index in triangle {
+                    // OBJ counts from 1, over the whole file.
                     let number = before + u64::from(*index) + 1;
                     _ = write!(line, " {number}/{number}/{number}");
                 }
@@ -290,6 +293,7 @@ impl Sink for ObjSink<'_> {
         for (lod, model) in self.modeller.models(tile) {
             let text = self.text(tile, place, &model);
             if self.regions.is_some() {
+                // How many vertices stand before these is known when the tiles before are written, not yet.
                 text.pack(&mut packed);
                 continue;
             }

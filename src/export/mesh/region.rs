@@ -45,6 +45,7 @@ struct Spool {
 
 impl Spool {
     fn create(name: &'static str, folder: &Path) -> Result<Spool, Error> {
+        // Nameless, so it is gone with the program, however that ends.
         let file = tempfile::tempfile_in(folder).map_err(Error::io(folder))?;
         Ok(Spool { name, file: BufWriter::new(file), count: 0 })
     }
@@ -100,6 +101,7 @@ impl RegionFile {
     }
 
     fn add_shifted(&mut self, root: Root, path: &str, start: usize) -> std::io::Result<()> {
+        // How many there were before: what a tile's indices are raised by.
         let (nodes, meshes, accessors) = (self.nodes.count, self.meshes.count, self.accessors.count);
         let (views, buffers, images) = (self.views.count, self.buffers.count, self.images.count);
         let textures = self.textures.count;
@@ -142,6 +144,7 @@ impl RegionFile {
         // Materials of tiles are their own; those of water and roads are all the same.
         let mut materials = Vec::with_capacity(root.materials.len());
         for mut material in root.materials {
+            // By name, since a tile has only those that it shows.
             let substance = SUBSTANCES.iter().position(|substance| material.name.as_deref() == Some(substance.name));
             let known = substance.and_then(|substance| self.shared[substance]);
             materials.push(Index::new(known.unwrap_or(self.materials.count)));
@@ -176,6 +179,7 @@ impl RegionFile {
             shift(&mut node, nodes);
             self.scene.push(&node)?;
         }
+        // The same in all tiles of a bake.
         self.extensions = (root.extensions_used, root.extensions_required);
         Ok(())
     }

@@ -42,6 +42,7 @@ impl Values {
         component: ComponentType,
         values: impl Iterator<Item = [[u8; BYTES]; N]>,
     ) -> Values {
+        // Each value is filled up to a multiple of 4 bytes, as glTF asks of vertices.
         let mut all = Values {
             component,
             dimensions: dimensions(N),
@@ -73,6 +74,7 @@ impl Values {
         if !quantized {
             return Values::floats(values);
         }
+        // -128 is not used: glTF takes both -127 and -128 for -1.
         let whole = |axis: f32| ((axis * 127.0).round() as i8).to_le_bytes();
         Values::whole(ComponentType::I8, values.map(|value| value.map(whole)))
     }
@@ -118,6 +120,7 @@ pub(super) struct MeshData {
 /// bitangent, which points north.
 pub(super) fn tangent([east, up, _]: [f32; 3]) -> [f32; 4] {
     let length = (east * east + up * up).sqrt();
+    // At right angles to the normal and to the south, so that textures lie straight.
     if length > 0.0 { [up / length, -east / length, 0.0, 1.0] } else { [1.0, 0.0, 0.0, 1.0] }
 }
 
@@ -137,6 +140,7 @@ pub(super) fn of_land(
     let normals = || vertices().map(|(x, y)| tile.normals().at(x, y));
     let cells = surface.cells as f32;
     let in_tile = surface.vertices.iter().map(|vertex| vertex.map(|at| at as f32 / cells));
+    // In whole numbers as long as they are large: far away a float would not tell vertices apart.
     let (x0, y0) = (region.at().x * surface.cells as i64, region.at().y * surface.cells as i64);
     let sides = [region.width() - 1, region.height() - 1];
     let in_region = vertices()
@@ -202,6 +206,7 @@ pub(super) fn of_ribbons(ribbons: &[Ribbon], frame: &Frame) -> MeshData {
     let mut before = 0;
     for ribbon in ribbons {
         indices.extend(ribbon.triangles.as_flattened().iter().map(|index| before + index));
+        // Indices count from the first vertex of the mesh, a ribbon's from its own.
         before += ribbon.vertices.len() as u32;
     }
     MeshData { attributes, indices }

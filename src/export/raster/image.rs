@@ -89,6 +89,7 @@ impl Image {
         let Some(Place { row, col }) = place else { return format!("{stem}.{extension}") };
         let row = match self.layout.naming {
             Naming::Marked => row,
+            // Unity counts tiles along z, which points north.
             Naming::Bare => region.rows() - 1 - row,
         };
         let [east, other] = self.layout.naming.marks();
@@ -97,6 +98,7 @@ impl Image {
 
     /// Whether [`file`](Image::file) gives that path in a region, or its sidecar has it.
     pub fn names(&self, path: &str) -> bool {
+        // A sidecar has the name of its raster, and its own ending behind that.
         let path = if self.encoding.has_sidecar() { path.strip_suffix(".json").unwrap_or(path) } else { path };
         let Some(place) = path
             .strip_prefix(self.stem)
@@ -127,6 +129,7 @@ impl Image {
         match (self.layout.edge, self.tiles) {
             (Edge::Owned, _) => (cells, cells),
             (Edge::Shared, true) => (cells + 1, cells + 1),
+            // In one raster each vertex has one pixel, so a shared edge is taken once.
             (Edge::Shared, false) => region.owned(place),
         }
     }

@@ -76,6 +76,7 @@ impl Sink for RegionRaster {
         for y in 0..rows {
             line.clear();
             for piece in pieces {
+                // Tiles of the last column may be a vertex wider.
                 let row_bytes = piece.len() / rows;
                 line.extend_from_slice(&piece[y * row_bytes..][..row_bytes]);
             }
@@ -117,6 +118,7 @@ impl Sink for TileRasters {
         let mut samples = painter.paint(tile, cols, rows);
         if image.layout.rows == RowOrder::FromSouth {
             let row_bytes = samples.len() / rows;
+            // A tile is held whole, so its rows can be turned around; a region's cannot.
             samples = samples.chunks_exact(row_bytes).rev().collect::<Vec<_>>().concat();
         }
         writer.write_rows(&samples)?;

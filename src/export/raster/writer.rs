@@ -128,6 +128,7 @@ impl RasterWriter {
                 let file = SharedFile(Arc::new(Mutex::new(Some(file))));
                 let size = (width.try_into().expect(fits), height.try_into().expect(fits));
                 let stream = png_writer(file.clone(), sample, size, srgb)
+                    // Chunks of a quarter of a mebibyte: each has a header and a checksum, and is a write.
                     .and_then(|writer| writer.into_stream_writer_with_size(1 << 18))
                     .map_err(png_error(&path))?;
                 Ok(RasterWriter::Png { file, stream: Box::new(stream) })
@@ -249,6 +250,7 @@ impl ExrWriter {
         let path = file.path().to_owned();
         let shared = SharedFile(Arc::new(Mutex::new(Some(file))));
         let (rows, incoming) = sync_channel(2);
+        // Ours too, for the writer drops its own when it is done.
         let target = shared.clone();
         let thread = std::thread::spawn(move || write_exr(target, layer, channels, (width, height), incoming));
         ExrWriter { path, rows: Some(rows), thread: Some(thread), file: shared }
@@ -261,6 +263,7 @@ impl ExrWriter {
     }
 
     fn join(&mut self) -> Result<(), Error> {
+        // Closed: the thread's loop over rows ends.
         self.rows = None;
         let Some(thread) = self.thread.take() else { return Ok(()) };
         let result = thread.join().expect("the EXR thread does not panic");

@@ -71,6 +71,7 @@ impl<'a> GeoJsonSink<'a> {
         let file = |layer: &&dyn AnyLayer| PartFile::create(out.join(path(*layer)));
         let files = layers(world).iter().map(file).collect::<Result<Vec<_>, _>>()?;
         Ok(GeoJsonSink {
+            // One store for all layers, named after none of them.
             features: FeatureStore::create(world, &out.join(FOLDER).join("layers.geojson"))?,
             files: Mutex::new(files),
         })
@@ -115,6 +116,7 @@ fn write_collection(file: &mut PartFile, features: &FeatureStore, number: usize)
     write("{\"type\":\"FeatureCollection\",\"features\":[")?;
     let layer = features.layers()[number];
     let heads = layer.heads();
+    // A feature a line, so that files can be compared and read from a stream.
     let mut separator = "\n";
     features.for_each(number, |row| {
         write(separator)?;
@@ -147,6 +149,7 @@ fn as_text(shape: Shape, heads: &[Head], row: &Row) -> String {
         Shape::Polygon => ("Polygon", 2),
     };
     _ = write!(text, "}},\"geometry\":{{\"type\":\"{kind}\",\"coordinates\":");
+    // A polygon is a list of rings, a line a list of points, and a point stands alone.
     text.push_str(&"[".repeat(usize::from(depth == 2)));
     for (index, line) in row.lines.iter().enumerate() {
         text.push_str(if index > 0 { "," } else { "" });

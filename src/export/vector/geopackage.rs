@@ -144,6 +144,7 @@ struct Envelope {
 }
 
 impl Envelope {
+    // Added to anything, it changes nothing.
     const NOTHING: Envelope = Envelope { min: [f64::INFINITY; 2], max: [f64::NEG_INFINITY; 2] };
 
     fn of(lines: &[Vec<[f64; 3]>]) -> Envelope {
@@ -168,6 +169,7 @@ fn geometry(shape: Shape, lines: &[Vec<[f64; 3]>]) -> Vec<u8> {
     bytes.extend(*b"GP\x00\x03");
     bytes.extend(UNDEFINED_CARTESIAN.to_le_bytes());
     bytes.extend([min[0], max[0], min[1], max[1]].map(f64::to_le_bytes).as_flattened());
+    // Well-known binary, little-endian; its kinds are numbers of the standard, a thousand more with heights.
     bytes.push(1);
     let kind: u32 = match shape {
         Shape::Point => 1,
@@ -208,8 +210,10 @@ impl<'a> GeoPackageSink<'a> {
         let create = |at: &Path| {
             let connection = Connection::open(at)?;
             unjournaled(&connection)?;
+            // How readers and `file` tell a GeoPackage from any other database.
             connection.pragma_update(None, "application_id", APPLICATION_ID)?;
             connection.pragma_update(None, "user_version", USER_VERSION)?;
+            // One transaction for all: each statement alone would be one of its own.
             connection.execute_batch("BEGIN")?;
             connection.execute_batch(SCHEMA)?;
             for layer in features.layers() {
@@ -228,6 +232,7 @@ impl<'a> GeoPackageSink<'a> {
         let cells = self.region.tile_cells() as i64;
         let metres = |tile: i64| (tile * cells) as f64 * self.spacing_m;
         let (west, east) = (metres(at.x), metres(at.x + cols as i64));
+        // Not the negative, which has a zero of its own.
         let (south, north) = (0.0 - metres(at.y + rows as i64), 0.0 - metres(at.y));
         [[west, south], [east, south], [east, north], [west, north], [west, south]].map(|[x, y]| [x, y, 0.0]).to_vec()
     }
@@ -275,6 +280,7 @@ fn register(
     (layer, shape, about): (&str, Shape, &str),
     envelope: Option<Envelope>,
 ) -> rusqlite::Result<()> {
+    // An empty layer has no envelope: null in all four.
     let side = |pick: fn(&Envelope) -> f64| envelope.as_ref().map(pick);
     connection.execute(
         "INSERT INTO gpkg_contents VALUES (?1, 'features', ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",

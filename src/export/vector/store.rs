@@ -98,6 +98,7 @@ pub(crate) struct FeatureStore<'a> {
 impl<'a> FeatureStore<'a> {
     /// The store of a world's features, in the folder in which its file will be.
     pub fn create(world: &'a World, file: &FilePath) -> Result<FeatureStore<'a>, Error> {
+        // Never finished, so it is gone when the store is.
         let mut part = PartFile::create(file.with_extension("features"))?;
         let path = part.lend();
         let open = || {
@@ -142,6 +143,7 @@ impl<'a> FeatureStore<'a> {
 
     /// Puts away what waits.
     pub fn flush(&self) -> Result<(), Error> {
+        // Taken at once, so that tiles can go on to add while this is written.
         let waiting = std::mem::take(&mut *locked(&self.waiting));
         let (connection, part) = &mut *locked(&self.store);
         let put = || {
@@ -149,6 +151,7 @@ impl<'a> FeatureStore<'a> {
             for ((number, key), Row { values, lines }) in waiting {
                 let lines = packed(&lines, self.layers()[number].shape().dimensions());
                 let marks = ", ?".repeat(values.len() + 1);
+                // A feature that touches several rows of tiles comes again with each.
                 let insert = format!("INSERT OR IGNORE INTO layer_{number} VALUES (?{marks})");
                 let values = values.iter().map(|value| value as &dyn ToSql);
                 let row = [&key as &dyn ToSql].into_iter().chain(values).chain([&lines as &dyn ToSql]);
@@ -165,6 +168,7 @@ impl<'a> FeatureStore<'a> {
         let (connection, part) = &*locked(&self.store);
         let failed = || Error::sqlite(part.path());
         let layer = &self.layers()[number];
+        // Sorted, so that files do not depend on which tile came first.
         let select = format!("SELECT * FROM layer_{number} ORDER BY key");
         let mut select = connection.prepare(&select).map_err(failed())?;
         let heads = layer.heads();
@@ -220,6 +224,7 @@ fn unpacked(bytes: &[u8], dimensions: usize) -> Vec<Vec<[f64; 3]>> {
         let mut number = || words.next().map_or(0.0, |word| f64::from_le_bytes(*word));
         let mut point = || {
             let mut point = [0.0; 3];
+            // Layers without heights keep a zero there, which is not stored.
             point[..dimensions].fill_with(&mut number);
             point
         };
