@@ -80,6 +80,7 @@ pub fn ribbons(tile: &Tile, spacing_m: f64, ground: &Drape) -> Vec<Ribbon> {
     for line in tile.lines() {
         builder.add_line(line);
     }
+    // Stable: ribbons of a kind follow each other, those of a line in its order.
     builder.all.sort_by_key(|ribbon| ribbon.kind);
     builder.all
 }
@@ -173,6 +174,7 @@ impl RibbonBuilder<'_> {
         let point = points[index];
         let (before, after) = (points[index.saturating_sub(1)], points[(index + 1).min(points.len() - 1)]);
         let way = before.way(&after);
+        // Neighbours may lie at one place: then there is no direction, but no NaN either.
         let far = length(way).max(1e-9);
         let ahead = way.map(|axis| axis / far);
         // With x east and y south, what is left of east is north.
@@ -194,6 +196,7 @@ impl RibbonBuilder<'_> {
             right,
             height_m,
             width_m: 2.0 * point.half_width_m,
+            // Once a width, so that a texture is not stretched; a river may begin without any.
             along: (along_m[index] / (2.0 * point.half_width_m).max(1e-3)) as f32,
             ahead,
             up: [-ahead[0] * grade * up, up, -ahead[1] * grade * up].map(|axis| axis as f32),
