@@ -291,6 +291,7 @@ impl BakeArguments {
             sources.set("--set", setting)?;
         }
         if let Some(cells) = self.common.tile_cells {
+            // After --set, so that the option with a name of its own wins.
             sources.set("--tile-cells", &format!("tile_cells={cells}"))?;
         }
         Ok(sources)
@@ -298,6 +299,7 @@ impl BakeArguments {
 
     pub fn meshes(&self) -> MeshOptions {
         let CommonArguments { lod, mesh_error, quantize, meshopt, .. } = &self.common;
+        // A name that is no profile is reported where the profile is read, not here.
         let lods = lod.clone().or_else(|| self.profile().ok().flatten().map(Profile::lods)).unwrap_or_default();
         MeshOptions { lods, error_m: *mesh_error, quantized: *quantize, compressed: *meshopt }
     }
@@ -318,6 +320,7 @@ impl BakeArguments {
         match (&self.common.export, &self.common.profile) {
             (Some(list), _) => Export::parse_list(list),
             (None, None) => Export::parse_list(Export::DEFAULT),
+            // A profile brings its own; what else is wanted must be named.
             (None, Some(_)) => Ok(Vec::new()),
         }
     }

@@ -40,6 +40,7 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     let threads = thread_count(options.threads);
     let cost = plan.cost(threads);
     let out = options.out.clone().unwrap_or_else(|| Path::new("out").join(&name));
+    // Kept until the plan is printed: a dry run says what it would take even where it may not.
     let refused = Output::check(&out, options.overwrite, &cost);
     let short = Limit::now(threads).map_or(Ok(()), |limit| limit.check(&cost));
     if options.dry_run && !options.quiet {

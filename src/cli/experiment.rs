@@ -27,6 +27,7 @@ pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(
         baseline: arguments.baseline.is_on(),
     };
     options.sizes.sort_unstable();
+    // A size that is named twice is walked once.
     options.sizes.dedup();
     options.check()?;
     let out = arguments.out.unwrap_or_else(|| PathBuf::from("out/experiment"));

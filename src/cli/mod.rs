@@ -78,8 +78,10 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
             let mut page = Vec::new();
             let render = |command: clap::Command, page: &mut Vec<u8>| clap_mangen::Man::new(command).render(page);
             let mut command = Arguments::command();
+            // Subcommands get their full names and inherited options only now.
             command.build();
             render(command.clone(), &mut page).expect("a Vec takes everything");
+            // Its page would list all the others again.
             for subcommand in command.get_subcommands().filter(|subcommand| subcommand.get_name() != "help") {
                 render(subcommand.clone(), &mut page).expect("a Vec takes everything");
             }

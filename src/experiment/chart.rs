@@ -125,6 +125,7 @@ fn draw_bar(svg: &mut String, bar: &Bar, x: f64, y: &impl Fn(f64) -> f64) {
     )
     .expect(TAKES_ALL);
     let whisker = bar.percentile_99_ms.map_or(top, y);
+    // Shorter than half a pixel it would be a blot on the bar.
     if whisker < top - 0.5 {
         writeln!(
             svg,
@@ -143,6 +144,7 @@ fn draw_bar(svg: &mut String, bar: &Bar, x: f64, y: &impl Fn(f64) -> f64) {
 fn draw_legend(svg: &mut String, groups: &[(u32, Vec<Bar>)]) {
     let mut named: Vec<&Bar> = Vec::new();
     for bar in groups.iter().flat_map(|(_, bars)| bars) {
+        // Few bars, so a search through all names is short.
         if named.iter().all(|known| known.name != bar.name) {
             named.push(bar);
         }

@@ -19,6 +19,7 @@ pub fn write_files(out: &Path, report: &Report, walks: &[Walk]) -> Result<(), Er
     remove_unfinished(out)?;
     let mut json = serde_json::to_string_pretty(report).expect("a report is JSON");
     json.push('\n');
+    // The largest tiles are those that the thesis shows, and a picture of the smallest would be a streak.
     let picture = walks.iter().max_by_key(|walk| walk.tile_cells).map_or_else(Vec::new, |walk| walk.picture.to_png());
     let contents =
         [expansions_csv(walks).into(), json.into(), report.to_markdown().into(), chart(report).into(), picture];
@@ -235,6 +236,7 @@ impl Table {
         let mut text = self.lines(|cells| format!("| {} |\n", cells.join(" | ")));
         let dashes: Vec<String> = self.widths().into_iter().map(|width| "-".repeat(width)).collect();
         let end_of_header = text.find('\n').map_or(0, |at| at + 1);
+        // Markdown asks for a line of dashes under the header.
         text.insert_str(end_of_header, &format!("| {} |\n", dashes.join(" | ")));
         text
     }

@@ -160,6 +160,7 @@ impl<S, F> Layer<S, F> {
     pub fn find(&self, world: &World, area: &Area) -> Vec<F> {
         let mut sources: Vec<_> = (self.sources)(world, area).into_iter().map(|it| ((self.key)(&it), it)).collect();
         sources.sort_by(|a, b| a.0.cmp(&b.0));
+        // An area may come upon a source twice, such as a settlement in it at which its roads end too.
         sources.dedup_by(|a, b| a.0 == b.0);
         sources.iter().map(|(_, source)| (self.feature)(world, source)).collect()
     }
