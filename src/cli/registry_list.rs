@@ -25,7 +25,6 @@ pub(super) fn run(folder: &Path, console: &Console) -> Result<(), Error> {
             true => writeln!(text, "{}", object(&row)).expect("a String takes everything"),
             false => text.push_str(&table_line(&row)),
         }
-        // A system call a tile would take longer than reading it.
         if text.len() < PRINTED_BYTES {
             return Ok(());
         }

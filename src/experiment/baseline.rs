@@ -151,8 +151,7 @@ impl Baseline {
         let mut vertices = self.grid.clone();
         clock.time(stage::RELIEF, || {
             let side_m = (self.side - 1) as f32 * self.spacing_m;
-            // In `f32`, as the thesis has it: far from the origin it is coarse, which is part of what is measured
-            // against.
+            // In `f32` like all the rest: far from the origin it is coarse.
             let centre = [(id.x as f32 + 0.5) * side_m, (id.y as f32 + 0.5) * side_m];
             for vertex in &mut vertices {
                 let [east, _, south] = vertex.position;

@@ -84,8 +84,7 @@ impl Picture {
                     if pixel.order == NOTHING {
                         self.last = self.last.max(order);
                         let [east, up, south] = tile.normals().at(x0, y0);
-                        // Light from the north-west: brighter where the normal leans west and north; 1.31 is what the
-                        // brightest slope has.
+                        // Light from the north-west: brighter where the normal leans there, 1.31 = sqrt(1 + 2 0.6^2) at most.
                         let light = ((up - 0.6 * (east + south)) / 1.31).clamp(0.0, 1.0);
                         *pixel = Pixel { order: order as u32, light, cover: cover(tile, [x0, y0, x1, y1]) };
                     }

@@ -19,7 +19,7 @@ pub fn write_files(out: &Path, report: &Report, walks: &[Walk]) -> Result<(), Er
     remove_unfinished(out)?;
     let mut json = serde_json::to_string_pretty(report).expect("a report is JSON");
     json.push('\n');
-    // The largest tiles are those that the thesis shows, and a picture of the smallest would be a streak.
+    // Of the largest tiles: the same way over smaller ones is a thinner strip.
     let picture = walks.iter().max_by_key(|walk| walk.tile_cells).map_or_else(Vec::new, |walk| walk.picture.to_png());
     let contents =
         [expansions_csv(walks).into(), json.into(), report.to_markdown().into(), chart(report).into(), picture];
