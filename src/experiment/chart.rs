@@ -144,7 +144,6 @@ fn draw_bar(svg: &mut String, bar: &Bar, x: f64, y: &impl Fn(f64) -> f64) {
 fn draw_legend(svg: &mut String, groups: &[(u32, Vec<Bar>)]) {
     let mut named: Vec<&Bar> = Vec::new();
     for bar in groups.iter().flat_map(|(_, bars)| bars) {
-        // Few bars, so a search through all names is short.
         if named.iter().all(|known| known.name != bar.name) {
             named.push(bar);
         }

@@ -89,7 +89,7 @@ impl<'a> Modeller<'a> {
 
     /// What the manifest says of a model.
     pub fn record(&self, tile: &Tile, lod: u32, land: &Surface) -> MeshRecord {
-        // Of the vertices as they are written, which is what a reader finds.
+        // Of the vertices that the mesh has, for these are what a reader finds.
         let (mut min_m, mut max_m) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         let area = tile.area();
         let corner = self.frame.corner_m(&area);
