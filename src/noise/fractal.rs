@@ -1,6 +1,5 @@
 //! A fractal: its octaves, and the loop that fills an area with it.
 
-use super::blocks::{BLOCK_COLUMNS, BLOCK_ROWS, Part, blocks};
 use super::bounds::bounds;
 use super::fold::{Fbm, Fold, FoldStep, Hetero, Hybrid, Ridged, State};
 use super::lattice::Lattice;
@@ -9,7 +8,7 @@ use super::simplex::{RowStart, Simplex};
 use super::spec::{FractalKind, FractalSpec};
 use super::splat::{Bumps, NoiseSink, Splat};
 use crate::area::Area;
-use crate::simd::{self, Kernel, Level, Simd};
+use crate::simd::{self, Kernel, Level, MAX_LANES, Simd};
 use std::marker::PhantomData;
 use std::ops::Range;
 
@@ -22,7 +21,12 @@ pub struct Fractal {
     max_warp_m: f32,
 }
 
+/// Blocks are aligned with the world: that gives a vertex the same bits in every area. So these two numbers are part
+/// of what the noise is. A block's sums stay in the first-level cache.
+const BLOCK_COLUMNS: usize = 64;
+const BLOCK_ROWS: usize = 32;
 const BLOCK_VERTICES: usize = BLOCK_COLUMNS * BLOCK_ROWS;
+const _: () = assert!(BLOCK_COLUMNS.is_multiple_of(MAX_LANES) && BLOCK_ROWS.is_multiple_of(MAX_LANES));
 
 /// How many cells of the finest octave a displacement may span: so far a float tells 2^-13 of a cell.
 const MAX_WARP_CELLS: f64 = 1024.0;
@@ -209,6 +213,12 @@ struct FractalFill<'a, F> {
 #[repr(align(64))]
 struct Strips([f32; BLOCK_VERTICES]);
 
+/// The vertices of a block that are wanted.
+struct Part {
+    columns: Range<usize>,
+    rows: Range<usize>,
+}
+
 /// The working memory of a block.
 struct BlockScratch {
     bumps: Bumps<BLOCK_ROWS>,
@@ -223,31 +233,44 @@ impl<F: Fold> Kernel for FractalFill<'_, F> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
+        if self.out.is_empty() {
+            return;
+        }
         let zeros = || Strips([0.0; BLOCK_VERTICES]);
         let mut scratch =
             BlockScratch { bumps: Bumps::new(), value: zeros(), weight: zeros(), dx_m: zeros(), dy_m: zeros() };
-        for part in blocks(self.area) {
-            self.block(simd, &part, &mut scratch);
+        let (columns, rows) = (BLOCK_COLUMNS as i64, BLOCK_ROWS as i64);
+        let Area { x0, y0, x1, y1 } = self.area;
+        for block_y in y0.div_euclid(rows)..=(y1 - 1).div_euclid(rows) {
+            for block_x in x0.div_euclid(columns)..=(x1 - 1).div_euclid(columns) {
+                let (x, y) = (block_x * columns, block_y * rows);
+                let part = Part {
+                    columns: (x0.max(x) - x) as usize..(x1.min(x + columns) - x) as usize,
+                    rows: (y0.max(y) - y) as usize..(y1.min(y + rows) - y) as usize,
+                };
+                self.block(simd, x, y, &part, &mut scratch);
+            }
         }
     }
 }
 
 impl<F: Fold> FractalFill<'_, F> {
-    /// Computes a part of a block.
+    /// Computes a part of the block whose first vertex is (x, y).
     #[inline(always)]
-    fn block<S: Simd>(&mut self, simd: S, part: &Part, scratch: &mut BlockScratch) {
+    fn block<S: Simd>(&mut self, simd: S, x: i64, y: i64, part: &Part, scratch: &mut BlockScratch) {
+        let first = (
+            (y + part.rows.start as i64 - self.area.y0) as usize,
+            (x + part.columns.start as i64 - self.area.x0) as usize,
+        );
         let width = self.area.width();
-        let first_row = (part.y + part.rows.start as i64 - self.area.y0) as usize;
-        let first_column = (part.x + part.columns.start as i64 - self.area.x0) as usize;
-        let rows = part.rows.clone().zip((first_row * width + first_column..).step_by(width));
         if let Some(warp) = self.warp {
-            for (row, start) in rows.clone() {
+            for (row, start) in part.rows.clone().zip((first.0 * width + first.1..).step_by(width)) {
                 scratch.dx_m.set_row::<S>(row, part, &warp.dx_m[start..]);
                 scratch.dy_m.set_row::<S>(row, part, &warp.dy_m[start..]);
             }
         }
         for (index, octave) in self.fractal.octaves.iter().enumerate() {
-            let position = octave.lattice.at(part.x, part.y);
+            let position = octave.lattice.at(x, y);
             let is_first = index == 0;
             match &octave.method {
                 // Displaced vertices are no row any more, and have nothing in common.
@@ -257,7 +280,7 @@ impl<F: Fold> FractalFill<'_, F> {
                 Evaluation::Simplex => fold_simplex::<S, F, false>(simd, octave, position, is_first, part, scratch),
             }
         }
-        for (row, start) in rows {
+        for (row, start) in part.rows.clone().zip((first.0 * width + first.1..).step_by(width)) {
             scratch.value.get_row::<S>(row, part, &mut self.out[start..]);
         }
     }

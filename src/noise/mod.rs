@@ -20,7 +20,6 @@
 //!
 //! [`Stripes`] are another noise on positions just as exact: waves along a given direction (`stripes.rs`).
 
-mod blocks;
 mod bounds;
 mod fold;
 mod fractal;

@@ -12,11 +12,15 @@
 //! whichever further pivots are added in its strip. About 25 vector operations a vector and pivot, for 5 to 8 pivots
 //! that reach a strip when waves are long.
 
-use super::blocks::{BLOCK_COLUMNS, BLOCK_ROWS, Part, blocks};
 use super::lattice::{cell, fixed_point, fraction, hash, origin};
 use crate::area::Area;
 use crate::simd::{self, Kernel, Level, MAX_LANES, Simd};
 use std::ops::Range;
+
+/// Blocks are aligned with the world, which gives a vertex the same bits in every area: these two numbers are part of
+/// what the noise is.
+const BLOCK_COLUMNS: usize = 64;
+const BLOCK_ROWS: usize = 32;
 
 /// Side of a cell in wavelengths. More makes stripes longer; but a pivot's wave is then bent more where the direction
 /// turns.
@@ -195,6 +199,9 @@ impl Kernel for StripesFill<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
+        if self.area.is_empty() {
+            return;
+        }
         let mut pivots = Pivots {
             x: [0.0; STRIDE * CELL_ROWS],
             y: [0.0; STRIDE * CELL_ROWS],
@@ -205,21 +212,28 @@ impl Kernel for StripesFill<'_> {
         // Places to be filled: only as many as are found are read.
         let none = Reaching { dx: zero, dx2: zero, dy: [0.0; GROUP_ROWS], base: [0.0; GROUP_ROWS], phase: 0.0 };
         let mut reaching = [none; MAX_REACHING];
-        for Part { x, y, columns, rows } in blocks(self.area) {
-            self.stripes.find_pivots(simd, x, y, &mut pivots);
-            let mut start = rows.start;
-            while start < rows.end {
-                let end = rows.end.min((start / self.stripes.group_rows + 1) * self.stripes.group_rows);
-                for strip in columns.start / S::LANES..=(columns.end - 1) / S::LANES {
-                    let column = strip * S::LANES;
-                    let count = self.stripes.find_reaching(simd, &pivots, column, start..end, &mut reaching);
-                    let wanted = columns.start.max(column)..columns.end.min(column + S::LANES);
-                    let at = (y + start as i64 - self.area.y0) as usize * self.area.width()
-                        + (x + wanted.start as i64 - self.area.x0) as usize;
-                    let lanes = wanted.start - column..wanted.end - column;
-                    self.add_up(simd, &reaching[..count], end - start, lanes, at);
+        let (columns, rows) = (BLOCK_COLUMNS as i64, BLOCK_ROWS as i64);
+        let Area { x0, y0, x1, y1 } = self.area;
+        for block_y in y0.div_euclid(rows)..=(y1 - 1).div_euclid(rows) {
+            for block_x in x0.div_euclid(columns)..=(x1 - 1).div_euclid(columns) {
+                let (x, y) = (block_x * columns, block_y * rows);
+                let part_columns = (x0.max(x) - x) as usize..(x1.min(x + columns) - x) as usize;
+                let part_rows = (y0.max(y) - y) as usize..(y1.min(y + rows) - y) as usize;
+                self.stripes.find_pivots(simd, x, y, &mut pivots);
+                let mut start = part_rows.start;
+                while start < part_rows.end {
+                    let end = part_rows.end.min((start / self.stripes.group_rows + 1) * self.stripes.group_rows);
+                    for strip in part_columns.start / S::LANES..=(part_columns.end - 1) / S::LANES {
+                        let column = strip * S::LANES;
+                        let count = self.stripes.find_reaching(simd, &pivots, column, start..end, &mut reaching);
+                        let wanted = part_columns.start.max(column)..part_columns.end.min(column + S::LANES);
+                        let at = (y + start as i64 - y0) as usize * self.area.width()
+                            + (x + wanted.start as i64 - x0) as usize;
+                        let lanes = wanted.start - column..wanted.end - column;
+                        self.add_up(simd, &reaching[..count], end - start, lanes, at);
+                    }
+                    start = end;
                 }
-                start = end;
             }
         }
     }
