@@ -273,27 +273,14 @@ fn parse_size(text: &str) -> Result<(u64, u64), String> {
     Ok((number(cols)?, number(rows)?))
 }
 
-/// What both `bake` and `tile` come to.
-pub(super) struct Job {
-    pub preset: String,
-    pub at: TileId,
-    pub size: (u64, u64),
-    pub common: CommonArguments,
-}
-
-impl From<BakeArguments> for Job {
-    fn from(BakeArguments { preset, at, size, common }: BakeArguments) -> Job {
-        Job { preset, at, size, common }
+/// A tile is a region of one.
+impl From<TileArguments> for BakeArguments {
+    fn from(TileArguments { preset, x, y, common }: TileArguments) -> BakeArguments {
+        BakeArguments { preset, at: TileId { x, y }, size: (1, 1), common }
     }
 }
 
-impl From<TileArguments> for Job {
-    fn from(TileArguments { preset, x, y, common }: TileArguments) -> Job {
-        Job { preset, at: TileId { x, y }, size: (1, 1), common }
-    }
-}
-
-impl Job {
+impl BakeArguments {
     /// The preset with all that the options set in it.
     pub fn sources(&self) -> Result<Sources, Error> {
         let mut sources = match &self.preset[..] {
@@ -304,6 +291,7 @@ impl Job {
             sources.set("--set", setting)?;
         }
         if let Some(cells) = self.common.tile_cells {
+            // After --set, so that the option with a name of its own wins.
             sources.set("--tile-cells", &format!("tile_cells={cells}"))?;
         }
         Ok(sources)
@@ -311,6 +299,7 @@ impl Job {
 
     pub fn meshes(&self) -> MeshOptions {
         let CommonArguments { lod, mesh_error, quantize, meshopt, .. } = &self.common;
+        // A name that is no profile is reported where the profile is read, not here.
         let lods = lod.clone().or_else(|| self.profile().ok().flatten().map(Profile::lods)).unwrap_or_default();
         MeshOptions { lods, error_m: *mesh_error, quantized: *quantize, compressed: *meshopt }
     }
@@ -331,6 +320,7 @@ impl Job {
         match (&self.common.export, &self.common.profile) {
             (Some(list), _) => Export::parse_list(list),
             (None, None) => Export::parse_list(Export::DEFAULT),
+            // A profile brings its own; what else is wanted must be named.
             (None, Some(_)) => Ok(Vec::new()),
         }
     }

@@ -12,36 +12,35 @@ use serde_json::json;
 
 use crate::area::Region;
 use crate::bake::Watch;
-use crate::cli::args::Job;
+use crate::cli::args::BakeArguments;
 use crate::cli::console::Console;
 use crate::cli::progress::Progress;
+use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
 use crate::export::{Bytes, Cost, Forecast, Limit, Output, Plan};
 use crate::world::World;
 
 /// Bakes what the command line asks for.
-pub(super) fn run(job: &Job, console: &Console) -> Result<(), Error> {
-    let options = &job.common;
+pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Error> {
+    let options = &arguments.common;
     // What is asked for, checked before anything is written.
-    let sources = job.sources()?;
+    let sources = arguments.sources()?;
     let name = sources.name().to_owned();
     let world = World::new(sources.preset()?, options.seed)?;
     if !options.quiet {
         console.warnings(&world.warnings());
     }
-    let exports = job.exports()?;
-    let region = Region::new(job.at, job.size.0, job.size.1, world.tile_cells())?;
-    let mut plan = Plan::new(&world, &name, region, exports)?.with_meshes(job.meshes())?;
-    if let Some(profile) = job.profile()? {
+    let exports = arguments.exports()?;
+    let region = Region::new(arguments.at, arguments.size.0, arguments.size.1, world.tile_cells())?;
+    let mut plan = Plan::new(&world, &name, region, exports)?.with_meshes(arguments.meshes())?;
+    if let Some(profile) = arguments.profile()? {
         plan = plan.with_profile(profile)?;
     }
-    plan.check_options(&job.mesh_options())?;
-    let threads = match options.threads {
-        Some(threads) => threads as usize,
-        None => thread::available_parallelism().map_or(1, usize::from),
-    };
+    plan.check_options(&arguments.mesh_options())?;
+    let threads = thread_count(options.threads);
     let cost = plan.cost(threads);
     let out = options.out.clone().unwrap_or_else(|| Path::new("out").join(&name));
+    // Kept until the plan is printed: a dry run says what it would take even where it may not.
     let refused = Output::check(&out, options.overwrite, &cost);
     let short = Limit::now(threads).map_or(Ok(()), |limit| limit.check(&cost));
     if options.dry_run && !options.quiet {
@@ -64,10 +63,7 @@ pub(super) fn run(job: &Job, console: &Console) -> Result<(), Error> {
     let told = Arc::clone(&watch);
     // Without a handler an interrupt still ends the program; it only leaves what was half-written.
     _ = ctrlc::set_handler(move || told.cancelled.store(true, Ordering::Relaxed));
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| Error::Option {
-        message: format!("{threads} threads cannot be started: {error}"),
-        hint: "give fewer with --threads".into(),
-    })?;
+    let pool = thread_pool(threads)?;
     let output = Output::prepare(&out, options.overwrite, &cost)?;
     let start = Instant::now();
     let manifest = thread::scope(|scope| {

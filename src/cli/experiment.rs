@@ -5,13 +5,13 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
 use std::time::Instant;
 
 use serde_json::json;
 
 use crate::cli::args::{ExperimentArguments, Switch};
 use crate::cli::console::Console;
+use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
 use crate::experiment::{self, FILES, Options, Report};
 
@@ -27,17 +27,12 @@ pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(
         baseline: arguments.baseline.is_on(),
     };
     options.sizes.sort_unstable();
+    // A size that is named twice is walked once.
     options.sizes.dedup();
     options.check()?;
     let out = arguments.out.unwrap_or_else(|| PathBuf::from("out/experiment"));
-    let threads = match arguments.threads {
-        Some(threads) => threads as usize,
-        None => thread::available_parallelism().map_or(1, usize::from),
-    };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| Error::Option {
-        message: format!("{threads} threads cannot be started: {error}"),
-        hint: "give fewer with --threads".into(),
-    })?;
+    let threads = thread_count(arguments.threads);
+    let pool = thread_pool(threads)?;
     let cancelled = Arc::new(AtomicBool::new(false));
     let told = Arc::clone(&cancelled);
     // Without a handler an interrupt still ends the program.

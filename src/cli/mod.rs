@@ -9,6 +9,7 @@ mod progress;
 mod registry_list;
 
 use std::process::ExitCode;
+use std::thread;
 
 use clap::{CommandFactory, Parser};
 use serde_json::json;
@@ -36,11 +37,24 @@ pub fn run() -> ExitCode {
     }
 }
 
+/// How many threads to use: as many as were asked for, or one a core.
+fn thread_count(asked: Option<u32>) -> usize {
+    asked.map_or_else(|| thread::available_parallelism().map_or(1, usize::from), |threads| threads as usize)
+}
+
+/// A pool of so many threads.
+fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Error> {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| Error::Option {
+        message: format!("{threads} threads cannot be started: {error}"),
+        hint: "give fewer with --threads".into(),
+    })
+}
+
 fn run_command(command: Command, console: &Console) -> Result<(), Error> {
     // A bad variable is the user's mistake and not the first kernel's panic.
     Level::chosen().map_err(|message| Error::Option { message, hint: String::new() })?;
     match command {
-        Command::Bake(arguments) => bake::run(&arguments.into(), console),
+        Command::Bake(arguments) => bake::run(&arguments, console),
         Command::Tile(arguments) => bake::run(&arguments.into(), console),
         Command::Registry { folder, .. } => registry_list::run(&folder, console),
         Command::Experiment(arguments) => experiment::run(arguments, console),
@@ -64,8 +78,10 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
             let mut page = Vec::new();
             let render = |command: clap::Command, page: &mut Vec<u8>| clap_mangen::Man::new(command).render(page);
             let mut command = Arguments::command();
+            // Subcommands get their full names and inherited options only now.
             command.build();
             render(command.clone(), &mut page).expect("a Vec takes everything");
+            // Its page would list all the others again.
             for subcommand in command.get_subcommands().filter(|subcommand| subcommand.get_name() != "help") {
                 render(subcommand.clone(), &mut page).expect("a Vec takes everything");
             }

@@ -131,6 +131,7 @@ impl Baseline {
         };
         Baseline {
             noise: TableNoise::new(world.seed()),
+            // Once, in a table, as Musgrave's own code does.
             exponents: (0..term.octaves).map(|octave| lacunarity.powi(octave as i32).powf(-dimension)).collect(),
             lacunarity,
             offset: term.offset.unwrap_or(1.0) as f32,
@@ -150,6 +151,7 @@ impl Baseline {
         let mut vertices = self.grid.clone();
         clock.time(stage::RELIEF, || {
             let side_m = (self.side - 1) as f32 * self.spacing_m;
+            // In `f32` like all the rest: far from the origin it is coarse.
             let centre = [(id.x as f32 + 0.5) * side_m, (id.y as f32 + 0.5) * side_m];
             for vertex in &mut vertices {
                 let [east, _, south] = vertex.position;

@@ -2,9 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::experiment::report::TAKES_ALL;
 use crate::experiment::{FRAME_RATES, Method, Report, ThesisRow};
-
-const TAKES_ALL: &str = "a String takes everything";
 
 /// Pixels: the plot's edges, and the width of a bar.
 const LEFT: f64 = 70.0;
@@ -48,14 +47,8 @@ pub(super) fn chart(report: &Report) -> String {
     for decade in low as i32..=high as i32 {
         let at = y(10f64.powi(decade));
         let label = 10f64.powi(decade);
-        write!(
-            svg,
-            "<line x1=\"{LEFT}\" x2=\"{right}\" y1=\"{at:.1}\" y2=\"{at:.1}\" stroke=\"#dddddd\"/>\n\
-             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{label}</text>\n",
-            LEFT - 8.0,
-            at + 4.0,
-        )
-        .expect(TAKES_ALL);
+        draw_level(&mut svg, at, right, "stroke=\"#dddddd\"");
+        draw_text(&mut svg, [LEFT - 8.0, at + 4.0], " text-anchor=\"end\"", &label.to_string());
     }
     writeln!(
         svg,
@@ -71,32 +64,16 @@ pub(super) fn chart(report: &Report) -> String {
             draw_bar(&mut svg, bar, x, &y);
             x += BAR;
         }
-        writeln!(
-            svg,
-            "<text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"13\">{cells}x{cells}</text>",
-            BOTTOM + 20.0,
-        )
-        .expect(TAKES_ALL);
+        let size = format!("{cells}x{cells}");
+        draw_text(&mut svg, [middle, BOTTOM + 20.0], " text-anchor=\"middle\" font-size=\"13\"", &size);
         x += GAP;
     }
-    writeln!(
-        svg,
-        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">tile size</text>",
-        f64::midpoint(LEFT, right),
-        BOTTOM + 44.0,
-    )
-    .expect(TAKES_ALL);
+    draw_text(&mut svg, [f64::midpoint(LEFT, right), BOTTOM + 44.0], " text-anchor=\"middle\"", "tile size");
     // The frames that an expansion has to fit into.
     for (rate, frame_ms) in FRAME_RATES {
         let at = y(frame_ms);
-        write!(
-            svg,
-            "<line x1=\"{LEFT}\" x2=\"{right}\" y1=\"{at:.1}\" y2=\"{at:.1}\" stroke=\"#444444\" \
-             stroke-dasharray=\"5 4\"/>\n<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"11\">{rate} a second</text>\n",
-            right + 6.0,
-            at + 4.0,
-        )
-        .expect(TAKES_ALL);
+        draw_level(&mut svg, at, right, "stroke=\"#444444\" stroke-dasharray=\"5 4\"");
+        draw_text(&mut svg, [right + 6.0, at + 4.0], " font-size=\"11\"", &format!("{rate} a second"));
     }
     draw_legend(&mut svg, &groups);
     svg + "</svg>\n"
@@ -125,6 +102,16 @@ fn bars(report: &Report, tile_cells: u32) -> Vec<Bar> {
     measured.chain(told).collect()
 }
 
+/// A line across the plot.
+fn draw_level(svg: &mut String, at: f64, right: f64, stroke: &str) {
+    writeln!(svg, "<line x1=\"{LEFT}\" x2=\"{right}\" y1=\"{at:.1}\" y2=\"{at:.1}\" {stroke}/>").expect(TAKES_ALL);
+}
+
+/// A text with further attributes, each with a space before it.
+fn draw_text(svg: &mut String, [x, y]: [f64; 2], attributes: &str, text: &str) {
+    writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\"{attributes}>{text}</text>").expect(TAKES_ALL);
+}
+
 fn draw_bar(svg: &mut String, bar: &Bar, x: f64, y: &impl Fn(f64) -> f64) {
     let top = y(bar.value_ms);
     let middle = x + BAR / 2.0;
@@ -138,6 +125,7 @@ fn draw_bar(svg: &mut String, bar: &Bar, x: f64, y: &impl Fn(f64) -> f64) {
     )
     .expect(TAKES_ALL);
     let whisker = bar.percentile_99_ms.map_or(top, y);
+    // Shorter than half a pixel it would be a blot on the bar.
     if whisker < top - 0.5 {
         writeln!(
             svg,
@@ -148,13 +136,8 @@ fn draw_bar(svg: &mut String, bar: &Bar, x: f64, y: &impl Fn(f64) -> f64) {
     }
     // Three digits say all that a bar can show.
     let decimals = (2 - bar.value_ms.log10().floor() as i32).clamp(0, 3) as usize;
-    writeln!(
-        svg,
-        "<text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"10\">{:.decimals$}</text>",
-        whisker.min(top) - 4.0,
-        bar.value_ms,
-    )
-    .expect(TAKES_ALL);
+    let value = format!("{:.decimals$}", bar.value_ms);
+    draw_text(svg, [middle, whisker.min(top) - 4.0], " text-anchor=\"middle\" font-size=\"10\"", &value);
 }
 
 /// The names of all bars, each once, in rows under the title.
@@ -167,15 +150,8 @@ fn draw_legend(svg: &mut String, groups: &[(u32, Vec<Bar>)]) {
     }
     for (index, bar) in named.iter().enumerate() {
         let (x, y) = (LEFT + (index % 3) as f64 * 170.0, 44.0 + (index / 3) as f64 * 18.0);
-        writeln!(
-            svg,
-            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"11\" height=\"11\" fill=\"{}\"/>\
-             <text x=\"{:.1}\" y=\"{:.1}\">{}</text>",
-            bar.colour,
-            x + 16.0,
-            y + 10.0,
-            bar.name,
-        )
-        .expect(TAKES_ALL);
+        write!(svg, "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"11\" height=\"11\" fill=\"{}\"/>", bar.colour)
+            .expect(TAKES_ALL);
+        draw_text(svg, [x + 16.0, y + 10.0], "", bar.name);
     }
 }

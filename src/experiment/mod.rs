@@ -106,6 +106,7 @@ impl Options {
                 format!("give more than 0 and at most {}, such as 5", Options::MOST_MINUTES),
             );
         }
+        // Faster, and one expansion would be several tiles deep.
         let smallest = self.sizes.iter().min().copied().unwrap_or(*TILE_CELLS.start());
         let fastest_m_s = smallest as f64 * FRAMES_A_SECOND;
         if !(self.speed_m_s > 0.0 && self.speed_m_s <= fastest_m_s) {
@@ -244,6 +245,7 @@ pub fn walk(options: &Options, tile_cells: u32, cancelled: &AtomicBool) -> Resul
         if let (Some(baseline), Some(series)) = (&baseline, series.last_mut()) {
             let start = Instant::now();
             for id in &entered {
+                // Else the compiler could leave out a tile that nobody reads.
                 black_box(baseline.tile(*id, &baseline_clock));
             }
             let elapsed_ms = start.elapsed().as_secs_f64() * 1e3;

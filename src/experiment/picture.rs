@@ -71,6 +71,7 @@ impl Picture {
                 ..from_metres((area.x1 - 1) as f64 * spacing_m, 0, self.width);
             let rows = from_metres(area.y0 as f64 * spacing_m, 1, self.height)
                 ..from_metres((area.y1 - 1) as f64 * spacing_m, 1, self.height);
+            // A pixel covers so many vertices; the first of them gives the light, all of them the lines.
             let vertices = self.metres_a_pixel / spacing_m;
             for row in rows {
                 let y0 = ((self.corner_m[1] / spacing_m + row as f64 * vertices) as i64).clamp(area.y0, area.y1 - 1);
@@ -83,6 +84,7 @@ impl Picture {
                     if pixel.order == NOTHING {
                         self.last = self.last.max(order);
                         let [east, up, south] = tile.normals().at(x0, y0);
+                        // Light from the north-west: brighter where the normal leans there, 1.31 = sqrt(1 + 2 0.6^2) at most.
                         let light = ((up - 0.6 * (east + south)) / 1.31).clamp(0.0, 1.0);
                         *pixel = Pixel { order: order as u32, light, cover: cover(tile, [x0, y0, x1, y1]) };
                     }

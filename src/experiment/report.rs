@@ -19,6 +19,7 @@ pub fn write_files(out: &Path, report: &Report, walks: &[Walk]) -> Result<(), Er
     remove_unfinished(out)?;
     let mut json = serde_json::to_string_pretty(report).expect("a report is JSON");
     json.push('\n');
+    // Of the largest tiles: the same way over smaller ones is a thinner strip.
     let picture = walks.iter().max_by_key(|walk| walk.tile_cells).map_or_else(Vec::new, |walk| walk.picture.to_png());
     let contents =
         [expansions_csv(walks).into(), json.into(), report.to_markdown().into(), chart(report).into(), picture];
@@ -43,7 +44,8 @@ fn expansions_csv(walks: &[Walk]) -> String {
     csv
 }
 
-const TAKES_ALL: &str = "a String takes everything";
+/// Why writing into a String cannot fail.
+pub(super) const TAKES_ALL: &str = "a String takes everything";
 
 impl Report {
     /// The tables as plain text: timings, real time, t-tests and stages.
@@ -122,8 +124,8 @@ impl Report {
                 number(summary.percentile_99, 3),
                 number(summary.greatest, 3),
                 record.thesis_ms.map_or("-".into(), |thesis_ms| thesis_ms.to_string()),
-                record.speedup.map_or("-".into(), |ratio| number(ratio, 1)),
-                record.speedup_of_medians.map_or("-".into(), |ratio| number(ratio, 1)),
+                number(record.speedup, 1),
+                number(record.speedup_of_medians, 1),
             ]
         };
         Table::new(&header, self.configurations().map(row))
@@ -154,12 +156,12 @@ impl Report {
                     format!("{cells}x{cells}"),
                     comparison.first.name().into(),
                     comparison.second.name().into(),
-                    welch.map_or("-".into(), |test| number(test.t, 2)),
-                    welch.map_or("-".into(), |test| number(test.freedom, 1)),
-                    welch.map_or("-".into(), |test| probability(test.p)),
-                    student.map_or("-".into(), |test| number(test.t, 2)),
-                    student.map_or("-".into(), |test| probability(test.p)),
-                    ThesisRow::of(cells).map_or("-".into(), |row| probability(row.p)),
+                    number(welch.map(|test| test.t), 2),
+                    number(welch.map(|test| test.freedom), 1),
+                    probability(welch.map(|test| test.p)),
+                    number(student.map(|test| test.t), 2),
+                    probability(student.map(|test| test.p)),
+                    probability(ThesisRow::of(cells).map(|row| row.p)),
                 ]
             })
         });
@@ -194,16 +196,17 @@ impl Method {
 }
 
 /// A number with some decimals; a dash where there is none.
-fn number(value: f64, decimals: usize) -> String {
-    if value.is_finite() { format!("{value:.decimals$}") } else { "-".into() }
+fn number(value: impl Into<Option<f64>>, decimals: usize) -> String {
+    value.into().filter(|value| value.is_finite()).map_or("-".into(), |value| format!("{value:.decimals$}"))
 }
 
-/// A probability; one that is too small for a number is said to be so.
-fn probability(p: f64) -> String {
+/// A probability, a dash where there is none; one that is too small for a number is said to be so.
+fn probability(p: Option<f64>) -> String {
     match p {
-        0.0 => "< 1e-300".into(),
-        p if p < 0.001 => format!("{p:.1e}"),
-        p => format!("{p:.3}"),
+        None => "-".into(),
+        Some(0.0) => "< 1e-300".into(),
+        Some(p) if p < 0.001 => format!("{p:.1e}"),
+        Some(p) => format!("{p:.3}"),
     }
 }
 
@@ -233,6 +236,7 @@ impl Table {
         let mut text = self.lines(|cells| format!("| {} |\n", cells.join(" | ")));
         let dashes: Vec<String> = self.widths().into_iter().map(|width| "-".repeat(width)).collect();
         let end_of_header = text.find('\n').map_or(0, |at| at + 1);
+        // Markdown asks for a line of dashes under the header.
         text.insert_str(end_of_header, &format!("| {} |\n", dashes.join(" | ")));
         text
     }

@@ -25,6 +25,7 @@ impl Summary {
     pub fn of(values: &[f64]) -> Summary {
         let n = values.len();
         let mut sorted = values.to_vec();
+        // Sums in sorted order too, so that the order of the values makes no difference to a bit.
         sorted.sort_by(f64::total_cmp);
         let mean = sorted.iter().sum::<f64>() / n as f64;
         let squares: f64 = sorted.iter().map(|value| (value - mean).powi(2)).sum();
@@ -87,6 +88,7 @@ impl TTest {
 
     /// The test of a difference whose squared standard error is `square`.
     fn new(a: &Summary, b: &Summary, square: f64, freedom: f64) -> Option<TTest> {
+        // Else degrees of freedom are zero or less, or the quotient has no value.
         if a.n < 2 || b.n < 2 || square <= 0.0 {
             return None;
         }

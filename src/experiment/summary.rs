@@ -120,6 +120,7 @@ impl WalkRecord {
         let baseline = walk.series.iter().find(|series| series.method == Method::Baseline).map(summary_of);
         let methods: Vec<MethodRecord> =
             walk.series.iter().map(|series| MethodRecord::new(series, walk.tile_cells, baseline.as_ref())).collect();
+        // Each pair once, in the order of the tables.
         let pairs = (0..methods.len()).flat_map(|a| (a + 1..methods.len()).map(move |b| (a, b)));
         let comparisons = pairs.map(|(a, b)| {
             let (first, second) = (&methods[a], &methods[b]);
@@ -137,6 +138,7 @@ impl WalkRecord {
 impl MethodRecord {
     fn new(series: &Series, tile_cells: u32, baseline: Option<&Summary>) -> MethodRecord {
         let milliseconds = summary_of(series);
+        // The baseline is no faster than itself, and what was not measured has no speed.
         let baseline = baseline.filter(|_| series.method != Method::Baseline && milliseconds.n > 0);
         let real_time = |(frames_a_second, frame_ms)| RealTime {
             frames_a_second,

@@ -50,6 +50,7 @@ impl Forecast {
     pub(super) fn new(world: &World, region: &Region, cost: &Cost, formats: &FormatCost, threads: usize) -> Forecast {
         let middle = region.tile(Place { row: region.rows() / 2, col: region.cols() / 2 });
         let clock = Clock::default();
+        // Made and dropped: what counts is how long it takes, and what the world remembers of it.
         let time = || {
             let start = Instant::now();
             let tile = black_box(Tile::timed(world, middle, &clock));
@@ -63,6 +64,7 @@ impl Forecast {
         };
         // The first time pays for what later ones find remembered.
         let first = time();
+        // The least of three, which is what another program disturbs least.
         let again = (0..3).map(|_| time()).fold(f64::INFINITY, f64::min);
         // What is planned, and what of it is remembered, grows with the area that is planned for.
         let growth = planned_area(world, region.width(), region.height())
@@ -73,10 +75,12 @@ impl Forecast {
         let formats_s = (region.vertices() * formats.work_ns_a_vertex) as f64 * 1e-9;
         let work = (first - again).max(0.0) * growth + again * tiles as f64 + formats_s;
         let cores = thread::available_parallelism().map_or(1, usize::from);
+        // More threads than cores or than tiles are no faster.
         let at_once = (threads.min(cores) as u64).min(tiles) as f64;
         let seconds = (work + cost.disk_bytes as f64 / ENCODED_BYTES_A_SECOND) / at_once;
         Forecast {
             memory_bytes: cost.working_bytes.saturating_add(remembered as u64).min(cost.memory_bytes),
+            // A `Duration` panics beyond 2^64 seconds, and no one waits for that long.
             time: Duration::from_secs_f64(seconds.min(1e15)),
         }
     }

@@ -29,6 +29,7 @@ impl PartFile {
         let (folder, name) = (path.parent().unwrap_or(Path::new(".")), path.file_name().unwrap_or_default());
         let mut builder = tempfile::Builder::new();
         let prefix = format!(".{}.", name.to_string_lossy());
+        // In the same folder, since only within a file system a rename is a single step.
         builder.prefix(&prefix).suffix(UNFINISHED);
         // Like any file that a program makes, not as private as temporary files are by default.
         #[cfg(unix)]
@@ -63,10 +64,12 @@ impl PartFile {
     fn seal(&mut self) -> io::Result<Finished> {
         self.file.flush()?;
         let file = self.file.get_mut().as_file_mut();
+        // Before the new name, or after a power cut there may be a name without the bytes.
         file.sync_all()?;
         if !self.rewritten {
             return Ok(Finished { bytes: self.bytes, blake3: self.hasher.finalize() });
         }
+        // Somebody else wrote, or went back: the bytes that passed are not those of the file.
         let mut hasher = blake3::Hasher::new();
         file.seek(SeekFrom::Start(0))?;
         hasher.update_reader(Read::by_ref(file))?;
@@ -92,6 +95,7 @@ impl Write for PartFile {
 impl Seek for PartFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         let position = self.file.seek(to)?;
+        // To ask for the position is a seek too, and changes nothing.
         self.rewritten |= position != self.bytes;
         Ok(position)
     }
@@ -114,6 +118,7 @@ pub(crate) fn sync_folder(folder: &Path) -> Result<(), Error> {
 
 /// Removes what a killed bake has left in a folder; it may not be there.
 pub(crate) fn remove_unfinished(folder: &Path) -> Result<(), Error> {
+    // A folder that is not there has nothing left in it.
     let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
     for entry in entries.flatten() {
         let name = entry.file_name();

@@ -26,6 +26,7 @@ pub(crate) struct FormatCost {
     /// each.
     pub disk_bytes: u64,
     /// Bytes that are kept of each vertex until its row of tiles is written.
+    /// It decides how much memory a row of tiles takes.
     pub kept_a_vertex: u64,
     /// The most bytes of a file that a thread makes of one tile.
     pub tile_file_bytes: u64,
@@ -117,4 +118,14 @@ pub(crate) trait Format: Sync {
 /// The folder of a path in that of a bake, `""` for that folder itself.
 pub(crate) fn folder(path: &str) -> &str {
     path.split_once('/').map_or("", |parts| parts.0)
+}
+
+/// The path without its folder.
+pub(crate) fn file_name(path: &str) -> &str {
+    path.rsplit_once('/').map_or(path, |parts| parts.1)
+}
+
+/// Whether a part of a name is a number as names have them: digits, and nothing else.
+pub(crate) fn is_number(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
 }

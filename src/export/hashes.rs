@@ -5,11 +5,11 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use crate::area::{Place, Region};
-use crate::bake::FileRecord;
-use crate::bake::Sink;
+use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::format::{Format, FormatCost, Request, folder};
+use crate::export::locked;
 use crate::tile::{Tile, TileChannel};
 
 /// The file in the folder of the bake.
@@ -73,9 +73,10 @@ impl Sink for TileHashes {
     }
 
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
-        let mut file = self.file.lock().expect("no thread panics while it writes");
+        let mut file = locked(&self.file);
         let file = file.as_mut().expect("rows come before the end");
         for (col, piece) in (0..).zip(pieces) {
+            // By its number in the world, so that lists of overlapping regions can be compared line by line.
             let id = self.region.tile(Place { row, col });
             write!(file, "{} {} ", id.x, id.y).map_err(Error::io(file.path()))?;
             file.write_all(piece).and_then(|()| writeln!(file)).map_err(Error::io(file.path()))?;
@@ -84,7 +85,7 @@ impl Sink for TileHashes {
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        let file = self.file.lock().expect("no thread panics while it writes").take();
+        let file = locked(&self.file).take();
         let finished = file.expect("a sink ends once").finish()?;
         Ok(vec![FileRecord::new(PATH.to_owned(), Hashes.name(), finished)])
     }

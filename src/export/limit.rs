@@ -22,6 +22,7 @@ impl Limit {
     /// The tightest limit of a process that will start so many threads, if any is known.
     pub fn now(threads: usize) -> Option<Limit> {
         let stacks = STACK_BYTES.saturating_mul(threads as u64);
+        // Stacks are reserved when threads start, and this limit counts what is reserved.
         let address_space = address_space().map(|left| left.saturating_sub(stacks));
         let limits = [
             (address_space, "the limit of the process (ulimit -v)"),
@@ -65,6 +66,7 @@ fn available() -> Option<u64> {
 fn address_space() -> Option<u64> {
     let limits = fs::read_to_string("/proc/self/limits").ok()?;
     let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    // `unlimited` is no number, and then there is no limit here.
     let most: u64 = line.split_whitespace().next()?.parse().ok()?;
     let taken = kilobytes(&fs::read_to_string("/proc/self/status").ok()?, "VmSize:")?;
     Some(most.saturating_sub(taken))
@@ -76,6 +78,7 @@ fn control_group() -> Option<u64> {
     let left = |line: &str| {
         let (_, controllers_and_path) = line.split_once(':')?;
         let (controllers, path) = controllers_and_path.split_once(':')?;
+        // What the kernel could drop, such as files that it has cached, is not taken.
         let (root, most, taken) = match controllers {
             "" => ("/sys/fs/cgroup", "memory.max", "anon "),
             "memory" => ("/sys/fs/cgroup/memory", "memory.limit_in_bytes", "total_rss "),
@@ -85,6 +88,7 @@ fn control_group() -> Option<u64> {
         let path = Path::new(path.trim_start_matches('/'));
         let left = |part: &Path| {
             let folder = Path::new(root).join(part);
+            // A limit that is `max` is no number: such a group bounds nothing, and the ones above it may.
             let most: u64 = fs::read_to_string(folder.join(most)).ok()?.trim().parse().ok()?;
             let stat = fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
             let taken = stat.lines().find_map(|line| line.strip_prefix(taken)?.parse().ok()).unwrap_or(0);

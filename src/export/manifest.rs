@@ -96,6 +96,7 @@ pub struct Axes {
 impl Manifest {
     /// The manifest of a bake that has left `files`.
     pub(crate) fn new(preset_name: &str, world: &World, region: &Region, mut files: Vec<FileRecord>) -> Manifest {
+        // Sinks end in any order.
         files.sort_by(|a, b| a.path.cmp(&b.path));
         let (min_m, max_m) = world.height_range_m();
         let spacing_m = world.spacing_m();
@@ -116,6 +117,7 @@ impl Manifest {
                 width: region.width(),
                 height: region.height(),
                 origin_m: [metres(region.at().x), metres(region.at().y)],
+                // Quantised meshes have the same origin.
                 mesh_origin_m: Frame::new(world, region, false).origin().map(|at| at as f64 * spacing_m),
             },
             spacing_m,
@@ -137,6 +139,7 @@ impl Manifest {
         let profiles = Profile::ALL.into_iter().map(Profile::name);
         let names: BTreeSet<_> = Export::known().map(Export::name).chain(profiles).chain(["registry"]).collect();
         let export = schema.pointer_mut("/$defs/FileRecord/properties/export").expect("files have exports");
+        // The type is a text; only here is known which there are.
         export["enum"] = names.into_iter().collect();
         schema
     }

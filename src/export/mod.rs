@@ -34,6 +34,7 @@ pub use profile::Profile;
 
 use std::fmt;
 use std::str::FromStr;
+use std::sync::{Mutex, MutexGuard};
 
 use crate::error::{Error, nearest};
 use format::Format;
@@ -80,6 +81,7 @@ impl Export {
         let mut exports = Vec::new();
         for name in list.split(',').map(str::trim) {
             let export = name.parse()?;
+            // Twice the same export would write the same files twice at once.
             if !exports.contains(&export) {
                 exports.push(export);
             }
@@ -93,6 +95,7 @@ impl Export {
     }
 }
 
+/// A format is a trait object, which cannot be compared itself.
 /// By name: no two have the same.
 impl PartialEq for Export {
     fn eq(&self, other: &Export) -> bool {
@@ -113,17 +116,21 @@ impl FromStr for Export {
 
     fn from_str(name: &str) -> Result<Export, Error> {
         Export::all().find(|export| export.name() == name).ok_or_else(|| {
-            let names = || Export::all().map(Export::name);
-            let list = names().collect::<Vec<_>>().join(", ");
-            Error::Export {
-                message: format!("there is no export named {name:?}"),
-                hint: match nearest(name, names()) {
-                    Some(meant) => format!("did you mean {meant}? exports: {list}"),
-                    None => format!("exports: {list}"),
-                },
-            }
+            let (message, hint) = unknown("export", name, &Export::all().map(Export::name).collect::<Vec<_>>());
+            Error::Export { message, hint }
         })
     }
+}
+
+/// What the threads of a bake share of a sink. None of them panics while it holds it: an error is returned.
+fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().expect("no thread panics while it writes")
+}
+
+/// The message and the hint for a name of a kind of thing that nothing has.
+fn unknown(kind: &str, name: &str, known: &[&str]) -> (String, String) {
+    let meant = nearest(name, known.iter().copied()).map_or(String::new(), |meant| format!("did you mean {meant}? "));
+    (format!("there is no {kind} named {name:?}"), format!("{meant}{kind}s: {}", known.join(", ")))
 }
 
 impl fmt::Display for Export {

@@ -60,6 +60,7 @@ impl FromStr for Lods {
         for part in text.split(',') {
             match part.split_once("..") {
                 Some((from, to)) => {
+                    // Whoever knows Rust may write `0..=3`: both ends count in either.
                     let (from, to) = (number(from)?, number(to.trim_start_matches('='))?);
                     if from > to {
                         return Err(format!("{part:?} counts down; the finest level comes first: {to}..{from}"));
@@ -102,11 +103,13 @@ impl MeshOptions {
                 ),
             );
         }
+        // What rounding to 16 bits takes of the bound is not left for the triangles.
         let finest_m = Frame::new(world, region, self.quantized).height_error_m();
         for &lod in self.lods.all() {
             let Some(bound_m) = self.bound_m(world, lod) else { continue };
             if bound_m > range_m {
                 let highest =
+                    // The next coarser one that still has a meaning.
                     (1..lod).rev().find(|lod| self.bound_m(world, *lod).is_some_and(|bound| bound <= range_m));
                 return refuse(
                     format!(

@@ -70,11 +70,13 @@ impl<'a> Plan<'a> {
     pub fn with_profile(mut self, profile: Profile) -> Result<Plan<'a>, Error> {
         profile.check(self.world, &self.region, &self.meshes)?;
         self.exports.extend(profile.exports().filter(|export| !self.exports.contains(export)).collect::<Vec<_>>());
+        // Again, for the profile's exports may need others.
         Plan { profile: Some(profile), ..self }.checked()
     }
 
     fn checked(mut self) -> Result<Plan<'a>, Error> {
         let needed: Vec<_> = self.exports.iter().filter_map(|export| export.0.needs()).collect();
+        // What is needed needs nothing itself, so one round is enough.
         let missing = |export: &Export| needed.contains(&export.name()) && !self.exports.contains(export);
         self.exports.extend(Export::all().filter(missing).collect::<Vec<_>>());
         let request = self.request();
@@ -146,12 +148,14 @@ impl<'a> Plan<'a> {
         let besides = BakeRegistry::bytes_at_most(&self.exports, region)
             .saturating_add(MANIFEST_BYTES + written * profile::WRITTEN_BYTES);
         disk_bytes = disk_bytes.saturating_add(besides);
+        // A tile is made with some vertices around it, which normals and weights read.
         let shaped = shaped_input(region.at().area(region.tile_cells())).len() as u64;
         // Heights, four floats of normal and slope and two words of weights a vertex, the relief's bands, and a file.
         let a_thread = shaped * 4 + side * side * (16 + 8) + (5 << 18) + 2 * tile_file_bytes;
         // Two batches of rows: the one that is made and the one that is written.
         let tiles_in_flight = region.cols().saturating_mul(rows_in_flight(region, threads) * 2);
         let in_flight = tiles_in_flight.saturating_mul(side * side * kept_a_vertex);
+        // The manifest lists all files, and is made in memory when they are finished.
         let records = files.saturating_mul(RECORD_BYTES);
         let rows = tiles_in_flight.saturating_mul(ROW_BYTES);
         let planning = self.world.planning_bytes();
@@ -262,6 +266,7 @@ impl Output {
             }
             _ => {}
         }
+        // The folder may not be there yet: what counts is the disk that it will be on.
         let existing = path.ancestors().find(|part| part.exists()).unwrap_or(Path::new("."));
         let existing = if existing.as_os_str().is_empty() { Path::new(".") } else { existing };
         // A file system that does not say how much room it has may have enough; whether it takes a file shows later.
@@ -288,10 +293,12 @@ impl Output {
             hint: "choose another folder with --out".into(),
         };
         fs::create_dir_all(path).map_err(unwritable)?;
+        // A file that is begun and dropped shows that files can be written here.
         PartFile::create(path.join(manifest::PATH)).map_err(|error| match error {
             Error::Io { source, .. } => unwritable(source),
             other => other,
         })?;
+        // From here on the folder is no whole bake, and must not look like one.
         let old = path.join(manifest::PATH);
         if old.exists() {
             fs::remove_file(&old).map_err(Error::io(&old))?;
@@ -332,6 +339,7 @@ pub struct Bytes(pub u64);
 impl std::fmt::Display for Bytes {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         const UNITS: [&str; 7] = ["B", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"];
+        // A unit is 2^10 of the one before it.
         let unit = (self.0.max(1).ilog2() / 10) as usize;
         let value = self.0 as f64 / (1u64 << (10 * unit)) as f64;
         write!(f, "{value:.*} {}", usize::from(unit > 0), UNITS[unit])

@@ -5,11 +5,10 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use crate::area::{Area, Place, Region};
-use crate::bake::FileRecord;
-use crate::bake::Sink;
+use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
-use crate::export::Export;
 use crate::export::file::PartFile;
+use crate::export::{Export, locked};
 use crate::lines::{LineId, LineKind};
 use crate::registry::{FILE_NAME, Registry, Start, TileRow};
 use crate::tile::{Tile, TileChannel};
@@ -39,6 +38,7 @@ impl BakeRegistry {
 
     /// The most bytes of the file.
     pub fn bytes_at_most(exports: &[Export], region: &Region) -> u64 {
+        // It has the longest names, for its numbers are the largest.
         let last = Place { row: region.rows() - 1, col: region.cols() - 1 };
         let names: usize = files(exports, region, last).map(|name| name.len() + 3).sum();
         // How many lines concern a tile shows only when it is made; this is room for a hundred with ids of 24 characters.
@@ -83,13 +83,14 @@ impl Sink for BakeRegistry {
             files: Vec::new(),
             record: None,
         };
-        self.made.lock().expect("no thread panics while it adds").insert(place, row);
+        locked(&self.made).insert(place, row);
         Ok(Vec::new())
     }
 
     fn append(&self, row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
         let written = {
-            let mut made = self.made.lock().expect("no thread panics while it adds");
+            let mut made = locked(&self.made);
+            // Tiles of the next rows may be made already, in any order.
             let later = made.split_off(&Place { row: row + 1, col: 0 });
             std::mem::replace(&mut *made, later)
         };
@@ -97,12 +98,12 @@ impl Sink for BakeRegistry {
             let files = files(&self.exports, &self.region, place).collect();
             TileRow { files, ..row }
         });
-        let mut file = self.file.lock().expect("no thread panics while it writes");
+        let mut file = locked(&self.file);
         file.as_mut().expect("rows come before the end").0.append(rows)
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        let file = self.file.lock().expect("no thread panics while it writes").take();
+        let file = locked(&self.file).take();
         let (registry, file) = file.expect("a sink ends once");
         registry.close()?;
         Ok(vec![FileRecord::new(FILE_NAME.to_owned(), "registry", file.finish()?)])

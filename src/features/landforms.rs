@@ -51,6 +51,7 @@ fn of_lake(world: &World, lake: &Arc<Lake>) -> LakeFeature {
     let ring = |ring: &Vec<[f64; 2]>| ring.iter().map(|point| metres(*point, world.spacing_m())).collect();
     LakeFeature {
         id: lake_id(lake.id),
+        // Names go by the place, so that a tongue is at home in a part of the world.
         name: world.names().map(|names| names.lake(vertex_of_node(world, [x, y]), &[x, y])),
         level_m: lake.level_m,
         area_m2: lake.area_m2,

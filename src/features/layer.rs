@@ -1,5 +1,7 @@
 //! Layers: all features of one kind, and the one description of their attributes from which every table comes.
 
+use serde::Serialize;
+
 use crate::area::Area;
 use crate::world::World;
 
@@ -78,8 +80,9 @@ pub enum Kind {
     Text,
 }
 
-/// A value of an attribute.
-#[derive(Clone, Debug, PartialEq)]
+/// A value of an attribute. In JSON it is the bare number or text, or null for nothing.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum Value {
     /// Of an attribute that the feature has not.
     Nothing,
@@ -93,34 +96,22 @@ pub enum Value {
     Text(String),
 }
 
-impl From<i64> for Value {
-    fn from(number: i64) -> Value {
-        Value::Integer(number)
-    }
+macro_rules! values_from {
+    ($($type:ty => $variant:ident;)+) => {
+        $(impl From<$type> for Value {
+            fn from(value: $type) -> Value {
+                Value::$variant(value.into())
+            }
+        })+
+    };
 }
 
-impl From<f64> for Value {
-    fn from(number: f64) -> Value {
-        Value::Real(number)
-    }
-}
-
-impl From<f32> for Value {
-    fn from(number: f32) -> Value {
-        Value::Real32(number)
-    }
-}
-
-impl From<&str> for Value {
-    fn from(text: &str) -> Value {
-        Value::Text(text.to_owned())
-    }
-}
-
-impl From<String> for Value {
-    fn from(text: String) -> Value {
-        Value::Text(text)
-    }
+values_from! {
+    i64 => Integer;
+    f64 => Real;
+    f32 => Real32;
+    &str => Text;
+    String => Text;
 }
 
 impl<T: Into<Value>> From<Option<T>> for Value {
@@ -169,6 +160,7 @@ impl<S, F> Layer<S, F> {
     pub fn find(&self, world: &World, area: &Area) -> Vec<F> {
         let mut sources: Vec<_> = (self.sources)(world, area).into_iter().map(|it| ((self.key)(&it), it)).collect();
         sources.sort_by(|a, b| a.0.cmp(&b.0));
+        // An area may come upon a source twice, such as a settlement in it at which its roads end too.
         sources.dedup_by(|a, b| a.0 == b.0);
         sources.iter().map(|(_, source)| (self.feature)(world, source)).collect()
     }

@@ -165,6 +165,7 @@ fn of_road(_: &World, road: &Arc<Line>) -> RoadFeature {
         class,
         sites: [from, to],
         max_grade: road.max_grade(),
+        // A road is as wide everywhere as at its start.
         width_m: 2.0 * road.points[0].half_width_m,
         length_m: length_m(&line),
         line,
@@ -286,6 +287,7 @@ fn owner(id: LineId) -> TileId {
 
 /// The key of the path that a tile owns: bytes in the order of the tiles' numbers.
 fn path_key(owner: TileId) -> Vec<u8> {
+    // Big-endian with the sign turned over: bytes then sort as the numbers do.
     [owner.x, owner.y].map(|number| (number as u64 ^ (1 << 63)).to_be_bytes()).concat()
 }
 

@@ -7,6 +7,7 @@ use crate::world::World;
 /// About where a node of the trunk lattice is, in vertices.
 pub(super) fn vertex_of_node(world: &World, node: [i64; 2]) -> [i64; 2] {
     let side = world.relief().fluvial().map_or(0, |fluvial| fluvial.fields().side(0));
+    // Nodes are `side` grains apart, and vertices `GRAINS`.
     node.map(|at| (at * side).div_euclid(GRAINS))
 }
 

@@ -63,5 +63,6 @@ fn class_name(class: SiteClass) -> &'static str {
 fn sources(world: &World, area: &Area) -> Vec<Arc<Site>> {
     let ends = |id: LineId| if let LineId::Road { from, to, .. } = id { vec![from, to] } else { Vec::new() };
     let ends = roads_through(world, area).into_iter().flat_map(|road| ends(road.id));
+    // A road would else lead to a settlement that no table has.
     world.sites(area).into_iter().chain(ends.filter_map(|id| world.site(id))).collect()
 }

@@ -14,6 +14,7 @@ pub(crate) fn paint_row(tile: &Tile, y: i64, row: &mut [u8]) {
     let words = tile.blend().ground().row(y, x0, x1).iter().zip(tile.blend().cover().row(y, x0, x1));
     for (pixel, (ground, cover)) in pixels.iter_mut().zip(words) {
         let weights = ground.to_le_bytes().into_iter().chain(cover.to_le_bytes());
+        // A half, for the cast cuts off.
         let mut sum = [0.5; 3];
         for (weight, colour) in weights.take(Material::ALL.len()).zip(COLOURS) {
             let share = f32::from(weight) / 255.0;

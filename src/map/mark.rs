@@ -27,18 +27,9 @@ pub(super) fn paint_row(site: &Site, x0: i64, y: i64, pixels: &mut [[u8; 3]]) {
             // A dot that is round at its size: the circle lies between two vertices.
             across * across + down * down <= radius * radius + radius
         };
-        let colour = colour(within(size), within(size + 1));
         let column = usize::try_from(site.at[0] + across - x0).ok();
-        if let (Some(colour), Some(pixel)) = (colour, column.and_then(|column| pixels.get_mut(column))) {
-            *pixel = colour;
+        if let Some(pixel) = column.and_then(|column| pixels.get_mut(column)).filter(|_| within(size + 1)) {
+            *pixel = if within(size) { INK } else { PAPER };
         }
-    }
-}
-
-fn colour(ink: bool, mark: bool) -> Option<[u8; 3]> {
-    match (ink, mark) {
-        (true, _) => Some(INK),
-        (_, true) => Some(PAPER),
-        _ => None,
     }
 }

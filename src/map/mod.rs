@@ -29,6 +29,7 @@ impl MapPainter {
         let low_m = preset.map.low_m.map_or(sea_level_m.max(lowest_m), |low| low as f32);
         let high_m = preset.map.high_m.map_or(highest_m, |high| high as f32);
         MapPainter {
+            // A metre at least, or level land would divide by zero.
             tint: TintScale::new(preset.map.tint, lowest_m, low_m, high_m.max(low_m + 1.0)),
             sea_level_m,
             exaggeration: preset.map.exaggeration.unwrap_or(1.0) as f32,
@@ -42,6 +43,7 @@ impl MapPainter {
         for (chunk, pixels) in (0..).zip(pixels.chunks_mut(CHUNK)) {
             let x0 = x0 + chunk * CHUNK as i64;
             let x1 = x0 + pixels.len() as i64;
+            // Looked up one by one: lanes cannot read from a table of this size.
             let mut tints = [[0.0; CHUNK]; 3];
             let mut sea = [0.0; CHUNK];
             let heights = tile.heights().row(y, x0, x1);
@@ -69,9 +71,11 @@ impl MapPainter {
                 words: &mut words,
             });
             for (pixel, word) in pixels.iter_mut().zip(words) {
+                // Lanes make a word a pixel; three bytes of it are the pixel.
                 let [red, green, blue, _] = word.to_le_bytes();
                 *pixel = [red, green, blue];
             }
+            // From here on few pixels are touched, one by one: water, then ways over it, then marks over all.
             if let Some(water) = tile.water() {
                 let depths = water.depth_m.row(y, x0, x1);
                 for ((pixel, kind), depth_m) in pixels.iter_mut().zip(water.kind.row(y, x0, x1)).zip(depths) {
@@ -199,6 +203,7 @@ impl Kernel for Shade<'_> {
                 let lit = (east * simd.splat(light.east) + south * simd.splat(light.south)) + up * simd.splat(light.up);
                 shade = shade + simd.max(lit * scale, zero) * simd.splat(light.share);
             }
+            // What level ground has of the light; under water only a part of the difference is seen.
             let flat = simd.splat(LIGHTS[0].up);
             let sea = simd.load(&self.sea[at..]);
             let land = one - sea;
@@ -211,6 +216,7 @@ impl Kernel for Shade<'_> {
             let snow = simd.i32_to_f32(cover & byte) * land * simd.splat(SNOW_OPACITY / 255.0);
             let mut word = simd.splat_u32(0);
             let mut channel = 3;
+            // From blue to red, since each shifts those before it up by a byte.
             while channel > 0 {
                 channel -= 1;
                 let mut colour = simd.load(&self.tints[channel][at..]);

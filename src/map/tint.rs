@@ -17,6 +17,7 @@ pub(super) struct TintScale {
 impl TintScale {
     /// Land colours from `low_m` to `high_m`; sea colours for depths down to the world's lowest height.
     pub fn new(tint: Tint, lowest_m: f32, low_m: f32, high_m: f32) -> TintScale {
+        // By what the world can have and not by what a tile has: neighbours must agree on a colour.
         let deepest_m = (low_m - lowest_m).max(1.0);
         TintScale {
             land: table(land_stops(tint)),
@@ -93,6 +94,7 @@ fn table(stops: &[Stop]) -> Vec<[f32; 3]> {
     let stops: Vec<(f32, [f32; 3])> = stops.iter().map(|(at, colour)| (*at, oklab(*colour))).collect();
     let colour = |index: usize| {
         let at = index as f32 / (STEPS - 1) as f32;
+        // The stop at or after the place; never the first, so that there is one before it.
         let after = stops.iter().position(|stop| stop.0 >= at).unwrap_or(stops.len() - 1).max(1);
         let ((low, from), (high, to)) = (stops[after - 1], stops[after]);
         let share = (at - low) / (high - low);

@@ -10,12 +10,14 @@
 /// The indices of the vertices to keep of a row of heights, ascending, the first and the last always among them: no
 /// height lies further than `bound` from the line between the two kept ones around it, in the unit of the heights.
 pub fn chain(heights: &[i32], bound: f64) -> Vec<u32> {
+    // Two lists and no recursion, which could go as deep as a row has vertices.
     let mut kept = vec![0];
     // Ends of what is still to do, the nearest last.
     let mut ends = vec![heights.len() - 1];
     while let Some(&end) = ends.last() {
         let start = kept[kept.len() - 1] as usize;
         match furthest(heights, start, end) {
+            // `furthest` gives the distance times the length, which is whole and so exact.
             Some((middle, error)) if error > bound * (end - start) as f64 => ends.push(middle),
             _ => {
                 kept.push(end as u32);
@@ -35,6 +37,7 @@ fn furthest(heights: &[i32], start: usize, end: usize) -> Option<(usize, f64)> {
         let along = (index - start) as i64;
         ((heights[index] as i64 - from) * length - (to - from) * along).abs()
     };
+    // Twice the distance, which is whole.
     let off_middle = |index: usize| (2 * index).abs_diff(start + end);
     let worst = (start + 1..end).max_by_key(|index| (error(*index), std::cmp::Reverse(off_middle(*index))))?;
     Some((worst, error(worst) as f64))

@@ -66,6 +66,8 @@ impl Delaunay {
     pub fn locate(&self, [x, y]: [u32; 2], from: u32) -> u32 {
         let at = GridPoint { x: x as i32, y: y as i32, z: 0 };
         let mut triangle = from;
+        // Over any edge that has the place on its far side. In a Delaunay triangulation this cannot go round in
+        // circles.
         'walk: loop {
             let [a, b, c] = self.corners(triangle);
             for (edge, (from, to)) in [(a, b), (b, c), (c, a)].into_iter().enumerate() {
@@ -87,7 +89,9 @@ impl Delaunay {
         let [a, b, c] = self.corners(triangle);
         let areas = [doubled_area(a, b, new), doubled_area(b, c, new), doubled_area(c, a, new)];
         self.vertices.push(new);
+        // Exact: in whole numbers a vertex is on an edge or it is not.
         let Some(on) = areas.iter().position(|area| *area == 0) else {
+            // Inside: three triangles for one.
             let outline = [0, 1, 2].map(|edge| self.side(triangle, edge));
             self.surround(&outline, &[triangle], true);
             return;
@@ -116,6 +120,7 @@ impl Delaunay {
     fn surround(&mut self, outline: &[HalfEdge], reuse: &[u32], closed: bool) {
         let tip = self.vertices.len() as u32 - 1;
         self.star.clear();
+        // Old numbers are taken again, so that no triangle is ever unused.
         self.star.extend_from_slice(reuse);
         let fresh = self.triangles.len() as u32;
         self.star.extend(fresh..fresh + (outline.len() - reuse.len()) as u32);
@@ -145,6 +150,7 @@ impl Delaunay {
     /// Flips the first edge of a triangle of the star if the corner behind it is in the triangle's circumcircle, and
     /// returns the triangle that was there and is now one of the star.
     fn flip(&mut self, triangle: u32) -> Option<u32> {
+        // The edge is the first, since the tip is the last corner of each triangle of the star.
         let [_, right, left] = self.twins[triangle as usize];
         let twin = self.twins[triangle as usize][0];
         if twin == NONE {
@@ -159,6 +165,7 @@ impl Delaunay {
         }
         self.triangles[triangle as usize] = [a, across, tip];
         self.triangles[other as usize] = [across, b, tip];
+        // Its twin keeps pointing at it: the edge has the same number as before.
         self.twins[triangle as usize][2] = left;
         self.link(3 * triangle, beyond_a.twin);
         self.link(3 * other, beyond_b.twin);

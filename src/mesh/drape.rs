@@ -24,6 +24,7 @@ impl Drape {
         }
         let at = |[column, row]: [i64; 2]| row as usize * side + column as usize;
         surface.for_each_under(|corners, place, parts| {
+            // Corners have the raster's height itself, and the others are mixed from those alone.
             if !corners.contains(&place) {
                 let sum: f64 = corners
                     .iter()
@@ -44,6 +45,7 @@ impl Drape {
     /// The height in metres at a place in vertices from the tile's north-western corner, or at the place of the tile that is
     /// nearest to it: that of the land's triangles, or a little more.
     pub fn between(&self, place: [f64; 2]) -> f64 {
+        // A bridge or a bank may stick out of the tile.
         let [x, y] = place.map(|at| at.clamp(0.0, self.cells as f64));
         let (column, row) = ((x as usize).min(self.cells - 1), (y as usize).min(self.cells - 1));
         let (u, v) = (x - column as f64, y - row as f64);

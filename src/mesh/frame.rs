@@ -30,6 +30,7 @@ impl Frame {
     pub fn new(world: &World, region: &Region, quantized: bool) -> Frame {
         let spacing_m = world.spacing_m();
         let cells = region.tile_cells() as i64;
+        // In whole vertices: a region of an odd number of odd tiles has its origin half a cell off its middle.
         let middle = |first: i64, count: u64| first * cells + (count as i64 * cells).div_euclid(2);
         let origin = [middle(region.at().x, region.cols()), middle(region.at().y, region.rows())];
         if !quantized {
@@ -39,6 +40,7 @@ impl Frame {
         let (lowest_m, highest_m) = world.height_range_m();
         let side_m = cells as f64 * spacing_m;
         let least_m = side_m.max((highest_m - lowest_m) as f64 + 1.0) / (MOST_QUANTA - 1.0);
+        // The power above, so that the side and the heights surely fit.
         let step_m = 2.0 * power_below(least_m);
         Frame { spacing_m, origin, step_m, base_m: Some((lowest_m as f64 / step_m).floor() * step_m) }
     }
@@ -90,6 +92,7 @@ impl Frame {
 
 /// The greatest power of two that is not above a positive number.
 fn power_below(value: f64) -> f64 {
+    // Without its mantissa a number is the power of two below it.
     f64::from_bits(value.to_bits() & !((1 << 52) - 1))
 }
 

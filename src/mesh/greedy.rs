@@ -68,6 +68,7 @@ impl Queue {
     /// Looks at a triangle that is new or has changed.
     fn update(&mut self, mesh: &Delaunay, steps: &Steps, triangle: u32) {
         let worst = Worst::beyond(steps, mesh.corners(triangle), self.bound);
+        // Triangles only ever become more.
         if self.needs.len() <= triangle as usize {
             self.needs.resize(triangle as usize + 1, 0);
         }
@@ -84,6 +85,7 @@ impl Queue {
     fn pop(&mut self) -> Option<(u32, u32)> {
         loop {
             let (need, triangle) = self.heap.pop()?;
+            // Else the triangle has changed since: what it needs now is in the heap too, if anything.
             if self.needs[triangle as usize] == need {
                 return Some((triangle, !(need as u32)));
             }
@@ -94,5 +96,6 @@ impl Queue {
 /// A number that orders by distance and then, the first before the others, by the vertex. Never zero.
 fn need(worst: Worst) -> u64 {
     let distance = (worst.scaled / worst.doubled_area) as f32;
+    // The bits of positive floats sort as the floats do; indices are turned over, since the greatest goes first.
     (distance.to_bits() as u64) << 32 | !worst.index as u64
 }

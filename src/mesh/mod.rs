@@ -89,6 +89,7 @@ impl Surface {
         for triangle in &self.triangles {
             let corners = triangle.map(|index| self.vertices[index as usize].map(i64::from));
             let [a, b, c] = corners;
+            // All places of the rectangle around it: triangles are many and small.
             let range = |axis: usize| a[axis].min(b[axis]).min(c[axis])..=a[axis].max(b[axis]).max(c[axis]);
             for place in range(1).flat_map(|row| range(0).map(move |column| [column, row])) {
                 let parts = [twice(b, c, place), twice(c, a, place), twice(a, b, place)];

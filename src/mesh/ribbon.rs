@@ -2,6 +2,7 @@
 
 use super::Drape;
 use crate::area::Area;
+use crate::geometry::length;
 use crate::lines::{Bed, Line, LineKind, LinePoint, StructureKind};
 use crate::tile::Tile;
 
@@ -55,6 +56,11 @@ struct RibbonPoint {
 }
 
 impl RibbonPoint {
+    /// The way to another point, in vertices east and south.
+    fn way(&self, to: &RibbonPoint) -> [f64; 2] {
+        [0, 1].map(|axis| to.place[axis] - self.place[axis])
+    }
+
     /// The point at a share of the way to another.
     fn towards(&self, to: &RibbonPoint, share: f64) -> RibbonPoint {
         let mix = |from: f64, to: f64| from + (to - from) * share;
@@ -74,6 +80,7 @@ pub fn ribbons(tile: &Tile, spacing_m: f64, ground: &Drape) -> Vec<Ribbon> {
     for line in tile.lines() {
         builder.add_line(line);
     }
+    // Stable: ribbons of a kind follow each other, those of a line in its order.
     builder.all.sort_by_key(|ribbon| ribbon.kind);
     builder.all
 }
@@ -117,8 +124,8 @@ impl RibbonBuilder<'_> {
         let (mut points, mut kinds) = (Vec::new(), Vec::new());
         for (piece, pair) in line.windows(2).enumerate() {
             let kind = kind(piece);
-            let way = [0, 1].map(|axis| pair[1].place[axis] - pair[0].place[axis]);
-            let parts = if kind == Some(RibbonKind::Bridge) { 1 } else { (length(way).ceil() as usize).max(1) };
+            let cells = length(pair[0].way(&pair[1])).ceil() as usize;
+            let parts = if kind == Some(RibbonKind::Bridge) { 1 } else { cells.max(1) };
             for part in 0..parts {
                 points.push(pair[0].towards(&pair[1], part as f64 / parts as f64));
                 kinds.push(kind);
@@ -140,7 +147,7 @@ impl RibbonBuilder<'_> {
         // Metres from the line's start, so that what repeats along it does not depend on the tile.
         let mut along_m = vec![0.0];
         along_m.extend(points.windows(2).scan(0.0, |sum, pair| {
-            *sum += length([0, 1].map(|axis| pair[1].place[axis] - pair[0].place[axis])) * self.spacing_m;
+            *sum += length(pair[0].way(&pair[1])) * self.spacing_m;
             Some(*sum)
         }));
         for run in ours.chunk_by(|a, b| a + 1 == *b && kinds[*a] == kinds[*b]) {
@@ -166,7 +173,8 @@ impl RibbonBuilder<'_> {
     ) -> Section {
         let point = points[index];
         let (before, after) = (points[index.saturating_sub(1)], points[(index + 1).min(points.len() - 1)]);
-        let way = [0, 1].map(|axis| after.place[axis] - before.place[axis]);
+        let way = before.way(&after);
+        // Neighbours may lie at one place: then there is no direction, but no NaN either.
         let far = length(way).max(1e-9);
         let ahead = way.map(|axis| axis / far);
         // With x east and y south, what is left of east is north.
@@ -188,6 +196,7 @@ impl RibbonBuilder<'_> {
             right,
             height_m,
             width_m: 2.0 * point.half_width_m,
+            // Once a width, so that a texture is not stretched; a river may begin without any.
             along: (along_m[index] / (2.0 * point.half_width_m).max(1e-3)) as f32,
             ahead,
             up: [-ahead[0] * grade * up, up, -ahead[1] * grade * up].map(|axis| axis as f32),
@@ -207,73 +216,64 @@ struct Section {
 }
 
 impl Section {
-    fn vertex(&self, place: [f64; 2], height_m: f64, normal: [f32; 3], across: f32) -> RibbonVertex {
+    /// Height in metres of the underside of a deck.
+    fn low_m(&self) -> f64 {
+        self.height_m - (DECK_M.0 + DECK_M.1 * self.width_m)
+    }
+
+    fn vertex(&self, corner: Corner, normal: [f32; 3], across: f32) -> RibbonVertex {
+        let (place, height_m) = corner(self);
         RibbonVertex { place, height_m, normal, texture: [across, self.along] }
+    }
+}
+
+/// A corner of a section: where it lies, and its height in metres.
+type Corner = fn(&Section) -> ([f64; 2], f64);
+
+const LEFT_TOP: Corner = |section| (section.left, section.height_m);
+const RIGHT_TOP: Corner = |section| (section.right, section.height_m);
+const LEFT_LOW: Corner = |section| (section.left, section.low_m());
+const RIGHT_LOW: Corner = |section| (section.right, section.low_m());
+
+impl Ribbon {
+    /// Adds a face along the sections, from one of their corners to another.
+    fn add_face(&mut self, sections: &[Section], corners: [Corner; 2], normal: impl Fn(&Section) -> [f32; 3]) {
+        let first = self.vertices.len() as u32;
+        for section in sections {
+            for (across, corner) in [0.0, 1.0].into_iter().zip(corners) {
+                self.vertices.push(section.vertex(corner, normal(section), across));
+            }
+        }
+        let pieces = 0..sections.len() as u32 - 1;
+        self.triangles.extend(pieces.flat_map(|piece| quad([0, 1, 3, 2].map(|corner| first + 2 * piece + corner))));
     }
 }
 
 /// A strip from the first section to the last.
 fn strip(kind: RibbonKind, sections: &[Section]) -> Ribbon {
-    let pair = |section: &Section| {
-        [(section.left, 0.0), (section.right, 1.0)]
-            .map(|(place, across)| section.vertex(place, section.height_m, section.up, across))
-    };
-    let vertices = sections.iter().flat_map(pair).collect();
-    let pieces = 0..sections.len() as u32 - 1;
-    let triangles = pieces.flat_map(|piece| quad([2 * piece, 2 * piece + 1, 2 * piece + 3, 2 * piece + 2]));
-    Ribbon { kind, vertices, triangles: triangles.collect() }
+    let mut ribbon = Ribbon { kind, vertices: Vec::new(), triangles: Vec::new() };
+    ribbon.add_face(sections, [LEFT_TOP, RIGHT_TOP], |section| section.up);
+    ribbon
 }
 
 /// A slab from the first section to the last, with a top, two sides, a bottom and two ends.
 fn deck(sections: &[Section]) -> Ribbon {
     let mut ribbon = strip(RibbonKind::Bridge, sections);
-    let thick_m = |section: &Section| DECK_M.0 + DECK_M.1 * section.width_m;
-    let below = |section: &Section| section.height_m - thick_m(section);
-    // One face along the slab, from two lines of corners.
-    type Corner = fn(&Section) -> ([f64; 2], bool);
-    let left_top: Corner = |section| (section.left, true);
-    let right_top: Corner = |section| (section.right, true);
-    let left_low: Corner = |section| (section.left, false);
-    let right_low: Corner = |section| (section.right, false);
     let leftwards = |section: &Section| [section.ahead[1] as f32, 0.0, -section.ahead[0] as f32];
-    let add = |ribbon: &mut Ribbon,
-               corners: [Corner; 2],
-               normal: &dyn Fn(&Section) -> [f32; 3],
-               sections: &[&Section]| {
-        let first = ribbon.vertices.len() as u32;
-        for section in sections {
-            for (across, corner) in [0.0, 1.0].into_iter().zip(corners) {
-                let (place, top) = corner(section);
-                let height_m = if top { section.height_m } else { below(section) };
-                ribbon.vertices.push(section.vertex(place, height_m, normal(section), across));
-            }
-        }
-        let pieces = 0..sections.len() as u32 - 1;
-        ribbon.triangles.extend(pieces.flat_map(|piece| quad([0, 1, 3, 2].map(|corner| first + 2 * piece + corner))));
-    };
-    let all: Vec<&Section> = sections.iter().collect();
-    add(&mut ribbon, [left_low, left_top], &leftwards, &all);
-    add(&mut ribbon, [right_top, right_low], &|section| leftwards(section).map(|axis| -axis), &all);
-    add(&mut ribbon, [right_low, left_low], &|section| section.up.map(|axis| -axis), &all);
+    ribbon.add_face(sections, [LEFT_LOW, LEFT_TOP], leftwards);
+    ribbon.add_face(sections, [RIGHT_TOP, RIGHT_LOW], |section| leftwards(section).map(|axis| -axis));
+    ribbon.add_face(sections, [RIGHT_LOW, LEFT_LOW], |section| section.up.map(|axis| -axis));
     // The ends.
     let (start, end) = (&sections[0], &sections[sections.len() - 1]);
     for (section, ahead) in [(start, -1.0), (end, 1.0)] {
         let normal = [section.ahead[0] as f32 * ahead, 0.0, section.ahead[1] as f32 * ahead];
-        let corners = [(section.left, true), (section.right, true), (section.right, false), (section.left, false)];
         let first = ribbon.vertices.len() as u32;
-        for (number, (place, top)) in corners.into_iter().enumerate() {
-            let height_m = if top { section.height_m } else { below(section) };
-            ribbon.vertices.push(section.vertex(
-                place,
-                height_m,
-                normal,
-                f32::from(u8::from(number == 1 || number == 2)),
-            ));
+        for (corner, across) in [(LEFT_TOP, 0.0), (RIGHT_TOP, 1.0), (RIGHT_LOW, 1.0), (LEFT_LOW, 0.0)] {
+            ribbon.vertices.push(section.vertex(corner, normal, across));
         }
-        let around = [0, 1, 2, 3].map(|corner| first + corner);
-        let [a, b, c, d] = around;
         // Seen from ahead, left is on the right.
-        ribbon.triangles.extend(quad(if ahead > 0.0 { [a, b, c, d] } else { [b, a, d, c] }));
+        let around = if ahead > 0.0 { [0, 1, 2, 3] } else { [1, 0, 3, 2] };
+        ribbon.triangles.extend(quad(around.map(|corner| first + corner)));
     }
     ribbon
 }
@@ -281,10 +281,6 @@ fn deck(sections: &[Section]) -> Ribbon {
 /// Two triangles for four corners.
 fn quad([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
     [[a, b, c], [a, c, d]]
-}
-
-fn length([x, y]: [f64; 2]) -> f64 {
-    (x * x + y * y).sqrt()
 }
 
 #[cfg(test)]

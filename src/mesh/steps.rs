@@ -36,6 +36,7 @@ impl Steps {
             // Adding and taking away 1.5 * 2^52 rounds, and needs no instruction that a CPU may lack.
             const ROUND: f64 = 6_755_399_441_055_744.0;
             values.extend(row.iter().map(|height_m| (*height_m as f64 * PER_METRE + ROUND - ROUND) as i32));
+            // Without a branch, which vectors need; NaN is not within any bound.
             let all_good = row.iter().fold(true, |good, height_m| good & (height_m.abs() <= MAX_HEIGHT_M));
             assert!(all_good, "a height in row {y} is not finite or beyond {MAX_HEIGHT_M} m");
         }

@@ -51,6 +51,7 @@ struct Levels {
 impl Levels {
     fn new(world: &World, tile: &Tile) -> Levels {
         let area = tile.area();
+        // A vertex more on each side, which a shore at the tile's edge asks for: so neighbours find the same.
         let padded = tile.heights().area();
         let width = padded.width();
         let sea_m = world.preset().sea_level_m.map_or(f32::NEG_INFINITY, |level_m| level_m as f32);
@@ -63,6 +64,7 @@ impl Levels {
                     let kinds = water.kind.row(y, padded.x0, padded.x1);
                     let depths = water.depth_m.row(y, padded.x0, padded.x1);
                     wet.extend(kinds.iter().zip(heights).zip(depths).map(|((&kind, height_m), depth_m)| match kind {
+                        // The preset's own number: the sea is one level everywhere.
                         WaterKind::Sea => (kind, sea_m),
                         _ => (kind, ((height_m + depth_m) * LEVELS_A_METRE).round() / LEVELS_A_METRE),
                     }));
@@ -83,6 +85,7 @@ impl Levels {
                 heights_m.push(if kind == WaterKind::Dry {
                     let around = (0..3).flat_map(|down| &wet[(row + down) * width + column..][..3]);
                     let beside = around.filter(|(kind, _)| *kind != WaterKind::Dry).copied();
+                    // The greater water, and of one kind the higher level.
                     beside.reduce(|a, b| if b > a { b } else { a }).map_or(0.0, |(_, beside_m)| beside_m.min(land_m))
                 } else {
                     level_m
@@ -178,6 +181,7 @@ impl<'a> Blocks<'a> {
     }
 
     fn add(&mut self, block: Block) {
+        // Before any triangle is made: a corner of one block is a vertex on its neighbour's side.
         for (x, y) in [(block.x0, block.y0), (block.x1, block.y0), (block.x0, block.y1), (block.x1, block.y1)] {
             self.number(x, y);
         }
@@ -205,6 +209,7 @@ impl<'a> Blocks<'a> {
             let north = (x0 + 1..=x1).rev().map(|x| (x, y0));
             let around = west.chain(south).chain(east).chain(north).map(|(x, y)| self.numbers[y * width + x]);
             let ring: Vec<u32> = around.filter(|number| *number != NONE).collect();
+            // No neighbour has a corner on its sides: two triangles will do.
             if let [a, b, c, d] = ring[..] {
                 self.sheet.triangles.extend([[a, b, c], [a, c, d]]);
             } else {

@@ -21,6 +21,7 @@ impl Worst {
     /// Large triangles are looked at most and far off nearly everywhere: nearly any vertex mends them as well as the
     /// worst. Looking at all of each takes up to twice as long and saves no triangles.
     pub fn beyond(steps: &Steps, corners: [GridPoint; 3], bound: f64) -> Worst {
+        // Sixteen rows or more are looked at in any case: what is far off nearly everywhere shows in these.
         const ENOUGH_ROWS: i32 = 16;
         let [a, b, c] = corners.map(|corner| corner.y);
         let stride = (a.max(b).max(c) - a.min(b).min(c)) / ENOUGH_ROWS;
@@ -70,9 +71,11 @@ impl Worst {
         }
         let origin = area * a.z as i64 - east * a.x as i64 - south * a.y as i64;
         let mut worst = Worst { scaled: 0.0, doubled_area: area as f64, index: 0 };
+        // The long edge runs past all rows, the other two follow each other on its other side.
         let mut long = ScanLine::new(a, c);
         for (from, to) in [(a, b), (b, c)] {
             let mut short = ScanLine::new(from, to);
+            // Without its northern row, which belongs to the triangle above.
             for y in from.y + 1..=to.y {
                 let (x0, x1) = match b_is_east {
                     true => (long.next(), short.next()),
@@ -92,6 +95,7 @@ impl Worst {
     /// Takes in a row of vertices, whose plane starts at `first` and rises by `east` from vertex to vertex.
     #[inline(always)]
     fn look(&mut self, row: &[i32], start: usize, first: f64, east: f64) {
+        // In floats that hold whole numbers: exact, and vectors multiply them, which few CPUs can do with 64-bit integers.
         let distance = |offset: usize, z: i32| (self.doubled_area * z as f64 - (first + east * offset as f64)).abs();
         for (offset, z) in row.iter().enumerate() {
             let scaled = distance(offset, *z);
@@ -124,6 +128,7 @@ impl ScanLine {
     #[inline(always)]
     fn next(&mut self) -> i32 {
         self.x += self.whole;
+        // Bresenham's way: the fraction is counted in rows, so nothing is rounded.
         self.sum += self.part;
         if self.sum >= self.rows {
             self.sum -= self.rows;

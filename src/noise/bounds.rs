@@ -49,6 +49,7 @@ pub(super) fn bounds(kind: FractalKind, amplitudes: &[f64]) -> (f32, f32) {
         let added = match kind {
             FractalKind::Fbm => noise.times(scale),
             FractalKind::Ridged { offset, gain } => {
+                // |noise| is from 0 to 1, not from -1.
                 let signal = Interval(offset - 1.0, offset).squared().times(weight);
                 weight = signal.times(point(gain)).clamped(0.0, 1.0);
                 signal.times(scale)
@@ -67,6 +68,7 @@ pub(super) fn bounds(kind: FractalKind, amplitudes: &[f64]) -> (f32, f32) {
                 grown
             }
         };
+        // What is rounded on the way may be larger than what comes out.
         value = value.plus(added);
         magnitude = magnitude.max(value.magnitude()).max(added.magnitude());
         if let FractalKind::Ridged { offset, .. } | FractalKind::Hybrid { offset } | FractalKind::Hetero { offset } =

@@ -36,6 +36,7 @@ pub(super) struct Fbm;
 impl Fold for Fbm {
     #[inline(always)]
     fn first<S: Simd>(_: S, _: &FoldStep, noise: S::F32) -> State<S> {
+        // Nothing reads the weight of this kind: what is at hand costs nothing.
         State { value: noise, weight: noise }
     }
 
@@ -82,6 +83,7 @@ impl Fold for Hybrid {
 
     #[inline(always)]
     fn next<S: Simd>(simd: S, step: &FoldStep, noise: S::F32, state: State<S>) -> State<S> {
+        // Cut where it is read, since `lifted` leaves the first one as it is.
         let weight = simd.min(state.weight, simd.splat(1.0));
         let signal = weight * (noise + simd.splat(step.offset));
         State { value: state.value + signal, weight: signal }

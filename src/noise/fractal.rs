@@ -79,6 +79,7 @@ impl Fractal {
         let mut octaves = Vec::new();
         for (octave, &amplitude) in (0..).zip(&amplitudes) {
             octaves.push(Octave::new(kind, frequency, amplitude, spacing_m, Lattice::new(frequency, seed, octave)));
+            // Far away the last bit of a frequency is many cells: how it is rounded here is part of what the noise is.
             frequency *= spec.lacunarity;
         }
         let finest_m = spacing_m / octaves[octaves.len() - 1].lattice.frequency;
@@ -180,6 +181,7 @@ impl Octave {
                 FoldStep { noise_scale: amplitude, offset: (offset * amplitude) as f32, amplitude: 1.0 }
             }
         };
+        // The fastest that has room for waves of this length.
         let method = if frequency <= Splat::<BLOCK_COLUMNS, BLOCK_ROWS>::MAX_FREQUENCY {
             Evaluation::Splat(Splat::new(&lattice, step.noise_scale))
         } else if frequency <= RowWise::<BLOCK_COLUMNS>::MAX_FREQUENCY {
@@ -271,6 +273,7 @@ impl<F: Fold> FractalFill<'_, F> {
             let position = octave.lattice.at(x, y);
             let is_first = index == 0;
             match &octave.method {
+                // Displaced vertices are no row any more, and have nothing in common.
                 _ if self.warp.is_some() => fold_simplex::<S, F, true>(simd, octave, position, is_first, part, scratch),
                 Evaluation::Splat(splat) => fold_splat::<S, F>(simd, octave, splat, position, is_first, part, scratch),
                 Evaluation::RowWise(rows) => fold_rows::<S, F>(simd, octave, rows, position, is_first, part, scratch),
@@ -337,6 +340,7 @@ fn fold_rows<S: Simd, F: Fold>(
     part: &Part,
     scratch: &mut BlockScratch,
 ) {
+    // Stepped to from the block's first row: positions are whole numbers, so this is exact and the same in every area.
     let mut points = PointRows::new();
     let mut row_position = position;
     for row in 0..part.rows.end {

@@ -51,11 +51,9 @@ impl Lattice {
     pub fn new(frequency: f64, seed: u64, octave: u32) -> Lattice {
         // A hair of room, for a frequency that was multiplied up from octave 0.
         assert!(frequency > 0.0 && frequency < 1.000_001, "an octave's waves must span at least one vertex spacing");
-        let word = |index: u64| scatter(seed ^ scatter(u64::from(octave) << 8 | index));
-        let wide = |index: u64| u128::from(word(index)) << 64 | u128::from(word(index + 1));
         Lattice {
             frequency,
-            origin: [wide(0), wide(2)],
+            origin: origin(seed, u64::from(octave) << 8),
             u_east: fixed_point(frequency * U_EAST),
             south: [fixed_point(frequency * U_SOUTH), fixed_point(frequency * V_SOUTH)],
         }
@@ -63,6 +61,7 @@ impl Lattice {
 
     /// The skewed position (u, v) of a vertex, in fixed point.
     pub fn at(&self, x: i64, y: i64) -> [u128; 2] {
+        // Products of two's complements wrap to the right bits, for negative coordinates too.
         let (x, y) = (i128::from(x) as u128, i128::from(y) as u128);
         let south = self.south.map(|step| step.wrapping_mul(y));
         [
@@ -79,6 +78,7 @@ impl Lattice {
 
     /// What each column of a block adds to u, in a lane's fixed point, rounded once, so that rounding does not pile up.
     pub fn columns<const COLUMNS: usize>(&self) -> [u32; COLUMNS] {
+        // The added half of what is dropped makes it a rounding.
         const DROPPED: u32 = FRACTION_BITS - LANE_FRACTION_BITS;
         let mut columns = [0; COLUMNS];
         for (column, step) in columns.iter_mut().enumerate() {
@@ -94,6 +94,13 @@ impl Lattice {
     }
 }
 
+/// The position of vertex (0, 0), by chance: a seed has one for each number, of which the lowest two bits must be 0.
+pub(super) fn origin(seed: u64, number: u64) -> [u128; 2] {
+    let word = |index: u64| scatter(seed ^ scatter(number | index));
+    let wide = |index: u64| u128::from(word(index)) << 64 | u128::from(word(index + 1));
+    [wide(0), wide(2)]
+}
+
 /// The whole cells of a position; they wrap.
 #[inline(always)]
 pub(super) fn cell(position: u128) -> u32 {
@@ -104,6 +111,7 @@ pub(super) fn cell(position: u128) -> u32 {
 #[inline(always)]
 pub(super) fn fraction(position: u128) -> f64 {
     const BITS: u32 = f64::MANTISSA_DIGITS;
+    // A double holds 53 of the 96 bits: no rounding up to 1.
     let bits = (position >> (FRACTION_BITS - BITS)) as u64 & ((1 << BITS) - 1);
     bits as f64 * (1.0 / (1_u64 << BITS) as f64)
 }
@@ -151,19 +159,22 @@ pub(super) mod hash {
     /// [`gradient`] in lanes.
     #[inline(always)]
     pub fn gradient_lanes<S: Simd>(simd: S, of_u: S::U32, of_v: S::U32) -> S::U32 {
-        let both = of_u ^ of_v;
-        let once = (both ^ simd.shr::<16>(both)) * simd.splat_u32(HASH_MIX[0]);
-        let twice = (once ^ simd.shr::<15>(once)) * simd.splat_u32(HASH_MIX[1]);
-        simd.shr::<28>(twice)
+        simd.shr::<28>(mixed_lanes(simd, of_u, of_v))
     }
 
     /// All 32 bits of chance at the points with these shares; [`gradient_lanes`] takes the upper four.
     #[inline(always)]
     pub fn word_lanes<S: Simd>(simd: S, of_u: S::U32, of_v: S::U32) -> S::U32 {
+        let mixed = mixed_lanes(simd, of_u, of_v);
+        mixed ^ simd.shr::<16>(mixed)
+    }
+
+    /// Both shares mixed, of which the upper bits are the best: each has all bits of both below it.
+    #[inline(always)]
+    fn mixed_lanes<S: Simd>(simd: S, of_u: S::U32, of_v: S::U32) -> S::U32 {
         let both = of_u ^ of_v;
         let once = (both ^ simd.shr::<16>(both)) * simd.splat_u32(HASH_MIX[0]);
-        let twice = (once ^ simd.shr::<15>(once)) * simd.splat_u32(HASH_MIX[1]);
-        twice ^ simd.shr::<16>(twice)
+        (once ^ simd.shr::<15>(once)) * simd.splat_u32(HASH_MIX[1])
     }
 
     /// [`of_u`] of the next column.
@@ -181,6 +192,7 @@ pub(super) mod hash {
     /// [`of_u`] for the columns from `first` on.
     #[inline(always)]
     pub fn of_u_lanes<S: Simd>(simd: S, first: u32, local: S::U32) -> S::U32 {
+        // The product of a sum is the sum of the products, also where both wrap.
         local * simd.splat_u32(HASH_U) + simd.splat_u32(of_u(first))
     }
 

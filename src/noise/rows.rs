@@ -103,6 +103,7 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
         let north = self.point_row(simd, cell(v), cell(from_north), points);
         let south = self.point_row(simd, cell(v).wrapping_add(1), cell(from_south), points);
         let side = |place: usize, along: u128, dv: f64| {
+            // Each vector counts points from one of its own, so that it picks from the first few of a slice.
             let (mut firsts, mut starts) = ([0; MOST_VECTORS], [0; MOST_VECTORS]);
             let start = lane_fraction(along);
             for ((first, from), columns) in firsts.iter_mut().zip(&mut starts).zip(self.columns.chunks_exact(S::LANES))
@@ -124,6 +125,7 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
     /// Makes the gradients of a row of points, unless they are there already, and returns their place.
     #[inline(always)]
     fn point_row<S: Simd>(&self, simd: S, v: u32, first_u: u32, points: &mut PointRows) -> usize {
+        // Of two neighbouring rows one is even: neither pushes the other out before the vertices have passed it.
         let place = (v & 1) as usize;
         let row = &mut points.rows[place];
         if points.filled[place] && row.v == v && row.first_u == first_u {
@@ -135,6 +137,8 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
         let of_v = simd.splat_u32(hash::of_v(v));
         let mut of_u = hash::of_u_lanes(simd, first_u, simd.lane_numbers());
         let step = simd.splat_u32(hash::of_u(S::LANES as u32));
+        // One more for the fraction that the row starts with, one for the point to the east, one since the first is
+        // number 0; and a vector reads on.
         let needed = (self.columns[COLUMNS - 1] >> LANE_FRACTION_BITS) as usize + 3 + S::LANES;
         let vectors = row.gradient_x.chunks_exact_mut(S::LANES).zip(row.gradient_y.chunks_exact_mut(S::LANES));
         for (x, y) in vectors.take(needed.div_ceil(S::LANES)) {
@@ -160,6 +164,7 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
         let start = side.start[column / S::LANES];
         let along = simd.load_u32(columns) + simd.splat_u32(start);
         let point = simd.shr::<LANE_FRACTION_BITS>(along);
+        // The fraction as the mantissa of a float from 1 to 2.
         let from_one = simd.from_bits(along & simd.splat_u32(LANE_FRACTION) | simd.splat_u32(1.0_f32.to_bits()));
         let west = bump(simd, side, first, point, from_one - simd.splat(1.0));
         let east = bump(simd, side, first, point + simd.splat_u32(1), from_one - simd.splat(2.0));

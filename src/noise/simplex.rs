@@ -9,6 +9,7 @@ use crate::simd::Simd;
 /// A table of one component of the sixteen gradients.
 #[derive(Clone, Copy)]
 pub(super) struct GradientTable<S: Simd> {
+    // Both, since which of them is cheaper to look up in depends on the instructions: see `bump`.
     sixteen: S::Table16,
     first_eight: S::Table8,
 }
@@ -68,6 +69,8 @@ impl<const COLUMNS: usize> Simplex<COLUMNS> {
         Simplex {
             columns: lattice.columns(),
             gradients: [
+                // Along u and v, not east and south: a step of u goes EDGE east, one of v half of that west and 1 /
+                // sqrt(2) south.
                 DIRECTIONS.map(|[gx, _]| (gx * EDGE * scale) as f32),
                 DIRECTIONS.map(|[gx, gy]| ((gy * std::f64::consts::FRAC_1_SQRT_2 - gx * EDGE / 2.0) * scale) as f32),
             ],
@@ -93,6 +96,7 @@ impl<S: Simd, const COLUMNS: usize> SimplexLanes<'_, S, COLUMNS> {
         let u = simd.load_u32(&self.simplex.columns[column..]) + simd.splat_u32(row.fraction[0]);
         let v = simd.splat_u32(row.fraction[1]);
         let cell_u = simd.shr::<LANE_FRACTION_BITS>(u);
+        // Rows of the lattice lie along x, so v is the same for all vertices of a row.
         self.noise_in_cells(simd, row, u, v, cell_u, simd.splat_u32(0))
     }
 
@@ -106,6 +110,7 @@ impl<S: Simd, const COLUMNS: usize> SimplexLanes<'_, S, COLUMNS> {
         let (whole_v, rest_v) = split(simd, dy_m * simd.splat(south_v));
         let u = simd.load_u32(&self.simplex.columns[column..]) + simd.splat_u32(row.fraction[0]) + rest_u;
         let v = simd.splat_u32(row.fraction[1]) + rest_v;
+        // Signed, for a displacement may lead back before the row's first cell.
         let cell_u = simd.shr_signed::<LANE_FRACTION_BITS>(u) + whole_u;
         let cell_v = simd.shr_signed::<LANE_FRACTION_BITS>(v) + whole_v;
         self.noise_in_cells(simd, row, u, v, cell_u, cell_v)
@@ -123,6 +128,8 @@ impl<S: Simd, const COLUMNS: usize> SimplexLanes<'_, S, COLUMNS> {
         let two = simd.splat_u32(2.0_f32.to_bits());
         let from_two_u = simd.from_bits(u & mantissa | two);
         let from_two_v = simd.from_bits(v & mantissa | two);
+        // All these differences are exact: a number from 2 to 4 and one of 2, 3, 4 are within a factor of two of each
+        // other.
         let (uu, vv) = (from_two_u - simd.splat(3.0), from_two_v - simd.splat(3.0));
         let (east_u, west_u) = (from_two_u - simd.splat(2.0), from_two_u - simd.splat(4.0));
         let (east_v, west_v) = (from_two_v - simd.splat(2.0), from_two_v - simd.splat(4.0));
@@ -136,10 +143,12 @@ impl<S: Simd, const COLUMNS: usize> SimplexLanes<'_, S, COLUMNS> {
         let t2 = two_less_e + sum;
         let u_first = simd.ge(difference, simd.splat(0.0));
 
+        // One product an axis: the shares of the far corners are those of the near ones and a constant.
         let h_u = hash::of_u_lanes(simd, row.cell[0], cell_u);
         let h_v = hash::of_v_lanes(simd, row.cell[1], cell_v);
         let next_u = hash::next_u(simd, h_u);
         let next_v = hash::next_v(simd, h_v);
+        // The third corner is (1, 0) in the one triangle of the square and (0, 1) in the other.
         let middle_u = simd.select_u32(u_first, next_u, h_u);
         let middle_v = simd.select_u32(u_first, h_v, next_v);
 

@@ -94,10 +94,13 @@ impl<const COLUMNS: usize, const ROWS: usize> Splat<COLUMNS, ROWS> {
         let east = f64::from(self.columns[COLUMNS - 1]) + REACH;
         let south = f64::from(self.rows[ROWS - 1]) + REACH;
         bumps.count = 0;
+        // Lanes past the last bump: so far away that they are out of reach, and still with a square that is a number.
         bumps.dx = [f32::MAX.sqrt() / 4.0; MAX_BUMPS];
+        // Rows of points are 1 / sqrt(2) apart; those as far north and south as their bumps reach into the block.
         for row in (fraction_v - REACH * SQRT_2).ceil() as i32..=(fraction_v + south * SQRT_2).floor() as i32 {
             let v = f64::from(row) - fraction_v;
             let hash_v = hash::of_v(cell_v.wrapping_add(row as u32));
+            // Each row of points begins half a point further west.
             let shift = fraction_u + v / 2.0;
             for column in (shift - REACH / EDGE).ceil() as i32..=(shift + east / EDGE).floor() as i32 {
                 let u = f64::from(column) - fraction_u;
@@ -135,6 +138,8 @@ impl<const COLUMNS: usize, const ROWS: usize> Splat<COLUMNS, ROWS> {
         while start < rows.end {
             let end = rows.end.min((start / STRIP_ROWS + 1) * STRIP_ROWS);
             let reaching = self.reaching(simd, bumps, columns, start..end);
+            // With a count that the compiler knows all bumps stay in registers. Bumps too few are made up by some that
+            // add zero.
             match reaching.count_ones() {
                 0..=2 => add_bumps::<S, ROWS, 2>(simd, bumps, columns, start..end, reaching, sink),
                 3 => add_bumps::<S, ROWS, 3>(simd, bumps, columns, start..end, reaching, sink),
@@ -158,6 +163,7 @@ impl<const COLUMNS: usize, const ROWS: usize> Splat<COLUMNS, ROWS> {
         let mut bits = 0;
         for first in (0..bumps.count).step_by(S::LANES) {
             let (dx, dy) = (simd.load(&bumps.dx[first..]), simd.load(&bumps.dy[first..]));
+            // From the point to the nearest vertex of the strip; zero along an axis on which it lies between them.
             let nearest_dx = simd.max(simd.max(dx + west, -dx - east), zero);
             let nearest_dy = simd.max(simd.max(dy + north, -dy - south), zero);
             let reached = simd.lt(nearest_dx * nearest_dx + nearest_dy * nearest_dy, reach2);
@@ -177,6 +183,7 @@ fn add_bumps<S: Simd, const ROWS: usize, const COUNT: usize>(
     mut reaching: u32,
     sink: &mut impl NoiseSink<S>,
 ) {
+    // A bump that is not there adds zero: its base is at most 1/2, and 1 less is below zero.
     let mut less_dx2 = [simd.splat(-1.0); COUNT];
     let mut slope_x = [simd.splat(0.0); COUNT];
     let mut base = [&bumps.base[0][rows.clone()]; COUNT];
@@ -196,6 +203,7 @@ fn add_bumps<S: Simd, const ROWS: usize, const COUNT: usize>(
     for (index, row) in rows.enumerate() {
         let mut sum = simd.splat(0.0);
         for i in 0..COUNT {
+            // Seven operations: all else was done once a row or once a column.
             let t = simd.max(simd.splat(base[i][index]) + less_dx2[i], simd.splat(0.0));
             let t2 = t * t;
             sum = sum + t2 * t2 * (slope_x[i] + simd.splat(slope[i][index]));

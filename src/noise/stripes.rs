@@ -12,9 +12,8 @@
 //! whichever further pivots are added in its strip. About 25 vector operations a vector and pivot, for 5 to 8 pivots
 //! that reach a strip when waves are long.
 
-use super::lattice::{cell, fixed_point, fraction, hash};
+use super::lattice::{cell, fixed_point, fraction, hash, origin};
 use crate::area::Area;
-use crate::hash::scatter;
 use crate::simd::{self, Kernel, Level, MAX_LANES, Simd};
 use std::ops::Range;
 
@@ -103,17 +102,17 @@ impl Stripes {
         );
         let frequency = 1.0 / (wave * CELL_WAVES);
         // A window drawn at random, as for the octaves of a fractal, but another one than theirs for the same seed.
-        let word = |index: u64| scatter(seed ^ scatter(1 << 40 | index));
-        let wide = |index: u64| u128::from(word(index)) << 64 | u128::from(word(index + 1));
+        let origin = origin(seed, 1 << 40);
         let mut steps = [0.0; BLOCK_COLUMNS];
         for (index, step) in steps.iter_mut().enumerate() {
             *step = (index as f64 * frequency / REACH) as f32;
         }
+        // As many rows as keep to the height at which few pivots reach them.
         let mut group_rows = 2;
         while group_rows < GROUP_ROWS && (2 * group_rows - 1) as f64 * frequency <= GROUP_CELLS {
             group_rows *= 2;
         }
-        Stripes { frequency, origin: [wide(0), wide(2)], step: fixed_point(frequency), steps, group_rows }
+        Stripes { frequency, origin, step: fixed_point(frequency), steps, group_rows }
     }
 
     /// Fills in the wave of the stripes at the vertices of `area`, row by row from the north: `crest` is its cosine,
@@ -210,6 +209,7 @@ impl Kernel for StripesFill<'_> {
             first: [0.0; 2],
         };
         let zero = simd.splat(0.0);
+        // Places to be filled: only as many as are found are read.
         let none = Reaching { dx: zero, dx2: zero, dy: [0.0; GROUP_ROWS], base: [0.0; GROUP_ROWS], phase: 0.0 };
         let mut reaching = [none; MAX_REACHING];
         let (columns, rows) = (BLOCK_COLUMNS as i64, BLOCK_ROWS as i64);
@@ -247,6 +247,7 @@ impl Stripes {
         let position_y = self.origin[1].wrapping_add(self.step.wrapping_mul(i128::from(y) as u128));
         // The first cell whose middle is near enough, counted from the one in which the vertex lies.
         let (fraction_x, fraction_y) = (fraction(position_x), fraction(position_y));
+        // A cell is as far away as its middle, which lies half a cell after its number.
         let first_x = (fraction_x - 0.5 - CELL_REACH).ceil();
         let first_y = (fraction_y - 0.5 - CELL_REACH).ceil();
         pivots.first = [fraction_x - 0.5 - first_x, fraction_y - 0.5 - first_y];
@@ -300,6 +301,7 @@ impl Stripes {
             for cell_x in cells_x.clone().step_by(S::LANES) {
                 let first = cell_y * STRIDE + cell_x;
                 let (x, y) = (simd.load(&pivots.x[first..]), simd.load(&pivots.y[first..]));
+                // From the pivot to the nearest vertex of the strip, as for bumps.
                 let nearest_dx = simd.max(simd.max(west - x, x - east), zero);
                 let nearest_dy = simd.max(simd.max(north - y, y - south), zero);
                 let reached = simd.lt(nearest_dx * nearest_dx + nearest_dy * nearest_dy, simd.splat(REACH2));
@@ -340,13 +342,16 @@ impl StripesFill<'_> {
     /// Adds up the waves in the wanted lanes of `rows` rows of a strip, of which the first is at `at`.
     #[inline(always)]
     fn add_up<S: Simd>(&mut self, simd: S, reaching: &[Reaching<S>], rows: usize, lanes: Range<usize>, mut at: usize) {
+        // Distances are in reaches, and a reach is so many turns of the phase.
         let turns = simd.splat((REACH * CELL_WAVES) as f32);
         let zero = simd.splat(0.0);
+        // Never more rows; but so the compiler knows that none is outside of the arrays.
         for row in 0..rows.min(GROUP_ROWS) {
             let across_x = load_part(simd, &self.across_x[at..], &lanes) * turns;
             let across_y = load_part(simd, &self.across_y[at..], &lanes) * turns;
             let mut sum = Wave { weight: zero, sine2: zero, both: zero };
             for pivot in reaching {
+                // Past its reach the weight is exactly zero, and so is all that the pivot adds.
                 let t = simd.max(simd.splat(pivot.base[row]) - pivot.dx2, zero);
                 let phase = across_x * pivot.dx + (across_y * simd.splat(pivot.dy[row]) + simd.splat(pivot.phase));
                 sum = sum.plus(simd, t * t * t, phase);

@@ -89,6 +89,7 @@ pub trait Simd: Copy + Send + Sync + 'static {
     #[inline(always)]
     fn floor(self, a: Self::F32) -> Self::F32 {
         let toward_zero = self.i32_to_f32(self.truncate_to_i32(a));
+        // Below zero, what is cut off makes a number larger.
         let above = self.lt(a, toward_zero);
         toward_zero - self.select(above, self.splat(1.0), self.splat(0.0))
     }

@@ -63,6 +63,7 @@ pub trait Kernel {
 /// # Panics
 /// If the environment variable is bad; call [`Level::chosen`] first to report that to a user.
 pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
+    // Looked at once: a kernel may be as small as a row of pixels.
     static CHECKED: OnceLock<Level> = OnceLock::new();
     let level = *CHECKED.get_or_init(|| Level::chosen().unwrap_or_else(|message| panic!("{message}")));
     dispatch_checked(level, kernel)

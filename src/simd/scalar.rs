@@ -26,6 +26,8 @@ pub struct Mask([bool; LANES]);
 /// An array whose lane `i` is the expression.
 macro_rules! each_lane {
     ($i:ident => $lane:expr) => {{
+        // A loop and no `array::from_fn`: closures keep kernels from being inlined whole. The first lane makes the
+        // array, which then needs no default.
         let $i = 0;
         let mut lanes = [$lane; LANES];
         #[allow(clippy::needless_range_loop, reason = "the expression indexes several arrays")]
@@ -62,32 +64,35 @@ operator!(Mask, BitAnd, bitand, |a, b| a & b);
 operator!(Mask, BitOr, bitor, |a, b| a | b);
 operator!(Mask, BitXor, bitxor, |a, b| a ^ b);
 
-impl Neg for F32 {
-    type Output = F32;
-    #[inline(always)]
-    fn neg(self) -> F32 {
-        F32(each_lane!(i => -self.0[i]))
-    }
+macro_rules! negation {
+    ($type:ident, $trait:ident, $method:ident, |$a:ident| $lane:expr) => {
+        impl $trait for $type {
+            type Output = $type;
+            #[inline(always)]
+            fn $method(self) -> $type {
+                $type(each_lane!(i => { let $a = self.0[i]; $lane }))
+            }
+        }
+    };
 }
 
-impl Not for U32 {
-    type Output = U32;
-    #[inline(always)]
-    fn not(self) -> U32 {
-        U32(each_lane!(i => !self.0[i]))
-    }
-}
+negation!(F32, Neg, neg, |a| -a);
+negation!(U32, Not, not, |a| !a);
+negation!(Mask, Not, not, |a| !a);
 
-impl Not for Mask {
-    type Output = Mask;
-    #[inline(always)]
-    fn not(self) -> Mask {
-        Mask(each_lane!(i => !self.0[i]))
-    }
+/// Methods of which each lane of the result is an expression of the same lane of all arguments.
+macro_rules! by_lane {
+    ($(fn $method:ident($($a:ident: $type:ident),+) -> $result:ident { $lane:expr })*) => {
+        $(#[inline(always)]
+        fn $method(self, $($a: $type),+) -> $result {
+            $result(each_lane!(i => { $(let $a = $a.0[i];)+ $lane }))
+        })*
+    };
 }
 
 impl Simd for Scalar {
     const LANES: usize = LANES;
+    // Tables are looked up in memory, where sixteen values cost no more than eight.
     const FAST_PERMUTE16: bool = true;
     const LEVEL: Level = Level::Scalar;
     type F32 = F32;
@@ -131,50 +136,25 @@ impl Simd for Scalar {
     fn store_i32(self, value: U32, to: &mut [i32]) {
         to[..LANES].copy_from_slice(&each_lane!(i => value.0[i] as i32));
     }
-    #[inline(always)]
-    fn sqrt(self, a: F32) -> F32 {
-        F32(each_lane!(i => a.0[i].sqrt()))
+    by_lane! {
+        fn sqrt(a: F32) -> F32 { a.sqrt() }
+        fn min(a: F32, b: F32) -> F32 { if a < b { a } else { b } }
+        fn max(a: F32, b: F32) -> F32 { if a > b { a } else { b } }
+        fn lt(a: F32, b: F32) -> Mask { a < b }
+        fn le(a: F32, b: F32) -> Mask { a <= b }
+        fn eq(a: F32, b: F32) -> Mask { a == b }
+        fn eq_u32(a: U32, b: U32) -> Mask { a == b }
+        fn gt_i32(a: U32, b: U32) -> Mask { a as i32 > b as i32 }
+        fn select(mask: Mask, yes: F32, no: F32) -> F32 { if mask { yes } else { no } }
+        fn select_u32(mask: Mask, yes: U32, no: U32) -> U32 { if mask { yes } else { no } }
+        fn keep_u32(mask: Mask, value: U32) -> U32 { if mask { value } else { 0 } }
+        fn to_bits(a: F32) -> U32 { a.to_bits() }
+        fn from_bits(a: U32) -> F32 { f32::from_bits(a) }
+        fn i32_to_f32(a: U32) -> F32 { a as i32 as f32 }
+        fn round_to_i32(a: F32) -> U32 { a.round_ties_even() as i32 as u32 }
+        fn truncate_to_i32(a: F32) -> U32 { a as i32 as u32 }
     }
-    #[inline(always)]
-    fn min(self, a: F32, b: F32) -> F32 {
-        F32(each_lane!(i => if a.0[i] < b.0[i] { a.0[i] } else { b.0[i] }))
-    }
-    #[inline(always)]
-    fn max(self, a: F32, b: F32) -> F32 {
-        F32(each_lane!(i => if a.0[i] > b.0[i] { a.0[i] } else { b.0[i] }))
-    }
-    #[inline(always)]
-    fn lt(self, a: F32, b: F32) -> Mask {
-        Mask(each_lane!(i => a.0[i] < b.0[i]))
-    }
-    #[inline(always)]
-    fn le(self, a: F32, b: F32) -> Mask {
-        Mask(each_lane!(i => a.0[i] <= b.0[i]))
-    }
-    #[inline(always)]
-    fn eq(self, a: F32, b: F32) -> Mask {
-        Mask(each_lane!(i => a.0[i] == b.0[i]))
-    }
-    #[inline(always)]
-    fn eq_u32(self, a: U32, b: U32) -> Mask {
-        Mask(each_lane!(i => a.0[i] == b.0[i]))
-    }
-    #[inline(always)]
-    fn gt_i32(self, a: U32, b: U32) -> Mask {
-        Mask(each_lane!(i => a.0[i] as i32 > b.0[i] as i32))
-    }
-    #[inline(always)]
-    fn select(self, mask: Mask, yes: F32, no: F32) -> F32 {
-        F32(each_lane!(i => if mask.0[i] { yes.0[i] } else { no.0[i] }))
-    }
-    #[inline(always)]
-    fn select_u32(self, mask: Mask, yes: U32, no: U32) -> U32 {
-        U32(each_lane!(i => if mask.0[i] { yes.0[i] } else { no.0[i] }))
-    }
-    #[inline(always)]
-    fn keep_u32(self, mask: Mask, value: U32) -> U32 {
-        U32(each_lane!(i => if mask.0[i] { value.0[i] } else { 0 }))
-    }
+
     #[inline(always)]
     fn mask_bits(self, mask: Mask) -> u32 {
         let mut bits = 0;
@@ -194,26 +174,6 @@ impl Simd for Scalar {
     #[inline(always)]
     fn shr_signed<const BITS: u32>(self, a: U32) -> U32 {
         U32(each_lane!(i => (a.0[i] as i32 >> BITS) as u32))
-    }
-    #[inline(always)]
-    fn to_bits(self, a: F32) -> U32 {
-        U32(each_lane!(i => a.0[i].to_bits()))
-    }
-    #[inline(always)]
-    fn from_bits(self, a: U32) -> F32 {
-        F32(each_lane!(i => f32::from_bits(a.0[i])))
-    }
-    #[inline(always)]
-    fn i32_to_f32(self, a: U32) -> F32 {
-        F32(each_lane!(i => a.0[i] as i32 as f32))
-    }
-    #[inline(always)]
-    fn round_to_i32(self, a: F32) -> U32 {
-        U32(each_lane!(i => a.0[i].round_ties_even() as i32 as u32))
-    }
-    #[inline(always)]
-    fn truncate_to_i32(self, a: F32) -> U32 {
-        U32(each_lane!(i => a.0[i] as i32 as u32))
     }
     #[inline(always)]
     fn pick(self, from: &[f32], index: U32) -> F32 {

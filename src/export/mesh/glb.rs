@@ -44,18 +44,17 @@ impl Glb {
         root.samplers.push(Sampler {
             mag_filter: Some(Valid(MagFilter::Linear)),
             min_filter: Some(Valid(MinFilter::LinearMipmapLinear)),
-            name: None,
             // Neighbours agree on the texels of the edge that they share; none may be mixed with those of the far side.
             wrap_s: Valid(WrappingMode::ClampToEdge),
             wrap_t: Valid(WrappingMode::ClampToEdge),
-            extensions: None,
-            extras: None,
+            ..Default::default()
         });
         Glb { root, bytes: Vec::new(), plain_bytes: compressed.then_some(0) }
     }
 
     /// Says that readers need an extension, or that they may use it.
     pub fn uses(&mut self, extension: &str, required: bool) {
+        // What readers need must also stand among what is used.
         let mut lists = vec![&mut self.root.extensions_used];
         if required {
             lists.push(&mut self.root.extensions_required);
@@ -114,15 +113,9 @@ impl Glb {
     fn attribute(&mut self, values: Values) -> Index<Accessor> {
         let stride = values.stride();
         let view = self.numbers(&values.bytes, Content::Vertices, stride);
-        let bound = |bound: &[f64]| Value::from(bound.to_vec());
-        let [min, max] = match &values.bounds {
-            Some([min, max]) => [Some(bound(min)), Some(bound(max))],
-            None => [None, None],
-        };
-        let accessor = self.accessor(view, values.component, values.dimensions, values.count);
-        let described = &mut self.root.accessors[accessor.value()];
-        (described.min, described.max, described.normalized) = (min, max, values.normalized);
-        accessor
+        let (min, max) = values.bounds.map(|[min, max]| (Value::from(min), Value::from(max))).unzip();
+        let accessor = accessor(view, values.component, values.dimensions, values.count);
+        self.root.push(Accessor { min, max, normalized: values.normalized, ..accessor })
     }
 
     /// Indices of triangles, in 16 bits if they will do.
@@ -137,39 +130,15 @@ impl Glb {
             (ComponentType::U32, longs.into_flattened())
         };
         let view = self.numbers(&bytes, Content::Indices, if short { 2 } else { 4 });
-        self.accessor(view, component, Type::Scalar, indices.len())
-    }
-
-    fn accessor(
-        &mut self,
-        view: Index<View>,
-        component: ComponentType,
-        dimensions: Type,
-        count: usize,
-    ) -> Index<Accessor> {
-        self.root.push(Accessor {
-            buffer_view: Some(view),
-            byte_offset: None,
-            count: count.into(),
-            component_type: Valid(GenericComponentType(component)),
-            extensions: None,
-            extras: None,
-            type_: Valid(dimensions),
-            min: None,
-            max: None,
-            name: None,
-            normalized: false,
-            sparse: None,
-        })
+        self.root.push(accessor(view, component, Type::Scalar, indices.len()))
     }
 
     /// Adds numbers, compressed if they all are.
     fn numbers(&mut self, bytes: &[u8], content: Content, stride: usize) -> Index<View> {
-        let target = match content {
-            Content::Vertices => Target::ArrayBuffer,
-            Content::Indices => Target::ElementArrayBuffer,
+        let (target, byte_stride) = match content {
+            Content::Vertices => (Target::ArrayBuffer, Some(Stride(stride))),
+            Content::Indices => (Target::ElementArrayBuffer, None),
         };
-        let byte_stride = matches!(content, Content::Vertices).then_some(Stride(stride));
         let view = match self.plain_bytes {
             None => self.view(bytes, Some(target)),
             Some(before) => {
@@ -179,6 +148,7 @@ impl Glb {
                     Content::Indices => ("TRIANGLES", compressed_indices(bytes, stride)),
                 };
                 let offset = self.append(&coded);
+                // Where it would begin in a buffer of plain numbers, which is described and not written.
                 self.plain_bytes = Some(before + bytes.len().next_multiple_of(4));
                 let extension = json!({
                     "buffer": 0, "byteOffset": offset, "byteLength": coded.len(), "byteStride": stride, "count": count,
@@ -235,7 +205,9 @@ impl Glb {
             self.root.buffers.push(buffer(plain_bytes, Some(extensions::buffer::Buffer { others: fallback })));
         }
         let mut json = self.root.to_vec().expect("names and finite numbers are JSON");
+        // Chunks of a GLB are filled up to 4 bytes: JSON with spaces, numbers with zeros.
         json.resize(json.len().next_multiple_of(4), b' ');
+        // A header of three words, and two before each chunk.
         let total = 12 + 8 + json.len() + 8 + self.bytes.len();
         let word = |count: usize| u32::try_from(count).expect("the plan has checked the size").to_le_bytes();
         let mut file = Vec::with_capacity(total);
@@ -248,6 +220,23 @@ impl Glb {
     }
 }
 
+fn accessor(view: Index<View>, component: ComponentType, dimensions: Type, count: usize) -> Accessor {
+    Accessor {
+        buffer_view: Some(view),
+        byte_offset: None,
+        count: count.into(),
+        component_type: Valid(GenericComponentType(component)),
+        extensions: None,
+        extras: None,
+        type_: Valid(dimensions),
+        min: None,
+        max: None,
+        name: None,
+        normalized: false,
+        sparse: None,
+    }
+}
+
 fn buffer(bytes: usize, extensions: Option<extensions::buffer::Buffer>) -> Buffer {
     Buffer { byte_length: USize64::from(bytes), name: None, uri: None, extensions, extras: None }
 }
@@ -256,6 +245,7 @@ fn buffer(bytes: usize, extensions: Option<extensions::buffer::Buffer>) -> Buffe
 fn compressed_vertices(bytes: &[u8], stride: usize) -> Vec<u8> {
     /// The version of the format that the extension names.
     const VERSION: Option<i32> = Some(0);
+    // The library's own default; this version has no others.
     const LEVEL: i32 = 2;
     fn of<const N: usize>(bytes: &[u8]) -> Vec<u8> {
         let vertices = bytes.as_chunks::<N>().0;
@@ -275,6 +265,7 @@ fn compressed_vertices(bytes: &[u8], stride: usize) -> Vec<u8> {
 fn compressed_indices(bytes: &[u8], size: usize) -> Vec<u8> {
     let index = |bytes: &[u8]| bytes.iter().rev().fold(0, |index, byte| index << 8 | u32::from(*byte));
     let indices: Vec<u32> = bytes.chunks_exact(size).map(index).collect();
+    // The codec wants a bound for the indices, which need not be the count of vertices.
     let vertices = indices.iter().max().map_or(0, |most| *most as usize + 1);
     meshopt::encode_index_buffer(&indices, vertices).expect("the buffer is as large as it may need to be")
 }

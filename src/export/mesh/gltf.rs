@@ -20,15 +20,14 @@ use super::glb::{COMPRESSION, Glb, MAX_BYTES, QUANTIZATION, TRANSFORM};
 use super::model::{Model, Modeller, Substance, by_substance, substance_of_water};
 use super::region::RegionFile;
 use super::relative_normals::relative_normals;
-
 use super::values::{of_land, of_ribbons, of_sheet};
 use super::{FOLDER, cost, names, tile_path};
 use crate::area::{Place, Region};
-use crate::bake::FileRecord;
-use crate::bake::Sink;
+use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::write_whole;
 use crate::export::format::{Format, FormatCost, Request};
+use crate::export::locked;
 use crate::export::options::MeshOptions;
 use crate::export::raster::quantity::{Painter, Quantity};
 use crate::export::raster::writer::{Encoding, Sample, png_bytes};
@@ -94,6 +93,7 @@ impl Gltf {
         if bytes <= MAX_BYTES {
             return Ok(());
         }
+        // The largest tile that fits, for the hint.
         let fits = (1..region.tile_cells()).rev().find(|cells| {
             let smaller = Region::new(region.at(), 1, 1, *cells);
             smaller.is_ok_and(|region| Gltf::bytes_at_most(&region) <= MAX_BYTES)
@@ -157,6 +157,7 @@ impl<'a> GltfSink<'a> {
         let [east, up, south] = frame.corner_m(&area).map(|metres| metres as f32);
         let lifted = options.quantized.then_some([0.0, up, 0.0]);
         let scale = options.quantized.then_some([quantum; 3]);
+        // Quantised positions are whole steps, which the node scales and lifts back to metres.
         children.push(glb.root.push(Node { scale, translation: lifted, ..node("land", Some(mesh)) }));
         // Waters, then rivers of the thesis' agents, roads and bridges.
         for sheet in &model.waters {
@@ -167,6 +168,7 @@ impl<'a> GltfSink<'a> {
             add(&mut glb, &mut children, substance, of_ribbons(ribbons, frame));
         }
         let extras = extras(&json!({ "tile_x": tile.id().x, "tile_y": tile.id().y, "lod": lod }));
+        // The tile stands at its corner, and so its own numbers are small.
         let root = glb.root.push(Node {
             children: Some(children),
             translation: Some([east, 0.0, south]),
@@ -189,9 +191,11 @@ impl<'a> GltfSink<'a> {
         let base = glb.texture(&named(colour.0), &painted(colour));
         let normal = detail.map(|rows| glb.texture(&named("normal"), &png(Sample::Rgb8, rows, false)));
         let blend_images: Vec<String> = blends.iter().map(|blend| named(blend.0)).collect();
+        // glTF knows no blend maps: they are images without a texture, named where a script finds them.
         for (name, blend) in blend_images.iter().zip(blends) {
             glb.image(name, &painted(blend));
         }
+        // A reader without it shows the texture half a texel off, which is better than nothing.
         glb.uses(TRANSFORM, false);
         // Texels are vertices: the middle of the first one is 0, and that of the last one 1.
         let texels = side as f32;
@@ -216,6 +220,7 @@ impl<'a> GltfSink<'a> {
             pbr_metallic_roughness: PbrMetallicRoughness {
                 base_color_texture: Some(info(base)),
                 metallic_factor: StrengthFactor(0.0),
+                // Soil and rock hardly shine; as roads, see `SUBSTANCES`.
                 roughness_factor: StrengthFactor(0.95),
                 ..Default::default()
             },
@@ -263,21 +268,23 @@ impl Sink for GltfSink<'_> {
             let glb = self.document(tile, place, lod, &model);
             let (root, bytes, start) = glb.finish();
             let finished = write_whole(self.out.join(&path), &bytes)?;
+            // The region's file needs the JSON of each tile, in the order of the tiles; the numbers stay in the GLB.
             kept.push((path.clone(), start, root));
             let record = FileRecord {
                 tile: Some(tile.id()),
                 mesh: Some(self.modeller.record(tile, lod, &model.land)),
                 ..FileRecord::new(path, Gltf.name(), finished)
             };
-            self.records.lock().expect("no thread panics while it adds").push(record);
+            locked(&self.records).push(record);
         }
         Ok(serde_json::to_vec(&kept).expect("names and finite numbers are JSON"))
     }
 
     fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
-        let mut regions = self.regions.lock().expect("no thread panics while it writes");
+        let mut regions = locked(&self.regions);
         for piece in pieces {
             let kept: Vec<(String, usize, Root)> = serde_json::from_slice(piece).expect("it was written by this sink");
+            // Levels come in the same order in both.
             for (region, (path, start, root)) in regions.iter_mut().zip(kept) {
                 region.add(root, &path, start)?;
             }
@@ -286,8 +293,8 @@ impl Sink for GltfSink<'_> {
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        let mut records = std::mem::take(&mut *self.records.lock().expect("no thread panics while it adds"));
-        for region in self.regions.lock().expect("no thread panics while it writes").drain(..) {
+        let mut records = std::mem::take(&mut *locked(&self.records));
+        for region in locked(&self.regions).drain(..) {
             records.push(region.finish()?);
         }
         Ok(records)

@@ -21,7 +21,7 @@ pub(super) use gltf::Gltf;
 pub(super) use obj::{OBJ, OBJ_TILES};
 
 use crate::area::Place;
-use crate::export::format::{FormatCost, RECORD_BYTES, Request};
+use crate::export::format::{FormatCost, RECORD_BYTES, Request, is_number};
 
 /// The folder of meshes in that of a bake.
 const FOLDER: &str = "mesh";
@@ -60,7 +60,6 @@ fn cost(request: &Request, bytes: u64, more: u64, files: u64) -> FormatCost {
 
 /// Whether a bake gives a file with one of those endings that path, in a file of the region or of a tile.
 fn names(path: &str, region: bool, tiles: bool, endings: &[&str]) -> bool {
-    let number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let stem = || {
         let (stem, ending) = path.strip_prefix(FOLDER)?.strip_prefix('/')?.rsplit_once('.')?;
         endings.contains(&ending).then_some(stem)
@@ -68,14 +67,15 @@ fn names(path: &str, region: bool, tiles: bool, endings: &[&str]) -> bool {
     let without_level = |rest: &'static str, stem: &str| -> Option<String> {
         let stem = stem.strip_prefix(rest)?;
         let Some(level) = stem.strip_prefix("_lod") else { return Some(stem.to_owned()) };
+        // The level is followed by the tile's place, or by nothing.
         let end = level.find('_').unwrap_or(level.len());
-        number(&level[..end]).then(|| level[end..].to_owned())
+        is_number(&level[..end]).then(|| level[end..].to_owned())
     };
     let Some(stem) = stem() else { return false };
     let is_tile = || {
         let rest = without_level("tile", stem)?;
         let (col, row) = rest.strip_prefix("_x")?.split_once("_y")?;
-        Some(number(col) && number(row))
+        Some(is_number(col) && is_number(row))
     };
     region && without_level("region", stem).is_some_and(|rest| rest.is_empty()) || tiles && is_tile() == Some(true)
 }

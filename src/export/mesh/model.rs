@@ -67,6 +67,7 @@ impl<'a> Modeller<'a> {
         let frame = Frame::new(world, &region, quantized);
         let cells = region.tile_cells();
         let full = options.lods.all().contains(&0).then(|| {
+            // One order for all tiles, as if the land were flat.
             let flat = |[column, row]: [u32; 2]| [column as f32, 0.0, row as f32];
             Arc::new(ordered(Surface::full(cells), flat))
         });
@@ -78,6 +79,7 @@ impl<'a> Modeller<'a> {
         let model = |&lod: &u32| {
             let land = self.land(tile, lod);
             let ground = Drape::new(&land, tile.heights(), tile.area());
+            // With every vertex the ground is the raster's own, and waters fit it as they are.
             let waters = sheets(self.world, tile, (lod > 0).then_some(&ground));
             let ribbons = ribbons(tile, self.world.spacing_m(), &ground);
             (lod, Model { land, waters, ribbons })
@@ -87,6 +89,7 @@ impl<'a> Modeller<'a> {
 
     /// What the manifest says of a model.
     pub fn record(&self, tile: &Tile, lod: u32, land: &Surface) -> MeshRecord {
+        // Of the vertices that the mesh has, for these are what a reader finds.
         let (mut min_m, mut max_m) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         let area = tile.area();
         let corner = self.frame.corner_m(&area);
@@ -112,6 +115,7 @@ impl<'a> Modeller<'a> {
             None => Arc::clone(self.full.as_ref().expect("there is one if LOD 0 is asked for")),
             Some(bound_m) => {
                 let area = tile.area();
+                // What rounding to steps takes of the bound is not left for the triangles.
                 let surface = Surface::simplified(tile.heights(), area, bound_m - self.frame.height_error_m());
                 let spacing_m = self.world.spacing_m() as f32;
                 let place = |[column, row]: [u32; 2]| {
@@ -128,6 +132,7 @@ impl<'a> Modeller<'a> {
 /// is drawn first, and vertices lie in the order that they are wanted in.
 fn ordered(surface: Surface, place: impl Fn([u32; 2]) -> [f32; 3]) -> Surface {
     let Surface { cells, vertices, triangles } = surface;
+    // In this order, as the manual asks: each step keeps what the one before it has gained.
     let mut indices = meshopt::optimize_vertex_cache(triangles.as_flattened(), vertices.len());
     let places: Vec<[f32; 3]> = vertices.iter().map(|vertex| place(*vertex)).collect();
     let positions = meshopt::VertexDataAdapter::new(bytemuck::cast_slice(&places), size_of::<[f32; 3]>(), 0);

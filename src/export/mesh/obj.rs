@@ -11,11 +11,11 @@ use std::sync::Mutex;
 use super::model::{Model, Modeller, SUBSTANCES, Substance, by_substance, substance_of_water};
 use super::{FOLDER, cost, names, region_path, tile_path};
 use crate::area::{Place, Region};
-use crate::bake::FileRecord;
-use crate::bake::Sink;
+use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::{PartFile, write_whole};
-use crate::export::format::{Format, FormatCost, Request};
+use crate::export::format::{Format, FormatCost, Request, file_name};
+use crate::export::locked;
 use crate::tile::Tile;
 
 /// OBJ, as a format.
@@ -141,6 +141,7 @@ impl<'a> ObjSink<'a> {
         };
         let texture = |x: i64, y: i64| {
             let [u, v] = [(x, 0), (y, 1)].map(|(at, axis)| ((at - first[axis]) as f64 + 0.5) / sides[axis] as f64);
+            // OBJ counts v from the bottom of a picture.
             [u, 1.0 - v]
         };
         let land = land_name(self.regions.is_none().then_some(place));
@@ -197,10 +198,6 @@ fn land_name(place: Option<Place>) -> String {
     place.map_or("land".to_owned(), |Place { row, col }| format!("land_x{col}_y{row}"))
 }
 
-fn file_name(path: &str) -> &str {
-    path.rsplit_once('/').map_or(path, |(_, name)| name)
-}
-
 /// Without digits that nobody needs.
 fn thousandths(metres: f64) -> f64 {
     (metres * 1000.0).round() / 1000.0
@@ -233,9 +230,11 @@ impl Text {
         for (material, faces) in &self.faces {
             writeln!(target, "usemtl {material}")?;
             for triangle in faces.as_chunks::<3>().0 {
+                // One line again and again: a face is written a million times.
                 line.clear();
                 line.push('f');
                 for index in triangle {
+                    // OBJ counts from 1, over the whole file.
                     let number = before + u64::from(*index) + 1;
                     _ = write!(line, " {number}/{number}/{number}");
                 }
@@ -294,6 +293,7 @@ impl Sink for ObjSink<'_> {
         for (lod, model) in self.modeller.models(tile) {
             let text = self.text(tile, place, &model);
             if self.regions.is_some() {
+                // How many vertices stand before these is known when the tiles before are written, not yet.
                 text.pack(&mut packed);
                 continue;
             }
@@ -308,14 +308,14 @@ impl Sink for ObjSink<'_> {
             };
             let finished = write_whole(self.out.join(&beside), materials(Some(place)).as_bytes())?;
             let second = FileRecord { tile: Some(tile.id()), ..FileRecord::new(beside, self.name, finished) };
-            self.records.lock().expect("no thread panics while it adds").extend([record, second]);
+            locked(&self.records).extend([record, second]);
         }
         Ok(packed)
     }
 
     fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
         let Some(regions) = &self.regions else { return Ok(()) };
-        let mut regions = regions.lock().expect("no thread panics while it writes");
+        let mut regions = locked(regions);
         for piece in pieces {
             let mut rest = *piece;
             for (_, file, before) in regions.iter_mut() {
@@ -328,9 +328,9 @@ impl Sink for ObjSink<'_> {
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        let mut records = std::mem::take(&mut *self.records.lock().expect("no thread panics while it adds"));
+        let mut records = std::mem::take(&mut *locked(&self.records));
         let Some(regions) = &self.regions else { return Ok(records) };
-        for (path, file, _) in regions.lock().expect("no thread panics while it writes").drain(..) {
+        for (path, file, _) in locked(regions).drain(..) {
             let beside = format!("{}mtl", path.strip_suffix("obj").expect("it was named so"));
             records.push(FileRecord::new(path, self.name, file.finish()?));
             let finished = write_whole(self.out.join(&beside), materials(None).as_bytes())?;

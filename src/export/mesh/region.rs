@@ -13,7 +13,7 @@ use super::model::SUBSTANCES;
 use crate::bake::FileRecord;
 use crate::error::Error;
 use crate::export::file::PartFile;
-use crate::export::format::Format;
+use crate::export::format::{Format, file_name};
 
 /// A region's glTF under way: each of its lists in a file of its own until all tiles are there, so that none is held.
 pub(super) struct RegionFile {
@@ -37,14 +37,17 @@ pub(super) struct RegionFile {
 
 /// A list of JSON values that is written somewhere.
 struct Spool {
+    /// Its name in the glTF.
+    name: &'static str,
     file: BufWriter<File>,
     count: u32,
 }
 
 impl Spool {
-    fn create(folder: &Path) -> Result<Spool, Error> {
+    fn create(name: &'static str, folder: &Path) -> Result<Spool, Error> {
+        // Nameless, so it is gone with the program, however that ends.
         let file = tempfile::tempfile_in(folder).map_err(Error::io(folder))?;
-        Ok(Spool { file: BufWriter::new(file), count: 0 })
+        Ok(Spool { name, file: BufWriter::new(file), count: 0 })
     }
 
     fn push(&mut self, value: &impl Serialize) -> std::io::Result<()> {
@@ -56,13 +59,13 @@ impl Spool {
     }
 
     /// Copies the list into a file.
-    fn copy_to(self, name: &str, target: &mut impl Write) -> std::io::Result<()> {
+    fn copy_to(self, target: &mut impl Write) -> std::io::Result<()> {
         if self.count == 0 {
             return Ok(());
         }
         let mut file = self.file.into_inner().map_err(std::io::IntoInnerError::into_error)?;
         file.seek(SeekFrom::Start(0))?;
-        write!(target, ",\n\"{name}\":[")?;
+        write!(target, ",\n\"{}\":[", self.name)?;
         std::io::copy(&mut Read::by_ref(&mut file), target)?;
         target.write_all(b"]")
     }
@@ -73,20 +76,20 @@ impl RegionFile {
     pub fn create(lod: u32, out: &Path) -> Result<RegionFile, Error> {
         let path = super::region_path(lod, "gltf");
         let folder = out.join(super::FOLDER);
-        let spool = || Spool::create(&folder);
+        let spool = |name| Spool::create(name, &folder);
         Ok(RegionFile {
             path,
             out: out.to_owned(),
-            scene: spool()?,
-            nodes: spool()?,
-            meshes: spool()?,
-            accessors: spool()?,
-            views: spool()?,
-            buffers: spool()?,
-            images: spool()?,
-            textures: spool()?,
-            samplers: spool()?,
-            materials: spool()?,
+            scene: spool("nodes")?,
+            nodes: spool("nodes")?,
+            meshes: spool("meshes")?,
+            accessors: spool("accessors")?,
+            views: spool("bufferViews")?,
+            buffers: spool("buffers")?,
+            images: spool("images")?,
+            textures: spool("textures")?,
+            samplers: spool("samplers")?,
+            materials: spool("materials")?,
             shared: [None; SUBSTANCES.len()],
             extensions: Default::default(),
         })
@@ -98,14 +101,14 @@ impl RegionFile {
     }
 
     fn add_shifted(&mut self, root: Root, path: &str, start: usize) -> std::io::Result<()> {
-        let name = path.rsplit_once('/').map_or(path, |(_, name)| name);
+        // How many there were before: what a tile's indices are raised by.
         let (nodes, meshes, accessors) = (self.nodes.count, self.meshes.count, self.accessors.count);
         let (views, buffers, images) = (self.views.count, self.buffers.count, self.images.count);
         let textures = self.textures.count;
         // Buffers: a GLB is read as the bytes that it is.
         for (index, mut buffer) in root.buffers.into_iter().enumerate() {
             if index == 0 {
-                buffer.uri = Some(name.to_owned());
+                buffer.uri = Some(file_name(path).to_owned());
                 buffer.byte_length = (buffer.byte_length.0 + start as u64).into();
             }
             self.buffers.push(&buffer)?;
@@ -141,6 +144,7 @@ impl RegionFile {
         // Materials of tiles are their own; those of water and roads are all the same.
         let mut materials = Vec::with_capacity(root.materials.len());
         for mut material in root.materials {
+            // By name, since a tile has only those that it shows.
             let substance = SUBSTANCES.iter().position(|substance| material.name.as_deref() == Some(substance.name));
             let known = substance.and_then(|substance| self.shared[substance]);
             materials.push(Index::new(known.unwrap_or(self.materials.count)));
@@ -175,6 +179,7 @@ impl RegionFile {
             shift(&mut node, nodes);
             self.scene.push(&node)?;
         }
+        // The same in all tiles of a bake.
         self.extensions = (root.extensions_used, root.extensions_required);
         Ok(())
     }
@@ -194,22 +199,17 @@ impl RegionFile {
             file,
             "{{\"asset\":{{\"version\":\"2.0\",\"generator\":\"{generator}\"}},\n\"scene\":0,\n\"scenes\":[{{\"name\":\"region\""
         )?;
-        self.scene.copy_to("nodes", file)?;
+        self.scene.copy_to(file)?;
         file.write_all(b"}]")?;
         for (name, list) in [("extensionsUsed", self.extensions.0), ("extensionsRequired", self.extensions.1)] {
             if !list.is_empty() {
                 write!(file, ",\n\"{name}\":{}", serde_json::to_string(&list)?)?;
             }
         }
-        self.nodes.copy_to("nodes", file)?;
-        self.meshes.copy_to("meshes", file)?;
-        self.materials.copy_to("materials", file)?;
-        self.textures.copy_to("textures", file)?;
-        self.samplers.copy_to("samplers", file)?;
-        self.images.copy_to("images", file)?;
-        self.accessors.copy_to("accessors", file)?;
-        self.views.copy_to("bufferViews", file)?;
-        self.buffers.copy_to("buffers", file)?;
+        let lists = [self.nodes, self.meshes, self.materials, self.textures, self.samplers, self.images];
+        for list in lists.into_iter().chain([self.accessors, self.views, self.buffers]) {
+            list.copy_to(file)?;
+        }
         file.write_all(b"}\n")
     }
 }

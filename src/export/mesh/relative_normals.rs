@@ -13,6 +13,7 @@ pub(super) fn relative_normals(tile: &Tile, surface: &Surface) -> Vec<u8> {
     let area = tile.area();
     let side = area.width();
     let normal = |[column, row]: [i64; 2]| tile.normals().at(area.x0 + column, area.y0 + row);
+    // All are set below, since a surface covers its tile.
     let mut texels = vec![[128, 128, 255]; side * side];
     surface.for_each_under(|corners, at, parts| {
         let normals = corners.map(normal);
@@ -29,6 +30,7 @@ fn texel(normal: [f32; 3], mixed: [f32; 3]) -> [u8; 3] {
     let up = mixed.map(|axis| axis / length);
     let [east, rise, south, _] = tangent(up);
     let ahead = [east, rise, south];
+    // The bitangent is normal x tangent, as glTF has it where the tangent's fourth number is 1.
     let aside = [up[1] * south - up[2] * rise, up[2] * east - up[0] * south, up[0] * rise - up[1] * east];
     [ahead, aside, up].map(|axis| (dot(normal, axis) * 127.5 + 128.0) as u8)
 }

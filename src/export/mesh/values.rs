@@ -42,6 +42,7 @@ impl Values {
         component: ComponentType,
         values: impl Iterator<Item = [[u8; BYTES]; N]>,
     ) -> Values {
+        // Each value is filled up to a multiple of 4 bytes, as glTF asks of vertices.
         let mut all = Values {
             component,
             dimensions: dimensions(N),
@@ -59,16 +60,28 @@ impl Values {
         all
     }
 
-    /// Numbers from 0 to 1 in 16 bits.
-    fn shares<const N: usize>(values: impl Iterator<Item = [f32; N]>) -> Values {
+    /// Numbers from 0 to 1, in 16 bits if they are to be quantized.
+    fn shares<const N: usize>(values: impl Iterator<Item = [f32; N]>, quantized: bool) -> Values {
+        if !quantized {
+            return Values::floats(values);
+        }
         let whole = |share: f32| ((share * 65535.0 + 0.5) as u16).to_le_bytes();
         Values::whole(ComponentType::U16, values.map(|value| value.map(whole)))
     }
 
-    /// Directions in 8 bits.
-    fn directions<const N: usize>(values: impl Iterator<Item = [f32; N]>) -> Values {
+    /// Directions, in 8 bits if they are to be quantized.
+    fn directions<const N: usize>(values: impl Iterator<Item = [f32; N]>, quantized: bool) -> Values {
+        if !quantized {
+            return Values::floats(values);
+        }
+        // -128 is not used: glTF takes both -127 and -128 for -1.
         let whole = |axis: f32| ((axis * 127.0).round() as i8).to_le_bytes();
         Values::whole(ComponentType::I8, values.map(|value| value.map(whole)))
+    }
+
+    /// Positions in floats, with their bounds.
+    fn positions(places: impl Iterator<Item = [f32; 3]> + Clone) -> Values {
+        Values::floats(places.clone()).bounded(places.map(|place| place.map(f64::from)))
     }
 
     /// Says the bounds of positions.
@@ -107,18 +120,8 @@ pub(super) struct MeshData {
 /// bitangent, which points north.
 pub(super) fn tangent([east, up, _]: [f32; 3]) -> [f32; 4] {
     let length = (east * east + up * up).sqrt();
+    // At right angles to the normal and to the south, so that textures lie straight.
     if length > 0.0 { [up / length, -east / length, 0.0, 1.0] } else { [1.0, 0.0, 0.0, 1.0] }
-}
-
-/// Names of the attributes that hold how much of each material there is.
-pub(super) fn weight_name(material: Material) -> &'static str {
-    match material {
-        Material::Grass => "GRASS",
-        Material::Dirt => "DIRT",
-        Material::Rock => "ROCK",
-        Material::Sand => "SAND",
-        Material::Snow => "SNOW",
-    }
 }
 
 /// The land of a tile: positions, normals, both sets of texture coordinates, the weights of materials, and tangents if the
@@ -136,69 +139,51 @@ pub(super) fn of_land(
         || surface.vertices.iter().map(|&[column, row]| (area.x0 + i64::from(column), area.y0 + i64::from(row)));
     let normals = || vertices().map(|(x, y)| tile.normals().at(x, y));
     let cells = surface.cells as f32;
-    let in_tile = || surface.vertices.iter().map(|vertex| vertex.map(|at| at as f32 / cells));
+    let in_tile = surface.vertices.iter().map(|vertex| vertex.map(|at| at as f32 / cells));
+    // In whole numbers as long as they are large: far away a float would not tell vertices apart.
     let (x0, y0) = (region.at().x * surface.cells as i64, region.at().y * surface.cells as i64);
     let sides = [region.width() - 1, region.height() - 1];
-    let in_region = || {
-        vertices()
-            .map(|(x, y)| [((x - x0) as f64 / sides[0] as f64) as f32, ((y - y0) as f64 / sides[1] as f64) as f32])
-    };
+    let in_region = vertices()
+        .map(|(x, y)| [((x - x0) as f64 / sides[0] as f64) as f32, ((y - y0) as f64 / sides[1] as f64) as f32]);
     let positions = if quantized {
-        let steps = || {
-            vertices().map(|(x, y)| {
-                let [east, south] = frame.local_steps(&area, x, y).map(|steps| steps as u16);
-                [east, frame.height_steps(tile.heights().at(x, y)), south]
-            })
-        };
-        let values = Values::whole(ComponentType::U16, steps().map(|place| place.map(u16::to_le_bytes)));
-        Values { normalized: false, ..values }.bounded(steps().map(|place| place.map(f64::from)))
+        let steps = vertices().map(|(x, y)| {
+            let [east, south] = frame.local_steps(&area, x, y).map(|steps| steps as u16);
+            [east, frame.height_steps(tile.heights().at(x, y)), south]
+        });
+        let values = Values::whole(ComponentType::U16, steps.clone().map(|place| place.map(u16::to_le_bytes)));
+        Values { normalized: false, ..values }.bounded(steps.map(|place| place.map(f64::from)))
     } else {
-        let places = || {
-            vertices().map(|(x, y)| {
-                let [east, south] = frame.local_steps(&area, x, y).map(|steps| (steps as f64 * frame.step_m()) as f32);
-                [east, tile.heights().at(x, y), south]
-            })
-        };
-        Values::floats(places()).bounded(places().map(|place| place.map(f64::from)))
+        Values::positions(vertices().map(|(x, y)| {
+            let [east, south] = frame.local_steps(&area, x, y).map(|steps| (steps as f64 * frame.step_m()) as f32);
+            [east, tile.heights().at(x, y), south]
+        }))
     };
-    let shares = |shares: &mut dyn Iterator<Item = [f32; 2]>| match quantized {
-        true => Values::shares(shares),
-        false => Values::floats(shares),
-    };
-    let mut attributes = vec![
-        (Semantic::Positions, positions),
-        (Semantic::Normals, if quantized { Values::directions(normals()) } else { Values::floats(normals()) }),
-    ];
+    let mut attributes =
+        vec![(Semantic::Positions, positions), (Semantic::Normals, Values::directions(normals(), quantized))];
     if tangents {
-        let tangents = || normals().map(tangent);
-        attributes.push((
-            Semantic::Tangents,
-            if quantized { Values::directions(tangents()) } else { Values::floats(tangents()) },
-        ));
+        attributes.push((Semantic::Tangents, Values::directions(normals().map(tangent), quantized)));
     }
-    attributes.push((Semantic::TexCoords(0), shares(&mut in_tile())));
-    attributes.push((Semantic::TexCoords(1), shares(&mut in_region())));
+    attributes.push((Semantic::TexCoords(0), Values::shares(in_tile, quantized)));
+    attributes.push((Semantic::TexCoords(1), Values::shares(in_region, quantized)));
     for material in Material::ALL {
         // Always floats: Blender cannot read numbers of one byte, and passes over those of two.
         let weights = vertices().map(|(x, y)| [f32::from(tile.blend().weight(material, x, y)) / 255.0]);
-        attributes.push((Semantic::Extras(weight_name(material).to_owned()), Values::floats(weights)));
+        attributes.push((Semantic::Extras(material.name().to_uppercase()), Values::floats(weights)));
     }
     MeshData { attributes, indices: surface.triangles.as_flattened().to_vec() }
 }
 
 /// The surface of water.
 pub(super) fn of_sheet(sheet: &Sheet, frame: &Frame, area: &Area) -> MeshData {
-    let places = || {
-        sheet.vertices.iter().map(|([column, row], height_m)| {
-            let (x, y) = (area.x0 + i64::from(*column), area.y0 + i64::from(*row));
-            let [east, south] = frame.local_steps(area, x, y).map(|steps| (steps as f64 * frame.step_m()) as f32);
-            [east, *height_m, south]
-        })
-    };
+    let places = sheet.vertices.iter().map(|([column, row], height_m)| {
+        let (x, y) = (area.x0 + i64::from(*column), area.y0 + i64::from(*row));
+        let [east, south] = frame.local_steps(area, x, y).map(|steps| (steps as f64 * frame.step_m()) as f32);
+        [east, *height_m, south]
+    });
     let cells = (area.width() - 1) as f32;
     let textures = sheet.vertices.iter().map(|(vertex, _)| vertex.map(|at| at as f32 / cells));
     let attributes = vec![
-        (Semantic::Positions, Values::floats(places()).bounded(places().map(|place| place.map(f64::from)))),
+        (Semantic::Positions, Values::positions(places)),
         (Semantic::Normals, Values::floats(sheet.vertices.iter().map(|_| [0.0, 1.0, 0.0]))),
         (Semantic::TexCoords(0), Values::floats(textures)),
     ];
@@ -208,14 +193,12 @@ pub(super) fn of_sheet(sheet: &Sheet, frame: &Frame, area: &Area) -> MeshData {
 /// Some ribbons as one mesh.
 pub(super) fn of_ribbons(ribbons: &[Ribbon], frame: &Frame) -> MeshData {
     let vertices = || ribbons.iter().flat_map(|ribbon| &ribbon.vertices);
-    let places = || {
-        vertices().map(|vertex| {
-            let [east, south] = frame.local_m(vertex.place);
-            [east as f32, vertex.height_m as f32, south as f32]
-        })
-    };
+    let places = vertices().map(|vertex| {
+        let [east, south] = frame.local_m(vertex.place);
+        [east as f32, vertex.height_m as f32, south as f32]
+    });
     let attributes = vec![
-        (Semantic::Positions, Values::floats(places()).bounded(places().map(|place| place.map(f64::from)))),
+        (Semantic::Positions, Values::positions(places)),
         (Semantic::Normals, Values::floats(vertices().map(|vertex| vertex.normal))),
         (Semantic::TexCoords(0), Values::floats(vertices().map(|vertex| vertex.texture))),
     ];
@@ -223,6 +206,7 @@ pub(super) fn of_ribbons(ribbons: &[Ribbon], frame: &Frame) -> MeshData {
     let mut before = 0;
     for ribbon in ribbons {
         indices.extend(ribbon.triangles.as_flattened().iter().map(|index| before + index));
+        // Indices count from the first vertex of the mesh, a ribbon's from its own.
         before += ribbon.vertices.len() as u32;
     }
     MeshData { attributes, indices }

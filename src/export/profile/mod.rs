@@ -15,14 +15,14 @@ use std::str::FromStr;
 
 use crate::area::Region;
 use crate::bake::FileRecord;
-use crate::error::{Error, nearest};
-use crate::export::Export;
+use crate::error::Error;
 use crate::export::file::write_whole;
 use crate::export::options::{Lods, MeshOptions};
 use crate::export::raster::Rasters;
 use crate::export::raster::image::Image;
 use crate::export::raster::quantity::Quantity;
 use crate::export::raster::writer::Encoding;
+use crate::export::{Export, unknown};
 use crate::tile::Material;
 use crate::world::World;
 
@@ -227,15 +227,8 @@ impl FromStr for Profile {
 
     fn from_str(name: &str) -> Result<Profile, Error> {
         Profile::ALL.into_iter().find(|profile| profile.name() == name).ok_or_else(|| {
-            let names = || Profile::ALL.into_iter().map(Profile::name);
-            let list = names().collect::<Vec<_>>().join(", ");
-            Error::Option {
-                message: format!("there is no profile named {name:?}"),
-                hint: match nearest(name, names()) {
-                    Some(meant) => format!("did you mean {meant}? profiles: {list}"),
-                    None => format!("profiles: {list}"),
-                },
-            }
+            let (message, hint) = unknown("profile", name, &Profile::ALL.map(Profile::name));
+            Error::Option { message, hint }
         })
     }
 }

@@ -86,6 +86,7 @@ fn blender(region: &Region, numbers: &Numbers) -> String {
         table(
             ["Setting", "Value"],
             &[
+                // Blender shows a kilometre unless told otherwise; this is room to see the region from outside.
                 ("*View*, *Clip End*, and the camera's", format!("{} m", typed((4.0 * reach_m).ceil()))),
                 ("colour space of images but `colour`", "Non-Color".into()),
                 ("weights of the vertices", "float attributes `_GRASS`, `_DIRT`, `_ROCK`, `_SAND`, `_SNOW`".into()),
@@ -96,6 +97,7 @@ fn blender(region: &Region, numbers: &Numbers) -> String {
 }
 
 fn unreal(region: &Region, numbers: &Numbers, tiled: bool) -> String {
+    // Tiles that share no vertex leave out the last column and row.
     let less = u64::from(tiled);
     let (width, height) = (region.width() - less, region.height() - less);
     let parts = components(width, height).expect("the plan has checked the size");
@@ -103,6 +105,7 @@ fn unreal(region: &Region, numbers: &Numbers, tiled: bool) -> String {
     // A step of 16 bits is ScaleZ / 12800 m, and the value 32768 lies at the landscape's own height.
     let scale_z = numbers.step_m * 12_800.0;
     let location_z = (numbers.min_m + 32_768.0 * numbers.step_m) * 100.0;
+    // Unreal counts in centimetres, and puts a landscape's first vertex at its location.
     let middle_cm = |vertices: u64| -((vertices - 1) as f64) * numbers.spacing_m * 50.0;
     let layers = Material::ALL.map(|material| format!("`{}`", material.name())).join(", ");
     let (heights, weights) = match tiled {

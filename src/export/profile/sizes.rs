@@ -29,6 +29,7 @@ pub(in crate::export) struct Components {
 pub(in crate::export) fn components(width: u64, height: u64) -> Option<Components> {
     SECTIONS.into_iter().find_map(|(quads, sections)| {
         let side = quads * sections;
+        // Neighbouring components share a row of vertices, so one is left over.
         let fits = |vertices: u64| vertices > 1 && (vertices - 1).is_multiple_of(side);
         (fits(width) && fits(height)).then(|| Components {
             quads,
@@ -137,6 +138,7 @@ fn options(size: Size, asked: Size, at: TileId) -> String {
         return format!("--size {cols}x{rows}");
     }
     let moved = |tile: i64| {
+        // In whole numbers and wide ones: tiles may be far from the origin.
         let (vertex, cells) = (i128::from(tile) * i128::from(asked.cells), i128::from(cells));
         (vertex + cells / 2).div_euclid(cells)
     };
@@ -155,10 +157,12 @@ fn nearest(profile: Profile, world: &World, asked: Size) -> Option<Size> {
     let (width, height) = (total(asked.cols), total(asked.rows));
     let mut best: Option<(f64, Size)> = None;
     for cells in TILE_CELLS {
+        // Counts of tiles that come nearest in metres, and some around them.
         let counts = |total: u64| {
             let near = (total.saturating_add(u64::from(cells) / 2) / u64::from(cells)).max(1);
             near.saturating_sub(TRIED).max(1)..=near.saturating_add(TRIED)
         };
+        // Checked once a tile size, and only if it would win.
         let mut possible = None;
         for cols in counts(width) {
             for rows in counts(height) {
@@ -166,6 +170,7 @@ fn nearest(profile: Profile, world: &World, asked: Size) -> Option<Size> {
                 if !profile.takes(size) {
                     continue;
                 }
+                // By how much the greater exceeds the smaller: twice is as far off as half.
                 let off = |a: u64, b: u64| a.max(b) as f64 / a.min(b) as f64 - 1.0;
                 let size_off = off(cols * size.cells, width) + off(rows * size.cells, height);
                 let score = size_off + off(size.cells, asked.cells) / 4.0;

@@ -1,6 +1,7 @@
 //! Raster images: what each shows, how, and under which name.
 
 use crate::area::{Place, Region};
+use crate::export::format::is_number;
 use crate::export::raster::quantity::Quantity;
 use crate::export::raster::writer::Encoding;
 
@@ -88,6 +89,7 @@ impl Image {
         let Some(Place { row, col }) = place else { return format!("{stem}.{extension}") };
         let row = match self.layout.naming {
             Naming::Marked => row,
+            // Unity counts tiles along z, which points north.
             Naming::Bare => region.rows() - 1 - row,
         };
         let [east, other] = self.layout.naming.marks();
@@ -96,6 +98,7 @@ impl Image {
 
     /// Whether [`file`](Image::file) gives that path in a region, or its sidecar has it.
     pub fn names(&self, path: &str) -> bool {
+        // A sidecar has the name of its raster, and its own ending behind that.
         let path = if self.encoding.has_sidecar() { path.strip_suffix(".json").unwrap_or(path) } else { path };
         let Some(place) = path
             .strip_prefix(self.stem)
@@ -105,7 +108,6 @@ impl Image {
         };
         let [east, other] = self.layout.naming.marks();
         let numbers = || place.strip_prefix(east)?.split_once(other);
-        let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
         match self.tiles {
             true => numbers().is_some_and(|(col, row)| is_number(col) && is_number(row)),
             false => place.is_empty(),
@@ -127,6 +129,7 @@ impl Image {
         match (self.layout.edge, self.tiles) {
             (Edge::Owned, _) => (cells, cells),
             (Edge::Shared, true) => (cells + 1, cells + 1),
+            // In one raster each vertex has one pixel, so a shared edge is taken once.
             (Edge::Shared, false) => region.owned(place),
         }
     }

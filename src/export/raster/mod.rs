@@ -86,6 +86,7 @@ fn encoded_at_most(raw: u64, rows: u64) -> u64 {
 
 impl Rasters {
     fn images(&self) -> impl Iterator<Item = Image> {
+        // The table shares the images of a region with those of its tiles.
         self.images.iter().map(|image| Image { tiles: self.tiles, ..*image })
     }
 
@@ -103,6 +104,8 @@ impl Rasters {
         FormatCost {
             files: count.saturating_mul(1 + sidecars),
             disk_bytes: file.saturating_add(RECORD_BYTES * (1 + 2 * sidecars)).saturating_mul(count),
+            // A raster of the region waits for its whole row of tiles; one of a tile is written by the thread that made
+            // it.
             kept_a_vertex: if image.tiles { 0 } else { bytes },
             tile_file_bytes: if image.tiles { file } else { 0 },
             ..FormatCost::default()
@@ -133,6 +136,7 @@ impl Format for Rasters {
         let side = region.width().max(region.height());
         let holds = |image: &Image| image.tiles || side <= image.encoding.max_side();
         let Some(image) = self.images().find(|image| !holds(image)) else { return Ok(()) };
+        // Those that show the same and have room for it, such as one a tile.
         let instead = |other: &&Rasters| other.images().any(|other| other.quantity == image.quantity && holds(&other));
         let others: Vec<_> = NAMED.iter().filter(instead).map(Format::name).collect();
         Err(Error::Export {

@@ -133,6 +133,7 @@ impl Painter {
                 let is_png = self.encoding == Encoding::Png;
                 for (pair, &height) in row.as_chunks_mut().0.iter_mut().zip(heights) {
                     let step = self.step(height);
+                    // PNG has the upper byte first; bare files have the lower one first, as engines ask for.
                     *pair = if is_png { step.to_be_bytes() } else { step.to_le_bytes() };
                 }
             }
@@ -146,6 +147,7 @@ impl Painter {
                     *bytes = control(Material::ALL.map(|material| tile.blend().weight(material, x, y))).to_ne_bytes();
                 }
             }
+            // Floats go to the writer in the machine's own order, and OpenEXR's library puts them right.
             Quantity::HeightMetres => row.copy_from_slice(bytemuck::cast_slice(heights)),
             Quantity::GroundWeights => copy_words(tile.blend().ground().row(y, x0, x1), row),
             Quantity::CoverWeights => copy_words(tile.blend().cover().row(y, x0, x1), row),
@@ -177,6 +179,7 @@ impl Painter {
     /// `round((height - min) / (max - min) * 65535)`.
     fn step(&self, height_m: f32) -> u16 {
         let (min_m, max_m) = self.range_m;
+        // The cast cuts off and saturates, so what rounding takes past the ends stays at them.
         ((height_m - min_m) / (max_m - min_m) * 65535.0 + 0.5) as u16
     }
 }
@@ -186,6 +189,7 @@ impl Painter {
 pub(crate) fn whole_range_m(world: &World) -> (f32, f32) {
     let ((min_m, max_m), scale) = (world.height_range_m(), hterrain_scale(world));
     let (low, mut high) = ((min_m / scale).floor(), (max_m / scale).ceil());
+    // A flat world's range would have no steps at all.
     if low == high {
         high += 1.0;
     }
@@ -209,6 +213,7 @@ fn control(weights: [u8; Material::ALL.len()]) -> u32 {
     // Stable: of equal weights the first material is the stronger one.
     order.sort_by_key(|&material| std::cmp::Reverse(weights[material]));
     let [most, second] = [order[0], order[1]].map(|material| u32::from(weights[material]));
+    // Never zero: the weights of a vertex sum to 255.
     let both = most + second;
     let blend = (second * 255 + both / 2) / both;
     (order[0] as u32) << 27 | (order[1] as u32) << 22 | blend << 14

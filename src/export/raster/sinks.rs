@@ -6,10 +6,11 @@ use std::sync::Mutex;
 use serde::Serialize;
 
 use crate::area::{Place, Region, TileId};
-use crate::bake::FileRecord;
-use crate::bake::Sink;
+use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::write_whole;
+use crate::export::format::file_name;
+use crate::export::locked;
 use crate::export::raster::image::{Image, RowOrder};
 use crate::export::raster::quantity::Painter;
 use crate::export::raster::writer::RasterWriter;
@@ -68,13 +69,14 @@ impl Sink for RegionRaster {
     }
 
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
-        let mut writer = self.writer.lock().expect("no thread panics while it writes");
+        let mut writer = locked(&self.writer);
         let writer = writer.as_mut().expect("rows come before the end");
         let (_, rows) = self.drawing.image.owned(&self.drawing.region, Place { row, col: 0 });
         let mut line = Vec::new();
         for y in 0..rows {
             line.clear();
             for piece in pieces {
+                // Tiles of the last column may be a vertex wider.
                 let row_bytes = piece.len() / rows;
                 line.extend_from_slice(&piece[y * row_bytes..][..row_bytes]);
             }
@@ -84,7 +86,7 @@ impl Sink for RegionRaster {
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        let writer = self.writer.lock().expect("no thread panics while it writes").take();
+        let writer = locked(&self.writer).take();
         self.file.end(&self.drawing, writer.expect("a sink ends once"))
     }
 }
@@ -116,11 +118,12 @@ impl Sink for TileRasters {
         let mut samples = painter.paint(tile, cols, rows);
         if image.layout.rows == RowOrder::FromSouth {
             let row_bytes = samples.len() / rows;
+            // A tile is held whole, so its rows can be turned around; a region's cannot.
             samples = samples.chunks_exact(row_bytes).rev().collect::<Vec<_>>().concat();
         }
         writer.write_rows(&samples)?;
         let records = file.end(&self.drawing, writer)?;
-        self.records.lock().expect("no thread panics while it adds").extend(records);
+        locked(&self.records).extend(records);
         Ok(Vec::new())
     }
 
@@ -129,7 +132,7 @@ impl Sink for TileRasters {
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        Ok(std::mem::take(&mut *self.records.lock().expect("no thread panics while it adds")))
+        Ok(std::mem::take(&mut *locked(&self.records)))
     }
 }
 
@@ -158,7 +161,7 @@ struct RasterFile {
 impl RasterFile {
     fn begin(&self, Drawing { image, out, .. }: &Drawing) -> Result<RasterWriter, Error> {
         let (size, samples) = ((self.width, self.height), image.quantity.sample());
-        let layer = image.stem.rsplit_once('/').map_or(image.stem, |(_, name)| name);
+        let layer = file_name(image.stem);
         RasterWriter::create(out.join(&self.path), layer, image.encoding, samples, size, image.quantity.is_colour())
     }
 

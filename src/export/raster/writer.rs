@@ -3,7 +3,7 @@
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
 use exr::block::UncompressedBlock;
@@ -17,6 +17,7 @@ use exr::prelude::SmallVec;
 use crate::bake::Finished;
 use crate::error::Error;
 use crate::export::file::PartFile;
+use crate::export::locked;
 
 /// How the samples of a raster are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,6 +128,7 @@ impl RasterWriter {
                 let file = SharedFile(Arc::new(Mutex::new(Some(file))));
                 let size = (width.try_into().expect(fits), height.try_into().expect(fits));
                 let stream = png_writer(file.clone(), sample, size, srgb)
+                    // Chunks of a quarter of a mebibyte: each has a header and a checksum, and is a write.
                     .and_then(|writer| writer.into_stream_writer_with_size(1 << 18))
                     .map_err(png_error(&path))?;
                 Ok(RasterWriter::Png { file, stream: Box::new(stream) })
@@ -209,26 +211,22 @@ fn png_error(path: &Path) -> impl FnOnce(png::EncodingError) -> Error {
 pub(crate) struct SharedFile(Arc<Mutex<Option<PartFile>>>);
 
 impl SharedFile {
-    fn lock(&self) -> MutexGuard<'_, Option<PartFile>> {
-        self.0.lock().expect("no thread panics while it writes")
-    }
-
     fn path(&self) -> PathBuf {
-        self.lock().as_ref().expect("the file is taken last").path().to_owned()
+        locked(&self.0).as_ref().expect("the file is taken last").path().to_owned()
     }
 
     fn take(self) -> PartFile {
-        self.lock().take().expect("the file is taken once")
+        locked(&self.0).take().expect("the file is taken once")
     }
 }
 
 impl Write for SharedFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.lock().as_mut().expect("the file is taken last").write(bytes)
+        locked(&self.0).as_mut().expect("the file is taken last").write(bytes)
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        self.lock().as_mut().expect("the file is taken last").flush()
+        locked(&self.0).as_mut().expect("the file is taken last").flush()
     }
 }
 
@@ -252,6 +250,7 @@ impl ExrWriter {
         let path = file.path().to_owned();
         let shared = SharedFile(Arc::new(Mutex::new(Some(file))));
         let (rows, incoming) = sync_channel(2);
+        // Ours too, for the writer drops its own when it is done.
         let target = shared.clone();
         let thread = std::thread::spawn(move || write_exr(target, layer, channels, (width, height), incoming));
         ExrWriter { path, rows: Some(rows), thread: Some(thread), file: shared }
@@ -264,6 +263,7 @@ impl ExrWriter {
     }
 
     fn join(&mut self) -> Result<(), Error> {
+        // Closed: the thread's loop over rows ends.
         self.rows = None;
         let Some(thread) = self.thread.take() else { return Ok(()) };
         let result = thread.join().expect("the EXR thread does not panic");
@@ -291,7 +291,7 @@ impl Drop for ExrWriter {
 
 impl Seek for SharedFile {
     fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
-        self.lock().as_mut().expect("the file is taken last").seek(to)
+        locked(&self.0).as_mut().expect("the file is taken last").seek(to)
     }
 }
 

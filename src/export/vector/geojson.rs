@@ -10,14 +10,14 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use crate::area::Place;
-use crate::bake::FileRecord;
-use crate::bake::Sink;
+use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::format::{Format, FormatCost, Request};
+use crate::export::locked;
 use crate::export::vector::store::{FeatureStore, bytes_at_most};
 use crate::features::layer::{Head, Shape};
-use crate::features::{AnyLayer, Row, Value, all_layers, layers};
+use crate::features::{AnyLayer, Row, all_layers, layers};
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -71,6 +71,7 @@ impl<'a> GeoJsonSink<'a> {
         let file = |layer: &&dyn AnyLayer| PartFile::create(out.join(path(*layer)));
         let files = layers(world).iter().map(file).collect::<Result<Vec<_>, _>>()?;
         Ok(GeoJsonSink {
+            // One store for all layers, named after none of them.
             features: FeatureStore::create(world, &out.join(FOLDER).join("layers.geojson"))?,
             files: Mutex::new(files),
         })
@@ -98,7 +99,7 @@ impl Sink for GeoJsonSink<'_> {
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        let files = std::mem::take(&mut *self.files.lock().expect("no thread panics while it writes"));
+        let files = std::mem::take(&mut *locked(&self.files));
         let mut records = Vec::new();
         for (number, (mut file, layer)) in files.into_iter().zip(self.features.layers().iter().copied()).enumerate() {
             write_collection(&mut file, &self.features, number)?;
@@ -115,6 +116,7 @@ fn write_collection(file: &mut PartFile, features: &FeatureStore, number: usize)
     write("{\"type\":\"FeatureCollection\",\"features\":[")?;
     let layer = features.layers()[number];
     let heads = layer.heads();
+    // A feature a line, so that files can be compared and read from a stream.
     let mut separator = "\n";
     features.for_each(number, |row| {
         write(separator)?;
@@ -136,7 +138,7 @@ fn as_text(shape: Shape, heads: &[Head], row: &Row) -> String {
             true => text.push_str(separator),
             false => _ = write!(text, "{separator}{:?}:{}", head.key, if goes_on { "[" } else { "" }),
         }
-        text.push_str(&number_or_text(value));
+        text.push_str(&json(value));
         if follows && !goes_on {
             text.push(']');
         }
@@ -147,6 +149,7 @@ fn as_text(shape: Shape, heads: &[Head], row: &Row) -> String {
         Shape::Polygon => ("Polygon", 2),
     };
     _ = write!(text, "}},\"geometry\":{{\"type\":\"{kind}\",\"coordinates\":");
+    // A polygon is a list of rings, a line a list of points, and a point stands alone.
     text.push_str(&"[".repeat(usize::from(depth == 2)));
     for (index, line) in row.lines.iter().enumerate() {
         text.push_str(if index > 0 { "," } else { "" });
@@ -164,16 +167,6 @@ fn as_text(shape: Shape, heads: &[Head], row: &Row) -> String {
     text.push_str(&"]".repeat(usize::from(depth == 2)));
     text.push_str("}}");
     text
-}
-
-fn number_or_text(value: &Value) -> String {
-    match value {
-        Value::Nothing => "null".to_owned(),
-        Value::Integer(number) => json(number),
-        Value::Real(number) => json(number),
-        Value::Real32(number) => json(number),
-        Value::Text(text) => json(text),
-    }
 }
 
 fn json(value: &impl serde::Serialize) -> String {

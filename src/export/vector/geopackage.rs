@@ -4,16 +4,16 @@
 //! Cartesian" (-1): metres east and north of the world's origin.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard};
+use std::sync::Mutex;
 
 use rusqlite::{Connection, ToSql, params, params_from_iter};
 
 use crate::area::{Place, Region, TileId};
-use crate::bake::FileRecord;
-use crate::bake::Sink;
+use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::format::{Format, FormatCost, Request, folder};
+use crate::export::locked;
 use crate::export::vector::store::{FeatureStore, bytes_at_most};
 use crate::features::AnyLayer;
 use crate::features::layer::{Kind, Shape};
@@ -144,6 +144,7 @@ struct Envelope {
 }
 
 impl Envelope {
+    // Added to anything, it changes nothing.
     const NOTHING: Envelope = Envelope { min: [f64::INFINITY; 2], max: [f64::NEG_INFINITY; 2] };
 
     fn of(lines: &[Vec<[f64; 3]>]) -> Envelope {
@@ -168,6 +169,7 @@ fn geometry(shape: Shape, lines: &[Vec<[f64; 3]>]) -> Vec<u8> {
     bytes.extend(*b"GP\x00\x03");
     bytes.extend(UNDEFINED_CARTESIAN.to_le_bytes());
     bytes.extend([min[0], max[0], min[1], max[1]].map(f64::to_le_bytes).as_flattened());
+    // Well-known binary, little-endian; its kinds are numbers of the standard, a thousand more with heights.
     bytes.push(1);
     let kind: u32 = match shape {
         Shape::Point => 1,
@@ -208,8 +210,10 @@ impl<'a> GeoPackageSink<'a> {
         let create = |at: &Path| {
             let connection = Connection::open(at)?;
             unjournaled(&connection)?;
+            // How readers and `file` tell a GeoPackage from any other database.
             connection.pragma_update(None, "application_id", APPLICATION_ID)?;
             connection.pragma_update(None, "user_version", USER_VERSION)?;
+            // One transaction for all: each statement alone would be one of its own.
             connection.execute_batch("BEGIN")?;
             connection.execute_batch(SCHEMA)?;
             for layer in features.layers() {
@@ -223,15 +227,12 @@ impl<'a> GeoPackageSink<'a> {
         Ok(GeoPackageSink { region, spacing_m: world.spacing_m(), features, path, file })
     }
 
-    fn lock(&self) -> MutexGuard<'_, Option<(Connection, PartFile)>> {
-        self.file.lock().expect("no thread panics while it writes")
-    }
-
     /// The corners of a rectangle of tiles, anticlockwise from the south-western one and back to it.
     fn footprint(&self, at: TileId, cols: u64, rows: u64) -> Vec<[f64; 3]> {
         let cells = self.region.tile_cells() as i64;
         let metres = |tile: i64| (tile * cells) as f64 * self.spacing_m;
         let (west, east) = (metres(at.x), metres(at.x + cols as i64));
+        // Not the negative, which has a zero of its own.
         let (south, north) = (0.0 - metres(at.y + rows as i64), 0.0 - metres(at.y));
         [[west, south], [east, south], [east, north], [west, north], [west, south]].map(|[x, y]| [x, y, 0.0]).to_vec()
     }
@@ -279,6 +280,7 @@ fn register(
     (layer, shape, about): (&str, Shape, &str),
     envelope: Option<Envelope>,
 ) -> rusqlite::Result<()> {
+    // An empty layer has no envelope: null in all four.
     let side = |pick: fn(&Envelope) -> f64| envelope.as_ref().map(pick);
     connection.execute(
         "INSERT INTO gpkg_contents VALUES (?1, 'features', ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
@@ -312,13 +314,13 @@ impl Sink for GeoPackageSink<'_> {
 
     fn append(&self, row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
         self.features.flush()?;
-        let mut file = self.lock();
+        let mut file = locked(&self.file);
         let (connection, _) = file.as_mut().expect("rows come before the end");
         self.write_tiles(connection, row).map_err(Error::sqlite(&self.path))
     }
 
     fn finish(&self) -> Result<Vec<FileRecord>, Error> {
-        let (mut connection, file) = self.lock().take().expect("a sink ends once");
+        let (mut connection, file) = locked(&self.file).take().expect("a sink ends once");
         let failed = || Error::sqlite(&self.path);
         for (number, layer) in self.features.layers().iter().enumerate() {
             let envelope = self.write_layer(&mut connection, number)?;

@@ -10,6 +10,7 @@ use rusqlite::{Connection, ToSql, params_from_iter};
 use crate::area::Region;
 use crate::error::Error;
 use crate::export::file::PartFile;
+use crate::export::locked;
 use crate::features::layer::{Head, Kind};
 use crate::features::{AnyLayer, Row, Value, layers};
 use crate::preset::Preset;
@@ -97,6 +98,7 @@ pub(crate) struct FeatureStore<'a> {
 impl<'a> FeatureStore<'a> {
     /// The store of a world's features, in the folder in which its file will be.
     pub fn create(world: &'a World, file: &FilePath) -> Result<FeatureStore<'a>, Error> {
+        // Never finished, so it is gone when the store is.
         let mut part = PartFile::create(file.with_extension("features"))?;
         let path = part.lend();
         let open = || {
@@ -130,25 +132,26 @@ impl<'a> FeatureStore<'a> {
 
     /// Takes a feature of a layer, which may be there already.
     pub fn add(&self, layer: usize, key: Vec<u8>, row: impl Fn() -> Row) {
-        let waits =
-            |key: &(usize, Vec<u8>)| self.waiting.lock().expect("no thread panics while it adds").contains_key(key);
         let key = (layer, key);
-        if !waits(&key) {
+        let waits = locked(&self.waiting).contains_key(&key);
+        if !waits {
             // Not under the lock: a long river takes its time.
             let row = row();
-            self.waiting.lock().expect("no thread panics while it adds").insert(key, row);
+            locked(&self.waiting).insert(key, row);
         }
     }
 
     /// Puts away what waits.
     pub fn flush(&self) -> Result<(), Error> {
-        let waiting = std::mem::take(&mut *self.waiting.lock().expect("no thread panics while it adds"));
-        let (connection, part) = &mut *self.store.lock().expect("no thread panics while it writes");
+        // Taken at once, so that tiles can go on to add while this is written.
+        let waiting = std::mem::take(&mut *locked(&self.waiting));
+        let (connection, part) = &mut *locked(&self.store);
         let put = || {
             let transaction = connection.transaction()?;
             for ((number, key), Row { values, lines }) in waiting {
                 let lines = packed(&lines, self.layers()[number].shape().dimensions());
                 let marks = ", ?".repeat(values.len() + 1);
+                // A feature that touches several rows of tiles comes again with each.
                 let insert = format!("INSERT OR IGNORE INTO layer_{number} VALUES (?{marks})");
                 let values = values.iter().map(|value| value as &dyn ToSql);
                 let row = [&key as &dyn ToSql].into_iter().chain(values).chain([&lines as &dyn ToSql]);
@@ -162,9 +165,10 @@ impl<'a> FeatureStore<'a> {
     /// Visits all features of a layer, sorted by key, without holding them.
     pub fn for_each(&self, number: usize, mut visit: impl FnMut(Row) -> Result<(), Error>) -> Result<(), Error> {
         self.flush()?;
-        let (connection, part) = &*self.store.lock().expect("no thread panics while it writes");
+        let (connection, part) = &*locked(&self.store);
         let failed = || Error::sqlite(part.path());
         let layer = &self.layers()[number];
+        // Sorted, so that files do not depend on which tile came first.
         let select = format!("SELECT * FROM layer_{number} ORDER BY key");
         let mut select = connection.prepare(&select).map_err(failed())?;
         let heads = layer.heads();
@@ -220,6 +224,7 @@ fn unpacked(bytes: &[u8], dimensions: usize) -> Vec<Vec<[f64; 3]>> {
         let mut number = || words.next().map_or(0.0, |word| f64::from_le_bytes(*word));
         let mut point = || {
             let mut point = [0.0; 3];
+            // Layers without heights keep a zero there, which is not stored.
             point[..dimensions].fill_with(&mut number);
             point
         };

@@ -46,6 +46,7 @@ impl Not for Mask8 {
 
 impl Simd for Avx2 {
     const LANES: usize = 8;
+    // A register holds eight values: sixteen take two permutations and a blend.
     const FAST_PERMUTE16: bool = false;
     const LEVEL: Level = Level::Avx2;
     type Mask = Mask8;
@@ -60,6 +61,7 @@ impl Simd for Avx2 {
 
     #[inline(always)]
     fn lt(self, a: F32x8, b: F32x8) -> Mask8 {
+        // Ordered: false where one of them is NaN, as in the reference.
         unsafe { Mask8(_mm256_castps_si256(_mm256_cmp_ps::<_CMP_LT_OQ>(a.0, b.0))) }
     }
     #[inline(always)]
@@ -84,6 +86,7 @@ impl Simd for Avx2 {
     }
     #[inline(always)]
     fn select_u32(self, mask: Mask8, yes: U32x8, no: U32x8) -> U32x8 {
+        // It blends bytes, and those of a mask's lane are all alike.
         unsafe { U32x8(_mm256_blendv_epi8(no.0, yes.0, mask.0)) }
     }
     #[inline(always)]

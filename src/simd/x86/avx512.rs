@@ -30,30 +30,12 @@ operators! {
     U32x16: BitAnd bitand _mm512_and_si512;
     U32x16: BitOr bitor _mm512_or_si512;
     U32x16: BitXor bitxor _mm512_xor_si512;
+    Mask16: BitAnd bitand _kand_mask16;
+    Mask16: BitOr bitor _kor_mask16;
+    Mask16: BitXor bitxor _kxor_mask16;
 }
 negations!(F32x16, U32x16, _mm512_xor_si512, _mm512_set1_epi32, _mm512_castps_si512, _mm512_castsi512_ps);
 
-impl BitAnd for Mask16 {
-    type Output = Mask16;
-    #[inline(always)]
-    fn bitand(self, other: Mask16) -> Mask16 {
-        Mask16(self.0 & other.0)
-    }
-}
-impl BitOr for Mask16 {
-    type Output = Mask16;
-    #[inline(always)]
-    fn bitor(self, other: Mask16) -> Mask16 {
-        Mask16(self.0 | other.0)
-    }
-}
-impl BitXor for Mask16 {
-    type Output = Mask16;
-    #[inline(always)]
-    fn bitxor(self, other: Mask16) -> Mask16 {
-        Mask16(self.0 ^ other.0)
-    }
-}
 impl Not for Mask16 {
     type Output = Mask16;
     #[inline(always)]
@@ -119,6 +101,7 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn table8(self, values: &[f32; 8]) -> F32x16 {
         let [a, b, c, d, e, f, g, h] = *values;
+        // Twice, so that bit 3 of an index, which is looked at here, makes no difference.
         self.load(&[a, b, c, d, e, f, g, h, a, b, c, d, e, f, g, h])
     }
     #[inline(always)]

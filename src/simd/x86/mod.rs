@@ -26,6 +26,7 @@ macro_rules! negations {
             type Output = $float;
             #[inline(always)]
             fn neg(self) -> $float {
+                // The sign bit is flipped: a difference from zero would leave zero positive.
                 unsafe { $float($cast_back($xor($cast(self.0), $splat(i32::MIN)))) }
             }
         }

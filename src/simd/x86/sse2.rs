@@ -11,6 +11,7 @@ unsafe fn mullo_sse2(a: __m128i, b: __m128i) -> __m128i {
     unsafe {
         let even = _mm_mul_epu32(a, b);
         let odd = _mm_mul_epu32(_mm_srli_epi64::<32>(a), _mm_srli_epi64::<32>(b));
+        // The lower halves of the products, back in the order of the lanes.
         _mm_unpacklo_epi32(_mm_shuffle_epi32::<0b00_00_10_00>(even), _mm_shuffle_epi32::<0b00_00_10_00>(odd))
     }
 }
@@ -27,6 +28,14 @@ pub struct Mask4(__m128i);
 impl Sse2 {
     pub(in crate::simd) fn new() -> Sse2 {
         Sse2(())
+    }
+
+    /// `from[index]` lane by lane: no instruction of SSE2 permutes by a register.
+    #[inline(always)]
+    fn look_up(self, from: &[f32], index: U32x4) -> F32x4 {
+        let mut i = [0; 4];
+        self.store_u32(index, &mut i);
+        self.load(&[from[i[0] as usize], from[i[1] as usize], from[i[2] as usize], from[i[3] as usize]])
     }
 }
 
@@ -57,6 +66,7 @@ impl Not for Mask4 {
 
 impl Simd for Sse2 {
     const LANES: usize = 4;
+    // Tables are looked up in memory, where sixteen values cost no more than eight.
     const FAST_PERMUTE16: bool = true;
     const LEVEL: Level = Level::Sse2;
     type Mask = Mask4;
@@ -91,6 +101,7 @@ impl Simd for Sse2 {
     }
     #[inline(always)]
     fn select(self, mask: Mask4, yes: F32x4, no: F32x4) -> F32x4 {
+        // Blends by a mask came with SSE4.1.
         self.from_bits(self.select_u32(mask, self.to_bits(yes), self.to_bits(no)))
     }
     #[inline(always)]
@@ -107,11 +118,7 @@ impl Simd for Sse2 {
     }
     #[inline(always)]
     fn pick(self, from: &[f32], index: U32x4) -> F32x4 {
-        let from = &from[..MAX_LANES];
-        let mut i = [0; 4];
-        self.store_u32(index & self.splat_u32(7), &mut i);
-        let pick = [from[i[0] as usize], from[i[1] as usize], from[i[2] as usize], from[i[3] as usize]];
-        self.load(&pick)
+        self.look_up(&from[..MAX_LANES], index & self.splat_u32(7))
     }
     #[inline(always)]
     fn table8(self, values: &[f32; 8]) -> [f32; 8] {
@@ -119,10 +126,7 @@ impl Simd for Sse2 {
     }
     #[inline(always)]
     fn permute8(self, table: [f32; 8], index: U32x4) -> F32x4 {
-        let mut i = [0; 4];
-        self.store_u32(index & self.splat_u32(7), &mut i);
-        let pick = [table[i[0] as usize], table[i[1] as usize], table[i[2] as usize], table[i[3] as usize]];
-        self.load(&pick)
+        self.look_up(&table, index & self.splat_u32(7))
     }
     #[inline(always)]
     fn table16(self, values: &[f32; 16]) -> [f32; 16] {
@@ -130,9 +134,6 @@ impl Simd for Sse2 {
     }
     #[inline(always)]
     fn permute16(self, table: [f32; 16], index: U32x4) -> F32x4 {
-        let mut i = [0; 4];
-        self.store_u32(index & self.splat_u32(15), &mut i);
-        let pick = [table[i[0] as usize], table[i[1] as usize], table[i[2] as usize], table[i[3] as usize]];
-        self.load(&pick)
+        self.look_up(&table, index & self.splat_u32(15))
     }
 }
