@@ -174,12 +174,18 @@ register! {
     Flat = 4, 1;
     /// Where it ends, of several that would end at one place.
     Foot = 5, 1;
+    /// How far down its lake ends.
+    LakeSill = 6, 1;
+    /// How long its lake is.
+    LakeLength = 7, 1;
     /// Where in a wave its meanders begin.
     MeanderPhase = 8, 1;
     /// How long a wave of its meanders is, by the knot.
     MeanderWave = 9, 1;
     /// How far a wave of its meanders turns, by the knot.
     MeanderTurn = 10, 1;
+    /// Of a tributary, whether it has a lake.
+    Lake = 11, 1;
     /// How far it swings to the side, by the knot.
     Swing = 16, PARTS;
 }

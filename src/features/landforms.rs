@@ -3,18 +3,18 @@
 use std::sync::Arc;
 
 use crate::features::layer::{Column, Kind, Layer, Shape, flat, point};
-use crate::features::names::{lake_id, vertex_of_node};
+use crate::features::names::vertex_of_cell;
 use crate::features::plane::{length_m, metres};
 use crate::fluvial::landforms::coast::Coast;
 use crate::fluvial::landforms::lakes::Lake;
 use crate::fluvial::landforms::peaks::Peak;
-use crate::lines::LineId;
+use crate::lines::{LakeId, LineId};
 use crate::world::World;
 
 /// A lake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LakeFeature {
-    /// Its name in the world: `l`, and the node of the trunk lattice that it lies around.
+    /// Its name in the world: `l` with the level of the channel that it lies in, and that channel's cell.
     pub id: String,
     /// Its name on a map; none in a world without places.
     pub name: Option<String>,
@@ -41,18 +41,18 @@ pub static LAKES: Layer<Arc<Lake>, LakeFeature> = Layer {
         Column::optional("outlet", Kind::Text, |lake| lake.outlet.map(|river| river.to_string()).into()),
     ],
     sources: World::lakes,
-    key: |lake| lake_id(lake.id).into(),
+    key: |lake| lake.id.to_string().into(),
     feature: of_lake,
     lines: |lake| lake.rings.iter().map(|ring| flat(ring)).collect(),
 };
 
 fn of_lake(world: &World, lake: &Arc<Lake>) -> LakeFeature {
-    let (x, y) = lake.id;
+    let LakeId((level, x, y)) = lake.id;
     let ring = |ring: &Vec<[f64; 2]>| ring.iter().map(|point| metres(*point, world.spacing_m())).collect();
     LakeFeature {
-        id: lake_id(lake.id),
+        id: lake.id.to_string(),
         // Names go by the place, so that a tongue is at home in a part of the world.
-        name: world.names().map(|names| names.lake(vertex_of_node(world, [x, y]), &[x, y])),
+        name: world.names().map(|names| names.lake(vertex_of_cell(world, level, [x, y]), &[i64::from(level), x, y])),
         level_m: lake.level_m,
         area_m2: lake.area_m2,
         outlet: lake.outlet,

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use crate::area::{Area, TileId};
 use crate::features::layer::{Column, Kind, Layer, Shape, flat, point};
-use crate::features::names::lake_id;
 use crate::features::plane::{length_m, metres};
 use crate::lines::{
     FIXED, Line, LineClass, LineEnd, LineId, LineKind, LinePoint, Lines, RoadClass, SiteId, Structure, StructureKind,
@@ -66,7 +65,7 @@ pub static RIVERS: Layer<Arc<Line>, RiverFeature> = Layer {
 fn river_ending(end: LineEnd) -> (&'static str, Option<String>) {
     match end {
         LineEnd::Line(other) => ("river", Some(other.to_string())),
-        LineEnd::Lake(node) => ("lake", Some(lake_id(node))),
+        LineEnd::Lake(lake) => ("lake", Some(lake.to_string())),
         LineEnd::Sea => ("sea", None),
         LineEnd::Pond | LineEnd::Sink | LineEnd::Site(_) | LineEnd::Nothing => ("sink", None),
     }

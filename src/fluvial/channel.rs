@@ -2,6 +2,7 @@
 
 use super::point::Point;
 use super::trunk::NodeId;
+use crate::lines::LakeId;
 use crate::memory::heap_bytes;
 
 /// The id of a channel: its level, and the cell of that level's lattice that holds its head.
@@ -12,12 +13,13 @@ pub type ChannelId = (u32, i64, i64);
 pub struct Knot {
     /// Where it is.
     pub at: Point,
-    /// Height of the water, or of the floor where it is dry, in metres, before strata and ceiling.
+    /// Height of the water, or of the floor where it is dry or a lake, in metres, before strata and ceiling.
     pub level_m: f64,
     /// Area that drains through it, in cells of the trunk lattice.
     pub area: f64,
-    /// Half width in grains of the lake here, 0 where there is none.
-    pub lake: f64,
+    /// Height in metres of the lake that stands over what lies lower, from here to the next knot;
+    /// [`NO_LAKE`](super::lake::NO_LAKE) where there is none.
+    pub pool_m: f64,
 }
 
 /// What a channel runs into.
@@ -45,6 +47,8 @@ pub struct Channel {
     /// For a trunk, the next node and whether this is that river's own upper course; not for one that the sea cuts
     /// short.
     pub next: Option<(NodeId, bool)>,
+    /// The lake that its knots know of: its own, or that of the channel that it runs into.
+    pub lake: Option<LakeId>,
     bounds: [Point; 2],
 }
 
@@ -55,7 +59,7 @@ impl Channel {
     /// The channel through these knots.
     pub fn new(id: ChannelId, knots: Vec<Knot>, mouth: Mouth, hill_slope: f64) -> Channel {
         let bounds = bounds(&knots);
-        Channel { id, knots, mouth, hill_slope, next: None, bounds }
+        Channel { id, knots, mouth, hill_slope, next: None, lake: None, bounds }
     }
 
     /// The same channel once its knots have moved.

@@ -19,7 +19,7 @@
 //! `input`.
 //!
 //! The rooms, in the order of that way: `fields` and `lift` have the laws; `trunk` the lattice of the largest rivers,
-//! `trunk_curve`, `meander` and `trunk_course` their lines; `tributary_course` and `tributary` all others; `network` finds channels
+//! `trunk_curve`, `meander` and `trunk_course` their lines; `lake` their lakes; `tributary_course` and `tributary` all others; `network` finds channels
 //! and their `segment`s by place, in chunks; `warp`, `valley` and `valley_side`, `gullies`, `coast`, `breach` and
 //! `water` make rasters of them; `rivers` and `strahler` know whole rivers, and `survey` the land as roads ask for it.
 
@@ -34,6 +34,7 @@ pub mod channel;
 mod chunk;
 pub mod segment;
 mod segment_index;
+mod lake;
 mod trunk_curve;
 mod trunk_course;
 mod tributary_course;
@@ -55,7 +56,6 @@ use std::sync::Arc;
 
 use crate::area::Area;
 use crate::clock::{Clock, stage};
-use crate::geometry::lerp;
 use crate::hash::{self, Stream};
 use crate::land::Land;
 use crate::memory::Usage;
@@ -224,18 +224,15 @@ impl Fluvial {
 
     /// Cuts open the hollows of carved land.
     fn breach(&self, area: Area, segments: &Segments, coast_m: Option<&[f32]>, valleys: &mut Valleys) {
-        let Valleys { height_m, distance_m, segment, share, .. } = valleys;
+        let Valleys { height_m, segment, .. } = valleys;
         let sea_m = self.fields.sea_level_m() as f32;
         let carved_m = height_m.clone();
         let with_coast_m = coast_m
             .map(|coast_m| carved_m.iter().zip(coast_m).map(|(land, coast)| land.min(*coast)).collect::<Vec<_>>());
         let surface_m = with_coast_m.as_ref().unwrap_or(&carved_m);
         // A lake is level, and none of it a pit.
-        let is_lake = |at: usize| {
-            let lake =
-                segments.all.get(segment[at] as usize).map_or(0.0, |segment| lerp(segment.lake, share[at] as f64));
-            (distance_m[at] as f64) < lake * self.fields.metres_a_grain()
-        };
+        let is_lake =
+            |at: usize| segments.all.get(segment[at] as usize).is_some_and(|own| (surface_m[at] as f64) < own.pool_m);
         let may_be_pit = |at: usize| surface_m[at] > sea_m && !is_lake(at);
         breach::breach(area, surface_m, may_be_pit, height_m);
     }

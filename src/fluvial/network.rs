@@ -99,9 +99,10 @@ impl Network {
         for level in 0..levels {
             let own = reach.of(self.fields.side(level) as f64);
             let widest = match level {
-                0 => widened(own, self.fields.widest_trough(), self.fields.lake_half_width()),
-                _ => widened(own / reach.least_cross, self.fields.trough(most_area(level)), 0.0),
+                0 => widened(own, self.fields.widest_trough()),
+                _ => widened(own / reach.least_cross, self.fields.trough(most_area(level))),
             };
+            let widest = widest + self.fields.lake_half_width();
             let around = [rectangle[0].moved([-widest; 2]), rectangle[1].moved([widest; 2])];
             self.channels(level, around, |channel| {
                 let before = all.len();

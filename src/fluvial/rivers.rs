@@ -10,14 +10,15 @@ use std::sync::Arc;
 use super::Fluvial;
 use super::channel::{Channel, ChannelId, Mouth};
 use super::fields::COAST_STEP;
+use super::lake::{Hollow, NO_LAKE};
 use super::point::{GRAINS, Point};
 use super::strahler::{Strahler, locate};
 use super::tributary::most_area;
-use super::trunk::NodeId;
+use super::trunk::neighbours;
 use super::valley;
 use super::water::river_depth_m;
 use crate::area::Area;
-use crate::lines::{self, Bed, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
+use crate::lines::{self, Bed, LakeId, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
 use crate::memory::{Memory, Usage, heap_bytes};
 
 /// Grains from one point of a river to the next at most: the world bends what is straight between two knots.
@@ -47,7 +48,7 @@ impl RiverMemories {
     }
 }
 
-/// The channels from a spring or a lake down to a confluence, a lake or the sea, and what of it is drawn.
+/// The channels from a spring down to a confluence or the sea, and what of it is drawn.
 #[derive(Debug)]
 struct Course {
     channels: Vec<Arc<Channel>>,
@@ -96,31 +97,8 @@ impl CoursePoint {
 enum LiesIn {
     Dry,
     Channel,
-    Lake(NodeId),
+    Lake(LakeId),
     Sea,
-}
-
-/// A straight piece of a trunk where it is a lake.
-#[derive(Clone, Copy, Debug)]
-struct LakePiece {
-    node: NodeId,
-    from: Point,
-    along: [f64; 2],
-    /// Half widths in grains of the lake, and of the river that it must exceed, each at the upper and at the lower end.
-    lake: [f64; 2],
-    least: [f64; 2],
-}
-
-impl LakePiece {
-    fn holds(&self, at: Point) -> bool {
-        let off = at.from(self.from);
-        // Never 0: pieces without length were left out.
-        let square = self.along[0] * self.along[0] + self.along[1] * self.along[1];
-        let share = ((off[0] * self.along[0] + off[1] * self.along[1]) / square).clamp(0.0, 1.0);
-        let away = [off[0] - self.along[0] * share, off[1] - self.along[1] * share];
-        let [shore, least] = [self.lake, self.least].map(|[from, to]| from + (to - from) * share);
-        shore > least && away[0] * away[0] + away[1] * away[1] < shore * shore
-    }
 }
 
 impl Fluvial {
@@ -144,33 +122,43 @@ impl Fluvial {
         found.into_values().collect()
     }
 
-    /// The nodes whose lakes may touch an area, sorted.
-    pub fn lake_nodes(&self, area: &Area) -> Vec<NodeId> {
-        let mut nodes = Vec::new();
-        self.network.channels(0, self.network_around(area, self.fields.lake_half_width() as i64), |channel| {
-            // A lake reaches from its node into the trunks on both sides, so each trunk names both of its ends.
-            let id = (channel.id.1, channel.id.2);
-            nodes.extend([Some(id), channel.next.map(|(next, _)| next)].into_iter().flatten());
-        });
-        nodes.sort_unstable();
-        nodes.dedup();
-        // Once a node, and not once a trunk: to know of a lake takes the basin.
-        nodes.retain(|node| self.has_lake(*node));
-        nodes
+    /// The lakes that may touch an area, sorted.
+    pub fn lake_ids(&self, area: &Area) -> Vec<LakeId> {
+        let rectangle = self.network_around(area, Hollow::widest(&self.fields, 0) as i64);
+        let mut lakes = Vec::new();
+        // Every channel that runs into a lake names it, so also those of its bays.
+        for level in 0..self.fields.levels() {
+            self.network.channels(level, rectangle, |channel| lakes.extend(channel.lake));
+        }
+        lakes.sort_unstable();
+        lakes.dedup();
+        lakes
     }
 
-    /// Whether a node of the trunk lattice has a lake.
-    pub fn has_lake(&self, node: NodeId) -> bool {
-        self.network.trunks().drained(node).lake > 0.0
+    /// The channels whose valleys' floors lie in a lake: that of its id, or all that end at its sink.
+    pub(super) fn lake_channels(&self, lake: LakeId) -> Vec<Arc<Channel>> {
+        let LakeId(id @ (level, x, y)) = lake;
+        let ends =
+            neighbours((x, y)).filter(|node| level == 0 && self.network.trunks().drained(*node).to == Some((x, y)));
+        let ids = std::iter::once(id).chain(ends.map(|node| (0, node.0, node.1)));
+        ids.filter_map(|id| self.network.channel(id)).filter(|channel| channel.lake == Some(lake)).collect()
     }
 
     /// The river that a lake runs out by, if it does.
-    pub fn outlet(&self, node: NodeId) -> Option<LineId> {
-        let id = (0, node.0, node.1);
-        self.network.trunks().drained(node).to?;
-        // Not one that begins further down, after a lake or a bay that this one touches.
-        let first = self.rivers_of(id).first().map(|river| river.id);
-        first.filter(|river| matches!(river, LineId::River { channel, .. } if *channel == id))
+    pub fn outlet(&self, lake: LakeId) -> Option<LineId> {
+        let course = self.course(self.top(lake.0));
+        let number = course.channels.iter().position(|channel| channel.id == lake.0)?;
+        let channel = &course.channels[number];
+        let sill = channel.knots.iter().rposition(|knot| knot.pool_m > NO_LAKE)?;
+        // It begins between the last knot of the lake and the next one, in which the lake ends.
+        course
+            .parts
+            .iter()
+            .find(|part| {
+                let first = part.samples[0].place;
+                first.0 == number && (sill as f64..=(sill + 1) as f64).contains(&first.1)
+            })
+            .map(|part| part.id)
     }
 
     /// The points of the network that a channel must touch to touch an area in the world, with some grains to spare.
@@ -228,15 +216,11 @@ impl Fluvial {
         self.fields.is_wet(area)
     }
 
-    /// The channel in which the course of a channel begins: at a spring or in a lake.
-    fn top(&self, id: ChannelId) -> ChannelId {
-        self.follow_up(id, |node| self.has_lake(node))
-    }
-
-    fn follow_up(&self, (level, x, y): ChannelId, stops: impl Fn(NodeId) -> bool) -> ChannelId {
+    /// The channel in which the course of a channel begins, at a spring.
+    fn top(&self, (level, x, y): ChannelId) -> ChannelId {
         let mut node = (x, y);
         // Only trunks have a course above: a tributary begins at a spring of its own.
-        while level == 0 && !stops(node) {
+        while level == 0 {
             let Some(main) = self.network.trunks().drained(node).main else { break };
             node = main;
         }
@@ -249,8 +233,8 @@ impl Fluvial {
             let mut channels: Vec<Arc<Channel>> = Vec::new();
             let mut next = Some(top);
             while let Some(channel) = next.and_then(|id| self.network.channel(id)) {
-                // Stops where `top` stops, and goes on from a main course only: so each channel is in one course.
-                let goes_on = channel.next.filter(|(node, is_main)| *is_main && !self.has_lake(*node));
+                // It goes on from a main course only: so each channel is in one course.
+                let goes_on = channel.next.filter(|(_, is_main)| *is_main);
                 next = goes_on.map(|(node, _)| (0, node.0, node.1));
                 channels.push(channel);
             }
@@ -265,8 +249,7 @@ impl Fluvial {
         let mut open: Vec<CoursePoint> = Vec::new();
         let mut last: Option<(CoursePoint, LiesIn)> = None;
         for (number, channel) in channels.iter().enumerate() {
-            let lakes = self.lakes_around(channel);
-            let ground = |sample: &CoursePoint| self.ground(sample, &lakes);
+            let ground = |sample: &CoursePoint| self.ground(sample, channel);
             let joins = self.rivers.strahler.joins(self, channel);
             let joins: Vec<(f64, Point)> = joins.iter().map(|join| (join.place, join.at)).collect();
             for sample in samples(number, channel, &joins) {
@@ -297,55 +280,24 @@ impl Fluvial {
         parts
     }
 
-    fn ground(&self, sample: &CoursePoint, lakes: &[LakePiece]) -> LiesIn {
-        // The cheapest first. The sea goes before lakes, so that a river ends in it where one reaches into the other.
+    /// What a sample of a channel lies in.
+    fn ground(&self, sample: &CoursePoint, channel: &Channel) -> LiesIn {
         if !self.is_wet(sample.area) {
             return LiesIn::Dry;
         }
-        if self.fields.is_drowned(sample.at, sample.level_m) {
-            return LiesIn::Sea;
+        // From a knot on to the next its lake counts. Lakes go before the sea, under whose level their floors may lie.
+        let knot = channel.knots[sample.place.1 as usize];
+        if let Some(lake) = channel.lake.filter(|_| sample.level_m < knot.pool_m) {
+            return LiesIn::Lake(lake);
         }
-        lakes.iter().find(|piece| piece.holds(sample.at)).map_or(LiesIn::Channel, |piece| LiesIn::Lake(piece.node))
-    }
-
-    /// The pieces of trunks that are lakes, around a channel.
-    fn lakes_around(&self, channel: &Channel) -> Vec<LakePiece> {
-        // Of other trunks too: their lakes may reach over a channel that passes by.
-        let reach = self.fields.lake_half_width();
-        let [low, high] = channel.bounds();
-        let mut found = Vec::new();
-        self.network.channels(0, [low.moved([-reach; 2]), high.moved([reach; 2])], |trunk| {
-            let pieces = trunk.knots.len() - 1;
-            for (knot, pair) in trunk.knots.windows(2).enumerate() {
-                if pair[0].lake <= 0.0 && pair[1].lake <= 0.0 {
-                    continue;
-                }
-                // Each half of a trunk is part of the lake of the node at its end.
-                let below = trunk.next.map_or((trunk.id.1, trunk.id.2), |(node, _)| node);
-                let node = if 2 * knot < pieces { (trunk.id.1, trunk.id.2) } else { below };
-                let along = pair[1].at.from(pair[0].at);
-                if along == [0.0; 2] {
-                    continue;
-                }
-                found.push(LakePiece {
-                    node,
-                    from: pair[0].at,
-                    along,
-                    lake: [pair[0].lake, pair[1].lake],
-                    least: [pair[0].area, pair[1].area].map(|area| self.fields.least_lake(area)),
-                });
-            }
-        });
-        found
+        if self.fields.is_drowned(sample.at, sample.level_m) { LiesIn::Sea } else { LiesIn::Channel }
     }
 
     /// All rivers of the course that begins in a channel.
     fn rivers_of(&self, top: ChannelId) -> Arc<Vec<Arc<Line>>> {
         self.rivers.of_courses.get(top, || {
             let course = self.course(top);
-            // Past lakes too: what comes out of one is the river that runs into it.
-            let whole = self.follow_up(top, |_| false);
-            let rivers = course.parts.iter().filter_map(|part| self.river(&course, part, whole));
+            let rivers = course.parts.iter().filter_map(|part| self.river(&course, part, top));
             rivers.map(Arc::new).collect()
         })
     }
@@ -398,7 +350,7 @@ impl Fluvial {
     /// What a part of a course ends in, in a channel at a point.
     fn end(&self, part: &RiverPart, channel: &Channel, at: Point) -> LineEnd {
         match part.end {
-            Some(LiesIn::Lake(node)) => LineEnd::Lake(node),
+            Some(LiesIn::Lake(lake)) => LineEnd::Lake(lake),
             Some(LiesIn::Sea) => LineEnd::Sea,
             Some(LiesIn::Dry | LiesIn::Channel) => LineEnd::Sink,
             None => match channel.mouth {
@@ -487,7 +439,7 @@ fn close(parts: &mut Vec<RiverPart>, channels: &[Arc<Channel>], samples: Vec<Cou
         return;
     }
     let channel = channels[samples[0].place.0].id;
-    // Numbered from the channel that it begins in, by which `outlet` knows whether a river begins at its node.
+    // Numbered from the channel that it begins in.
     let begun = |part: &&RiverPart| matches!(part.id, LineId::River { channel: other, .. } if other == channel);
     let part = parts.iter().filter(begun).count() as u32;
     parts.push(RiverPart { id: LineId::River { channel, part }, samples, end });
@@ -500,7 +452,7 @@ mod tests {
 
     #[test]
     fn a_line_does_not_turn_back_where_a_tributary_joins() {
-        let knot = |x: i64| Knot { at: Point { x, y: 0 }, level_m: -(x as f64), area: 1.0, lake: 0.0 };
+        let knot = |x: i64| Knot { at: Point { x, y: 0 }, level_m: -(x as f64), area: 1.0, pool_m: NO_LAKE };
         let length = 2 * STEP as i64;
         let channel = Channel::new((0, 0, 0), vec![knot(0), knot(length), knot(2 * length)], Mouth::Sea, 1.0);
         // Just before a knot, but rounded to a place beyond it; and half way between two other samples.
@@ -513,7 +465,7 @@ mod tests {
 
     #[test]
     fn a_line_has_each_of_two_places_close_together_at_which_tributaries_join() {
-        let knot = |x: i64| Knot { at: Point { x, y: 0 }, level_m: -(x as f64), area: 1.0, lake: 0.0 };
+        let knot = |x: i64| Knot { at: Point { x, y: 0 }, level_m: -(x as f64), area: 1.0, pool_m: NO_LAKE };
         let channel = Channel::new((0, 0, 0), vec![knot(0), knot(8 * GRAINS)], Mouth::Sea, 1.0);
         let joins = [2 * GRAINS, 2 * GRAINS + GRAINS / 10].map(|x| (x as f64 / (8 * GRAINS) as f64, Point { x, y: 0 }));
         let line = samples(0, &channel, &joins);

@@ -46,8 +46,10 @@ pub struct Segment {
     pub trough: [f64; 2],
     /// Half widths of the river, in grains.
     pub river: [f64; 2],
-    /// Half widths of a lake, in grains.
-    pub lake: [f64; 2],
+    /// Height in metres of the lake that stands over what lies lower in its valley.
+    pub pool_m: f64,
+    /// Grains by which its side matters further for being the floor of a lake.
+    pub sunk: f64,
 }
 
 heap_bytes!(Segment);
@@ -63,11 +65,11 @@ const STEEPER: f64 = 2.5;
 const OWN_SIDES: f64 = 1.0;
 
 /// Grains from a channel beyond which its side has risen more than that of a brook does within `brook` grains, by the
-/// half widths of the rounding of its floor and of its lake. Of a river, which is narrow beside its floor, it is more.
+/// half width of the rounding of its floor. Of a river, which is narrow beside its floor, it is more.
 ///
-/// A side rises as `sqrt(d^2 - lake^2 + trough^2) - trough`, and a brook's, which has neither, as `d`: solved for d.
-pub fn widened(brook: f64, trough: f64, lake: f64) -> f64 {
-    (brook * (brook + 2.0 * trough) + lake * lake).sqrt()
+/// A side rises as `sqrt(d^2 + trough^2) - trough`, and a brook's, which has no floor, as `d`: solved for d.
+pub fn widened(brook: f64, trough: f64) -> f64 {
+    (brook * (brook + 2.0 * trough)).sqrt()
 }
 
 /// How far channels matter, in grains from them, where no others are in between.
@@ -119,12 +121,7 @@ impl Segment {
         (t, off[0] * off[0] + off[1] * off[1])
     }
 
-    /// The largest half width of its lake in grains.
-    pub fn widest_lake(&self) -> f64 {
-        self.lake[0].max(self.lake[0] + self.lake[1])
-    }
-
-    /// How many metres its bed falls a grain.
+    /// How many metres its bed falls a grain; less than 0 where it rises to the sill of a lake.
     pub fn bed_slope(&self) -> f64 {
         -self.level_m[1] / length(self.along)
     }
@@ -139,9 +136,9 @@ impl Segment {
         self.trough[0].max(self.trough[0] + self.trough[1])
     }
 
-    /// The largest half width of its water in grains.
+    /// The largest half width of its river in grains.
     fn shore(&self) -> f64 {
-        self.widest_lake().max(self.river[0]).max(self.river[0] + self.river[1])
+        self.river[0].max(self.river[0] + self.river[1])
     }
 
     /// Grains from the segment beyond which its side has risen more than that of a brook without a floor does within
@@ -149,7 +146,7 @@ impl Segment {
     #[inline]
     pub fn reach(&self, reach: Reach) -> f64 {
         let cross = if self.is_trunk { 1.0 } else { self.gentlest_cross().max(reach.least_cross) };
-        widened(reach.of(self.side) / cross, self.widest_trough(), self.widest_lake())
+        widened(reach.of(self.side) / cross, self.widest_trough()) + self.sunk
     }
 
     /// Its lowest water in metres.
@@ -184,7 +181,7 @@ impl Segment {
     }
 
     fn side_at_m(&self, t: f64, square: f64, slope: f64) -> f64 {
-        let (trough, shore) = (lerp(self.trough, t), lerp(self.lake, t).max(lerp(self.river, t)));
+        let (trough, shore) = (lerp(self.trough, t), lerp(self.river, t));
         let rise = ((square - shore * shore).max(0.0) + trough * trough).sqrt() - trough;
         lerp(self.level_m, t) + slope * lerp(self.cross, t) * rise
     }
@@ -230,6 +227,7 @@ pub fn segments_of(
         let length_m = square.sqrt() * fields.metres_a_grain();
         let roundest = channel.hill_slope * GRAINS as f64 * length_m / (STEEPER * fall_m);
         let values = |upper: f64, lower: f64| [upper, lower - upper];
+        let sunk_m = pair[0].pool_m - pair[0].level_m.min(pair[1].level_m);
         let segment = Segment {
             channel: number,
             knot: knot as u32,
@@ -243,7 +241,8 @@ pub fn segments_of(
             cross: values(upper.cross, lower.cross),
             trough: values(upper.trough.min(roundest), lower.trough.min(roundest)),
             river: values(upper.river, lower.river),
-            lake: values(pair[0].lake, pair[1].lake),
+            pool_m: pair[0].pool_m,
+            sunk: (sunk_m / (channel.hill_slope * fields.metres_a_grain())).clamp(0.0, fields.lake_half_width()),
         };
         known = Some(lower);
         Some(segment)

@@ -18,7 +18,7 @@ pub struct IndexedSegments {
     numbers: Vec<u32>,
     /// The longest segment in grains.
     longest: f64,
-    /// Half widths in grains of the widest floor and the widest lake.
+    /// Half width in grains of the widest floor, and how much further the deepest lake makes a side matter.
     widest: [f64; 2],
 }
 
@@ -71,7 +71,7 @@ impl IndexedSegments {
             next[cell] += 1;
         }
         let most = |width: fn(&Segment) -> f64| segments.all.iter().map(width).fold(0.0, f64::max);
-        let widest = [most(Segment::widest_trough), most(Segment::widest_lake)];
+        let widest = [most(Segment::widest_trough), most(|segment| segment.sunk)];
         let longest = segments.all.iter().map(|segment| length(segment.along)).fold(0.0, f64::max);
         IndexedSegments { segments, raster, starts, numbers, longest, widest }
     }
@@ -96,7 +96,7 @@ impl IndexedSegments {
         let [trough, lake] = self.widest;
         let reach = Reach::even(brook);
         let is_beneath = |segment: &&Segment| segment.nearest(place).1 < segment.reach(reach).powi(2);
-        let around = self.around(place, widened(brook, trough, lake));
+        let around = self.around(place, widened(brook, trough) + lake);
         around.into_iter().map(|(_, segment)| segment).filter(is_beneath).collect()
     }
 }

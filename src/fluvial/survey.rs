@@ -7,9 +7,8 @@
 use crate::area::Area;
 use crate::clock::Clock;
 use crate::fluvial::Fluvial;
-use crate::fluvial::fields::Fields;
 use crate::fluvial::point::{GRAINS, Point};
-use crate::fluvial::segment::{Reach, Segment, Segments};
+use crate::fluvial::segment::{Reach, Segments};
 use crate::geometry::{length, lerp};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
@@ -114,7 +113,6 @@ impl Survey for Fluvial {
         let levels = (0..fields.levels()).take_while(|level| self.has_rivers(*level)).count() as u32;
         let origin = Point::at_vertex(area.x0, area.y0);
         let pieces = self.network().segments(levels, rectangle, origin, Reach::even(0.0));
-        let lakes: Vec<&Segment> = pieces.all.iter().filter(|piece| piece.widest_lake() > 0.0).collect();
         let mut rivers = Vec::new();
         for piece in &pieces.all {
             if fields.discharge_m3s(lerp(piece.area, 1.0)) < spring_m3s {
@@ -133,7 +131,6 @@ impl Survey for Fluvial {
                 let middle = (part as f64 + 0.5) / parts as f64;
                 let drained = lerp(piece.area, middle);
                 let level_m = lerp(piece.level_m, middle);
-                let at = [0, 1].map(|axis| piece.from[axis] + piece.along[axis] * middle);
                 let touches = |axis: usize, first: i64, past: i64| {
                     from[axis].min(to[axis]) < past * FIXED && from[axis].max(to[axis]) >= first * FIXED
                 };
@@ -142,7 +139,7 @@ impl Survey for Fluvial {
                     && from != to
                     && fields.discharge_m3s(drained) >= spring_m3s
                     && !fields.is_drowned(start.moved(piece.along.map(|along| along * middle)), level_m)
-                    && !lakes.iter().any(|lake| lake.is_lake_at(fields, at))
+                    && level_m >= piece.pool_m
                 {
                     rivers.push(RiverPiece {
                         from,
@@ -204,14 +201,5 @@ impl Fluvial {
         };
         let kinds = land.water.expect("fluvial land knows its water").kind;
         SurveyBlock { heights_m: land.heights.values().to_vec(), waters: kinds.values().to_vec() }
-    }
-}
-
-impl Segment {
-    /// Whether a point, in grains from the pieces' origin, lies in the piece's lake.
-    fn is_lake_at(&self, fields: &Fields, at: [f64; 2]) -> bool {
-        let (share, square) = self.nearest(at);
-        let lake = lerp(self.lake, share);
-        lake > fields.least_lake(lerp(self.area, share)) && square < lake * lake
     }
 }

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use super::channel::{Channel, Knot};
 use super::chunk::ChunkId;
 use super::fields::{Fields, LEAST_CROSS};
-use super::point::Point;
+use super::lake::{self, Hollow, NO_LAKE};
+use super::point::{Point, chance};
 use super::segment::Segment;
 use super::segment_index::IndexedSegments;
 use super::tributary_course::{Courses, JOIN_CELLS, TributaryCourse, TributaryEnd};
@@ -14,7 +15,7 @@ use super::trunk_course::INCISION;
 use super::trunk_curve::DROWNED_SLOPE;
 use super::wander;
 use crate::geometry::{LineSegment, length, lerp, lines};
-use crate::hash;
+use crate::hash::{self, Draw};
 use crate::memory::Usage;
 
 /// The area at the mouth of a tributary of a level, in cells of the trunk lattice.
@@ -84,7 +85,8 @@ impl Tributaries {
     ) -> Channel {
         let (fields, cell) = (&self.fields, self.fields.side(level) as f64);
         let origin = above.segments.origin;
-        let &TributaryCourse { cell: id, head, end: TributaryEnd { foot, shore, level_m, mouth } } = course;
+        let &TributaryCourse { cell: id, head, end: TributaryEnd { foot, shore, level_m, mouth, lake } } = course;
+        let pool_m = lake.map_or(NO_LAKE, |(level_m, _)| level_m);
         let way = head.from(shore);
         let reach = length(way);
         let from = shore.from(origin);
@@ -98,17 +100,44 @@ impl Tributaries {
         let mut knots = self.bed(
             level,
             uplift,
-            Knot { at: shore, level_m, area: most_area(level), lake: 0.0 },
+            Knot { at: shore, level_m, area: most_area(level), pool_m },
             &places,
             origin,
             &near,
+            lake.map_or(f64::NEG_INFINITY, |(pool_m, id)| lake::filled_m(id, pool_m, level_m, level)),
         );
         knots.reverse();
         if foot != shore {
             let drowned_m = shore.distance(foot) * fields.metres_a_grain() * DROWNED_SLOPE;
-            knots.push(Knot { at: foot, level_m: level_m - drowned_m, area: most_area(level), lake: 0.0 });
+            knots.push(Knot { at: foot, level_m: level_m - drowned_m, area: most_area(level), pool_m });
         }
-        Channel::new((level, id.0, id.1), knots, mouth, fields.hill_slope(uplift))
+        let mut channel = Channel::new((level, id.0, id.1), knots, mouth, fields.hill_slope(uplift));
+        channel.lake = lake.map(|(_, id)| id);
+        if channel.lake.is_none() && foot == shore {
+            self.dig_lake(&mut channel, origin, &near, &around);
+        }
+        channel
+    }
+
+    /// Digs out the lake of a tributary that has one, given the segments of larger valleys near it and the lines around.
+    fn dig_lake(&self, channel: &mut Channel, origin: Point, near: &[&Segment], around: &[LineSegment]) {
+        let (fields, (level, x, y)) = (&self.fields, channel.id);
+        let seed = hash::network_level(self.seed, level);
+        let wanted = chance(seed, (x, y), Draw::Lake, 0) < fields.settings().lakes;
+        let hollow = Hollow::new(fields, seed, level, (x, y));
+        // A lake without a river would have no outlet that is seen.
+        if !wanted || !fields.is_wet(most_area(level)) {
+            return;
+        }
+        let beside_slope = LEAST_CROSS * channel.hill_slope * fields.metres_a_grain();
+        let least_m = |at: Point| beside_m(near, at.from(origin), beside_slope);
+        let mouth = channel.knots[channel.knots.len() - 1].at.from(origin);
+        let others = |at: Point| {
+            let at = at.from(origin);
+            let lines = around.iter().filter(|line| line.distance(mouth) > 1.0);
+            lines.map(|line| line.distance(at)).fold(f64::INFINITY, f64::min)
+        };
+        hollow.dig(fields, channel, least_m, others);
     }
 
     /// Where a tributary goes, from its shore up, which is so far [from the origin, and from the shore to the head];
@@ -133,7 +162,7 @@ impl Tributaries {
     }
 
     /// The knots of a tributary from its shore up, through places that are relative to an origin, given the segments of
-    /// larger valleys near it.
+    /// larger valleys near it and the height to which a lake has filled its mouth.
     fn bed(
         &self,
         level: u32,
@@ -142,6 +171,7 @@ impl Tributaries {
         places: &[[f64; 2]],
         origin: Point,
         near: &[&Segment],
+        filled_m: f64,
     ) -> Vec<Knot> {
         let fields = &self.fields;
         // Metres from the shore up.
@@ -155,10 +185,11 @@ impl Tributaries {
         let gentlest = fields.hill_slope(fields.uplift(shore.at)).min(fields.hill_slope(uplift));
         let hillside = gentlest * fields.metres_a_grain();
         let (side_slope, beside_slope) = (INCISION * hillside, LEAST_CROSS * hillside);
-        let filled_m = fields.filled_m(level);
+        let coast_filled_m = fields.filled_m(level);
+        let filled_m = filled_m.max(coast_filled_m);
         let area = |share: f64| most_area(level) * (1.0 - AREA_FALL * share);
         // From its head down, as the coast's height is told.
-        let coast_m = fields.below_coast_along_m(places.iter().rev().map(|place| origin.moved(*place)), filled_m);
+        let coast_m = fields.below_coast_along_m(places.iter().rev().map(|place| origin.moved(*place)), coast_filled_m);
         let mut knots = vec![shore];
         for step in 1..=segments {
             let share = way_m[step] / way_m[segments];
@@ -170,10 +201,7 @@ impl Tributaries {
             let below_m = knots[step - 1].level_m;
             // Not so far below a larger channel beside it that this would lie on its side, and lose its water to it.
             let nearest: Vec<(f64, f64)> = near.iter().map(|segment| segment.nearest(here)).collect();
-            let beside_m = |(segment, (t, square)): (&&Segment, &(f64, f64))| {
-                lerp(segment.level_m, *t) - beside_slope * square.sqrt()
-            };
-            let free_m = near.iter().zip(&nearest).map(beside_m).fold((below_m + rise_m).max(filled_m), f64::max);
+            let free_m = beside_m(near, here, beside_slope).max(below_m + rise_m).max(filled_m);
             // But it does not stand above the sides of larger valleys: those of lower water may be lower. Nor does it
             // between two knots: the floor of a valley that is wider than the step is round, and the bed is straight.
             let mut ground_m = free_m;
@@ -204,8 +232,18 @@ impl Tributaries {
             // Across a lake or the floor of a larger valley it rises no more than that does, but always a little.
             let least_m = below_m + rise_m.min(step_m * LEAST_SLOPE);
             let level_m = ground_m.min(coast_m[segments - step]).max(least_m);
-            knots.push(Knot { at: origin.moved(here), level_m, area: area(share), lake: 0.0 });
+            knots.push(Knot { at: origin.moved(here), level_m, area: area(share), pool_m: shore.pool_m });
         }
         knots
     }
+}
+
+/// Metres above which a bed keeps at a place, so that it does not take the water of larger channels beside it, whose sides
+/// fall away no more than so many metres a grain.
+fn beside_m(near: &[&Segment], at: [f64; 2], slope: f64) -> f64 {
+    let above_m = |segment: &&Segment| {
+        let (t, square) = segment.nearest(at);
+        lerp(segment.level_m, t) - slope * square.sqrt()
+    };
+    near.iter().map(above_m).fold(f64::NEG_INFINITY, f64::max)
 }

@@ -15,6 +15,7 @@ use super::tributary::most_area;
 use super::trunk::NodeId;
 use crate::geometry::{LineSegment, length, lerp};
 use crate::hash::{self, Draw};
+use crate::lines::LakeId;
 use crate::memory::{Memory, Usage, heap_bytes};
 
 /// Cells that a tributary is long at most, before it runs aslant: a head that is further from all channels has none, so
@@ -35,6 +36,11 @@ const SLANT: (f64, f64, f64) = (0.8, 0.55, 2.6);
 /// the distance: there others end as well, and those that run to one place side by side are a fan. Chosen by eye.
 const SLANT_SHARES: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
 const ENDS_BEFORE: f64 = 0.4;
+
+/// How much further downstream than its fall line leads a tributary may end, as shares of the distance.
+/// Only where so many levels are finer: without the larger ones wide hillsides would be bare.
+const FURTHER: [f64; 4] = [0.25, 0.5, 1.0, 1.5];
+const FURTHER_ABOVE: f64 = 2.0;
 
 /// How far from all channels a tributary that runs aslant keeps, as a share of the way to where it ends, and at how
 /// many places: one that comes nearer brushes past a bend of what it runs to, or along it, and in the world they would
@@ -102,6 +108,8 @@ pub struct TributaryEnd {
     pub level_m: f64,
     /// What it runs into.
     pub mouth: Mouth,
+    /// Height in metres of the lake in which it ends, and the lake's id.
+    pub lake: Option<(f64, LakeId)>,
 }
 
 heap_bytes!(Draft);
@@ -185,18 +193,8 @@ impl Courses {
         }
         let origin = above.segments.origin;
         let from = head.from(origin);
-        let in_lake = |segment: &Segment| {
-            segment.lake != [0.0; 2] && {
-                let (t, square) = segment.nearest(from);
-                let shore = lerp(segment.lake, t);
-                square < shore * shore
-            }
-        };
         // Of all that is known around the chunk, what may matter to this head.
         let near = above.around(from, JOIN_CELLS * cell as f64);
-        if near.iter().any(|(_, segment)| in_lake(segment)) {
-            return None;
-        }
         // At the nearest channel, or at the coast if that is nearer.
         let coasts = if fields.has_sea() { &near[..] } else { &[] };
         let nearest = coasts.iter().map(|(_, segment)| segment.nearest(from).1).fold(f64::INFINITY, f64::min).sqrt();
@@ -221,7 +219,7 @@ impl Courses {
         let line = LineSegment { from: beyond.from(above.segments.origin), along: head.from(beyond) };
         let crosses = |(_, segment): &(usize, &Segment)| segment.line().crosses(&line);
         let foot = if beside(above, &line, 0.0).iter().any(crosses) { shore } else { beyond };
-        Some(TributaryEnd { foot, shore, level_m: self.fields.filled_m(level), mouth: Mouth::Sea })
+        Some(TributaryEnd { foot, shore, level_m: self.fields.filled_m(level), mouth: Mouth::Sea, lake: None })
     }
 
     /// Where the tributary of a cell begins and may end if it runs to a channel, given those near its head.
@@ -243,6 +241,10 @@ impl Courses {
         // Not to the nearest channel but to the one whose valley it lies in, and down the fall line of its side.
         let (head_m, number) = owner(near, from, hill_slope)?;
         let segment = &above.segments.all[number];
+        // Nothing begins in a lake.
+        if head_m < segment.pool_m {
+            return None;
+        }
         let (t, square) = segment.nearest(from);
         let distance = square.sqrt();
         let seed = hash::network_level(self.seed, level);
@@ -250,14 +252,16 @@ impl Courses {
         if !fields.is_wet(most_area(level)) && steepness(segment, t, square) < flat {
             return None;
         }
-        let shift = distance * segment.bed_slope() / (hill_slope * segment.gentlest_cross());
+        let shift = distance * segment.bed_slope().max(0.0) / (hill_slope * segment.gentlest_cross());
         // Where a bed becomes flat, as at a lake, the fall lines of many heads meet: they join one below the other.
         let apart = if t == 0.0 || t == 1.0 { 1.0 + APART * chance(seed, id, Draw::Foot, 0) } else { 0.0 };
         let shift = shift + apart * CLEAR * GRAINS as f64;
         let end = |segment: &Segment, t: f64| {
             let foot = origin.moved([0, 1].map(|axis| segment.from[axis] + segment.along[axis] * t));
-            let mouth = Mouth::Channel(above.segments.channels[segment.channel as usize].id);
-            TributaryEnd { foot, shore: foot, level_m: lerp(segment.level_m, t), mouth }
+            let channel = &above.segments.channels[segment.channel as usize];
+            let level_m = lerp(segment.level_m, t);
+            let lake = channel.lake.filter(|_| level_m < segment.pool_m).map(|id| (segment.pool_m, id));
+            TributaryEnd { foot, shore: foot, level_m, mouth: Mouth::Channel(channel.id), lake }
         };
         // Only where the land is higher than its end all the way: the coast may be lower.
         let falls = |end: &TributaryEnd| {
@@ -296,7 +300,10 @@ impl Courses {
             Some(end(&above.segments.all[number], t)).filter(fits)
         };
         let slant = (SLANT.0 + SLANT.1 * finer).min(SLANT.2) * distance;
-        let direct = at(shift, 0.0).or_else(|| at(apart * CLEAR * GRAINS as f64, 0.0)).filter(is_clear)?;
+        // Where the fall line leads is the best end; where that is taken, one further down is better than no valley.
+        let first = [shift, apart * CLEAR * GRAINS as f64].into_iter();
+        let further = FURTHER.into_iter().filter(|_| finer >= FURTHER_ABOVE).map(|share| shift + share * distance);
+        let direct = first.chain(further).find_map(|shift| at(shift, 0.0).filter(is_clear))?;
         let shares = SLANT_SHARES.into_iter().filter(|_| slant > shift);
         let mut slants = shares.filter_map(|share| at(shift + (slant - shift) * share, ENDS_BEFORE * distance));
         let aslant = slants.next();

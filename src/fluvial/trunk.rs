@@ -72,8 +72,8 @@ pub struct Drained {
     pub area: u32,
     /// Height of the valley's floor in metres.
     pub level_m: f64,
-    /// Half width in grains of the lake here, at least twice [`Fields::least_lake`]; 0 where there is none.
-    pub lake: f64,
+    /// Whether a lake may lie on the way there, or at the sink.
+    pub lake: bool,
 }
 
 /// How high a node lies; of equal ones the id decides.
@@ -270,16 +270,10 @@ impl Trunks {
         })
     }
 
-    /// Half width in grains of a node's lake if its river leaves room for one: where the land has a hollow, and where
-    /// chance wants one.
-    fn lake(&self, id: NodeId) -> f64 {
-        let node = self.node(id);
+    /// Whether a node may have a lake: where the land has a hollow, and where chance wants one.
+    fn lake(&self, id: NodeId) -> bool {
         let hollow = self.lowest_neighbour(id).is_none();
-        if node.sea || !(hollow || chance(self.seed, id, Draw::Choice, 0) < self.fields.settings().lakes) {
-            return 0.0;
-        }
-        // From two fifths of the largest up. Chosen by eye.
-        self.fields.lake_half_width() * (0.4 + 0.6 * chance(self.seed, id, Draw::LakeWidth, 0))
+        !self.node(id).sea && (hollow || chance(self.seed, id, Draw::Choice, 0) < self.fields.settings().lakes)
     }
 
     /// All nodes of a sink with their areas and levels.
@@ -294,15 +288,9 @@ impl Trunks {
             let mut basin = Basin { nodes: flood.iter().map(drained).collect() };
             // By id, to be searched by halves; the flood keeps the order in which water runs.
             basin.nodes.sort_unstable_by_key(|(id, _)| *id);
-            // Areas first: how wide a lake must be follows from them. Levels last: they take away lakes at the coast.
             basin.add_areas(&flood);
             let flood = self.part_confluences(sink, &mut basin);
             basin.add_areas(&flood);
-            for (_, here) in &mut basin.nodes {
-                if here.lake < 2.0 * self.fields.least_lake(here.area as f64) {
-                    here.lake = 0.0;
-                }
-            }
             self.set_levels(&flood, &mut basin);
             basin
         })
@@ -394,7 +382,7 @@ impl Trunks {
             drained.level_m = free_m.min(most_m[here]).max(below_m + length_m * slope.min(LEAST_SLOPE));
             if most_m[here] < free_m || drained.level_m < self.fields.lowest_lake_m() {
                 // The land falls away on the sea's side, or the sea has come in.
-                drained.lake = 0.0;
+                drained.lake = false;
             }
         }
     }

@@ -9,14 +9,16 @@ use std::sync::Arc;
 
 use super::channel::{Channel, Knot};
 use super::fields::Fields;
+use super::lake::{self, Hollow};
 use super::meander::{self, LinePlace, MOST_TURN, Meander, NARROW_TURN, WAVE_WIDTHS, WIDE_TURN};
-use super::point::{GRAINS, chance};
+use super::point::{GRAINS, Point, chance};
 use super::segment::{Segment, segments_of};
 use super::trunk::{LEAST_SLOPE, NodeId, Trunks, neighbours};
 use super::trunk_curve::{bend_share, curve, too_close};
 use super::wander;
 use crate::geometry::{LineSegment, lerp, lines};
 use crate::hash::{self, Draw};
+use crate::lines::LakeId;
 use crate::memory::{Memory, Usage};
 
 /// How steep a river runs down the side of a larger one's valley at most, as a share of that side's slope: so it cuts
@@ -110,17 +112,18 @@ impl TrunkCourses {
         let origin = trunk.knots[0].at;
         let segments: Vec<Segment> =
             others.iter().flat_map(|other| segments_of(&self.fields, other, 0, origin, |_| true)).collect();
-        // From the mouth up, so that each knot knows what it must stay above.
+        // From the mouth up, so that each knot knows what it must stay above; in a lake the bed rises to its sill.
         for index in (0..trunk.knots.len() - 1).rev() {
             let (below, here) = (trunk.knots[index + 1], trunk.knots[index]);
             let hill_slope = self.fields.hill_slope(self.fields.uplift(here.at)).min(trunk.hill_slope);
             let slope = INCISION * hill_slope * self.fields.metres_a_grain();
             let relative = here.at.from(origin);
             // It goes on falling, by a centimetre at least where it did.
-            let least_m = below.level_m + (here.level_m - below.level_m).clamp(0.0, 0.01);
+            let least_m = below.level_m + (here.level_m - below.level_m).min(0.01);
             let lower = |most_m, segment: &Segment| segment.side_below_m(relative, slope, most_m).unwrap_or(most_m);
             trunk.knots[index].level_m = segments.iter().fold(here.level_m, lower).max(least_m);
         }
+        lake::fill(&mut trunk.knots);
         Some(Arc::new(trunk))
     }
 
@@ -133,9 +136,35 @@ impl TrunkCourses {
                 None => self.end_in_sea(&mut trunk.knots),
             }
             self.cut_into_coast(&mut trunk.knots);
+            self.dig_lake(id, &mut trunk);
             Some(Arc::new(trunk.bounded()))
         };
         self.free.get(id, make).as_ref().clone()
+    }
+
+    /// Digs out the lake that lies on a trunk's way, or at the sink where it ends.
+    fn dig_lake(&self, id: NodeId, trunk: &mut Channel) {
+        let (fields, here) = (&self.fields, self.nodes.drained(id));
+        let Some((to, _)) = trunk.next else { return };
+        let sink = self.nodes.drained(to);
+        if sink.to.is_none() && sink.lake {
+            // All that comes to the sink comes to the same depth.
+            let (hollow, area) = (Hollow::new(fields, self.seed, 0, to), sink.area as f64);
+            let at = self.nodes.node(to).at;
+            if hollow.half_width() >= 2.0 * fields.least_lake(area) && hollow.is_inland(fields, at, sink.level_m) {
+                let hill_slope = fields.hill_slope(fields.uplift(at));
+                hollow.dig_sink(trunk, hollow.depth_m(fields, hill_slope, area));
+                trunk.lake = Some(LakeId((0, to.0, to.1)));
+            }
+        } else if here.lake {
+            let origin = trunk.knots[0].at;
+            let around = self.around(id, origin);
+            let others = |at: Point| {
+                let at = at.from(origin);
+                around.iter().map(|line| line.distance(at)).fold(f64::INFINITY, f64::min)
+            };
+            Hollow::new(fields, self.seed, 0, id).dig(fields, trunk, |_| f64::NEG_INFINITY, others);
+        }
     }
 
     /// Ends a trunk that the sea cuts short with the first stretch of sea that it comes to.
@@ -146,14 +175,19 @@ impl TrunkCourses {
         knots.truncate((wet + after).max(2));
     }
 
+    /// The lines of all trunks that may come near one, as they are before they wander.
+    fn around(&self, id: NodeId, origin: Point) -> Vec<LineSegment> {
+        // They start from the nodes around.
+        let nodes = (-2..=2).flat_map(|y| (-2..=2).map(move |x| (id.0 + x, id.1 + y)));
+        let others = nodes.filter(|node| *node != id).filter_map(|node| self.apart_trunk(node));
+        others.flat_map(|other| lines(&other.course(origin), CLEAR_STEP)).collect()
+    }
+
     /// Moves the knots of a trunk to the side, as far as the trunks around leave room, and adds meanders.
     fn wander(&self, id: NodeId, trunk: &mut Channel) {
         let origin = trunk.knots[0].at;
         let course = trunk.course(origin);
-        // All that may come near start from the nodes around; as they are before they wander, like this one.
-        let nodes = (-2..=2).flat_map(|y| (-2..=2).map(move |x| (id.0 + x, id.1 + y)));
-        let others = nodes.filter(|node| *node != id).filter_map(|node| self.apart_trunk(node));
-        let around: Vec<LineSegment> = others.flat_map(|other| lines(&other.course(origin), CLEAR_STEP)).collect();
+        let around = self.around(id, origin);
         let last = course.len() - 1;
         let (from, to) = (trunk.knots[0].at, trunk.knots[last].at);
         let bend = bend_share(&self.fields, &self.nodes.drained(id), from, to);
@@ -165,9 +199,9 @@ impl TrunkCourses {
         let stretch = (WANDER_SEGMENTS.max(longest.ceil() as usize)).next_power_of_two().min(last / 2);
         let mut offsets = wander::smooth_offsets(self.seed, id, last, stretch);
         for step in 0..=last {
-            // A lake stays where its node is, and trunks that meet at a node go through it in one direction.
+            // Trunks that meet at a node go through it in one direction.
             let end = (ENDS * step.min(last - step) as f64 / last as f64).min(1.0);
-            let free = if trunk.knots[step].lake > 0.0 { 0.0 } else { end * end * (3.0 - 2.0 * end) };
+            let free = end * end * (3.0 - 2.0 * end);
             // Meanders have the first half of the room.
             let meander = &mut meanders[step];
             meander.turn *= free;
@@ -187,7 +221,7 @@ impl TrunkCourses {
                 at: origin.moved(place.at),
                 level_m: mix(upper.level_m, lower.level_m),
                 area: mix(upper.area, lower.area),
-                lake: mix(upper.lake, lower.lake),
+                pool_m: upper.pool_m,
             }
         };
         trunk.knots = places.iter().map(knot).collect();
@@ -233,8 +267,8 @@ impl TrunkCourses {
         let most_m = self.fields.below_coast_along_m(knots.iter().map(|knot| knot.at), lowstand_m);
         for index in (0..knots.len() - 1).rev() {
             let (below, here) = (knots[index + 1], &mut knots[index]);
-            // Under the lowstand the coast leaves nothing, and a lake is level.
-            if below.level_m >= lowstand_m && here.lake == 0.0 {
+            // Under the lowstand the coast leaves nothing.
+            if below.level_m >= lowstand_m {
                 let least_m = here.at.distance(below.at) * metres * LEAST_SLOPE;
                 let least_m = below.level_m + (here.level_m - below.level_m).min(least_m);
                 here.level_m = here.level_m.min(most_m[index]).max(least_m);

@@ -1,19 +1,11 @@
-//! The curves of trunks from node to node, before they meander: their knots with level, area and lake.
+//! The curves of trunks from node to node, before they meander: their knots with level and area.
 
 use super::channel::{Channel, Knot, Mouth};
 use super::fields::Fields;
+use super::lake::NO_LAKE;
 use super::point::Point;
 use super::trunk::{Drained, NodeId, Trunks};
 use crate::geometry::{LineSegment, length, lines};
-
-/// Half widths of a lake, as shares of that at its node, from there on along the main river on either side; at the next
-/// knot it is as narrow as that. So the water is level just as far as there is a lake. A spindle by
-/// eye.
-const LAKE_SHAPE: [f64; 4] = [1.0, 0.94, 0.78, 0.5];
-
-/// Half width of a lake where it ends, as a share of the least that a lake has: of two that are equal rounding would
-/// choose.
-const LAKE_END: f64 = 0.99;
 
 /// How steep a bed is that goes on under the sea: enough that it falls. Chosen by eye.
 pub const DROWNED_SLOPE: f64 = 0.002;
@@ -65,41 +57,24 @@ pub fn curve(fields: &Fields, nodes: &Trunks, id: NodeId, share: f64) -> Option<
     // Where the sea comes in between, the trunk ends there.
     let dry = drained.sea_at.unwrap_or(1.0);
     let in_bay = drained.sea_at.is_some() && !there.sea;
-    let (below_m, below_lake) =
-        if drained.sea_at.is_some() { (fields.lowstand_level_m(), 0.0) } else { (below.level_m, below.lake) };
-    // A lake lies along the main river; in the mouths of the others it soon ends, so that it is no star.
-    let mouth_shape = if is_main { &LAKE_SHAPE[..] } else { &LAKE_SHAPE[..1] };
-    // In a lake the water is level: it falls from the lower end of the one to the upper end of the other.
-    let part = |shape: &[f64]| shape.len() as f64 / segments as f64;
-    let falls = [
-        if drained.lake > 0.0 { part(&LAKE_SHAPE) } else { 0.0 },
-        if below_lake > 0.0 { 1.0 - part(mouth_shape) } else { dry },
-    ];
+    let below_m = if drained.sea_at.is_some() { fields.lowstand_level_m() } else { below.level_m };
     let fall_m = drained.level_m - below_m;
     let length_m = length(straight) * fields.metres_a_grain();
     // The node's own cell comes in on the way.
     let area_above = (drained.area as f64 - 1.0).max(SPRING_AREA);
-    let lake = |shape: &[f64], step: usize, half_width: f64, least: f64| match shape.get(step) {
-        _ if half_width == 0.0 || step > shape.len() => 0.0,
-        Some(share) => share * half_width,
-        None => LAKE_END * least,
-    };
     let tangents = [start, end].map(|tangent| tangent.map(|part| part * TANGENT * bend));
     let ways = even(segments, |t| hermite(straight, tangents, t));
     let knot = |step: usize| {
         let t = step as f64 / segments as f64;
-        let fallen = ((t - falls[0]) / (falls[1] - falls[0])).clamp(0.0, 1.0);
+        let fallen = (t / dry).min(1.0);
         // On the floor of the sea it goes on falling a little.
         let drowned_m = (t - dry).max(0.0) * length_m * DROWNED_SLOPE;
         let area = area_above + (drained.area as f64 - area_above) * t;
-        let least = fields.least_lake(area);
-        let lakes =
-            [lake(&LAKE_SHAPE, step, drained.lake, least), lake(mouth_shape, segments - step, below_lake, least)];
         Knot {
             at: here.at.moved(ways[step]),
             level_m: drained.level_m - fall_m * fallen - drowned_m,
             area,
-            lake: lakes[0].max(lakes[1]),
+            pool_m: NO_LAKE,
         }
     };
     let knots: Vec<Knot> = (0..=segments).map(knot).collect();

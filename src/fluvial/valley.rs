@@ -25,10 +25,10 @@ const BLOCK: (usize, usize) = (2, 8);
 
 /// Cells of the finest level within which a brook can matter to a vertex, where its sides are as steep as the hill;
 /// measured: of 25,000 vertices of six worlds a dozen are reached over 3 to 4.5.
-const BROOK_CELLS: i64 = 5;
+const BROOK_CELLS: i64 = 7;
 
 /// Cells of the finest level within which any channel matters to one.
-const MOST_CELLS: i64 = 12;
+const MOST_CELLS: i64 = 24;
 
 /// How far from a vertex, once it is displaced, channels matter.
 pub fn reach(fields: &Fields) -> Reach {
@@ -277,23 +277,22 @@ impl FillValleys<'_> {
         // A little more than the true one, for what rounding does.
         let radius = simd.splat(spread.radius * (1.001 + 1.1 * CROSS_FALL) + 0.01);
         let level_floor = self.level_floor_m();
-        let (zero, infinity, beyond) = (simd.splat(0.0), simd.splat(f32::INFINITY), simd.splat(beyond_m));
+        let (infinity, beyond) = (simd.splat(f32::INFINITY), simd.splat(beyond_m));
         let mut lowest = infinity;
         for start in (0..len).step_by(S::LANES) {
             let segment = LaneSegment::load(simd, segments, start, level_floor);
             let side = segment.side(simd, middle);
             // By how much a side may differ from what it is in the middle: no more than it changes in a radius, along
-            // the segment and across it. In a lake it falls, so there the gentlest hillside is the highest.
-            let (risen, fallen) = (simd.max(side.rise, zero), simd.min(side.rise, zero));
+            // the segment and across it.
             let distance = simd.sqrt(side.square);
             let (steepness, change) = (simd.load(&segments.steepness[start..]), simd.load(&segments.change[start..]));
             let turned = steep * change * (distance + radius);
             let slack = (steep + steepness * (simd.splat(1.0) + steep) + turned) * radius;
             let left = simd.load(&segments.reach[start..]) - distance;
             // The lowest of the highest: what is always higher than that is never lowest.
-            let highest = side.level + steep * risen + gentle * fallen + slack;
+            let highest = side.level + steep * side.rise + slack;
             lowest = simd.min(lowest, simd.select(simd.lt(left, beyond), infinity, highest));
-            simd.store(side.level + gentle * risen + steep * fallen - slack, &mut limits.low[start..]);
+            simd.store(side.level + gentle * side.rise - slack, &mut limits.low[start..]);
             simd.store(left, &mut limits.left[start..]);
         }
         let mut lanes = [0.0; MAX_LANES];

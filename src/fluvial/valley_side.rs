@@ -11,8 +11,7 @@ use crate::simd::{MAX_LANES, Simd};
 pub const CROSS_FALL: f32 = 0.02;
 
 /// What all floors rise sideways, as a share of the hillside's slope: next to nothing, so that no two vertices are
-/// equally high. In a lake they fall so from the shore to the middle: what runs into it is never lower, and where lakes
-/// overlap the deepest counts.
+/// equally high.
 const FLOOR_FALL: f32 = 0.001;
 
 /// Half width in vertices of the least bed: its floor is level across, so that in whichever direction it runs an
@@ -30,7 +29,6 @@ pub struct Columns {
     pub cross: [Vec<f32>; 2],
     pub trough: [Vec<f32>; 2],
     pub river: [Vec<f32>; 2],
-    pub lake: [Vec<f32>; 2],
     /// What its level and widths change along a metre of it at most, all together.
     pub steepness: Vec<f32>,
     /// What its slope across changes along a metre of it.
@@ -43,22 +41,9 @@ pub struct Columns {
 impl Columns {
     pub fn clear(&mut self) {
         // Taken apart without a rest: a column that is forgotten here does not compile.
-        let Columns {
-            from,
-            along,
-            per_square,
-            level,
-            cross,
-            trough,
-            river,
-            lake,
-            steepness,
-            change,
-            reach,
-            channel,
-            number,
-        } = self;
-        let pairs = [from, along, level, cross, trough, river, lake];
+        let Columns { from, along, per_square, level, cross, trough, river, steepness, change, reach, channel, number } =
+            self;
+        let pairs = [from, along, level, cross, trough, river];
         for column in pairs.into_iter().flatten().chain([per_square, steepness, change, reach]) {
             column.clear();
         }
@@ -82,7 +67,6 @@ impl Columns {
         // A width goes with the root of the area: taken at both ends and straight between them, it needs none a vertex.
         let upper = half_width(0.0);
         let river = pair([upper, half_width(1.0) - upper]);
-        let lake = pair(segment.lake.map(|grains| grains * metres));
         let along = segment.along.map(|part| (part * metres) as f32);
         let square = along[0] * along[0] + along[1] * along[1];
         for axis in [0, 1] {
@@ -93,12 +77,11 @@ impl Columns {
             self.cross[axis].push(cross[axis]);
             self.trough[axis].push(trough[axis]);
             self.river[axis].push(river[axis]);
-            self.lake[axis].push(lake[axis]);
         }
         self.per_square.push(1.0 / square);
         // All changes are added, though seldom do all act at a place: the bound may be too wide, but never too narrow.
         let change = |pair: [f32; 2]| pair[1].abs() / square.sqrt();
-        self.steepness.push(change(level) + change(trough) + change(river) + change(lake));
+        self.steepness.push(change(level) + change(trough) + change(river));
         self.change.push(change(cross));
         self.reach.push((segment.reach(reach) * metres) as f32);
         self.channel.push(segment.channel);
@@ -114,7 +97,6 @@ impl Columns {
             self.cross[axis].push(other.cross[axis][index]);
             self.trough[axis].push(other.trough[axis][index]);
             self.river[axis].push(other.river[axis][index]);
-            self.lake[axis].push(other.lake[axis][index]);
         }
         self.per_square.push(other.per_square[index]);
         self.steepness.push(other.steepness[index]);
@@ -135,7 +117,6 @@ impl Columns {
                 self.cross[axis].push(0.0);
                 self.trough[axis].push(0.0);
                 self.river[axis].push(0.0);
-                self.lake[axis].push(0.0);
             }
             self.per_square.push(0.0);
             self.steepness.push(0.0);
@@ -158,7 +139,6 @@ pub struct LaneSegment<S: Simd> {
     cross: [S::F32; 2],
     trough: [S::F32; 2],
     river: [S::F32; 2],
-    lake: [S::F32; 2],
     /// Half width of the part of a river that is level across.
     level_floor: S::F32,
 }
@@ -180,7 +160,7 @@ pub struct LaneSide<S: Simd> {
 impl<S: Simd> LaneSegment<S> {
     #[inline(always)]
     pub fn load(simd: S, segments: &Columns, start: usize, level_floor: f32) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, cross, trough, river, lake, .. } = segments;
+        let Columns { from, along, per_square, level, cross, trough, river, .. } = segments;
         LaneSegment {
             from: [simd.load(&from[0][start..]), simd.load(&from[1][start..])],
             along: [simd.load(&along[0][start..]), simd.load(&along[1][start..])],
@@ -189,14 +169,13 @@ impl<S: Simd> LaneSegment<S> {
             cross: [simd.load(&cross[0][start..]), simd.load(&cross[1][start..])],
             trough: [simd.load(&trough[0][start..]), simd.load(&trough[1][start..])],
             river: [simd.load(&river[0][start..]), simd.load(&river[1][start..])],
-            lake: [simd.load(&lake[0][start..]), simd.load(&lake[1][start..])],
             level_floor: simd.splat(level_floor),
         }
     }
 
     #[inline(always)]
     pub fn splat(simd: S, segments: &Columns, index: usize, level_floor: f32) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, cross, trough, river, lake, .. } = segments;
+        let Columns { from, along, per_square, level, cross, trough, river, .. } = segments;
         LaneSegment {
             from: [simd.splat(from[0][index]), simd.splat(from[1][index])],
             along: [simd.splat(along[0][index]), simd.splat(along[1][index])],
@@ -205,7 +184,6 @@ impl<S: Simd> LaneSegment<S> {
             cross: [simd.splat(cross[0][index]), simd.splat(cross[1][index])],
             trough: [simd.splat(trough[0][index]), simd.splat(trough[1][index])],
             river: [simd.splat(river[0][index]), simd.splat(river[1][index])],
-            lake: [simd.splat(lake[0][index]), simd.splat(lake[1][index])],
             level_floor: simd.splat(level_floor),
         }
     }
@@ -223,22 +201,19 @@ impl<S: Simd> LaneSegment<S> {
         // What the channel is like there.
         let trough = self.trough[0] + self.trough[1] * share;
         let river = self.river[0] + self.river[1] * share;
-        let lake = self.lake[0] + self.lake[1] * share;
-        let water = simd.max(river, lake);
         // Not below 0 within the water: without a trough the root would be NaN there.
-        let beyond = simd.max(square - water * water, zero);
+        let beyond = simd.max(square - river * river, zero);
         // The side: level as far as the water is wide, rounded over the floor, then straight.
         let cross = self.cross[0] + self.cross[1] * share;
         let rise = (simd.sqrt(beyond + trough * trough) - trough) * cross;
         // About the distance, within a tenth and exact along the axes: enough for what follows, without a root.
         let (x, y) = (simd.abs(off[0]), simd.abs(off[1]));
         let distance = simd.max(x, y) + simd.min(x, y) * simd.splat(0.4);
-        // Water is level, but for next to nothing: less than 0 in a lake, so that its middle is lowest.
-        let inland = distance - lake;
+        // Water is level, but for next to nothing.
         // As far as the river's edge and no further: beyond, the valley's side rises enough. The greater of both
         // counts, so that on the level floor, too, vertices differ.
-        let sideways = (simd.min(inland, river) - self.level_floor) * simd.splat(CROSS_FALL);
-        let rise = rise + simd.max(sideways, inland * simd.splat(FLOOR_FALL));
+        let sideways = (simd.min(distance, river) - self.level_floor) * simd.splat(CROSS_FALL);
+        let rise = rise + simd.max(sideways, distance * simd.splat(FLOOR_FALL));
         // Beyond the ends of the segment it is level along it.
         let fall = self.level[1] * self.per_square;
         let fall = simd.select(simd.lt(zero, share), simd.select(simd.lt(share, one), fall, zero), zero);

@@ -42,8 +42,12 @@ const BED_RISE: f32 = 0.05;
 /// Depth of the water where it runs over land as low as its bed, as a share of the river's.
 const LEAST_DEPTH: f32 = 0.1;
 
-/// Depth of a lake as a share of its half width. Chosen by eye.
+/// Depth that no lake has, as a share of the widest one's half width: what was deeper is filled with what its streams
+/// have left there. Chosen by eye.
 pub const LAKE_DEPTH: f32 = 0.1;
+
+/// Metres that a lake is deep at least where it is one.
+const LEAST_LAKE_M: f32 = 0.01;
 
 /// Vertices a side of the blocks for which the beds that may hold one are found.
 const BLOCK: usize = 8;
@@ -72,13 +76,12 @@ pub struct FillWater<'a> {
     sea_m: f32,
 }
 
-/// The bed of a segment, and the lake on it. Pairs are a value at its upper end, and how that changes to its lower end.
+/// The bed of a segment. Pairs are a value at its upper end, and how that changes to its lower end.
 struct Bed {
     discharge_m3s: [f64; 2],
     half_m: [f32; 2],
     deepest_m: [f32; 2],
-    lake_m: [f32; 2],
-    /// Metres from the segment beyond which there is neither water nor a bed.
+    /// Metres from the segment beyond which it has no bed.
     widest_m: f32,
 }
 
@@ -87,7 +90,6 @@ struct BedAt {
     discharge_m3s: f64,
     half_m: f32,
     deepest_m: f32,
-    lake_m: f32,
 }
 
 impl Bed {
@@ -97,16 +99,14 @@ impl Bed {
         let [upper, lower] = [0.0, 1.0].map(|share| {
             let area = lerp(segment.area, share);
             let half_m = fields.river_width_m(area) as f32 / 2.0;
-            let lake_m = (lerp(segment.lake, share) * fields.metres_a_grain()) as f32;
-            (half_m, river_depth_m(fields.discharge_m3s(area)), lake_m)
+            (half_m, river_depth_m(fields.discharge_m3s(area)))
         });
         let discharge_m3s = fields.discharge_m3s(segment.area[0]);
         Bed {
             discharge_m3s: [discharge_m3s, fields.discharge_m3s(lerp(segment.area, 1.0)) - discharge_m3s],
             half_m: pair(upper.0, lower.0),
             deepest_m: pair(upper.1, lower.1),
-            lake_m: pair(upper.2, lower.2),
-            widest_m: (2.0 * lower.0).max(upper.2).max(lower.2).max(brook_m),
+            widest_m: (2.0 * lower.0).max(brook_m),
         }
     }
 
@@ -116,7 +116,6 @@ impl Bed {
             discharge_m3s: lerp(self.discharge_m3s, share),
             half_m: lerp32(self.half_m),
             deepest_m: lerp32(self.deepest_m),
-            lake_m: lerp32(self.lake_m),
         }
     }
 }
@@ -249,7 +248,12 @@ impl<'a> FillWater<'a> {
         let land_m = self.valleys.height_m[index];
         let lowest_m = self.coast_m.map_or(land_m, |coast_m| coast_m[index].min(land_m));
         let number = self.valleys.segment[index] as usize;
-        let is_near = number < self.segments.all.len() && self.valleys.distance_m[index] <= self.beds[number].widest_m;
+        let own = self.segments.all.get(number);
+        // The coast ends a lake: beyond its edge the land falls away to the sea.
+        if let Some(own) = own.filter(|own| (land_m as f64) < own.pool_m && lowest_m == land_m) {
+            return self.lake(index, own, land_m);
+        }
+        let is_near = own.is_some() && self.valleys.distance_m[index] <= self.beds[number].widest_m;
         let place = if wet.is_empty() { [[0.0; 2]; 2] } else { self.place(at, index) };
         let holds = |(number, reach): &&(usize, f64)| self.segments.all[*number].line().touches(sum(place), *reach);
         let mut wet = wet.iter().filter(holds).map(|(number, _)| *number).peekable();
@@ -269,10 +273,27 @@ impl<'a> FillWater<'a> {
         VertexWater { kind: WaterKind::Sea, depth_m: self.sea_m - floor_m, ..dry(floor_m) }
     }
 
+    /// The lake over a valley's floor.
+    fn lake(&self, index: usize, own: &Segment, floor_m: f32) -> VertexWater {
+        let (surface_m, below_m) = (self.lift.at(own.pool_m) as f32, own.pool_m - floor_m as f64);
+        let deepest_m = LAKE_DEPTH as f64 * self.fields.lake_half_width() * self.fields.metres_a_grain();
+        let depth_m = (below_m / (1.0 + below_m / deepest_m)) as f32;
+        // What is below the sea's level is the sea.
+        let depth_m = depth_m.min(surface_m - self.sea_m - LEAST_LAKE_M).max(LEAST_LAKE_M);
+        let discharge_m3s = self.fields.discharge_m3s(lerp(own.area, self.valleys.share[index] as f64));
+        VertexWater {
+            height_m: surface_m - depth_m,
+            kind: WaterKind::Lake,
+            bed: false,
+            depth_m,
+            flow_m3s: discharge_m3s as f32,
+        }
+    }
+
     /// What there is in a channel, or not far from it, given the height of the land or of the coast that is lower.
     fn near_channel(&self, place: NearestChannel, least_half_m: f32, lowest_m: f32) -> VertexWater {
         let NearestChannel { segment, share, distance_m } = place;
-        let BedAt { discharge_m3s, half_m, deepest_m, lake_m } = self.beds[segment].at(share);
+        let BedAt { discharge_m3s, half_m, deepest_m } = self.beds[segment].at(share);
         let level_m = lerp(self.segments.all[segment].level_m, share);
         let surface_m = self.lift.at(level_m) as f32;
         let in_bed = distance_m <= half_m.max(least_half_m);
@@ -297,12 +318,6 @@ impl<'a> FillWater<'a> {
             depth_m,
             flow_m3s: discharge_m3s as f32,
         };
-        if distance_m < lake_m && lake_m > half_m.max(least_half_m) {
-            // A parabola from shore to shore.
-            let out = distance_m / lake_m;
-            let depth_m = LAKE_DEPTH * lake_m * (1.0 - out * out);
-            return water(WaterKind::Lake, surface_m - depth_m, depth_m);
-        }
         if !in_bed || !wet {
             return VertexWater { bed: in_bed, ..dry(ground_m) };
         }
@@ -329,10 +344,6 @@ impl<'a> FillWater<'a> {
             distance_m: self.valleys.distance_m[index],
         });
         let own = own.filter(|own| own.distance_m <= self.beds[own.segment].widest_m);
-        let in_lake = |own: &NearestChannel| own.distance_m < self.beds[own.segment].at(own.share).lake_m;
-        if own.as_ref().is_some_and(in_lake) {
-            return own;
-        }
         let metres = self.fields.metres_a_grain();
         // Of several the one whose floor is lowest: where two meet, the water is that of the one that goes on.
         let mut lowest: Option<(f32, NearestChannel)> = None;

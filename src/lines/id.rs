@@ -11,8 +11,16 @@ use crate::lines::LineKind;
 /// A channel of fluvial relief: its level, and the cell of that level's lattice that holds its head.
 pub type ChannelId = (u32, i64, i64);
 
-/// A node of the lattice of trunk rivers: column and row.
-pub type NodeId = (i64, i64);
+/// The name of a lake: the channel in which it lies; of one without an outlet, its node as a channel of level 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct LakeId(pub ChannelId);
+
+impl fmt::Display for LakeId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let LakeId((level, x, y)) = self;
+        write!(f, "l{level}:{x}:{y}")
+    }
+}
 
 /// A site cell, which holds one settlement at most, and that settlement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]

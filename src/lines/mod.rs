@@ -19,7 +19,7 @@ mod outline;
 mod structure;
 pub mod trodden;
 
-pub use id::{ChannelId, LineId, NodeId, SiteId};
+pub use id::{ChannelId, LakeId, LineId, SiteId};
 pub use imprint::Imprint;
 pub(crate) use nearest::fade;
 pub use structure::{Structure, StructureKind};
@@ -84,8 +84,8 @@ pub enum LineEnd {
     Sea,
     /// That line, or of a road any part of its course.
     Line(LineId),
-    /// The lake at that node of the trunk lattice.
-    Lake(NodeId),
+    /// That lake.
+    Lake(LakeId),
     /// A pond of its own.
     Pond,
     /// A basin without outlet and without a lake.

@@ -161,7 +161,7 @@ fn bytes_of_line(line: &Line) -> Vec<u8> {
     let end = match line.end {
         LineEnd::Sea => "sea".to_owned(),
         LineEnd::Line(other) => other.to_string(),
-        LineEnd::Lake((x, y)) => format!("l:{x}:{y}"),
+        LineEnd::Lake(lake) => lake.to_string(),
         LineEnd::Pond => "pond".to_owned(),
         LineEnd::Sink => "sink".to_owned(),
         LineEnd::Site(site) => site.to_string(),

@@ -8,7 +8,7 @@ use std::sync::{Arc, OnceLock};
 use rayon::prelude::*;
 use terrane::fluvial::channel::{Channel, Knot, Mouth};
 use terrane::fluvial::point::Point;
-use terrane::lines::ChannelId;
+use terrane::lines::{ChannelId, LakeId};
 use terrane::world::World;
 
 use crate::SEEDS;
@@ -54,8 +54,9 @@ fn channels_fall_grow_and_end_in_what_they_name() {
         for channel in all.values() {
             let id = channel.id;
             for pair in channel.knots.windows(2) {
-                let flat = pair[0].lake > 0.0 || pair[1].lake > 0.0;
-                assert!(flat || pair[0].level_m > pair[1].level_m, "{name}, seed {seed}: {id:?} does not fall");
+                // To the sill of a lake its floor rises.
+                let is_lake = pair[0].level_m < pair[0].pool_m;
+                assert!(is_lake || pair[0].level_m > pair[1].level_m, "{name}, seed {seed}: {id:?} does not fall");
                 assert!(pair[0].area <= pair[1].area, "{name}, seed {seed}: {id:?} shrinks");
             }
             let end = channel.knots[channel.knots.len() - 1];
@@ -123,27 +124,20 @@ fn trunks_that_come_and_go_close_together_do_not_cross() {
 }
 
 #[test]
-fn lakes_lie_along_their_main_river() {
-    let mut others = 0;
-    for (name, seed, world) in worlds() {
-        let fluvial = fluvial(world);
-        for trunk in channels_of(world, 1, 6000).values() {
-            let Some((node, is_main)) = trunk.next.filter(|(node, _)| fluvial.has_lake(*node)) else { continue };
-            let length = |knots: &[Knot]| knots.windows(2).map(|pair| pair[0].at.distance(pair[1].at)).sum::<f64>();
-            let half = trunk.knots.len() / 2;
-            let shore = half + trunk.knots[half..].iter().take_while(|knot| knot.lake == 0.0).count();
-            let share = length(&trunk.knots[shore..]) / length(&trunk.knots);
-            // A straight segment of one that comes from the side, and four of the main river.
-            let segments = fluvial.fields().segments_a_channel(0).max(16) as f64;
-            assert_eq!(
-                is_main,
-                share > 2.0 / segments,
-                "{name}, seed {seed}: {share} of a trunk to {node:?} is a lake"
-            );
-            others += u32::from(!is_main);
+fn lakes_end_at_sills_as_high_as_their_water() {
+    let mut count = 0;
+    for (name, seed, all) in channels() {
+        for channel in all.values().filter(|channel| channel.lake == Some(LakeId(channel.id))) {
+            let first = channel.knots.iter().position(|knot| knot.pool_m.is_finite()).expect("its lake is in it");
+            let sill = first + channel.knots[first..].iter().take_while(|knot| knot.pool_m.is_finite()).count();
+            let level_m = channel.knots[sill - 1].pool_m;
+            assert_eq!(channel.knots[sill].level_m, level_m, "{name}, seed {seed}: {:?}", channel.id);
+            assert!(channel.knots[first].level_m > level_m, "{name}, seed {seed}: the inlet of {:?}", channel.id);
+            assert!(channel.knots[first..sill].iter().any(|knot| knot.level_m < level_m - 1.0));
+            count += 1;
         }
     }
-    assert!(others > 3, "{others} rivers come to lakes from the side");
+    assert!(count > 10, "there are {count} lakes");
 }
 
 #[test]

@@ -111,7 +111,7 @@ fn both_formats_hold_the_features_that_touch_the_region() {
     let area = Area::new(-512, -512, region.width() as usize, region.height() as usize);
     let expected: [BTreeSet<String>; 2] = [
         rivers_of(world, &area).iter().map(|river| river.id.to_string()).collect(),
-        world.lakes(&area).iter().map(|lake| format!("l:{}:{}", lake.id.0, lake.id.1)).collect(),
+        world.lakes(&area).iter().map(|lake| lake.id.to_string()).collect(),
     ];
     for (layer, expected) in LAYERS.iter().zip(&expected) {
         let found: BTreeSet<String> = rows(folder.path(), layer).into_keys().collect();
@@ -336,6 +336,29 @@ fn lakes_are_rings_around_their_water() {
             assert!((river.points[0].level_m - lake.level_m).abs() < 0.5, "{outlet} begins beside its lake");
         }
     }
+}
+
+#[test]
+fn no_lake_stands_above_the_land_at_its_shore() {
+    let (world, ..) = baked();
+    let area = Area::new(-1024, -1024, 2049, 2049);
+    let land = world.relief().land(area, &Clock::default());
+    let water = land.water.unwrap();
+    let (mut shores, mut steps) = (0, Vec::new());
+    for (x, y) in area.vertices().filter(|(x, y)| water.kind.at(*x, *y) == WaterKind::Lake) {
+        let surface_m = land.heights.at(x, y) + water.depth_m.at(x, y);
+        for (x, y) in [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)] {
+            if area.contains(&Area::new(x, y, 1, 1)) && water.kind.at(x, y) != WaterKind::Lake {
+                shores += 1;
+                let beside_m = land.heights.at(x, y) + water.depth_m.at(x, y);
+                if beside_m < surface_m - 1.0 {
+                    steps.push((x, y, surface_m - beside_m));
+                }
+            }
+        }
+    }
+    // At an outlet the river falls away from one vertex to the next.
+    assert!(steps.len() * 200 < shores, "{} of {shores} vertices by lakes lie lower: {:?}", steps.len(), &steps[..9]);
 }
 
 #[test]

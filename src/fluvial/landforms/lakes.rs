@@ -1,22 +1,23 @@
-//! Lakes: the outline of the water around a node of the trunk lattice.
+//! Lakes: the outlines of their water.
 
 use crate::area::Area;
 use crate::clock::Clock;
 use crate::fluvial::Fluvial;
+use crate::fluvial::channel::Knot;
+use crate::fluvial::lake::{Hollow, NO_LAKE};
 use crate::fluvial::landforms::contour::{contours, twice_area};
 use crate::fluvial::point::{GRAINS, Point};
-use crate::fluvial::trunk::NodeId;
 use crate::geometry::LineSegment;
 use crate::grid::Grid;
 use crate::land::WaterKind;
-use crate::lines::LineId;
+use crate::lines::{LakeId, LineId};
 use crate::memory::heap_bytes;
 
 /// A lake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lake {
-    /// The node of the trunk lattice that it lies around: its name in the world.
-    pub id: NodeId,
+    /// Its name in the world.
+    pub id: LakeId,
     /// Its shore, anticlockwise in a map, and those of its islands, clockwise: rings in vertices east and south of the
     /// origin, each ending where it begins.
     pub rings: Vec<Vec<[f64; 2]>>,
@@ -33,53 +34,37 @@ heap_bytes!(Lake: rings);
 /// The least metres by which the shore is under or above the water at a vertex: no crossing lies on a vertex.
 const LEAST_M: f32 = 1e-3;
 
+/// Times that more is looked at around a lake whose shore is not found.
+const MOST_LOOKS: u32 = 4;
+
 impl Lake {
-    /// The lake at a node that has one; `None` if it shows at no vertex.
-    pub(crate) fn new(fluvial: &Fluvial, id: NodeId) -> Option<Lake> {
-        let area = surroundings(fluvial, id);
-        let land = fluvial.land(area, &Clock::default());
-        let water = land.water?;
-        let drained = fluvial.network().trunks().drained(id);
-        let level_m = fluvial.lifted_m(drained.level_m);
-        // What is connected to the vertex of the lake that is nearest to the node.
-        let node = fluvial.in_world(fluvial.network().trunks().node(id).at);
-        let distance = |(x, y): (i64, i64)| (Point::at_vertex(x, y).distance(node), x, y);
-        let is_lake = |(x, y): (i64, i64)| water.kind.at(x, y) == WaterKind::Lake;
-        let vertices = area.vertices();
-        let first = vertices
-            .filter(|at| is_lake(*at))
-            .min_by(|a, b| distance(*a).partial_cmp(&distance(*b)).expect("distances are numbers"))?;
-        if distance(first).0 > drained.lake {
-            return None;
-        }
-        let mut values = Grid::filled(area, -LEAST_M);
-        for y in area.y0..area.y1 {
-            let heights = land.heights.row(y, area.x0, area.x1);
-            for (value, height_m) in values.row_mut(y, area.x0, area.x1).iter_mut().zip(heights) {
-                *value = (level_m as f32 - height_m).min(-LEAST_M);
+    /// The lake of an id; `None` if it shows at no vertex.
+    pub(crate) fn new(fluvial: &Fluvial, id: LakeId) -> Option<Lake> {
+        let channels = fluvial.lake_channels(id);
+        let knots = || channels.iter().flat_map(|channel| &channel.knots).filter(|knot| knot.pool_m > NO_LAKE);
+        let deepest = knots().min_by(|a, b| a.level_m.total_cmp(&b.level_m))?;
+        let (middle, level_m) = (fluvial.in_world(deepest.at), fluvial.lifted_m(deepest.pool_m));
+        let low = knots().fold(deepest.at, |low, Knot { at, .. }| Point { x: low.x.min(at.x), y: low.y.min(at.y) });
+        let high = knots().fold(deepest.at, |high, Knot { at, .. }| Point { x: high.x.max(at.x), y: high.y.max(at.y) });
+        let half_width = Hollow::widest(fluvial.fields(), id.0.0);
+        // Its bays may go further than it is wide.
+        let looks = (0..MOST_LOOKS).map(|look| half_width * f64::from(1 << look));
+        let mut seen = None;
+        for pad in looks {
+            let area = fluvial.area_in_world([low.moved([-pad; 2]), high.moved([pad; 2])]);
+            let depths = depths(fluvial, area, middle)?;
+            let ends = border(area).all(|(x, y)| depths.at(x, y) < 0.0);
+            seen = Some(depths);
+            if ends {
+                break;
             }
         }
-        let mut open = vec![first];
-        while let Some((x, y)) = open.pop() {
-            let value = &mut values.row_mut(y, x, x + 1)[0];
-            if *value > 0.0 {
-                continue;
-            }
-            *value = water.depth_m.at(x, y).max(LEAST_M);
-            let around = [(x, y - 1), (x - 1, y), (x + 1, y), (x, y + 1)];
-            open.extend(
-                around.into_iter().filter(|(x, y)| area.contains(&Area::new(*x, *y, 1, 1)) && is_lake((*x, *y))),
-            );
+        let mut depths = seen?;
+        // Where so much was not enough it ends at the border, so that its shore is closed.
+        for (x, y) in border(depths.area()) {
+            depths.row_mut(y, x, x + 1)[0] = -LEAST_M;
         }
-        // At the border of what is looked at a lake ends, so that its shore is closed.
-        for y in area.y0..area.y1 {
-            for x in area.x0..area.x1 {
-                if x == area.x0 || y == area.y0 || x + 1 == area.x1 || y + 1 == area.y1 {
-                    values.row_mut(y, x, x + 1)[0] = -LEAST_M;
-                }
-            }
-        }
-        let mut rings: Vec<Vec<[f64; 2]>> = contours(&values).into_iter().map(|contour| contour.points).collect();
+        let mut rings: Vec<Vec<[f64; 2]>> = contours(&depths).into_iter().map(|contour| contour.points).collect();
         // The shore runs the other way round than those of islands.
         let shore = rings.iter().position(|ring| twice_area(ring) > 0.0)?;
         rings.swap(0, shore);
@@ -109,29 +94,36 @@ impl Lake {
     }
 }
 
-/// The area in which a lake lies, all of its shore included.
-fn surroundings(fluvial: &Fluvial, id: NodeId) -> Area {
-    let network = fluvial.network();
-    let at = network.trunks().node(id).at;
-    let lake = network.trunks().drained(id).lake;
-    // Where the trunks that meet at the node are lakes.
-    let (mut low, mut high) = (at, at);
-    let mut hold = |point: Point, half: f64| {
-        let half = half.ceil() as i64;
-        low = Point { x: low.x.min(point.x - half), y: low.y.min(point.y - half) };
-        high = Point { x: high.x.max(point.x + half), y: high.y.max(point.y + half) };
-    };
-    hold(at, lake);
-    network.channels(0, [at.moved([-1.0; 2]), at.moved([1.0; 2])], |trunk| {
-        let last = trunk.knots.len() - 1;
-        for (index, knot) in trunk.knots.iter().enumerate().filter(|(_, knot)| knot.lake > 0.0) {
-            if ((trunk.id.1, trunk.id.2) == id && 2 * index < last)
-                || (trunk.next.is_some_and(|(node, _)| node == id) && 2 * index > last)
-            {
-                // To where the next piece has no lake any more.
-                hold(knot.at, lake);
-            }
+/// The outermost vertices of an area.
+fn border(area: Area) -> impl Iterator<Item = (i64, i64)> {
+    area.vertices().filter(move |(x, y)| *x == area.x0 || *y == area.y0 || x + 1 == area.x1 || y + 1 == area.y1)
+}
+
+/// Metres that a lake is deep at each vertex of an area, less than 0 outside of it: all that is connected to the vertex of a
+/// lake that is nearest to a point. `None` if there is no lake.
+fn depths(fluvial: &Fluvial, area: Area, near: Point) -> Option<Grid<f32>> {
+    let land = fluvial.land(area, &Clock::default());
+    let water = land.water?;
+    let is_lake = |(x, y): (i64, i64)| water.kind.at(x, y) == WaterKind::Lake;
+    let distance = |(x, y): (i64, i64)| (Point::at_vertex(x, y).distance(near), x, y);
+    let first = area
+        .vertices()
+        .filter(|at| is_lake(*at))
+        .min_by(|a, b| distance(*a).partial_cmp(&distance(*b)).expect("distances are numbers"))?;
+    let surface_m = land.heights.at(first.0, first.1) + water.depth_m.at(first.0, first.1);
+    let mut depths = Grid::filled(area, -LEAST_M);
+    for (depth_m, height_m) in depths.values_mut().iter_mut().zip(land.heights.values()) {
+        *depth_m = (surface_m - height_m).min(-LEAST_M);
+    }
+    let mut open = vec![first];
+    while let Some((x, y)) = open.pop() {
+        let depth_m = &mut depths.row_mut(y, x, x + 1)[0];
+        if *depth_m > 0.0 {
+            continue;
         }
-    });
-    fluvial.area_in_world([low, high])
+        *depth_m = water.depth_m.at(x, y).max(LEAST_M);
+        let around = [(x, y - 1), (x - 1, y), (x + 1, y), (x, y + 1)];
+        open.extend(around.into_iter().filter(|(x, y)| area.contains(&Area::new(*x, *y, 1, 1)) && is_lake((*x, *y))));
+    }
+    Some(depths)
 }

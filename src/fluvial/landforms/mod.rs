@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 use crate::area::Area;
 use crate::fluvial::Fluvial;
-use crate::fluvial::trunk::NodeId;
+use crate::lines::LakeId;
 use crate::memory::{Memory, Usage};
 use coast::Coast;
 use lakes::Lake;
@@ -28,7 +28,7 @@ use peaks::{Peak, Summits};
 /// The landforms of a world that have been found, remembered for a while.
 #[derive(Debug)]
 pub struct Landforms {
-    lakes: Memory<NodeId, Option<Arc<Lake>>>,
+    lakes: Memory<LakeId, Option<Arc<Lake>>>,
     coasts: Memory<(i64, i64), Vec<Arc<Coast>>>,
     summits: Memory<(i64, i64), Summits>,
 }
@@ -56,8 +56,8 @@ fn cells(area: &Area, side: i64, pad: i64) -> impl Iterator<Item = (i64, i64)> +
 impl Landforms {
     /// All lakes of which a part lies in an area, whole, sorted by id.
     pub fn lakes(&self, fluvial: &Fluvial, area: &Area) -> Vec<Arc<Lake>> {
-        let lake = |node| Option::clone(&self.lakes.get(node, || Lake::new(fluvial, node).map(Arc::new)));
-        fluvial.lake_nodes(area).into_iter().filter_map(lake).filter(|lake| lake.touches(area)).collect()
+        let lake = |id| Option::clone(&self.lakes.get(id, || Lake::new(fluvial, id).map(Arc::new)));
+        fluvial.lake_ids(area).into_iter().filter_map(lake).filter(|lake| lake.touches(area)).collect()
     }
 
     /// All pieces of coast of which a part lies in an area, whole, sorted by id.

@@ -1,0 +1,234 @@
+//! Lakes: hollows in the beds of channels.
+//!
+//! A channel's bed is dug out on its way, or where it ends in a sink, and water stands in the hollow as high as the bed is
+//! where it goes on. The valley sides rise from the hollow's floor as from any bed, and tributaries come down to it: so
+//! shores are contours of the land, their bays the lower ends of side valleys, and every lake has one outlet.
+
+use super::channel::{Channel, Knot};
+use super::fields::Fields;
+use super::point::{Point, chance};
+use super::trunk::NodeId;
+use crate::geometry::length;
+use crate::hash::Draw;
+use crate::lines::LakeId;
+
+/// The height of a lake's surface where there is none.
+pub const NO_LAKE: f64 = f64::NEG_INFINITY;
+
+/// Half widths of lakes, as shares of the widest of their level: least, and so much more by chance. Chosen by eye.
+const WIDTHS: (f64, f64) = (0.4, 0.6);
+
+/// How much wider lakes are than those of the next finer level. Chosen by eye.
+const WIDER: f64 = 0.62;
+
+/// Half widths that a lake is long where there is room, least, and so much more by chance: real ones in troughs are 3 to 10
+/// times as long as wide. Chosen by eye.
+const LENGTHS: (f64, f64) = (7.0, 7.0);
+
+/// Half widths that it is long at least: a shorter one would be round, and the less deep and so the narrower it is where
+/// the bed is steep.
+const LEAST_LENGTH: f64 = 7.0;
+
+/// Share of a channel's way at which its lake ends: first, and so much later by chance.
+const SILLS: (f64, f64) = (0.5, 0.4);
+
+/// Share of a lake's length over which its floor falls from the sill, and from which on it rises to the inlet.
+const FALLS: f64 = 0.3;
+const RISES: f64 = 0.35;
+
+/// How steep a lake's floor is at most where it falls from the sill or rises to the inlet, as a share of the hillside's
+/// slope: of trunks, whose sides count as if their beds were level, and of others as a share of the steepest channels'.
+/// A [smooth] rise is half again as steep in its middle as on the whole.
+const STEEPEST_TRUNK: f64 = 0.3;
+const STEEPEST_SHARE: f64 = 0.9;
+const MIDDLE: f64 = 1.5;
+
+/// Half widths of a lake within which the coast is still higher than its water. Chosen by eye.
+const COAST_WIDTHS: f64 = 3.0;
+
+/// Share of its depth that a lake has at least: what has less room is none.
+const LEAST_DEPTH: f64 = 0.2;
+
+/// Straight segments of a channel that has a lake, at least: of fewer its floor would have corners.
+const LEAST_SEGMENTS: f64 = 32.0;
+
+/// Half widths of a lake that lie between its middle and other channels of its level at least, whose beds do not know of it.
+const CLEAR: f64 = 2.5;
+
+/// What is left open of a lake's depth where smaller streams come in, from one level to the next as a share: streams fill
+/// what they have dug, and it would be a needle of water. Chosen by eye.
+const LEFT_OPEN: f64 = 0.6;
+
+/// A lake that a channel may have.
+#[derive(Clone, Copy, Debug)]
+pub struct Hollow {
+    /// Half its width in grains, where it is widest.
+    half_width: f64,
+    /// Half widths that it is long at most.
+    length: f64,
+    /// The share of its channel's way at which it ends.
+    sill: f64,
+}
+
+impl Hollow {
+    /// The lake of the channel of that id in a level, drawn with the level's seed.
+    pub fn new(fields: &Fields, seed: u64, level: u32, id: NodeId) -> Hollow {
+        let by_chance = |(least, more): (f64, f64), draw| least + more * chance(seed, id, draw, 0);
+        Hollow {
+            half_width: Hollow::widest(fields, level) * by_chance(WIDTHS, Draw::LakeWidth),
+            length: by_chance(LENGTHS, Draw::LakeLength),
+            sill: by_chance(SILLS, Draw::LakeSill),
+        }
+    }
+
+    /// Half the width in grains that no lake of a level exceeds.
+    pub fn widest(fields: &Fields, level: u32) -> f64 {
+        fields.lake_half_width() * WIDER.powi(level as i32)
+    }
+
+    /// Half its width in grains.
+    pub fn half_width(&self) -> f64 {
+        self.half_width
+    }
+
+    /// The depth in metres at which a valley with those sides, where so much drains through it, is as wide as the lake.
+    pub fn depth_m(&self, fields: &Fields, hill_slope: f64, area: f64) -> f64 {
+        depth_m(fields, hill_slope, area, self.half_width)
+    }
+
+    /// Digs the lake into a channel, and says whether there is room for it. `least_m` tells below which height nothing may
+    /// be dug at a place, and `others` how many grains away other channels of the level are.
+    pub fn dig(
+        &self,
+        fields: &Fields,
+        channel: &mut Channel,
+        least_m: impl Fn(Point) -> f64,
+        others: impl Fn(Point) -> f64,
+    ) -> bool {
+        let hill_slope = channel.hill_slope;
+        let whole = ways(&channel.knots).pop().expect("a channel has knots");
+        let mut knots = refined(&channel.knots, whole / LEAST_SEGMENTS);
+        let way = ways(&knots);
+        let sill = way.partition_point(|way| *way < self.sill * whole).clamp(1, knots.len() - 2);
+        let Knot { level_m, area, .. } = knots[sill];
+        if self.half_width < 2.0 * fields.least_lake(area) {
+            return false;
+        }
+        let wanted_m = self.depth_m(fields, hill_slope, area);
+        let steepest = match channel.id.0 {
+            0 => STEEPEST_TRUNK * hill_slope,
+            _ => STEEPEST_SHARE * fields.settings().channel_slope * hill_slope,
+        };
+        // The deepest that it may be if it begins at a knot; of equal ones the longest.
+        let deepest_m = |inlet: usize| {
+            let long_m = (way[sill] - way[inlet]) * fields.metres_a_grain();
+            let rise_m = steepest / MIDDLE * long_m * (1.0 - RISES) - (knots[inlet].level_m - level_m);
+            let narrow_m = depth_m(fields, hill_slope, area, (way[sill] - way[inlet]) / LEAST_LENGTH);
+            wanted_m.min(rise_m).min(narrow_m).min(steepest / MIDDLE * long_m * FALLS)
+        };
+        // Never from the head: there the channel above goes on.
+        let inlets = (1..sill).rev().take_while(|inlet| way[sill] - way[*inlet] <= self.length * self.half_width);
+        let best = inlets.map(|inlet| (deepest_m(inlet), inlet)).max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((deep_m, inlet)) = best.filter(|(depth_m, _)| *depth_m >= LEAST_DEPTH * wanted_m) else {
+            return false;
+        };
+        if !knots[inlet..=sill].iter().all(|knot| self.is_inland(fields, knot.at, level_m)) {
+            return false;
+        }
+        let clear_m = |at: Point| level_m - depth_m(fields, hill_slope, area, others(at) / CLEAR);
+        let floor_m = |at: Point| clear_m(at).max(least_m(at)).min(level_m);
+        dig(&mut knots[inlet..=sill], level_m, deep_m, true, floor_m);
+        // The sill itself is the river's again.
+        knots[sill].pool_m = NO_LAKE;
+        channel.knots = knots;
+        channel.lake = Some(LakeId(channel.id));
+        true
+    }
+
+    /// Whether a lake of that level at a place is one that the coast does not come near.
+    pub fn is_inland(&self, fields: &Fields, at: Point, level_m: f64) -> bool {
+        let shore_m = fields.inland_m(at) - COAST_WIDTHS * self.half_width * fields.metres_a_grain();
+        level_m >= fields.lowest_lake_m() && (!fields.has_sea() || fields.coast_m(shore_m as f32) as f64 > level_m)
+    }
+
+    /// Digs the part of the lake at a sink that lies in a channel which ends there, where it is so deep.
+    pub fn dig_sink(&self, channel: &mut Channel, depth_m: f64) {
+        let way = ways(&channel.knots);
+        let last = way.len() - 1;
+        let most = self.length * self.half_width;
+        let inlet = (1..last).find(|inlet| way[last] - way[*inlet] <= most).unwrap_or(last - 1);
+        let level_m = channel.knots[last].level_m;
+        dig(&mut channel.knots[inlet..], level_m, depth_m, false, |_| f64::NEG_INFINITY);
+    }
+}
+
+/// The depth in metres at which a valley with those sides, where so much drains through it, is so many grains wide to each
+/// side.
+fn depth_m(fields: &Fields, hill_slope: f64, area: f64, half_width: f64) -> f64 {
+    let trough = fields.trough(area);
+    hill_slope * fields.metres_a_grain() * ((half_width * half_width + trough * trough).sqrt() - trough)
+}
+
+/// The way from the first knot to each, in grains.
+fn ways(knots: &[Knot]) -> Vec<f64> {
+    let steps = knots.windows(2).map(|pair| pair[0].at.distance(pair[1].at));
+    let sum = steps.scan(0.0, |way, step| {
+        *way += step;
+        Some(*way)
+    });
+    std::iter::once(0.0).chain(sum).collect()
+}
+
+/// The same course with more knots, so that none of its segments is longer than so many grains.
+fn refined(knots: &[Knot], longest: f64) -> Vec<Knot> {
+    let between = knots.windows(2).flat_map(|pair| {
+        let way = pair[1].at.from(pair[0].at);
+        let parts = (length(way) / longest.max(1.0)).ceil().max(1.0) as usize;
+        (0..parts).map(move |part| {
+            let share = part as f64 / parts as f64;
+            let mix = |from: f64, to: f64| from + (to - from) * share;
+            Knot {
+                at: pair[0].at.moved(way.map(|way| way * share)),
+                level_m: mix(pair[0].level_m, pair[1].level_m),
+                area: mix(pair[0].area, pair[1].area),
+                pool_m: pair[0].pool_m,
+            }
+        })
+    });
+    between.chain(knots.last().copied()).collect()
+}
+
+/// Digs out the bed from a lake's inlet to its sill, or to the middle of one that has no outlet, and nowhere deeper than
+/// some height at a place.
+fn dig(knots: &mut [Knot], level_m: f64, depth_m: f64, has_outlet: bool, least_m: impl Fn(Point) -> f64) {
+    let way = ways(knots);
+    let end = way[way.len() - 1];
+    for (knot, way) in knots.iter_mut().zip(way) {
+        let up = (end - way) / end.max(1.0);
+        let out = if has_outlet { smooth(up / FALLS) } else { 1.0 };
+        let floor_m = (level_m - depth_m * out).max(least_m(knot.at));
+        knot.level_m = floor_m + (knot.level_m - floor_m) * smooth((up - RISES) / (1.0 - RISES));
+        knot.pool_m = level_m;
+    }
+}
+
+/// Lets the water of a lake stand no higher than its sill, once beds have been lowered.
+pub fn fill(knots: &mut [Knot]) {
+    for index in (0..knots.len() - 1).rev() {
+        let below = knots[index + 1];
+        if knots[index].pool_m > NO_LAKE {
+            knots[index].pool_m = if below.pool_m > NO_LAKE { below.pool_m } else { below.level_m };
+        }
+    }
+}
+
+/// Height to which the mouth of a valley of a level is filled that ends in a lake of a larger one, at a floor so high.
+pub fn filled_m(lake: LakeId, pool_m: f64, floor_m: f64, level: u32) -> f64 {
+    pool_m - (pool_m - floor_m) * LEFT_OPEN.powi((level - lake.0.0) as i32)
+}
+
+/// From 0 to 1 without a corner.
+fn smooth(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
