@@ -64,22 +64,29 @@ fn in_windows(text: &str, (first, one): (&World, Area), other: Area) -> Vec<(&'s
 }
 
 #[test]
-fn a_feature_is_the_same_in_every_window() {
-    let fluvial = in_windows(FLUVIAL, fluvial(), Area::new(-100, -200, 320, 300));
-    let agents = in_windows(AGENTS, (&world(AGENTS), Area::new(-96, -64, 193, 161)), Area::new(-10, -33, 400, 65));
-    for layers in [fluvial, agents] {
-        let mut alone = 0;
-        for (layer, [first, second]) in &layers {
-            let shared: Vec<_> = first.iter().filter(|(key, _)| second.contains_key(*key)).collect();
-            assert!(!shared.is_empty(), "no {} are in both windows", layer.name());
-            assert!(shared.iter().all(|(key, row)| second[*key] == **row), "{} differ", layer.name());
-            alone += first.len() + second.len() - 2 * shared.len();
-            for row in first.values().chain(second.values()) {
-                check_kinds(*layer, row);
-            }
+fn a_feature_of_agents_is_the_same_in_every_window() {
+    check_windows(in_windows(AGENTS, (&world(AGENTS), Area::new(-96, -64, 193, 161)), Area::new(-10, -33, 400, 65)));
+}
+
+/// The suite has the same of what is written; rows themselves are left to `.ci/run`.
+#[test]
+#[ignore = "slow for its own sake"]
+fn a_feature_of_fluvial_land_is_the_same_in_every_window() {
+    check_windows(in_windows(FLUVIAL, fluvial(), Area::new(-100, -200, 320, 300)));
+}
+
+fn check_windows(layers: Vec<(&dyn AnyLayer, [RowsByKey; 2])>) {
+    let mut alone = 0;
+    for (layer, [first, second]) in &layers {
+        let shared: Vec<_> = first.iter().filter(|(key, _)| second.contains_key(*key)).collect();
+        assert!(!shared.is_empty(), "no {} are in both windows", layer.name());
+        assert!(shared.iter().all(|(key, row)| second[*key] == **row), "{} differ", layer.name());
+        alone += first.len() + second.len() - 2 * shared.len();
+        for row in first.values().chain(second.values()) {
+            check_kinds(*layer, row);
         }
-        assert!(alone > 0, "the windows are one");
     }
+    assert!(alone > 0, "the windows are one");
 }
 
 /// What a layer says of its columns is what a row has.

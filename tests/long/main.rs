@@ -1,17 +1,31 @@
-//! Tests that are slow for their own sake: the laws of the suite for more seeds and presets. `.ci/run` runs them.
+//! Tests that are slow for their own sake: those of the suite for more seeds, presets and places. `.ci/run` runs them.
 
+#[path = "../suite/bakes.rs"]
+mod bakes;
 #[path = "../suite/channels.rs"]
 mod channels;
 #[path = "../suite/cost.rs"]
 mod cost;
+#[path = "../suite/features.rs"]
+mod features;
+#[path = "../suite/golden.rs"]
+mod golden;
+#[path = "../suite/places.rs"]
+mod places;
+#[path = "../suite/presets_land.rs"]
+mod presets_land;
+#[path = "../suite/range.rs"]
+mod range;
+#[path = "../suite/seams.rs"]
+mod seams;
 #[path = "../suite/simd.rs"]
 mod simd;
 mod varied;
 #[path = "../suite/worlds.rs"]
 mod worlds;
 
-/// Seeds of the worlds whose laws are checked.
-const SEEDS: std::ops::RangeInclusive<u64> = 2..=4;
+/// The suite has the same tests for what takes less.
+const IS_LONG: bool = true;
 
 /// Bakes whose memory is measured: preset, size, threads, exports. More threads than cores hold more or less by chance.
 const BAKES: &[(&str, &str, &str, &str)] = &[
@@ -28,6 +42,3 @@ const BAKES: &[(&str, &str, &str, &str)] = &[
 
 /// How often each is baked.
 const TIMES: usize = 3;
-
-/// Presets that the suite tries with all instruction sets.
-const WITHOUT: &[&str] = &["thesis", "archipelago", "canyon"];

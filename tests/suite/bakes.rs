@@ -1,10 +1,12 @@
 //! A small world and the bake of its vectors, for the tests that look at what bakes leave.
 
 use std::path::Path;
+use std::sync::LazyLock;
 
 use terrane::area::Region;
 use terrane::bake::Watch;
 use terrane::export::{Export, Output, Plan};
+use terrane::preset::Preset;
 use terrane::world::World;
 
 /// Fluvial land with lakes, a coast and settlements within a few tiles of the origin.
@@ -25,6 +27,17 @@ pub const FLUVIAL: &str = r"
     [places]
     site_m = 2500.0
 ";
+
+/// That world, which all tests of the process share.
+pub fn settled() -> &'static World {
+    static WORLD: LazyLock<World> = LazyLock::new(fresh);
+    &WORLD
+}
+
+/// That world, of nobody else: nothing of it is remembered.
+pub fn fresh() -> World {
+    World::new(Preset::parse("test", FLUVIAL).unwrap(), Some(5)).unwrap()
+}
 
 /// The same without settlements.
 pub fn unsettled() -> &'static str {

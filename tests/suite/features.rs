@@ -18,13 +18,10 @@ use terrane::lines::{Line, LineClass, LineEnd, LineKind, Lines};
 use terrane::preset::Preset;
 use terrane::world::World;
 
-use crate::bakes::{FLUVIAL, bake_vectors, unsettled};
+use crate::IS_LONG;
+use crate::bakes::{FLUVIAL, bake_vectors, fresh, settled, unsettled};
 
 const LAYERS: [&str; 7] = ["rivers", "lakes", "coast", "peaks", "sites", "roads", "crossings"];
-
-fn world() -> World {
-    World::new(Preset::parse("test", FLUVIAL).unwrap(), Some(5)).unwrap()
-}
 
 fn region(world: &World, x: i64, y: i64, cols: u64, rows: u64) -> Region {
     Region::new(TileId { x, y }, cols, rows, world.tile_cells()).unwrap()
@@ -60,14 +57,15 @@ fn features(out: &Path, layer: &str) -> Vec<Value> {
 }
 
 /// A world, a region of it and the folder that it is baked to, made once for the tests that look at them.
-fn baked() -> &'static (World, Region, TempDir) {
-    static BAKED: OnceLock<(World, Region, TempDir)> = OnceLock::new();
-    BAKED.get_or_init(|| {
-        let (world, folder) = (world(), tempfile::tempdir().unwrap());
-        let region = region(&world, -8, -8, 16, 16);
-        bake_vectors(&world, region, 2, folder.path(), FILES);
-        (world, region, folder)
-    })
+fn baked() -> (&'static World, Region, &'static TempDir) {
+    static BAKED: OnceLock<(Region, TempDir)> = OnceLock::new();
+    let (region, folder) = BAKED.get_or_init(|| {
+        let (world, folder) = (settled(), tempfile::tempdir().unwrap());
+        let region = region(world, -8, -8, 16, 16);
+        bake_vectors(world, region, 2, folder.path(), FILES);
+        (region, folder)
+    });
+    (settled(), *region, folder)
 }
 
 #[test]
@@ -75,8 +73,9 @@ fn a_feature_is_the_same_in_every_window() {
     let (.., one) = baked();
     let other = tempfile::tempdir().unwrap();
     // Another world of the same recipe: nothing is remembered of the first bake.
-    let again = world();
-    bake_vectors(&again, region(&again, -2, -3, 11, 6), 3, other.path(), FILES);
+    let again = fresh();
+    let (wide, high) = if IS_LONG { (11, 6) } else { (6, 6) };
+    bake_vectors(&again, region(&again, -2, -3, wide, high), 3, other.path(), FILES);
     for layer in LAYERS {
         let (first, second) = (rows(one.path(), layer), rows(other.path(), layer));
         let mut shared = 0;
@@ -94,7 +93,9 @@ fn a_feature_is_the_same_in_every_window() {
 fn the_bytes_depend_neither_on_threads_nor_on_tiles() {
     let folder = tempfile::tempdir().unwrap();
     let (one, other) = (folder.path().join("one"), folder.path().join("other"));
-    bake_vectors(&world(), region(&world(), -2, -2, 4, 4), 1, &one, FILES);
+    // In `tests/long` nothing is remembered of any other bake.
+    let fine = if IS_LONG { &fresh() } else { settled() };
+    bake_vectors(fine, region(fine, -2, -2, 4, 4), 1, &one, FILES);
     let coarse = Preset::parse("test", &FLUVIAL.replace("tile_cells = 64", "tile_cells = 128")).unwrap();
     let coarse = World::new(coarse, Some(5)).unwrap();
     bake_vectors(&coarse, region(&coarse, -1, -1, 2, 2), 4, &other, FILES);

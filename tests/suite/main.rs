@@ -13,6 +13,7 @@ mod golden;
 mod meshes;
 mod places;
 mod presets;
+mod presets_land;
 mod profiles;
 mod range;
 mod seams;
@@ -22,14 +23,11 @@ mod walker;
 mod water;
 mod worlds;
 
-/// Seeds of the worlds whose laws are checked.
-const SEEDS: std::ops::RangeInclusive<u64> = 1..=1;
-
 /// Bakes whose memory is measured: preset, size, threads, exports.
 const BAKES: &[(&str, &str, &str, &str)] = &[("thesis", "8x8", "2", "height,blend,normal,map")];
 
 /// How often each is baked.
 const TIMES: usize = 3;
 
-/// Presets that are not tried with all instruction sets here, but in `tests/long`.
-const WITHOUT: &[&str] = &["mountains", "hills", "alps", "highlands", "plains", "fjords", "badlands"];
+/// `tests/long` has the same tests for what takes longer.
+const IS_LONG: bool = false;

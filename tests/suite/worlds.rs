@@ -7,6 +7,14 @@ use terrane::fluvial::Fluvial;
 use terrane::preset::{BUILT_IN, Preset};
 use terrane::world::World;
 
+/// The built-in presets that the suite tries with all that is tried with each; `tests/long` tries the others.
+const QUICK: [&str; 5] = ["alps", "archipelago", "thesis", "mountains", "hills"];
+
+/// Whether these tests try a preset, or leave that to the others.
+pub fn is_tried(name: &str) -> bool {
+    QUICK.contains(&name) != crate::IS_LONG
+}
+
 /// The built-in presets of fluvial relief.
 pub fn fluvial_names() -> impl Iterator<Item = &'static str> {
     BUILT_IN.iter().filter(|(name, text)| Preset::parse(name, text).unwrap().fluvial.is_some()).map(|(name, _)| *name)
