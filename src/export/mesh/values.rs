@@ -5,6 +5,7 @@ use gltf_json::mesh::Semantic;
 
 use crate::area::{Area, Region};
 use crate::mesh::{Frame, Ribbon, Sheet, Surface};
+use crate::preset::ground::GroundSettings;
 use crate::tile::{Material, Tile};
 
 /// Some numbers a vertex, as they lie in a file: each vertex' begin at a multiple of 4 bytes.
@@ -118,6 +119,9 @@ pub(super) fn weight_name(material: Material) -> &'static str {
         Material::Rock => "ROCK",
         Material::Sand => "SAND",
         Material::Snow => "SNOW",
+        Material::Forest => "FOREST",
+        Material::Scree => "SCREE",
+        Material::Wetland => "WETLAND",
     }
 }
 
@@ -128,6 +132,7 @@ pub(super) fn of_land(
     surface: &Surface,
     frame: &Frame,
     region: &Region,
+    ground: &GroundSettings,
     quantized: bool,
     tangents: bool,
 ) -> MeshData {
@@ -178,7 +183,7 @@ pub(super) fn of_land(
     }
     attributes.push((Semantic::TexCoords(0), shares(&mut in_tile())));
     attributes.push((Semantic::TexCoords(1), shares(&mut in_region())));
-    for material in Material::ALL {
+    for material in Material::ALL.into_iter().filter(|material| material.is_of(ground)) {
         // Always floats: Blender cannot read numbers of one byte, and passes over those of two.
         let weights = vertices().map(|(x, y)| [f32::from(tile.blend().weight(material, x, y)) / 255.0]);
         attributes.push((Semantic::Extras(weight_name(material).to_owned()), Values::floats(weights)));
