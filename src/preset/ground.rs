@@ -75,7 +75,7 @@ pub struct GroundSettings {
     /// `forest_m`. Default: no meadows.
     #[schemars(inner(range(min = 0, max = 1)))]
     pub meadow: Option<[f64; 2]>,
-    /// Metres of wet ground beside a lake and a river of 5 m3/s or more on level ground, 1 to 10,000, and at most seven
+    /// Metres of wet ground beside a lake and a river of 2 m3/s or more on level ground, 1 to 10,000, and at most seven
     /// vertices: less beside smaller rivers and up a bank; needs `fluvial`. Default: none but a rim of mud.
     #[schemars(range(min = 1, max = 10000))]
     pub wet_m: Option<f64>,

@@ -115,7 +115,7 @@ impl GroundRule {
             snow_slides: LinearStep::between(ground.snow_slope),
             scree: ground.scree.map(|lies| Scree { reach_m: ground.scree_m as f32, lies: LinearStep::between(lies) }),
             forest: Forest {
-                // The noise is below 0.43 where it is below its standard deviation.
+                // The noise is within 0.8 nearly everywhere: from hardly any wood to hardly any glade.
                 bias: ((ground.forest_share - 0.5) * 1.6) as f32,
                 // At the end of the ramp everywhere: no forest.
                 tree_line: or(ground.forest_m, 1.0),

@@ -27,7 +27,7 @@ const CLIMB: f32 = 5.0;
 
 /// Cubic metres a second from which on a river wets as much ground as a lake does. A sixteenth of that wets half as much:
 /// the floor of a valley widens more slowly than its river.
-const LARGE_M3S: f32 = 5.0;
+const LARGE_M3S: f32 = 2.0;
 
 /// What lies around the vertices of an area.
 #[derive(Debug)]
