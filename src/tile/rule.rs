@@ -150,7 +150,7 @@ impl GroundRule {
 /// From the size of a forest down to that of a glade, but no finer than what vertices show as a shape.
 fn noise_spec(spacing_m: f64) -> FractalSpec {
     const FOREST_M: f64 = 1800.0;
-    const LACUNARITY: f64 = 2.3;
+    const LACUNARITY: f64 = 2.7;
     const VERTICES: f64 = 3.0;
     let wavelength_m = FOREST_M.max(2.0 * VERTICES * spacing_m);
     let waves = std::iter::successors(Some(wavelength_m), |wave_m| Some(wave_m / LACUNARITY));

@@ -73,21 +73,26 @@ fn damp(rule: &GroundRule, heights: &Grid<f32>, water: Option<&Water>, area: Are
     let wide = area.padded(REACH);
     let mut near = Grid::filled(wide, 0.0);
     // Banks rise from the water's surface.
-    let mut levels_m = heights.part(wide);
+    let mut levels_m = Grid::filled(wide, 0.0);
     let mut is_there = false;
-    for y in wide.y0..wide.y1 {
-        let [depths, flows] = [&water.depth_m, &water.flow_m3s].map(|grid| grid.row(y, wide.x0, wide.x1));
-        let kinds = water.kind.row(y, wide.x0, wide.x1);
-        let here = near.row_mut(y, wide.x0, wide.x1).iter_mut().zip(levels_m.row_mut(y, wide.x0, wide.x1));
-        for ((((near, level_m), kind), depth_m), flow_m3s) in here.zip(kinds).zip(depths).zip(flows) {
-            *near = match kind {
+    let Area { x0, y0, x1, y1 } = wide;
+    for y in y0..y1 {
+        let (near, levels_m) = (near.row_mut(y, x0, x1), levels_m.row_mut(y, x0, x1));
+        levels_m.copy_from_slice(heights.row(y, x0, x1));
+        let kinds = water.kind.row(y, x0, x1);
+        let is_fresh = |kind: &WaterKind| matches!(kind, WaterKind::River | WaterKind::Lake);
+        let Some(first) = kinds.iter().position(is_fresh) else { continue };
+        let last = kinds.iter().rposition(is_fresh).unwrap_or(first);
+        let [depths, flows] = [&water.depth_m, &water.flow_m3s].map(|grid| grid.row(y, x0, x1));
+        for column in first..=last {
+            near[column] = match kinds[column] {
                 WaterKind::Dry | WaterKind::Sea => continue,
                 WaterKind::Lake => 1.0,
-                WaterKind::River => (flow_m3s / LARGE_M3S).sqrt().sqrt().min(1.0),
+                WaterKind::River => (flows[column] / LARGE_M3S).sqrt().sqrt().min(1.0),
             };
-            *level_m += depth_m;
-            is_there = true;
+            levels_m[column] += depths[column];
         }
+        is_there = true;
     }
     is_there.then(|| spread::<false>(near, &levels_m, area, rule.spacing_m, wet.reach_m))
 }

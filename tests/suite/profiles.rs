@@ -70,7 +70,7 @@ impl Bake {
     }
 
     /// The tile and the vertex of the world at a place of the region, counted from its north-western vertex.
-    fn vertices(&self, width: i64, height: i64) -> Vec<(i64, i64, f32, [u8; 5])> {
+    fn vertices(&self, width: i64, height: i64) -> Vec<(i64, i64, f32, [u8; Material::ALL.len()])> {
         let cells = i64::from(self.region.tile_cells());
         let tiles: Vec<Vec<Tile>> = (0..self.region.rows() as i64)
             .map(|row| (0..self.region.cols() as i64).map(|col| self.tile(col, row)).collect())
