@@ -74,8 +74,10 @@ impl Tile {
     pub fn timed(world: &World, id: TileId, clock: &Clock) -> Tile {
         let shaped = shaped_input(world, id.area(world.tile_cells()));
         let wide = Imprint::input(shaped);
+        // The vertices whose heights are seen on the tile, as slopes are: what lies further away does not concern it.
+        let near = normals::input(id.area(world.tile_cells()));
         // Rivers, settlements, and the roads between them.
-        let (lines, sites) = clock.time(stage::LINES, || (world.lines(&wide), world.sites(&sites_input(shaped))));
+        let (lines, sites) = clock.time(stage::LINES, || (world.lines(&wide), world.sites(&sites_input(near))));
         // The bare heights and the water on them: more of them where water must find its way through built roads.
         let is_built = lines.iter().any(|line| matches!(line.bed, Bed::Built { .. }));
         let mut land = world.relief().land(if is_built { wide } else { shaped }, clock);
@@ -89,7 +91,7 @@ impl Tile {
             land = land.part(shaped);
         }
         let imprint = imprint.map(|imprint| if is_built { imprint.part(shaped) } else { imprint });
-        let lines = lines.into_iter().filter(|line| line.concerns(&shaped)).collect();
+        let lines = lines.into_iter().filter(|line| line.concerns(&near)).collect();
         Tile { lines, sites, ..Tile::of_shaped(world, id, land, imprint, clock) }
     }
 

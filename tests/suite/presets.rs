@@ -117,8 +117,8 @@ const BAD_TEXTS: &[BadText] = &[
         "snow_m",
     ),
     (
-        "[[noise]]\n[ground]\nforest_m = [1, 2]\nwet_m = 9",
-        "4:1",
+        "[[noise]]\nkind = \"fbm\"\nheight_m = 1\nwavelength_m = 100\n[ground]\nforest_m = [1, 2]\nwet_m = 9",
+        "7:1",
         "ground.wet_m: nothing reads it without fluvial",
         "leave it out",
     ),
