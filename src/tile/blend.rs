@@ -7,7 +7,7 @@ use crate::lines::Imprint;
 use crate::preset::ground::GroundSettings;
 use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::Normals;
-use crate::tile::rule::{ForestPlace, GroundRule, ramp, steepness};
+use crate::tile::rule::{ForestPlace, GroundRule, ramp, steepness, wetland_share};
 use crate::tile::surroundings::{self, Surroundings};
 
 /// A ground material of the blend map.
@@ -246,7 +246,7 @@ impl<const AROUND: bool> Kernel for Weigh<'_, AROUND> {
                 if AROUND {
                     let damp = simd.load(&damps[from..]);
                     let (wetland, forest);
-                    (wetland, left) = take(simd, left, rule.wetland_share(simd, damp, rough));
+                    (wetland, left) = take(simd, left, wetland_share(simd, damp, rough));
                     let forest_height = height - south * simd.splat(rule.forest.north_m);
                     let around = steepest_around(simd, &far, from, rule);
                     let place = ForestPlace { height: forest_height, steepness, around, damp, noise: rough };

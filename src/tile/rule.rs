@@ -138,13 +138,13 @@ impl GroundRule {
         let come = rubble * (simd.splat(1.0) + noise * simd.splat(0.9));
         clamp(simd, come * simd.splat(2.5) - simd.splat(0.3)) * ramp(simd, steepness, scree.lies)
     }
+}
 
-    /// How much is wetland of what rock and sand leave, by how near water is: 1 at a lake, 0 out of its reach.
-    #[inline(always)]
-    pub(super) fn wetland_share<S: Simd>(&self, simd: S, damp: S::F32, noise: S::F32) -> S::F32 {
-        let damp = damp * (simd.splat(1.0) + noise * simd.splat(0.6));
-        clamp(simd, damp * simd.splat(3.0) - simd.splat(0.9))
-    }
+/// How much is wetland of what rock and sand leave, by how near water is: 1 at a lake, 0 out of its reach.
+#[inline(always)]
+pub(super) fn wetland_share<S: Simd>(simd: S, damp: S::F32, noise: S::F32) -> S::F32 {
+    let damp = damp * (simd.splat(1.0) + noise * simd.splat(0.6));
+    clamp(simd, damp * simd.splat(3.0) - simd.splat(0.9))
 }
 
 /// From the size of a forest down to that of a glade, but no finer than what vertices show as a shape.
@@ -155,7 +155,7 @@ fn noise_spec(spacing_m: f64) -> FractalSpec {
     let wavelength_m = FOREST_M.max(2.0 * VERTICES * spacing_m);
     let waves = std::iter::successors(Some(wavelength_m), |wave_m| Some(wave_m / LACUNARITY));
     let octaves = waves.take(6).take_while(|wave_m| *wave_m >= VERTICES * spacing_m).count();
-    FractalSpec { kind: FractalKind::Fbm, octaves: octaves as u32, wavelength_m, lacunarity: LACUNARITY, h: 0.6 }
+    FractalSpec { kind: FractalKind::Fbm, octaves: octaves as u32, wavelength_m, lacunarity: LACUNARITY, h: 0.45 }
 }
 
 impl Forest {

@@ -63,7 +63,7 @@ impl Surroundings {
 fn rubble(rule: &GroundRule, heights: &Grid<f32>, area: Area) -> Option<Grid<f32>> {
     let reach_m = rule.scree?.reach_m;
     let mut rock = Grid::filled(area.padded(REACH), 0.0);
-    let is_there = dispatch(Rock { rule, heights, rock: &mut rock });
+    let is_there = dispatch(Rock { rule, heights, to: &mut rock });
     is_there.then(|| spread::<true>(rock, heights, area, rule.spacing_m, reach_m))
 }
 
@@ -101,7 +101,7 @@ fn damp(rule: &GroundRule, heights: &Grid<f32>, water: Option<&Water>, area: Are
 struct Rock<'a> {
     rule: &'a GroundRule,
     heights: &'a Grid<f32>,
-    rock: &'a mut Grid<f32>,
+    to: &'a mut Grid<f32>,
 }
 
 impl Kernel for Rock<'_> {
@@ -109,7 +109,7 @@ impl Kernel for Rock<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> bool {
-        let Area { x0, y0, x1, y1 } = self.rock.area();
+        let Area { x0, y0, x1, y1 } = self.to.area();
         let width = (x1 - x0) as usize;
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         let scale = simd.splat(self.rule.half_per_spacing);
@@ -118,7 +118,7 @@ impl Kernel for Rock<'_> {
             let north = self.heights.row(y - 1, x0, x1);
             let middle = self.heights.row(y, x0 - 1, x1 + 1);
             let south = self.heights.row(y + 1, x0, x1);
-            let rock = self.rock.row_mut(y, x0, x1);
+            let to = self.to.row_mut(y, x0, x1);
             let mut at = 0;
             while at < width {
                 let from = at.min(width - S::LANES);
@@ -127,7 +127,7 @@ impl Kernel for Rock<'_> {
                 let rise_south = (simd.load(&south[from..]) - simd.load(&north[from..])) * scale;
                 let up = one / simd.sqrt((rise_east * rise_east + rise_south * rise_south) + one);
                 let bare = ramp(simd, steepness(simd, up, self.rule), self.rule.rock);
-                simd.store(bare, &mut rock[from..]);
+                simd.store(bare, &mut to[from..]);
                 most = simd.max(most, bare);
                 at += S::LANES;
             }
