@@ -139,6 +139,8 @@ register! {
     CoastEast = 25 << 32, 1;
     /// Bends of the shores of fluvial relief, south.
     CoastSouth = 26 << 32, 1;
+    /// Where woods stand, and how far rubble and wet ground reach.
+    GroundCover = 27 << 32, 1;
 }
 
 /// The number of a stream, or of a part of one.

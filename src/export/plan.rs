@@ -149,7 +149,7 @@ impl<'a> Plan<'a> {
             .saturating_add(MANIFEST_BYTES + written * profile::WRITTEN_BYTES);
         disk_bytes = disk_bytes.saturating_add(besides);
         // A tile is made with some vertices around it, which normals and weights read.
-        let shaped = shaped_input(region.at().area(region.tile_cells())).len() as u64;
+        let shaped = shaped_input(self.world, region.at().area(region.tile_cells())).len() as u64;
         // Heights, four floats of normal and slope and two words of weights a vertex, the relief's bands, and a file.
         let a_thread = shaped * 4 + side * side * (16 + 8) + (5 << 18) + 2 * tile_file_bytes;
         // Two batches of rows: the one that is made and the one that is written.

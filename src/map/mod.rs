@@ -11,7 +11,7 @@ use crate::tile::Tile;
 use crate::world::World;
 use tint::TintScale;
 
-/// Paints tiles as a map: hypsometric tint, touched by rock, sand and snow, times a relief shading; the sea in blues.
+/// Paints tiles as a map: hypsometric tint, touched by what the ground is made of, times a relief shading; the sea in blues.
 ///
 /// A pixel is a vertex, so two tiles agree on the pixels of the edge that they share.
 pub struct MapPainter {
@@ -155,6 +155,12 @@ const SAND: [f32; 3] = [231.0, 216.0, 172.0];
 const SAND_OPACITY: f32 = 0.75;
 const SNOW: [f32; 3] = [248.0, 250.0, 252.0];
 const SNOW_OPACITY: f32 = 0.92;
+const FOREST: [f32; 3] = [66.0, 92.0, 64.0];
+const FOREST_OPACITY: f32 = 0.72;
+const SCREE: [f32; 3] = [172.0, 167.0, 162.0];
+const SCREE_OPACITY: f32 = 0.55;
+const WETLAND: [f32; 3] = [118.0, 148.0, 118.0];
+const WETLAND_OPACITY: f32 = 0.6;
 
 /// Rivers as the sea's shallows, roads as trodden earth.
 const RIVER: [f32; 3] = [96.0, 150.0, 186.0];
@@ -214,6 +220,9 @@ impl Kernel for Shade<'_> {
             let rock = simd.i32_to_f32(simd.shr::<16>(ground) & byte) * land * simd.splat(ROCK_OPACITY / 255.0);
             let sand = simd.i32_to_f32(simd.shr::<24>(ground)) * land * simd.splat(SAND_OPACITY / 255.0);
             let snow = simd.i32_to_f32(cover & byte) * land * simd.splat(SNOW_OPACITY / 255.0);
+            let forest = simd.i32_to_f32(simd.shr::<8>(cover) & byte) * land * simd.splat(FOREST_OPACITY / 255.0);
+            let scree = simd.i32_to_f32(simd.shr::<16>(cover) & byte) * land * simd.splat(SCREE_OPACITY / 255.0);
+            let wetland = simd.i32_to_f32(simd.shr::<24>(cover)) * land * simd.splat(WETLAND_OPACITY / 255.0);
             let mut word = simd.splat_u32(0);
             let mut channel = 3;
             // From blue to red, since each shifts those before it up by a byte.
@@ -222,6 +231,9 @@ impl Kernel for Shade<'_> {
                 let mut colour = simd.load(&self.tints[channel][at..]);
                 colour = colour + (simd.splat(ROCK[channel]) - colour) * rock;
                 colour = colour + (simd.splat(SAND[channel]) - colour) * sand;
+                colour = colour + (simd.splat(WETLAND[channel]) - colour) * wetland;
+                colour = colour + (simd.splat(FOREST[channel]) - colour) * forest;
+                colour = colour + (simd.splat(SCREE[channel]) - colour) * scree;
                 colour = colour + (simd.splat(SNOW[channel]) - colour) * snow;
                 let (dark, bright) = (SHADOW[channel], FULL_LIGHT[channel]);
                 colour = colour * (simd.splat(dark) + shade * simd.splat(bright - dark));

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 use crate::recipe::HEIGHT_LIMIT_M;
 use crate::recipe::fault::{Fault, KeyPath};
 
-/// Which ground lies where: grass, with dirt and rock by slope, sand by height, snow by height and aspect.
+/// Which ground lies where: grass, with dirt and rock by slope, sand by height, snow by height and aspect; and where an
+/// author asks for them scree beneath rock, forest up to a tree line, and wet ground beside water.
 ///
 /// Slope enters as the thesis has it, `slope_scale * (1 - n.up)` for the normal n, cut off at 1. With the thesis' scale
 /// of 5, steepness 0.1 is a slope of 11 degrees, 0.5 is 26 and 1 is 37.
@@ -29,6 +30,9 @@ pub struct GroundSettings {
     /// `sea_level_m`. Default: no sand.
     #[schemars(inner(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M)))]
     pub sand_m: Option<[f64; 2]>,
+    /// Steepness at which sand begins to give way and at which none lies, 0 to 1; needs `sand_m`. Default: at no slope.
+    #[schemars(inner(range(min = 0, max = 1)))]
+    pub sand_slope: Option<[f64; 2]>,
     /// Height in metres at which snow begins and at which all is snow, -100,000 to 100,000. Default: no snow.
     #[schemars(inner(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M)))]
     pub snow_m: Option<[f64; 2]>,
@@ -41,6 +45,44 @@ pub struct GroundSettings {
     #[schemars(range(min = -2000, max = 2000))]
     #[serde(default)]
     pub snow_aspect_m: f64,
+    /// Steepness at which scree begins and at which it covers all beneath rock, 0 to 1. Default: no scree.
+    #[schemars(inner(range(min = 0, max = 1)))]
+    pub scree: Option<[f64; 2]>,
+    /// Metres that scree reaches down from rock, 1 to 10,000, and at most seven vertices; needs `scree`. Default: 80.
+    #[schemars(range(min = 1, max = 10000))]
+    #[serde(default = "default_scree_m")]
+    pub scree_m: f64,
+    /// Height in metres up to which forest stands as it likes and above which there is none, -100,000 to 100,000: the tree
+    /// line wanders between the two. Default: no forest.
+    #[schemars(inner(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M)))]
+    pub forest_m: Option<[f64; 2]>,
+    /// How much of the land below the tree line forest takes where nothing else keeps it off, 0 to 1; needs `forest_m`.
+    /// Default: 0.6.
+    #[schemars(range(min = 0, max = 1))]
+    #[serde(default = "default_forest_share")]
+    pub forest_share: f64,
+    /// Steepness at which forest begins to thin out and at which none stands, 0 to 1; needs `forest_m`.
+    /// Default: [0.6, 0.9].
+    #[schemars(inner(range(min = 0, max = 1)))]
+    #[serde(default = "default_forest_slope")]
+    pub forest_slope: [f64; 2],
+    /// Metres by which the tree line lies lower on a slope of 45 degrees that faces north than on level ground, and higher
+    /// on one that faces south, -2000 to 2000; needs `forest_m`. Default: 0.
+    #[schemars(range(min = -2000, max = 2000))]
+    #[serde(default)]
+    pub forest_aspect_m: f64,
+    /// Steepness up to which meadows take the place of most of the forest and from which on of none, 0 to 1; needs
+    /// `forest_m`. Default: no meadows.
+    #[schemars(inner(range(min = 0, max = 1)))]
+    pub meadow: Option<[f64; 2]>,
+    /// Metres of wet ground beside a lake and a river of 2 m3/s or more on level ground, 1 to 10,000, and at most seven
+    /// vertices: less beside smaller rivers and up a bank; needs `fluvial`. Default: none but a rim of mud.
+    #[schemars(range(min = 1, max = 10000))]
+    pub wet_m: Option<f64>,
+    /// How much the forest likes wet ground, 0 to 2: with 1 it stands on most banks; needs `wet_m`. Default: 0.
+    #[schemars(range(min = 0, max = 2))]
+    #[serde(default)]
+    pub forest_wet: f64,
 }
 
 impl Default for GroundSettings {
@@ -50,9 +92,19 @@ impl Default for GroundSettings {
             dirt: default_dirt(),
             rock: default_rock(),
             sand_m: None,
+            sand_slope: None,
             snow_m: None,
             snow_slope: default_snow_slope(),
             snow_aspect_m: 0.0,
+            scree: None,
+            scree_m: default_scree_m(),
+            forest_m: None,
+            forest_share: default_forest_share(),
+            forest_slope: default_forest_slope(),
+            forest_aspect_m: 0.0,
+            meadow: None,
+            wet_m: None,
+            forest_wet: 0.0,
         }
     }
 }
@@ -60,8 +112,19 @@ impl Default for GroundSettings {
 impl GroundSettings {
     /// Finds the first value that does not go with others.
     pub(super) fn check(&self, path: &KeyPath) -> Result<(), Fault> {
-        let ramps = [("dirt", Some(self.dirt)), ("rock", Some(self.rock)), ("snow_slope", Some(self.snow_slope))];
-        for (key, ramp) in ramps.into_iter().chain([("sand_m", self.sand_m), ("snow_m", self.snow_m)]) {
+        let ramps = [
+            ("dirt", Some(self.dirt)),
+            ("rock", Some(self.rock)),
+            ("sand_m", self.sand_m),
+            ("sand_slope", self.sand_slope),
+            ("snow_m", self.snow_m),
+            ("snow_slope", Some(self.snow_slope)),
+            ("scree", self.scree),
+            ("forest_m", self.forest_m),
+            ("forest_slope", Some(self.forest_slope)),
+            ("meadow", self.meadow),
+        ];
+        for (key, ramp) in ramps {
             ramp.map_or(Ok(()), |ramp| path.key(key).rising(ramp))?;
         }
         Ok(())
@@ -82,4 +145,16 @@ fn default_rock() -> [f64; 2] {
 
 fn default_snow_slope() -> [f64; 2] {
     [0.6, 1.0]
+}
+
+fn default_scree_m() -> f64 {
+    80.0
+}
+
+fn default_forest_share() -> f64 {
+    0.6
+}
+
+fn default_forest_slope() -> [f64; 2] {
+    [0.6, 0.9]
 }

@@ -193,6 +193,15 @@ const NEEDS: &[(&str, &str)] = &[
     ("ground.sand_m", "sea_level_m"),
     ("ground.snow_slope", "ground.snow_m"),
     ("ground.snow_aspect_m", "ground.snow_m"),
+    ("ground.sand_slope", "ground.sand_m"),
+    ("ground.scree_m", "ground.scree"),
+    ("ground.forest_share", "ground.forest_m"),
+    ("ground.forest_slope", "ground.forest_m"),
+    ("ground.forest_aspect_m", "ground.forest_m"),
+    ("ground.meadow", "ground.forest_m"),
+    ("ground.wet_m", "fluvial"),
+    ("ground.forest_wet", "ground.forest_m"),
+    ("ground.forest_wet", "ground.wet_m"),
 ];
 
 /// Finds the first key of a preset as written that nothing would read.

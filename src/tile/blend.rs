@@ -1,7 +1,5 @@
 //! The blend map: what the ground of each vertex is made of.
 
-use std::f64::consts::SQRT_2;
-
 use crate::area::Area;
 use crate::grid::Grid;
 use crate::land::{Water, WaterKind};
@@ -9,6 +7,8 @@ use crate::lines::Imprint;
 use crate::preset::ground::GroundSettings;
 use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::Normals;
+use crate::tile::rule::{ForestPlace, GroundRule, ramp, steepness, wetland_share};
+use crate::tile::surroundings::{self, Surroundings};
 
 /// A ground material of the blend map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,11 +23,36 @@ pub enum Material {
     Sand,
     /// Snow on heights, further down where the sun does not reach.
     Snow,
+    /// Trees, up to the tree line.
+    Forest,
+    /// Rubble beneath rock.
+    Scree,
+    /// Wet ground beside water.
+    Wetland,
 }
 
 impl Material {
     /// All materials, in the order of their channels: four in the ground words, then four in the cover words.
-    pub const ALL: [Material; 5] = [Material::Grass, Material::Dirt, Material::Rock, Material::Sand, Material::Snow];
+    pub const ALL: [Material; 8] = [
+        Material::Grass,
+        Material::Dirt,
+        Material::Rock,
+        Material::Sand,
+        Material::Snow,
+        Material::Forest,
+        Material::Scree,
+        Material::Wetland,
+    ];
+
+    /// Whether a ground can have it: the first five every ground, the others where its settings ask for them.
+    pub fn is_of(self, ground: &GroundSettings) -> bool {
+        match self {
+            Material::Forest => ground.forest_m.is_some(),
+            Material::Scree => ground.scree.is_some(),
+            Material::Wetland => ground.wet_m.is_some(),
+            _ => true,
+        }
+    }
 
     /// The name in files.
     pub const fn name(self) -> &'static str {
@@ -37,13 +62,25 @@ impl Material {
             Material::Rock => "rock",
             Material::Sand => "sand",
             Material::Snow => "snow",
+            Material::Forest => "forest",
+            Material::Scree => "scree",
+            Material::Wetland => "wetland",
         }
     }
 }
 
-/// The area of land that the weights of an area are made of: mud lies beside water too.
-pub(super) const fn input(area: Area) -> Area {
-    area.padded(1)
+/// Vertices that a meadow is level all around.
+const FLOOR: i64 = 3;
+
+/// The area of land that the weights of an area are made of: mud lies beside water too, and further what the settings say.
+pub(super) fn input(ground: &GroundSettings, area: Area) -> Area {
+    if ground.scree.is_some() || ground.wet_m.is_some() {
+        surroundings::input(area).hull(&area.padded(FLOOR as usize))
+    } else if ground.forest_m.is_some() {
+        area.padded(FLOOR as usize)
+    } else {
+        area.padded(1)
+    }
 }
 
 /// How much of each material every vertex has; the weights of a vertex sum to exactly 255.
@@ -54,14 +91,22 @@ pub struct Blend {
 }
 
 impl Blend {
-    /// The blend weights of all vertices that have a normal.
+    /// The blend weights of all vertices that have a normal, on land with that water.
     ///
     /// # Panics
-    /// When `heights` does not hold all of them.
-    pub fn new(rule: &GroundRule, heights: &Grid<f32>, normals: &Normals) -> Blend {
+    /// When `heights` or `water` does not hold all that the weights are made of.
+    pub fn new(rule: &GroundRule, heights: &Grid<f32>, water: Option<&Water>, normals: &Normals) -> Blend {
         let area = normals.up().area();
         let mut blend = Blend { ground: Grid::filled(area, 0), cover: Grid::filled(area, 0) };
-        dispatch(Weigh { rule, heights, normals, blend: &mut blend });
+        let surroundings = Surroundings::new(rule, heights, water, area);
+        let (surroundings, blend_mut) = (surroundings.as_ref(), &mut blend);
+        match surroundings {
+            Some(_) => dispatch(Weigh::<true> { rule, heights, normals, surroundings, blend: blend_mut }),
+            None => dispatch(Weigh::<false> { rule, heights, normals, surroundings, blend: blend_mut }),
+        }
+        if let Some(water) = water {
+            blend.wet(rule, water);
+        }
         blend
     }
 
@@ -89,21 +134,28 @@ impl Blend {
         }
     }
 
-    /// Lays gravel and mud on the beds of rivers and lakes, and next to them.
-    pub(super) fn wet(&mut self, water: &Water) {
+    /// Lays gravel and mud on the beds of rivers and lakes, and mud or wet ground next to them.
+    fn wet(&mut self, rule: &GroundRule, water: &Water) {
+        let rim = if rule.wet.is_some() { Material::Wetland } else { Material::Dirt };
         let Area { x0, y0, x1, y1 } = self.ground.area();
         for y in y0..y1 {
             let rows = [y - 1, y, y + 1].map(|y| water.kind.row(y, x0 - 1, x1 + 1));
-            let ground = self.ground.row_mut(y, x0, x1);
-            let cover = self.cover.row_mut(y, x0, x1);
-            for (column, (ground, cover)) in ground.iter_mut().zip(cover).enumerate() {
+            // Most rows have water in few places.
+            let is_wet = |kind: &WaterKind| *kind != WaterKind::Dry;
+            let first = rows.iter().filter_map(|row| row.iter().position(is_wet)).min();
+            let last = rows.iter().filter_map(|row| row.iter().rposition(is_wet)).max();
+            let Some((first, last)) = first.zip(last) else { continue };
+            let columns = first.saturating_sub(2)..(last + 1).min((x1 - x0) as usize);
+            let ground = &mut self.ground.row_mut(y, x0, x1)[columns.clone()];
+            let cover = &mut self.cover.row_mut(y, x0, x1)[columns.clone()];
+            for (column, (ground, cover)) in columns.zip(ground.iter_mut().zip(cover)) {
                 let around = rows.iter().flat_map(|row| &row[column..column + 3]);
                 // Of the vertex and its eight neighbours.
                 let wet = around.filter(|kind| matches!(kind, WaterKind::River | WaterKind::Lake)).count();
                 let (material, share) = match rows[1][column + 1] {
                     WaterKind::River | WaterKind::Sea => (Material::Sand, 1.0),
                     WaterKind::Lake => (Material::Dirt, 1.0),
-                    WaterKind::Dry => (Material::Dirt, wet as f32 / 9.0),
+                    WaterKind::Dry => (rim, wet as f32 / 9.0),
                 };
                 if share > 0.0 {
                     (*ground, *cover) = covered(*ground, *cover, material, share);
@@ -117,7 +169,7 @@ impl Blend {
         &self.ground
     }
 
-    /// Snow in the lowest byte of each word; the other three are free.
+    /// Snow, forest, scree and wetland, in this order from the lowest byte of each word.
     pub fn cover(&self) -> &Grid<u32> {
         &self.cover
     }
@@ -135,64 +187,16 @@ impl Blend {
     }
 }
 
-/// Which ground lies where, ready to be applied: each limit as a ramp from 0 to 1.
-#[derive(Clone, Debug)]
-pub struct GroundRule {
-    slope_scale: f32,
-    dirt: LinearStep,
-    rock: LinearStep,
-    no_sand: LinearStep,
-    snow: LinearStep,
-    /// Metres by which snow lies lower for each part of the normal that points north.
-    snow_north_m: f32,
-    snow_slides: LinearStep,
-}
-
-/// `clamp(value * scale + shift, 0, 1)`.
-#[derive(Clone, Copy, Debug)]
-struct LinearStep {
-    scale: f32,
-    shift: f32,
-}
-
-impl LinearStep {
-    fn between([from, to]: [f64; 2]) -> LinearStep {
-        let scale = 1.0 / (to - from);
-        LinearStep { scale: scale as f32, shift: (-from * scale) as f32 }
-    }
-
-    fn always(value: f32) -> LinearStep {
-        LinearStep { scale: 0.0, shift: value }
-    }
-}
-
-impl GroundRule {
-    /// The rule of checked settings; sand lies about the sea level.
-    pub fn new(ground: &GroundSettings, sea_level_m: Option<f64>) -> GroundRule {
-        let sea_level_m = sea_level_m.unwrap_or(0.0);
-        GroundRule {
-            slope_scale: ground.slope_scale as f32,
-            dirt: LinearStep::between(ground.dirt),
-            rock: LinearStep::between(ground.rock),
-            no_sand: match ground.sand_m {
-                Some([all, none]) => LinearStep::between([sea_level_m + all, sea_level_m + none]),
-                None => LinearStep::always(1.0),
-            },
-            snow: ground.snow_m.map_or(LinearStep::always(0.0), LinearStep::between),
-            snow_north_m: (ground.snow_aspect_m * SQRT_2) as f32,
-            snow_slides: LinearStep::between(ground.snow_slope),
-        }
-    }
-}
-
-struct Weigh<'a> {
+/// Weighs the materials; with `AROUND`, those too that depend on what lies around a vertex.
+struct Weigh<'a, const AROUND: bool> {
     rule: &'a GroundRule,
     heights: &'a Grid<f32>,
     normals: &'a Normals,
+    surroundings: Option<&'a Surroundings>,
     blend: &'a mut Blend,
 }
 
-impl Kernel for Weigh<'_> {
+impl<const AROUND: bool> Kernel for Weigh<'_, AROUND> {
     type Output = ();
 
     #[inline(always)]
@@ -204,6 +208,14 @@ impl Kernel for Weigh<'_> {
         for y in y0..y1 {
             let heights = self.heights.row(y, x0, x1);
             let [_, ups, souths] = self.normals.row(y, x0, x1);
+            let [roughs, rubbles, damps] = match self.surroundings {
+                Some(around) => [&around.noise, &around.rubble, &around.damp].map(|grid| grid.row(y, x0, x1)),
+                None => [&[] as &[f32]; 3],
+            };
+            let far = match AROUND {
+                true => [y - FLOOR, y, y + FLOOR].map(|y| self.heights.row(y, x0 - FLOOR, x1 + FLOOR)),
+                false => [&[] as &[f32]; 3],
+            };
             let ground = self.blend.ground.row_mut(y, x0, x1);
             let cover = self.blend.cover.row_mut(y, x0, x1);
             let mut at = 0;
@@ -211,28 +223,58 @@ impl Kernel for Weigh<'_> {
                 // The last vector overlaps the one before: the same values are written again.
                 let from = at.min(width - S::LANES);
                 let height = simd.load(&heights[from..]);
-                let steepness = (one - simd.load(&ups[from..])) * simd.splat(rule.slope_scale);
-                let steepness = simd.min(steepness, one);
+                let south = simd.load(&souths[from..]);
+                let steepness = steepness(simd, simd.load(&ups[from..]), rule);
                 // Each material takes its share of what the ones above it have left.
-                let snow_height = height - simd.load(&souths[from..]) * simd.splat(rule.snow_north_m);
+                let snow_height = height - south * simd.splat(rule.snow_north_m);
                 let snow = ramp(simd, snow_height, rule.snow) * (one - ramp(simd, steepness, rule.snow_slides));
-                let (snow, left) = take(simd, simd.splat_u32(255), snow);
-                let (rock, left) = take(simd, left, ramp(simd, steepness, rule.rock));
-                let (sand, left) = take(simd, left, one - ramp(simd, height, rule.no_sand));
+                let (snow, mut left) = take(simd, simd.splat_u32(255), snow);
+                let mut cover_word = snow;
+                let bare = ramp(simd, steepness, rule.rock);
+                let rock;
+                (rock, left) = take(simd, left, bare);
+                let rough = if AROUND { simd.load(&roughs[from..]) } else { one };
+                if AROUND {
+                    let rubble = simd.load(&rubbles[from..]);
+                    let scree;
+                    (scree, left) = take(simd, left, rule.scree_share(simd, rubble - bare, steepness, rough));
+                    cover_word = cover_word | simd.shl::<16>(scree);
+                }
+                let flat = one - ramp(simd, steepness, rule.steep_sand);
+                let sand;
+                (sand, left) = take(simd, left, (one - ramp(simd, height, rule.no_sand)) * flat);
+                if AROUND {
+                    let damp = simd.load(&damps[from..]);
+                    let (wetland, forest);
+                    (wetland, left) = take(simd, left, wetland_share(simd, damp, rough));
+                    let forest_height = height - south * simd.splat(rule.forest.north_m);
+                    let around = steepest_around(simd, &far, from, rule);
+                    let place = ForestPlace { height: forest_height, steepness, around, damp, noise: rough };
+                    (forest, left) = take(simd, left, rule.forest.share(simd, &place));
+                    cover_word = cover_word | simd.shl::<8>(forest) | simd.shl::<24>(wetland);
+                }
                 let (dirt, grass) = take(simd, left, ramp(simd, steepness, rule.dirt));
                 let word = (grass | simd.shl::<8>(dirt)) | (simd.shl::<16>(rock) | simd.shl::<24>(sand));
                 simd.store_u32(word, &mut ground[from..]);
-                simd.store_u32(snow, &mut cover[from..]);
+                simd.store_u32(cover_word, &mut cover[from..]);
                 at += S::LANES;
             }
         }
     }
 }
 
+/// The steepest of the ways from vertices to those [`FLOOR`] to their north, west, east and south.
 #[inline(always)]
-fn ramp<S: Simd>(simd: S, value: S::F32, ramp: LinearStep) -> S::F32 {
-    let value = value * simd.splat(ramp.scale) + simd.splat(ramp.shift);
-    simd.min(simd.max(value, simd.splat(0.0)), simd.splat(1.0))
+fn steepest_around<S: Simd>(simd: S, rows: &[&[f32]; 3], from: usize, rule: &GroundRule) -> S::F32 {
+    let (one, pad) = (simd.splat(1.0), FLOOR as usize);
+    let here = simd.load(&rows[1][from + pad..]);
+    let [north, south] = [rows[0], rows[2]];
+    let across =
+        simd.max(simd.abs(simd.load(&rows[1][from..]) - here), simd.abs(simd.load(&rows[1][from + 2 * pad..]) - here));
+    let along =
+        simd.max(simd.abs(simd.load(&north[from + pad..]) - here), simd.abs(simd.load(&south[from + pad..]) - here));
+    let rise = simd.max(across, along) * simd.splat(2.0 * rule.half_per_spacing / FLOOR as f32);
+    steepness(simd, one / simd.sqrt(rise * rise + one), rule)
 }
 
 /// Splits whole weights: (`share` of `weight`, rounded; the rest).
@@ -242,7 +284,7 @@ fn take<S: Simd>(simd: S, weight: S::U32, share: S::F32) -> (S::U32, S::U32) {
     (taken, weight - taken)
 }
 
-/// The words of a vertex when `material`, one of the ground's, covers a share of it: each weight gives up that share.
+/// The words of a vertex when a material covers a share of it: each weight gives up that share.
 fn covered(ground: u32, cover: u32, material: Material, share: f32) -> (u32, u32) {
     let parts = (share * 255.0 + 0.5) as u32;
     let (mut given, mut weights) = (0, [ground.to_le_bytes(), cover.to_le_bytes()]);
@@ -251,7 +293,7 @@ fn covered(ground: u32, cover: u32, material: Material, share: f32) -> (u32, u32
         *weight -= part;
         given += part;
     }
-    weights[0][material as usize] += given;
+    weights.as_flattened_mut()[material as usize] += given;
     (u32::from_le_bytes(weights[0]), u32::from_le_bytes(weights[1]))
 }
 
@@ -275,7 +317,7 @@ mod tests {
                 snow_aspect_m: aspect_m,
                 ..GroundSettings::default()
             };
-            let blend = Blend::new(&GroundRule::new(&ground, None), &heights, &normals);
+            let blend = Blend::new(&GroundRule::new(&ground, None, 1.0, 1), &heights, None, &normals);
             let snowy = |y: &i64| blend.weight(Material::Snow, 3, *y) > 127;
             // On the northern side and on the southern one.
             [(-400..0).find(snowy), (1..=400).rev().find(snowy)].map(|y| heights.at(3, y.unwrap()))
@@ -285,10 +327,95 @@ mod tests {
         assert_eq!([shady, sunny], [north - 100.0, south + 100.0]);
         assert_eq!([hot, cold], [sunny, shady]);
     }
+
+    /// A ground with all materials, for land of a metre a vertex.
+    fn everything() -> GroundSettings {
+        GroundSettings {
+            slope_scale: 2.0,
+            rock: [0.5, 0.8],
+            scree: Some([0.15, 0.25]),
+            scree_m: 10.0,
+            forest_m: Some([300.0, 400.0]),
+            forest_share: 1.0,
+            wet_m: Some(7.0),
+            ..GroundSettings::default()
+        }
+    }
+
+    /// The weights of land that is made by the metre, a metre a vertex.
+    fn weights(area: Area, height_m: impl Fn(i64, i64) -> f32, flow_m3s: impl Fn(i64, i64) -> f32) -> Blend {
+        let ground = everything();
+        let wide = input(&ground, area);
+        let mut heights = Grid::filled(wide, 0.0);
+        let mut water = Water {
+            kind: Grid::filled(wide, WaterKind::Dry),
+            bed: Grid::filled(wide, false),
+            depth_m: Grid::filled(wide, 0.0),
+            flow_m3s: Grid::filled(wide, 0.0),
+        };
+        for (x, y) in wide.vertices() {
+            heights.row_mut(y, x, x + 1)[0] = height_m(x, y);
+            water.flow_m3s.row_mut(y, x, x + 1)[0] = flow_m3s(x, y);
+            if flow_m3s(x, y) > 0.0 {
+                water.kind.row_mut(y, x, x + 1)[0] = WaterKind::River;
+            }
+        }
+        let normals = Normals::new(&heights, area, 1.0);
+        Blend::new(&GroundRule::new(&ground, None, 1.0, 1), &heights, Some(&water), &normals)
+    }
+
+    #[test]
+    fn scree_lies_below_cliffs() {
+        // A gentle slope, a cliff that falls twice as far as it is wide, a slope of 31 degrees, and level ground.
+        let area = Area::new(0, -30, 64, 90);
+        let down = |y: i64, from: i64, to: i64| (y.clamp(from, to) - from) as f32;
+        let slope_m = |y: i64| 0.25 * down(y, -60, 0) + 2.0 * down(y, 0, 10) + 0.6 * down(y, 10, 40);
+        let blend = weights(area, |_, y| 1000.0 - slope_m(y), |_, _| 0.0);
+        let scree = |y: i64| (0..64).map(|x| u32::from(blend.weight(Material::Scree, x, y))).sum::<u32>() / 64;
+        assert!((-30..10).all(|y| scree(y) == 0), "on the cliff and above it");
+        assert!((11..13).all(|y| scree(y) > 200), "at its foot: {} and {}", scree(11), scree(12));
+        assert!((20..60).all(|y| scree(y) == 0), "further down");
+    }
+
+    #[test]
+    fn forest_ends_at_the_tree_line_and_at_cliffs() {
+        // It rises for 20 degrees to the south, and has cliffs in the east.
+        let area = Area::new(0, 0, 64, 1400);
+        let blend = weights(area, |x, y| 0.36 * y as f32 + 3.0 * (x - 40).max(0) as f32, |_, _| 0.0);
+        let forest = |x, y| blend.weight(Material::Forest, x, y);
+        let tree_line = (400.0_f32 / 0.36).ceil() as i64;
+        assert!((0..40).all(|x| (tree_line..1400).all(|y| forest(x, y) == 0)));
+        assert!((42..64).all(|x| (0..1400).all(|y| forest(x, y) == 0)));
+        let wooded = area.vertices().filter(|(x, y)| *x < 38 && *y < 800 && forest(*x, *y) > 127).count();
+        assert!(wooded > 38 * 800 / 2, "{wooded}");
+    }
+
+    #[test]
+    fn wet_ground_follows_the_water() {
+        let area = Area::new(-20, 0, 40, 400);
+        let width = |flow_m3s: f32| {
+            let blend = weights(area, |_, _| 500.0, |x, _| if x == 0 { flow_m3s } else { 0.0 });
+            let wet = |(x, y): &(i64, i64)| blend.weight(Material::Wetland, *x, *y) > 0;
+            assert!(area.vertices().filter(wet).all(|(x, _)| x.abs() < 7), "out of reach");
+            area.vertices().filter(wet).count() as f32 / 400.0
+        };
+        let [brook, river] = [0.02, 2.0].map(width);
+        assert!(brook >= 2.0 && river > brook + 2.0, "{brook} and {river} vertices");
+        // No water climbs a bank.
+        let blend = weights(area, |x, _| 500.0 + 3.0 * x.max(0) as f32, |x, _| if x == 0 { 2.0 } else { 0.0 });
+        assert!(area.vertices().all(|(x, y)| x < 2 || blend.weight(Material::Wetland, x, y) == 0));
+    }
+
     #[test]
     fn nothing_outside_the_input_matters() {
+        for ground in [GroundSettings::default(), everything()] {
+            only_the_input_matters(&ground);
+        }
+    }
+
+    fn only_the_input_matters(ground: &GroundSettings) {
         let area = Area::new(-3, 8, 17, 20);
-        let wide = area.padded(9);
+        let wide = area.padded(12);
         let mut heights = Grid::filled(wide, 0.0);
         let mut kind = Grid::filled(wide, WaterKind::Dry);
         for (index, (height_m, kind)) in heights.values_mut().iter_mut().zip(kind.values_mut()).enumerate() {
@@ -298,14 +425,15 @@ mod tests {
         let normals = Normals::new(&heights, area, 300.0);
         let dry = Grid::filled(wide, 0.0);
         let made = |heights: &Grid<f32>, kind: &Grid<WaterKind>| {
-            let mut blend = Blend::new(&GroundRule::new(&GroundSettings::default(), None), heights, &normals);
+            let rule = GroundRule::new(ground, None, 300.0, 1);
             let bed = Grid::filled(wide, false);
-            blend.wet(&Water { kind: kind.clone(), bed, depth_m: dry.clone(), flow_m3s: dry.clone() });
+            let water = Water { kind: kind.clone(), bed, depth_m: dry.clone(), flow_m3s: dry.clone() };
+            let blend = Blend::new(&rule, heights, Some(&water), &normals);
             [blend.ground, blend.cover]
         };
         let expected = made(&heights, &kind);
-        heights.fill_outside(input(area), f32::NAN);
-        kind.fill_outside(input(area), WaterKind::Sea);
+        heights.fill_outside(input(ground, area), f32::NAN);
+        kind.fill_outside(input(ground, area), WaterKind::Sea);
         assert_eq!(made(&heights, &kind), expected);
         kind.fill_outside(area, WaterKind::Sea);
         assert_ne!(made(&heights, &kind), expected, "mud lies beside water that is not in the area");

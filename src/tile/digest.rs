@@ -16,7 +16,7 @@ pub enum TileChannel {
     Heights,
     /// Normals: all of east, then of up, of south, as 32-bit floats.
     Normals,
-    /// Blend weights, a byte each: of all vertices grass, dirt, rock, sand, and then of all snow and three unused.
+    /// Blend weights, a byte each: of all vertices grass, dirt, rock, sand, and then of all snow, forest, scree, wetland.
     Blend,
     /// Kinds of water, a byte each: 0 none, 1 river, 2 lake, 3 sea.
     Water,

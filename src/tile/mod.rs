@@ -3,10 +3,13 @@
 mod blend;
 mod digest;
 mod normals;
+mod rule;
+mod surroundings;
 
-pub use blend::{Blend, GroundRule, Material};
+pub use blend::{Blend, Material};
 pub use digest::{Digest, TileChannel};
 pub use normals::Normals;
+pub use rule::GroundRule;
 
 use std::sync::Arc;
 
@@ -18,6 +21,7 @@ use crate::grid::Grid;
 use crate::land::{Land, Water};
 use crate::lines::{Bed, Imprint, Line, Lines};
 use crate::places::site::Site;
+use crate::preset::Preset;
 use crate::world::World;
 
 /// The area in which settlements are known that are seen on an area: the mark of one on a map is no wider than this.
@@ -25,9 +29,9 @@ pub fn sites_input(area: Area) -> Area {
     area.padded(8)
 }
 
-/// The area of shaped land that a tile is made of: what normals and weights look at.
-pub fn shaped_input(area: Area) -> Area {
-    normals::input(area).hull(&blend::input(area))
+/// The area of shaped land that a tile of a world is made of: what normals and weights look at.
+pub fn shaped_input(world: &World, area: Area) -> Area {
+    normals::input(area).hull(&blend::input(&world.preset().ground, area))
 }
 
 /// A finished tile of N x N cells: (N+1) x (N+1) vertices, those of its edge shared with its neighbours.
@@ -68,10 +72,12 @@ impl Tile {
 
     /// As [`new`](Tile::new), with the time of each stage booked on `clock`.
     pub fn timed(world: &World, id: TileId, clock: &Clock) -> Tile {
-        let shaped = shaped_input(id.area(world.tile_cells()));
+        let shaped = shaped_input(world, id.area(world.tile_cells()));
         let wide = Imprint::input(shaped);
+        // The vertices whose heights are seen on the tile, as slopes are: what lies further away does not concern it.
+        let near = normals::input(id.area(world.tile_cells()));
         // Rivers, settlements, and the roads between them.
-        let (lines, sites) = clock.time(stage::LINES, || (world.lines(&wide), world.sites(&sites_input(shaped))));
+        let (lines, sites) = clock.time(stage::LINES, || (world.lines(&wide), world.sites(&sites_input(near))));
         // The bare heights and the water on them: more of them where water must find its way through built roads.
         let is_built = lines.iter().any(|line| matches!(line.bed, Bed::Built { .. }));
         let mut land = world.relief().land(if is_built { wide } else { shaped }, clock);
@@ -85,13 +91,13 @@ impl Tile {
             land = land.part(shaped);
         }
         let imprint = imprint.map(|imprint| if is_built { imprint.part(shaped) } else { imprint });
-        let lines = lines.into_iter().filter(|line| line.concerns(&shaped)).collect();
+        let lines = lines.into_iter().filter(|line| line.concerns(&near)).collect();
         Tile { lines, sites, ..Tile::of_shaped(world, id, land, imprint, clock) }
     }
 
     /// The heights of the tile at `id` before anything shapes them, as far as a tile needs them.
     pub fn bare_heights(world: &World, id: TileId) -> Grid<f32> {
-        world.relief().heights(shaped_input(id.area(world.tile_cells())))
+        world.relief().heights(shaped_input(world, id.area(world.tile_cells())))
     }
 
     /// The tile at `id` of given bare heights and lines, with the time of each stage booked on `clock`.
@@ -135,11 +141,9 @@ impl Tile {
         let normals = clock.time(stage::NORMALS, || Normals::new(&heights, area, spacing_m));
         // What the ground is made of.
         let blend = clock.time(stage::BLEND, || {
-            let mut blend =
-                Blend::new(&GroundRule::new(&world.preset().ground, world.preset().sea_level_m), &heights, &normals);
-            if let Some(water) = &water {
-                blend.wet(water);
-            }
+            let Preset { ground, sea_level_m, .. } = world.preset();
+            let rule = GroundRule::new(ground, *sea_level_m, spacing_m, world.seed());
+            let mut blend = Blend::new(&rule, &heights, water.as_ref(), &normals);
             if let Some(imprint) = &imprint {
                 blend.cover_with(imprint);
             }

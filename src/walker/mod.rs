@@ -312,7 +312,7 @@ impl<'w> Walker<'w> {
         let DeviceProfile::Cpu = self.options.device;
         // Bands instead of tiles, so that no thread waits while another makes the last of three tiles.
         const BAND_ROWS: usize = 32;
-        let area = |id: &TileId| tile::shaped_input(id.area(self.world.tile_cells()));
+        let area = |id: &TileId| tile::shaped_input(self.world, id.area(self.world.tile_cells()));
         let mut heights: Vec<Grid<f32>> = ids.iter().map(|id| Grid::filled(area(id), 0.0)).collect();
         let bands: Vec<(Area, &mut [f32])> = heights
             .iter_mut()

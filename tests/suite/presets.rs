@@ -117,6 +117,18 @@ const BAD_TEXTS: &[BadText] = &[
         "snow_m",
     ),
     (
+        "[[noise]]\nkind = \"fbm\"\nheight_m = 1\nwavelength_m = 100\n[ground]\nforest_m = [1, 2]\nwet_m = 9",
+        "7:1",
+        "ground.wet_m: nothing reads it without fluvial",
+        "leave it out",
+    ),
+    (
+        "spacing_m = 10\n[fluvial]\n[ground]\nmeadow = [0.1, 0.2]",
+        "4:1",
+        "ground.meadow: nothing reads it without ground.forest_m",
+        "forest_m",
+    ),
+    (
         "spacing_m = 10\n[fluvial]\n[warp]\nwavelength_m = 9\ndistance_m = 1",
         "3:2",
         "warp: nothing reads it in a world of fluvial",

@@ -21,7 +21,7 @@ spacing_m = 2.5
 sea_level_m = 12.5
 tile_cells = 16
 noise = [{ kind = \"ridged\", height_m = 200.0, wavelength_m = 300.0, octaves = 4 }]
-ground = { sand_m = [2.0, 9.0], snow_m = [90.0, 130.0] }
+ground = { sand_m = [2.0, 9.0], snow_m = [90.0, 130.0], scree = [0.4, 0.6], forest_m = [60.0, 110.0] }
 ";
 
 const AT: TileId = TileId { x: -2, y: 5 };
@@ -70,7 +70,7 @@ impl Bake {
     }
 
     /// The tile and the vertex of the world at a place of the region, counted from its north-western vertex.
-    fn vertices(&self, width: i64, height: i64) -> Vec<(i64, i64, f32, [u8; 5])> {
+    fn vertices(&self, width: i64, height: i64) -> Vec<(i64, i64, f32, [u8; Material::ALL.len()])> {
         let cells = i64::from(self.region.tile_cells());
         let tiles: Vec<Vec<Tile>> = (0..self.region.rows() as i64)
             .map(|row| (0..self.region.cols() as i64).map(|col| self.tile(col, row)).collect())
@@ -136,7 +136,8 @@ fn is_safe_for_unreal(path: &str) -> bool {
 #[test]
 fn an_unreal_landscape_is_one_of_its_sizes_and_its_numbers_bring_the_metres_back() {
     let bake = Bake::new(Profile::Unreal, 63, 2, 2);
-    let maps = ["unreal/grass.png", "unreal/dirt.png", "unreal/rock.png", "unreal/sand.png", "unreal/snow.png"];
+    let maps = Material::ALL.map(|material| format!("unreal/{}.png", material.name()));
+    let maps = maps.each_ref().map(String::as_str);
     assert_eq!(bake.files(), ["IMPORT.md", "unreal/height.png"].into_iter().chain(maps).collect());
     assert!(bake.files().into_iter().all(is_safe_for_unreal));
     let (width, height, colour, depth, bytes) = png(&bake.folder.path().join("unreal/height.png"));
@@ -169,7 +170,7 @@ fn an_unreal_landscape_is_one_of_its_sizes_and_its_numbers_bring_the_metres_back
 #[test]
 fn tiles_of_an_unreal_landscape_share_nothing() {
     let bake = Bake::new(Profile::UnrealTiled, 32, 2, 2);
-    assert_eq!(bake.files().len(), 1 + 4 * 6);
+    assert_eq!(bake.files().len(), 1 + 4 * (1 + Material::ALL.len()));
     assert!(bake.files().into_iter().all(is_safe_for_unreal));
     assert_eq!(bake.typed("Overall Resolution"), "64 x 64");
     let (min_m, max_m) = bake.world.height_range_m();

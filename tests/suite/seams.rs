@@ -26,7 +26,7 @@ const EVERYTHING: &str = r#"
     ]
     warp = { wavelength_m = 500.0, distance_m = 40.0 }
     land = { floor_m = -80.0, mask = { wavelength_m = 600.0, from = -0.2, to = 0.3 } }
-    ground = { sand_m = [2.0, 9.0], snow_m = [90.0, 130.0] }
+    ground = { sand_m = [2.0, 9.0], snow_m = [90.0, 130.0], scree = [0.4, 0.6], forest_m = [60.0, 110.0] }
 "#;
 
 /// The worlds of the built-in presets that are tried, with small tiles, and that one. Roads, which are planned over a

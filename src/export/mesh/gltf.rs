@@ -80,9 +80,9 @@ impl Gltf {
         let cells = u64::from(region.tile_cells());
         let vertices = (cells + 1).pow(2);
         let triangles = 2 * cells.pow(2);
-        // Positions, normals, tangents, two sets of coordinates and five weights of the land; its texels in four PNGs; as
+        // Positions, normals, tangents, two sets of coordinates and the weights of the land; its texels in four PNGs; as
         // many vertices and triangles of water; roads.
-        let land = vertices * (12 + 12 + 16 + 8 + 8 + 20) + triangles * 12;
+        let land = vertices * (12 + 12 + 16 + 8 + 8 + 4 * crate::tile::Material::ALL.len() as u64) + triangles * 12;
         let texels = vertices * (3 + 3 + 4 + 4);
         land + texels + texels / 8 + vertices * 32 + triangles * 12 + (1 << 20)
     }
@@ -138,7 +138,7 @@ impl<'a> GltfSink<'a> {
 
     /// The GLB of a tile's model.
     fn document(&self, tile: &Tile, place: Place, lod: u32, model: &Model) -> Glb {
-        let Modeller { frame, region, options, .. } = &self.modeller;
+        let Modeller { world, frame, region, options, .. } = &self.modeller;
         let area = tile.area();
         let mut glb = Glb::new(options.compressed);
         if options.compressed {
@@ -150,7 +150,8 @@ impl<'a> GltfSink<'a> {
         let mut children = Vec::new();
         // The land. A mesh with every vertex has the raster's normals; on others a normal map has what is between.
         let detail = (lod > 0).then(|| relative_normals(tile, &model.land));
-        let land = of_land(tile, &model.land, frame, region, options.quantized, detail.is_some());
+        let ground = &world.preset().ground;
+        let land = of_land(tile, &model.land, frame, region, ground, options.quantized, detail.is_some());
         let material = self.land_material(&mut glb, tile, place, detail.as_deref());
         let mesh = glb.mesh("land", land, material);
         let quantum = frame.step_m() as f32;

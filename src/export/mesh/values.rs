@@ -5,6 +5,7 @@ use gltf_json::mesh::Semantic;
 
 use crate::area::{Area, Region};
 use crate::mesh::{Frame, Ribbon, Sheet, Surface};
+use crate::preset::ground::GroundSettings;
 use crate::tile::{Material, Tile};
 
 /// Some numbers a vertex, as they lie in a file: each vertex' begin at a multiple of 4 bytes.
@@ -131,6 +132,7 @@ pub(super) fn of_land(
     surface: &Surface,
     frame: &Frame,
     region: &Region,
+    ground: &GroundSettings,
     quantized: bool,
     tangents: bool,
 ) -> MeshData {
@@ -165,7 +167,7 @@ pub(super) fn of_land(
     }
     attributes.push((Semantic::TexCoords(0), Values::shares(in_tile, quantized)));
     attributes.push((Semantic::TexCoords(1), Values::shares(in_region, quantized)));
-    for material in Material::ALL {
+    for material in Material::ALL.into_iter().filter(|material| material.is_of(ground)) {
         // Always floats: Blender cannot read numbers of one byte, and passes over those of two.
         let weights = vertices().map(|(x, y)| [f32::from(tile.blend().weight(material, x, y)) / 255.0]);
         attributes.push((Semantic::Extras(material.name().to_uppercase()), Values::floats(weights)));

@@ -8,7 +8,7 @@ The script stands beside bake.json and reads mesh/*.glb. One unit is one metre, 
 origin is the middle of the region at height 0. What it makes:
 
     terrane           a collection, and in it one a tile, or one a row where there are many tiles
-    land_x0_y0 ...    a material a tile: its blend map mixes grass, dirt, rock, sand and snow of the group "terrane ground"
+    land_x0_y0 ...    a material a tile: its blend map mixes the materials of the group "terrane ground"
     river, lake, sea  one material each, for all tiles
     sun, camera, sky  clip ends are set, in the windows too
 """
@@ -24,7 +24,7 @@ from pathlib import Path
 import bpy
 from mathutils import Vector
 
-MATERIALS = ["grass", "dirt", "rock", "sand", "snow"]
+MATERIALS = ["grass", "dirt", "rock", "sand", "snow", "forest", "scree", "wetland"]
 
 # Linear colours between which noise chooses, and roughness.
 GROUND = {
@@ -33,6 +33,9 @@ GROUND = {
     "rock": ((0.070, 0.064, 0.058), (0.185, 0.170, 0.150), 0.85),
     "sand": ((0.330, 0.265, 0.165), (0.450, 0.375, 0.250), 0.90),
     "snow": ((0.780, 0.815, 0.870), (0.870, 0.885, 0.910), 0.55),
+    "forest": ((0.012, 0.026, 0.008), (0.030, 0.048, 0.016), 0.95),
+    "scree": ((0.160, 0.145, 0.125), (0.290, 0.265, 0.230), 0.95),
+    "wetland": ((0.038, 0.050, 0.018), (0.075, 0.085, 0.035), 0.60),
 }
 WATER = {
     "river": (0.020, 0.065, 0.075),

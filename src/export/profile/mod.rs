@@ -62,17 +62,20 @@ const fn weight(stem: &'static str, material: Material) -> Image {
 }
 
 // No digit stands after an x, y, u or v in a name, but for a tile's place: Unreal would take it for one.
-const UNREAL: [Image; 6] = [
+const UNREAL: [Image; 9] = [
     Image::new("unreal/height", Quantity::Height16, Encoding::Png),
     weight("unreal/grass", Material::Grass),
     weight("unreal/dirt", Material::Dirt),
     weight("unreal/rock", Material::Rock),
     weight("unreal/sand", Material::Sand),
     weight("unreal/snow", Material::Snow),
+    weight("unreal/forest", Material::Forest),
+    weight("unreal/scree", Material::Scree),
+    weight("unreal/wetland", Material::Wetland),
 ];
 
-const UNREAL_TILED: [Image; 6] = {
-    let [height, grass, dirt, rock, sand, snow] = UNREAL;
+const UNREAL_TILED: [Image; 9] = {
+    let [height, grass, dirt, rock, sand, snow, forest, scree, wetland] = UNREAL;
     [
         height.owned_only(),
         grass.owned_only(),
@@ -80,6 +83,9 @@ const UNREAL_TILED: [Image; 6] = {
         rock.owned_only(),
         sand.owned_only(),
         snow.owned_only(),
+        forest.owned_only(),
+        scree.owned_only(),
+        wetland.owned_only(),
     ]
 };
 

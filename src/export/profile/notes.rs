@@ -79,8 +79,8 @@ fn blender(region: &Region, numbers: &Numbers) -> String {
          ```sh\n\
          blender --background --python import_terrane.py -- --render still.png --save scene.blend\n\
          ```\n\n\
-         It makes a collection `terrane` with one collection a tile, materials in which the blend map mixes grass, dirt, rock, \
-         sand and snow, water, sun, sky and a camera, and sets clip ends. One unit is one metre, +X is east, +Y is north; \
+         It makes a collection `terrane` with one collection a tile, materials in which the blend map mixes the grounds, \
+         water, sun, sky and a camera, and sets clip ends. One unit is one metre, +X is east, +Y is north; \
          the origin is the region's middle at height 0.\n\n\
          By hand: *File*, *Import*, *glTF 2.0*, and all of `mesh/*.glb` of one level of detail. Then\n\n{}",
         table(
@@ -160,8 +160,8 @@ fn unity(region: &Region, numbers: &Numbers) -> String {
          Terrain Toolbox (package Terrain Tools) expects them in *Create New Terrain*, *Import Heightmap*, *Batch*. By hand, a \
          terrain each: *Terrain Settings*, *Import Raw...*\n\n{}\n\
          In the terrain's settings\n\n{}\n\
-         `unity/splat_ground_X_Z.png` has grass, dirt, rock and sand in R, G, B and A, `unity/splat_cover_X_Z.png` has snow in R: \
-         add terrain layers in this order, and give both to *Import Splatmaps* of the Terrain Toolbox (north is up, no flip). \
+         `unity/splat_ground_X_Z.png` has grass, dirt, rock and sand in R, G, B and A, `unity/splat_cover_X_Z.png` has snow, \
+         forest, scree and wetland: add terrain layers in this order, and give both to *Import Splatmaps* of the Terrain Toolbox (north is up, no flip). \
          Import them as textures with sRGB off, no compression and *Non-Power of 2* none. Texel (0, 0) is the \
          north-western vertex; the last row and column of vertices are those of the neighbours.\n",
         table(
@@ -199,10 +199,10 @@ fn terrain3d(region: &Region, numbers: &Numbers) -> String {
         "Open `addons/terrain_3d/tools/importer.tscn` and select its node.\n\n{}\n\
          The vertices of the eastern and southern edge, which the next regions begin with, are not in the files: {width} x \
          {height} pixels are {} x {} regions.\n\n\
-         Textures of the asset dock, in this order: 0 grass, 1 dirt, 2 rock, 3 sand, 4 snow. The control map has the two \
+         Textures of the asset dock, in this order: 0 grass, 1 dirt, 2 rock, 3 sand, 4 snow, 5 forest, 6 scree, 7 wetland. The control map has the two \
          strongest of each vertex and no autoshader. Versions whose importer has *Import Splat Maps* can take all weights \
          instead: *Splat Map Paths* `terrain3d/splat_ground.png`, `terrain3d/splat_cover.png` and *Material Ids* 0, 1, 2, 3, 4, \
-         -1, -1, -1.\n",
+         5, 6, 7.\n",
         table(
             ["Setting", "Value"],
             &[
@@ -233,10 +233,10 @@ fn hterrain(world: &World, region: &Region, numbers: &Numbers) -> String {
     format!(
         "Add an HTerrain node, give it a data folder, and choose *Terrain*, *Import...*\n\n{}\n{stretched}\
          Then set\n\n{}\n\
-         `splat.png` has grass, dirt, rock and sand in R, G, B and A. Snow is the first channel of `splat_1.png`: with the shader \
+         `splat.png` has grass, dirt, rock and sand in R, G, B and A. Snow, forest, scree and wetland are those of `splat_1.png`: with the shader \
          MultiSplat16, put it into the data folder beside the `splat.png` that the import has made there, and give the texture \
-         set its textures in the order grass, dirt, rock, sand, snow. Do not let an image editor save `splat.png`: it may drop the \
-         colours where A is 0.\n",
+         set its textures in the order grass, dirt, rock, sand, snow, forest, scree, wetland. Do not let an image editor save \
+         either: it may drop the colours where A is 0.\n",
         table(
             ["Import maps", "Value"],
             &[

@@ -62,7 +62,7 @@ pub(super) static NAMED: [Rasters; 20] = [
     tiles("exr-tiles", "the same, an EXR a tile", METRES),
     region("r16", "16-bit little-endian heights without a header, and a JSON sidecar", BARE),
     tiles("r16-tiles", "the same, a pair a tile", BARE),
-    region("blend", "two RGBA PNGs: grass, dirt, rock, sand; snow", BLEND),
+    region("blend", "two RGBA PNGs: grass, dirt, rock, sand; snow, forest, scree, wetland", BLEND),
     tiles("blend-tiles", "the same, two PNGs a tile", BLEND),
     region("normal", "normal map, RGB PNG in the OpenGL convention (green is north)", NORMAL),
     tiles("normal-tiles", "the same, a PNG a tile", NORMAL),

@@ -21,7 +21,7 @@ pub(crate) enum Quantity {
     Control,
     /// Weights of grass, dirt, rock and sand.
     GroundWeights,
-    /// Weights of snow and of what may follow.
+    /// Weights of snow, forest, scree and wetland.
     CoverWeights,
     /// The normal, OpenGL convention.
     Normal,
@@ -70,9 +70,12 @@ impl Quantity {
             Quantity::Weight(Material::Rock) => &["rock"],
             Quantity::Weight(Material::Sand) => &["sand"],
             Quantity::Weight(Material::Snow) => &["snow"],
+            Quantity::Weight(Material::Forest) => &["forest"],
+            Quantity::Weight(Material::Scree) => &["scree"],
+            Quantity::Weight(Material::Wetland) => &["wetland"],
             Quantity::Control => &["bits: base << 27 | overlay << 22 | blend << 14"],
             Quantity::GroundWeights => &["grass", "dirt", "rock", "sand"],
-            Quantity::CoverWeights => &["snow", "unused", "unused", "unused"],
+            Quantity::CoverWeights => &["snow", "forest", "scree", "wetland"],
             Quantity::Normal => &["east", "north", "up"],
             Quantity::Map | Quantity::Colour => &["red", "green", "blue"],
             Quantity::Water => &["water, 0 = none, 64 = river, 128 = lake, 255 = sea"],

@@ -1,0 +1,225 @@
+//! What lies around a vertex and makes its ground: rock above it, and water beside it.
+//!
+//! Both spread from vertex to vertex, in steps of four, of two and of one, so that seven vertices are crossed in three
+//! rounds. What a vertex has is the most that any of its neighbours brings, in whatever order they are looked at.
+
+use crate::area::Area;
+use crate::grid::Grid;
+use crate::land::{Water, WaterKind};
+use crate::simd::{Kernel, Simd, dispatch};
+use crate::tile::rule::{GroundRule, clamp, ramp, steepness};
+
+/// The steps of the rounds in vertices, and how far they lead together.
+const STEPS: [usize; 3] = [4, 2, 1];
+const REACH: usize = STEPS[0] + STEPS[1] + STEPS[2];
+
+/// The area of land that the surroundings of an area are made of: the slope of the furthest vertex too.
+pub(super) const fn input(area: Area) -> Area {
+    area.padded(REACH + 1)
+}
+
+/// Metres up a metre from where rubble comes to where it lies: below the first it stays where it is, above the second
+/// all rolls on. They are slopes of 17 and 27 degrees; it comes to rest at 30 to 38.
+const ROLLS: [f32; 2] = [0.3, 0.5];
+
+/// How many metres on level ground a metre up a bank is worth to what wets the ground.
+const CLIMB: f32 = 5.0;
+
+/// Cubic metres a second from which on a river wets as much ground as a lake does. A sixteenth of that wets half as much:
+/// the floor of a valley widens more slowly than its river.
+const LARGE_M3S: f32 = 2.0;
+
+/// What lies around the vertices of an area.
+#[derive(Debug)]
+pub(super) struct Surroundings {
+    /// How much rubble comes from above: 1 beneath rock, 0 out of its reach. Where rock stands it is at least as much as
+    /// there is of that.
+    pub rubble: Grid<f32>,
+    /// How near water is: 1 at a lake, 0 out of its reach.
+    pub damp: Grid<f32>,
+    /// Noise for ragged edges, about -1 to 1.
+    pub noise: Grid<f32>,
+}
+
+impl Surroundings {
+    /// The surroundings of an area; `None` where the rule does not look at them.
+    ///
+    /// # Panics
+    /// When `heights` or `water` does not hold the area's input.
+    pub fn new(rule: &GroundRule, heights: &Grid<f32>, water: Option<&Water>, area: Area) -> Option<Surroundings> {
+        let fractal = rule.noise.as_ref()?;
+        let mut noise = Grid::filled(area, 0.0);
+        fractal.fill(area, noise.values_mut());
+        let none = || Grid::filled(area, 0.0);
+        Some(Surroundings {
+            rubble: rubble(rule, heights, area).unwrap_or_else(none),
+            damp: damp(rule, heights, water, area).unwrap_or_else(none),
+            noise,
+        })
+    }
+}
+
+/// The rubble of an area; `None` where none comes.
+fn rubble(rule: &GroundRule, heights: &Grid<f32>, area: Area) -> Option<Grid<f32>> {
+    let reach_m = rule.scree?.reach_m;
+    let mut rock = Grid::filled(area.padded(REACH), 0.0);
+    let is_there = dispatch(Rock { rule, heights, to: &mut rock });
+    is_there.then(|| spread::<true>(rock, heights, area, rule.spacing_m, reach_m))
+}
+
+/// How near water is in an area; `None` where none is near.
+fn damp(rule: &GroundRule, heights: &Grid<f32>, water: Option<&Water>, area: Area) -> Option<Grid<f32>> {
+    let (wet, water) = rule.wet.zip(water)?;
+    let wide = area.padded(REACH);
+    let mut near = Grid::filled(wide, 0.0);
+    // Banks rise from the water's surface.
+    let mut levels_m = Grid::filled(wide, 0.0);
+    let mut is_there = false;
+    let Area { x0, y0, x1, y1 } = wide;
+    for y in y0..y1 {
+        let (near, levels_m) = (near.row_mut(y, x0, x1), levels_m.row_mut(y, x0, x1));
+        levels_m.copy_from_slice(heights.row(y, x0, x1));
+        let kinds = water.kind.row(y, x0, x1);
+        let is_fresh = |kind: &WaterKind| matches!(kind, WaterKind::River | WaterKind::Lake);
+        let Some(first) = kinds.iter().position(is_fresh) else { continue };
+        let last = kinds.iter().rposition(is_fresh).unwrap_or(first);
+        let [depths, flows] = [&water.depth_m, &water.flow_m3s].map(|grid| grid.row(y, x0, x1));
+        for column in first..=last {
+            near[column] = match kinds[column] {
+                WaterKind::Dry | WaterKind::Sea => continue,
+                WaterKind::Lake => 1.0,
+                WaterKind::River => (flows[column] / LARGE_M3S).sqrt().sqrt().min(1.0),
+            };
+            levels_m[column] += depths[column];
+        }
+        is_there = true;
+    }
+    is_there.then(|| spread::<false>(near, &levels_m, area, rule.spacing_m, wet.reach_m))
+}
+
+/// Marks how much rock stands at each vertex, as the weights have it, and returns whether there is any.
+struct Rock<'a> {
+    rule: &'a GroundRule,
+    heights: &'a Grid<f32>,
+    to: &'a mut Grid<f32>,
+}
+
+impl Kernel for Rock<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> bool {
+        let Area { x0, y0, x1, y1 } = self.to.area();
+        let width = (x1 - x0) as usize;
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+        let scale = simd.splat(self.rule.half_per_spacing);
+        let mut most = zero;
+        for y in y0..y1 {
+            let north = self.heights.row(y - 1, x0, x1);
+            let middle = self.heights.row(y, x0 - 1, x1 + 1);
+            let south = self.heights.row(y + 1, x0, x1);
+            let to = self.to.row_mut(y, x0, x1);
+            let mut at = 0;
+            while at < width {
+                let from = at.min(width - S::LANES);
+                // As the normals are made, to the last bit: rock has exactly as much rubble as there is of it.
+                let rise_east = (simd.load(&middle[from + 2..]) - simd.load(&middle[from..])) * scale;
+                let rise_south = (simd.load(&south[from..]) - simd.load(&north[from..])) * scale;
+                let up = one / simd.sqrt((rise_east * rise_east + rise_south * rise_south) + one);
+                let bare = ramp(simd, steepness(simd, up, self.rule), self.rule.rock);
+                simd.store(bare, &mut to[from..]);
+                most = simd.max(most, bare);
+                at += S::LANES;
+            }
+        }
+        simd.any(simd.lt(zero, most))
+    }
+}
+
+/// What spreads over an area from the sources up to [`REACH`] around it: rubble downhill, or water on level ground.
+fn spread<const DOWNHILL: bool>(
+    sources: Grid<f32>,
+    levels_m: &Grid<f32>,
+    area: Area,
+    spacing_m: f32,
+    reach_m: f32,
+) -> Grid<f32> {
+    let (mut spread, mut left) = (sources, REACH);
+    for step in STEPS {
+        left -= step;
+        let mut to = Grid::filled(area.padded(left), 0.0);
+        dispatch(Spread::<DOWNHILL> { from: &spread, levels_m, step, spacing_m, reach_m, to: &mut to });
+        spread = to;
+    }
+    spread
+}
+
+/// One round: every vertex takes the most of what it has and of what its eight neighbours bring, so many vertices away.
+struct Spread<'a, const DOWNHILL: bool> {
+    from: &'a Grid<f32>,
+    levels_m: &'a Grid<f32>,
+    step: usize,
+    spacing_m: f32,
+    reach_m: f32,
+    to: &'a mut Grid<f32>,
+}
+
+impl<const DOWNHILL: bool> Kernel for Spread<'_, DOWNHILL> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Area { x0, y0, x1, y1 } = self.to.area();
+        let (width, step, pad) = ((x1 - x0) as usize, self.step, self.step as i64);
+        let zero = simd.splat(0.0);
+        let straight_m = self.step as f32 * self.spacing_m;
+        let ways_m = [straight_m, straight_m * std::f32::consts::SQRT_2];
+        let losses = ways_m.map(|way_m| way_m / self.reach_m);
+        let roll_scales = ways_m.map(|way_m| 1.0 / (way_m * (ROLLS[1] - ROLLS[0])));
+        let roll_shift = simd.splat(-ROLLS[0] / (ROLLS[1] - ROLLS[0]));
+        let climb = simd.splat(CLIMB / self.reach_m);
+        for y in y0..y1 {
+            let rows = [y - pad, y, y + pad];
+            let froms = rows.map(|y| self.from.row(y, x0 - pad, x1 + pad));
+            let levels = rows.map(|y| self.levels_m.row(y, x0 - pad, x1 + pad));
+            let to = self.to.row_mut(y, x0, x1);
+            let mut at = 0;
+            while at < width {
+                let first = at.min(width - S::LANES);
+                at += S::LANES;
+                let mut most = simd.load(&froms[1][first + step..]);
+                let mut around = most;
+                let mut neighbour = 0;
+                while neighbour < 9 {
+                    around = simd.max(around, simd.load(&froms[neighbour / 3][first + neighbour % 3 * step..]));
+                    neighbour += 1;
+                }
+                // Nothing comes to most places, and no vertex has less than that.
+                if !simd.any(simd.lt(zero, around)) {
+                    simd.store(zero, &mut to[first..]);
+                    continue;
+                }
+                let here_m = simd.load(&levels[1][first + step..]);
+                let mut neighbour = 0;
+                while neighbour < 9 {
+                    let (row, column) = (neighbour / 3, neighbour % 3);
+                    neighbour += 1;
+                    if row == 1 && column == 1 {
+                        continue;
+                    }
+                    let way = usize::from(row != 1 && column != 1);
+                    let there = first + column * step;
+                    let has = simd.load(&froms[row][there..]);
+                    let rise_m = simd.load(&levels[row][there..]) - here_m;
+                    let brings = if DOWNHILL {
+                        has * clamp(simd, rise_m * simd.splat(roll_scales[way]) + roll_shift) - simd.splat(losses[way])
+                    } else {
+                        has - simd.splat(losses[way]) - simd.max(-rise_m, zero) * climb
+                    };
+                    most = simd.max(most, brings);
+                }
+                simd.store(most, &mut to[first..]);
+            }
+        }
+    }
+}
