@@ -17,8 +17,8 @@ pub struct Knot {
     pub level_m: f64,
     /// Area that drains through it, in cells of the trunk lattice.
     pub area: f64,
-    /// Height in metres of the lake that stands over what lies lower, from here to the next knot;
-    /// [`NO_LAKE`](super::lake::NO_LAKE) where there is none.
+    /// Height in metres of the lake that stands over what lies lower, from here to the next knot; negative infinity where
+    /// there is none.
     pub pool_m: f64,
 }
 

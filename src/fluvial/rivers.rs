@@ -220,9 +220,10 @@ impl Fluvial {
     fn top(&self, (level, x, y): ChannelId) -> ChannelId {
         let mut node = (x, y);
         // Only trunks have a course above: a tributary begins at a spring of its own.
-        while level == 0 {
-            let Some(main) = self.network.trunks().drained(node).main else { break };
-            node = main;
+        if level == 0 {
+            while let Some(main) = self.network.trunks().drained(node).main {
+                node = main;
+            }
         }
         (level, node.0, node.1)
     }

@@ -99,7 +99,6 @@ impl Tributaries {
         let uplift = fields.uplift(head);
         let mut knots = self.bed(
             level,
-            uplift,
             Knot { at: shore, level_m, area: most_area(level), pool_m },
             &places,
             origin,
@@ -166,7 +165,6 @@ impl Tributaries {
     fn bed(
         &self,
         level: u32,
-        uplift: f64,
         shore: Knot,
         places: &[[f64; 2]],
         origin: Point,
@@ -174,6 +172,7 @@ impl Tributaries {
         filled_m: f64,
     ) -> Vec<Knot> {
         let fields = &self.fields;
+        let uplift = fields.uplift(origin.moved(places[places.len() - 1]));
         // Metres from the shore up.
         let mut way_m = vec![0.0];
         for pair in places.windows(2) {
