@@ -128,7 +128,8 @@ fn trunks_that_come_and_go_close_together_do_not_cross() {
 #[test]
 fn lakes_end_at_sills_as_high_as_their_water() {
     let mut count = 0;
-    for (name, seed, all) in channels() {
+    for (name, seed, world) in worlds() {
+        let all = channels_of(world, 4, 3000);
         for channel in all.values().filter(|channel| channel.lake == Some(LakeId(channel.id))) {
             let first = channel.knots.iter().position(|knot| knot.pool_m.is_finite()).expect("its lake is in it");
             let sill = first + channel.knots[first..].iter().take_while(|knot| knot.pool_m.is_finite()).count();
@@ -139,7 +140,7 @@ fn lakes_end_at_sills_as_high_as_their_water() {
             count += 1;
         }
     }
-    assert!(count > 10, "there are {count} lakes");
+    assert!(count > 3, "there are {count} lakes");
 }
 
 #[test]
