@@ -72,10 +72,11 @@ pub struct FluvialSettings {
     /// Discharge in cubic metres a second from which on a channel holds water all year, 0 to 1,000,000. Default: 0.05.
     #[schemars(range(min = 0, max = 1e6))]
     pub spring_m3s: f64,
-    /// Share of the trunks' nodes that are lakes, besides those that must be, 0 to 1. Default: 0.1.
+    /// Share of the trunks, and of the tributaries that hold water, which have a lake on their way where there is room for
+    /// one, besides those where the land has a hollow, 0 to 1. Default: 0.1.
     #[schemars(range(min = 0, max = 1))]
     pub lakes: f64,
-    /// Half width in metres of the largest lakes, 0 to 5,120,000 and at most an eighth of `trunk_m`. Default: a sixteenth of `trunk_m`.
+    /// Half width in metres of the largest lakes between their bays, 0 to 5,120,000 and at most an eighth of `trunk_m`. Default: a sixteenth of `trunk_m`.
     #[schemars(range(min = 0, max = 5_120_000))]
     pub lake_m: Option<f64>,
     /// The coast; needs `sea_level_m`. Default: as of [`CoastSettings`].
