@@ -196,7 +196,7 @@ def check_blend(bake, checks):
     wrong = np.count_nonzero(sums != 255)
     checks.check(wrong == 0, "vertices whose blend weights do not sum to 255", f"{wrong} of {sums.size}")
     shares = {name: weights[:, :, index].mean() / 2.55 for index, name in enumerate(names) if name != "unused"}
-    unused = weights[:, :, [index for index, name in enumerate(names) if name == "unused"]].max()
+    unused = weights[:, :, [index for index, name in enumerate(names) if name == "unused"]].max(initial=0)
     checks.check(unused == 0, "largest weight in an unused channel", unused)
     used = [name for name, share in shares.items() if share > 0]
     figure = ", ".join(f"{name} {share:.1f} %" for name, share in shares.items())
