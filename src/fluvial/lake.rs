@@ -138,6 +138,10 @@ impl Hollow {
         let clear_m = |at: Point| level_m - depth_m(fields, hill_slope, area, others(at) / CLEAR);
         let floor_m = |at: Point| clear_m(at).max(least_m(at)).min(level_m);
         dig(&mut knots[inlet..=sill], level_m, deep_m, true, floor_m);
+        // Beside others there may be no room for its depth.
+        if !knots[inlet..sill].iter().any(|knot| knot.level_m < level_m - LEAST_DEPTH * wanted_m) {
+            return false;
+        }
         // The sill itself is the river's again.
         knots[sill].pool_m = NO_LAKE;
         channel.knots = knots;

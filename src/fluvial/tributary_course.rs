@@ -349,8 +349,9 @@ fn is_clear(line: &LineSegment, above: &IndexedSegments) -> bool {
 /// Whether a line comes near to a segment: from its foot up it may as near as it is far from its foot, by a share.
 fn grazes(line: &LineSegment, segment: &Segment) -> bool {
     let whole = length(line.along);
-    (1..=GRAZES_AT).any(|step| {
-        let share = step as f64 / GRAZES_AT as f64;
+    // Closer together near its foot, where a bend may come back to it.
+    [0.25, 0.5].into_iter().chain((1..=GRAZES_AT).map(f64::from)).any(|step| {
+        let share = step / f64::from(GRAZES_AT);
         let place = [0, 1].map(|axis| line.from[axis] + line.along[axis] * share);
         let least = GRAZES * share * whole;
         segment.line().touches(place, least) && segment.nearest(place).1 < least * least
