@@ -23,7 +23,7 @@ fn every_preset_makes_varied_land_within_a_fine_range() {
         assert!(min_m <= low && high <= max_m, "{name}: {low}..{high} m are not within {min_m}..{max_m} m");
         assert!(high - low > 30.0, "{name} has only {} m of relief", high - low);
         // A range that is proved much too wide would waste the steps of 16 bits.
-        assert!(high - low > 0.25 * (max_m - min_m), "{name} uses {low}..{high} m of {min_m}..{max_m} m");
+        assert!(high - low > 0.3 * (max_m - min_m), "{name} uses {low}..{high} m of {min_m}..{max_m} m");
         let step_m = (max_m - min_m) / 65535.0;
         assert!(step_m < 0.05 * spacing_m as f32, "{name}: a step of 16 bits is {step_m} m");
         if let Some(sea_level_m) = world.preset().sea_level_m {
