@@ -49,6 +49,9 @@ const COAST_WIDTHS: f64 = 3.0;
 /// Share of its depth that a lake has at least: what has less room is none.
 const LEAST_DEPTH: f64 = 0.2;
 
+/// The depth in metres that it has at least: water without depth is no lake.
+const LEAST_DEPTH_M: f64 = 0.5;
+
 /// Straight segments of a channel that has a lake, at least: of fewer its floor would have corners.
 const LEAST_SEGMENTS: f64 = 32.0;
 
@@ -115,6 +118,7 @@ impl Hollow {
             return false;
         }
         let wanted_m = self.depth_m(fields, hill_slope, area);
+        let shallowest_m = (LEAST_DEPTH * wanted_m).max(LEAST_DEPTH_M);
         let steepest = match channel.id.0 {
             0 => STEEPEST_TRUNK * hill_slope,
             _ => STEEPEST_SHARE * fields.settings().channel_slope * hill_slope,
@@ -129,7 +133,7 @@ impl Hollow {
         // Never from the head: there the channel above goes on.
         let inlets = (1..sill).rev().take_while(|inlet| way[sill] - way[*inlet] <= self.length * self.half_width);
         let best = inlets.map(|inlet| (deepest_m(inlet), inlet)).max_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((deep_m, inlet)) = best.filter(|(depth_m, _)| *depth_m >= LEAST_DEPTH * wanted_m) else {
+        let Some((deep_m, inlet)) = best.filter(|(depth_m, _)| *depth_m >= shallowest_m) else {
             return false;
         };
         if !knots[inlet..=sill].iter().all(|knot| self.is_inland(fields, knot.at, level_m)) {
@@ -139,7 +143,7 @@ impl Hollow {
         let floor_m = |at: Point| clear_m(at).max(least_m(at)).min(level_m);
         dig(&mut knots[inlet..=sill], level_m, deep_m, true, floor_m);
         // Beside others there may be no room for its depth.
-        if !knots[inlet..sill].iter().any(|knot| knot.level_m < level_m - LEAST_DEPTH * wanted_m) {
+        if !knots[inlet..sill].iter().any(|knot| knot.level_m < level_m - shallowest_m) {
             return false;
         }
         // The sill itself is the river's again.
