@@ -21,6 +21,8 @@ pub struct Cost {
     pub disk_bytes: u64,
     /// The most bytes of memory that are needed beside what the world remembers.
     pub working_bytes: u64,
+    /// Of these, what one batch of rows holds until it is written.
+    pub batch_bytes: u64,
     /// The most bytes of memory that may be in use: those, and all that the world can remember.
     pub memory_bytes: u64,
 }
@@ -37,8 +39,11 @@ pub struct Forecast {
 /// Raw bytes that one thread encodes a second, with the settings of the exports: the middle of what they reach.
 const ENCODED_BYTES_A_SECOND: f64 = 600e6;
 
-/// A memory that has forgotten things is on average so full: one of two generations is between empty and full.
-const FULL: f64 = 0.78;
+/// A memory that has forgotten things is so full when most are: one of two generations is between empty and full.
+const FULL: f64 = 0.82;
+
+/// Share of two batches of rows that is held at once: as a rule the first is written before the second is made.
+const BATCHES: f64 = 0.75;
 
 /// What the allocator takes for each byte that is remembered, since things of all sizes come and go.
 const SPREAD: f64 = 1.1;
@@ -78,8 +83,10 @@ impl Forecast {
         // More threads than cores or than tiles are no faster.
         let at_once = (threads.min(cores) as u64).min(tiles) as f64;
         let seconds = (work + cost.disk_bytes as f64 / ENCODED_BYTES_A_SECOND) / at_once;
+        let not_yet_made = (1.0 - BATCHES) * 2.0 * cost.batch_bytes as f64;
+        let working_bytes = cost.working_bytes - not_yet_made as u64;
         Forecast {
-            memory_bytes: cost.working_bytes.saturating_add(remembered as u64).min(cost.memory_bytes),
+            memory_bytes: working_bytes.saturating_add(remembered as u64).min(cost.memory_bytes),
             // A `Duration` panics beyond 2^64 seconds, and no one waits for that long.
             time: Duration::from_secs_f64(seconds.min(1e15)),
         }

@@ -29,10 +29,10 @@ pub struct Plan<'a> {
 }
 
 /// The program itself, with what the allocator keeps.
-const PROCESS_BYTES: u64 = 8 << 20;
+const PROCESS_BYTES: u64 = 10 << 20;
 
 /// The stack of a thread, and what the allocator keeps for it.
-const THREAD_BYTES: u64 = 2 << 20;
+const THREAD_BYTES: u64 = 1 << 20;
 
 /// What files of features hold while they are written: pages of the database, and the features of a row of tiles.
 const FEATURE_BYTES: u64 = 4 << 20;
@@ -153,11 +153,11 @@ impl<'a> Plan<'a> {
         // Heights, four floats of normal and slope and two words of weights a vertex, the relief's bands, and a file.
         let a_thread = shaped * 4 + side * side * (16 + 8) + (5 << 18) + 2 * tile_file_bytes;
         // Two batches of rows: the one that is made and the one that is written.
-        let tiles_in_flight = region.cols().saturating_mul(rows_in_flight(region, threads) * 2);
-        let in_flight = tiles_in_flight.saturating_mul(side * side * kept_a_vertex);
+        let batch_tiles = region.cols().saturating_mul(rows_in_flight(region, threads));
+        let batch_bytes = batch_tiles.saturating_mul(side * side * kept_a_vertex);
         // The manifest lists all files, and is made in memory when they are finished.
         let records = files.saturating_mul(RECORD_BYTES);
-        let rows = tiles_in_flight.saturating_mul(ROW_BYTES);
+        let rows = batch_tiles.saturating_mul(2 * ROW_BYTES);
         let planning = self.world.planning_bytes();
         let (features, search) = if features {
             (FEATURE_BYTES, SEARCH_BYTES[usize::from(self.world.preset().sea_level_m.is_some())])
@@ -166,7 +166,7 @@ impl<'a> Plan<'a> {
         };
         let parts = [
             features,
-            in_flight,
+            batch_bytes.saturating_mul(2),
             (a_thread + planning + search + THREAD_BYTES) * threads as u64,
             records,
             rows,
@@ -174,7 +174,7 @@ impl<'a> Plan<'a> {
         ];
         let working_bytes = parts.into_iter().fold(0, u64::saturating_add);
         let memory_bytes = working_bytes.saturating_add(self.world.memory_bytes(region.cols()));
-        Cost { files, disk_bytes, working_bytes, memory_bytes }
+        Cost { files, disk_bytes, working_bytes, batch_bytes, memory_bytes }
     }
 
     /// What the bake of that cost will probably take. It may take as long as planning does to say so.
