@@ -46,13 +46,18 @@ const COAST_INCISION: f64 = 0.7;
 /// leave room for a ridge.
 const WIDEST_TROUGH: f64 = 0.3;
 
-/// The least slope across a channel, as a share of the hillside's: a brook that is as steep as the hillside still has a
-/// valley. Chosen by eye.
-pub const LEAST_CROSS: f64 = 0.4;
+/// The least slope across a channel, as a share of the hillside's: where its bed is as steep as that too.
+const LEAST_CROSS: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// How steep the land falls from a channel at most to a smaller bed beside it, as a share of the hillside's slope: it is
+/// less steep than any valley's side, so no channel loses its water to a smaller one. Chosen by eye.
+pub const BESIDE: f64 = 0.4;
 
 /// The slope across a channel by that of its bed, both as shares of the hillside's: together they make that.
+///
+/// It is never less than the bed's: the sides of a bed further down would rise less than it does, and undercut it.
 pub fn across(bed: f64) -> f64 {
-    (1.0 - bed * bed).max(LEAST_CROSS * LEAST_CROSS).sqrt()
+    (1.0 - bed * bed).max(0.0).sqrt().max(bed)
 }
 
 /// What is left open of the depth of drowned valleys, from one level to the next as a share: so much that coasts are as
@@ -201,7 +206,7 @@ impl Fields {
 
     /// The least slope across a channel that follows the law of rivers, as a share of the hillside's.
     pub fn least_cross(&self) -> f64 {
-        across(self.settings.channel_slope)
+        across(self.settings.channel_slope.min(LEAST_CROSS))
     }
 
     /// Half width in grains of the rounding of a valley's floor, by the area that drains there.

@@ -40,7 +40,7 @@ const RISES: f64 = 0.35;
 /// slope: of trunks, whose sides count as if their beds were level, and of others as a share of the steepest channels'.
 /// A [smooth] rise is half again as steep in its middle as on the whole.
 const STEEPEST_TRUNK: f64 = 0.3;
-const STEEPEST_SHARE: f64 = 0.9;
+const STEEPEST_SHARE: f64 = 0.5;
 const MIDDLE: f64 = 1.5;
 
 /// Half widths of a lake within which the coast is still higher than its water. Chosen by eye.
@@ -121,7 +121,7 @@ impl Hollow {
         let shallowest_m = (LEAST_DEPTH * wanted_m).max(LEAST_DEPTH_M);
         let steepest = match channel.id.0 {
             0 => STEEPEST_TRUNK * hill_slope,
-            _ => STEEPEST_SHARE * fields.settings().channel_slope * hill_slope,
+            _ => STEEPEST_SHARE * hill_slope,
         };
         // The deepest that it may be if it begins at a knot; of equal ones the longest.
         let deepest_m = |inlet: usize| {

@@ -22,7 +22,12 @@ pub const MOST_TURN: f64 = 1.1;
 /// How far a line turns, in radians, from one of its knots to the next about: of a river whose width shows, where more
 /// would be a corner, and of a narrow one.
 pub const WIDE_TURN: f64 = 0.12;
-pub const NARROW_TURN: f64 = 0.5;
+pub const NARROW_TURN: f64 = 0.25;
+
+/// How far a line turns at most, in radians, from half its width before a place to half its width after it, and how many
+/// times what turns more is smoothed: natural bends, of two widths and more, turn by a quarter.
+const SHARPEST: f64 = 0.4;
+const FAIR_ROUNDS: u32 = 48;
 
 /// Places a meander and a straight segment of a course that are looked at for how far the line turns.
 const LOOKS_A_WAVE: f64 = 32.0;
@@ -87,10 +92,18 @@ pub struct LinePlace {
     pub at: [f64; 2],
 }
 
-/// The line of a river that meanders along a course: through its places, if it does not meander there, smoothly, and
-/// with more places in between where it has turned by `knot_turn`, in radians. At both ends it stays where the course is.
-pub fn line(course: &[[f64; 2]], meanders: &[Meander], knot_turn: f64) -> Vec<LinePlace> {
+/// The line of a river of some width that meanders along a course: through its places, if it does not meander there,
+/// smoothly, and with more places in between where it has turned by `knot_turn`, in radians. At both ends it stays where
+/// the course is, and has those directions if there are any.
+pub fn line(
+    course: &[[f64; 2]],
+    ends: Option<[[f64; 2]; 2]>,
+    meanders: &[Meander],
+    width: f64,
+    knot_turn: f64,
+) -> Vec<LinePlace> {
     let last = course.len() - 1;
+    let tangents = tangents(course, ends);
     let mut places = Vec::new();
     for segment in 0..last {
         let (from, to) = (meanders[segment], meanders[segment + 1]);
@@ -99,7 +112,7 @@ pub fn line(course: &[[f64; 2]], meanders: &[Meander], knot_turn: f64) -> Vec<Li
         let looks = (LOOKS_A_WAVE * waves).clamp(LOOKS, MOST_LOOKS).ceil();
         for look in 0..looks as usize {
             let share = look as f64 / looks;
-            let (at, ahead) = smooth(course, segment, share);
+            let (at, ahead) = smooth(course, &tangents, segment, share);
             let [along, side] = from.towards(&to, share).moved();
             let scale = 1.0 / length(ahead).max(1e-9);
             let at = [
@@ -111,34 +124,78 @@ pub fn line(course: &[[f64; 2]], meanders: &[Meander], knot_turn: f64) -> Vec<Li
     }
     places[0].at = course[0];
     places.push(LinePlace { segment: last - 1, share: 1.0, at: course[last] });
+    fair(&mut places, width);
     thinned(&places, knot_turn)
+}
+
+/// Rounds off where a line turns more sharply than rivers of that width do: where its course bends towards the side to
+/// which it swings.
+fn fair(places: &mut [LinePlace], width: f64) {
+    let last = places.len() - 1;
+    for _ in 0..FAIR_ROUNDS {
+        let mut is_sharp = vec![false; places.len()];
+        let (mut from, mut to) = (0, 0);
+        for index in 1..last {
+            let off = |other: usize| length(way(places[index].at, places[other].at));
+            while from + 1 < index && off(from + 1) >= width / 2.0 {
+                from += 1;
+            }
+            to = to.max(index + 1);
+            while to < last && off(to) < width / 2.0 {
+                to += 1;
+            }
+            let here = places[index].at;
+            if turn(way(places[from].at, here), way(here, places[to].at)).abs() > SHARPEST {
+                is_sharp[from.max(1)..=to.min(last - 1)].fill(true);
+            }
+        }
+        if !is_sharp.contains(&true) {
+            return;
+        }
+        let mut before = places[0].at;
+        for index in 1..last {
+            let (here, after) = (places[index].at, places[index + 1].at);
+            if is_sharp[index] {
+                places[index].at = [0, 1].map(|axis| 0.25 * (before[axis] + 2.0 * here[axis] + after[axis]));
+            }
+            before = here;
+        }
+    }
+}
+
+/// The angle from one way to another, in radians, positive clockwise where y is down.
+fn turn(before: [f64; 2], after: [f64; 2]) -> f64 {
+    let (cross, dot) = (before[0] * after[1] - before[1] * after[0], before[0] * after[0] + before[1] * after[1]);
+    libm::atan2(cross, dot)
 }
 
 fn way(from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
     [to[0] - from[0], to[1] - from[1]]
 }
 
-/// A place of a smooth curve through those of a course, and the direction there.
+/// The tangents of a smooth curve at the places of a course, whose ends may have directions: else it goes on there as if
+/// it turned as much as at the place before.
 ///
-/// Based on: E. Catmull, R. Rom, A class of local interpolating splines, 1974; at both ends the curve goes on as if the
-/// course turned there as much as at the place before.
-fn smooth(course: &[[f64; 2]], segment: usize, share: f64) -> ([f64; 2], [f64; 2]) {
+/// Based on: E. Catmull, R. Rom, A class of local interpolating splines, 1974.
+fn tangents(course: &[[f64; 2]], ends: Option<[[f64; 2]; 2]>) -> Vec<[f64; 2]> {
     let last = course.len() - 1;
+    let inner = course.windows(3).map(|three| way(three[0], three[2]).map(|part| 0.5 * part));
+    let mut tangents: Vec<[f64; 2]> = std::iter::once([0.0; 2]).chain(inner).chain([[0.0; 2]]).collect();
+    for (end, beside, number) in [(0, 1, 0), (last, last - 1, 1)] {
+        let along = way(course[end.min(beside)], course[end.max(beside)]);
+        tangents[end] = match ends {
+            Some(ends) => ends[number].map(|part| part * length(along) / length(ends[number]).max(1e-9)),
+            None if last < 2 => along,
+            None => [0, 1].map(|axis| 2.0 * along[axis] - tangents[beside][axis]),
+        };
+    }
+    tangents
+}
+
+/// A place of a smooth curve through those of a course, and the direction there.
+fn smooth(course: &[[f64; 2]], tangents: &[[f64; 2]], segment: usize, share: f64) -> ([f64; 2], [f64; 2]) {
     let (from, to) = (course[segment], course[segment + 1]);
-    let tangent = |at: usize| -> [f64; 2] {
-        if last < 2 {
-            return way(from, to);
-        }
-        [0, 1].map(|axis| {
-            let place = |at: usize| course[at][axis];
-            match at {
-                0 => 0.5 * (4.0 * place(1) - 3.0 * place(0) - place(2)),
-                _ if at == last => 0.5 * (3.0 * place(last) - 4.0 * place(last - 1) + place(last - 2)),
-                _ => 0.5 * (place(at + 1) - place(at - 1)),
-            }
-        })
-    };
-    let (leave, arrive) = (tangent(segment), tangent(segment + 1));
+    let (leave, arrive) = (tangents[segment], tangents[segment + 1]);
     let (t, t2) = (share, share * share);
     let t3 = t2 * t;
     let place = [0, 1].map(|axis| {
@@ -160,9 +217,7 @@ fn thinned(places: &[LinePlace], knot_turn: f64) -> Vec<LinePlace> {
     let mut kept = vec![places[0]];
     let mut turned = 0.0;
     for three in places.windows(3) {
-        let (before, after) = (way(three[0].at, three[1].at), way(three[1].at, three[2].at));
-        let (cross, dot) = (before[0] * after[1] - before[1] * after[0], before[0] * after[0] + before[1] * after[1]);
-        turned += libm::atan2(cross, dot).abs();
+        turned += turn(way(three[0].at, three[1].at), way(three[1].at, three[2].at)).abs();
         if three[1].share == 0.0 || turned > knot_turn {
             kept.push(three[1]);
             turned = 0.0;
@@ -176,6 +231,8 @@ fn thinned(places: &[LinePlace], knot_turn: f64) -> Vec<LinePlace> {
 mod tests {
     use super::*;
 
+    const WIDTH: f64 = 2000.0 / WAVE_WIDTHS;
+
     /// A straight course with meanders that grow from its ends.
     fn meandering(turn: f64) -> Vec<LinePlace> {
         let course: Vec<[f64; 2]> = (0..=16).map(|step| [1000.0 * step as f64, 0.0]).collect();
@@ -183,26 +240,53 @@ mod tests {
             let grown = (step.min(16 - step) as f64 / 4.0).min(1.0);
             Meander { phase: step as f64 * 0.5, turn: turn * grown, wave: 2000.0 }
         };
-        line(&course, &(0..=16).map(meander).collect::<Vec<_>>(), WIDE_TURN)
+        line(&course, None, &(0..=16).map(meander).collect::<Vec<_>>(), WIDTH, WIDE_TURN)
     }
 
     #[test]
     fn bends_are_round_and_no_tighter_than_two_widths() {
-        let width = 2000.0 / WAVE_WIDTHS;
         let places = meandering(MOST_TURN);
         let mut sharpest: f64 = 0.0;
         for three in places.windows(3) {
-            let (before, after) = (way(three[0].at, three[1].at), way(three[1].at, three[2].at));
-            let turn =
-                libm::atan2(before[0] * after[1] - before[1] * after[0], before[0] * after[0] + before[1] * after[1]);
-            sharpest = sharpest.max(turn.abs());
+            sharpest = sharpest.max(turn(way(three[0].at, three[1].at), way(three[1].at, three[2].at)).abs());
         }
         assert!(sharpest < 0.35, "a corner of {sharpest} rad");
         // As wide as the series says, and longer than the course.
         let widest = places.iter().map(|place| place.at[1].abs()).fold(0.0, f64::max);
         let swing = Meander::swing(2000.0, MOST_TURN);
         assert!((widest / swing - 1.0).abs() < 0.02, "{widest} for {swing}");
-        assert!(2.0 * width < swing && swing < 3.0 * width);
+        assert!(2.0 * WIDTH < swing && swing < 3.0 * WIDTH);
+    }
+
+    #[test]
+    fn a_bend_towards_the_side_of_a_meander_is_no_corner() {
+        // A course that turns by 140 degrees within six widths, with meanders that swing as far as its bend is wide.
+        let way = |step: i32| {
+            let angle = (1.2 * f64::from(step - 16)).clamp(-1.2, 1.2);
+            [3.0 * WIDTH * libm::cos(angle), 3.0 * WIDTH * libm::sin(angle)]
+        };
+        let mut course = vec![[0.0, 0.0]];
+        for step in 0..32 {
+            let [from, along] = [course[step as usize], way(step)];
+            course.push([from[0] + along[0], from[1] + along[1]]);
+        }
+        for phase in 0..8 {
+            let meander = |step: i32| Meander {
+                phase: f64::from(phase) / 8.0 + f64::from(step) * 3.0 / WAVE_WIDTHS,
+                turn: MOST_TURN * f64::from(step.min(32 - step)) / 16.0,
+                wave: WAVE_WIDTHS * WIDTH,
+            };
+            let meanders: Vec<Meander> = (0..=32).map(meander).collect();
+            let places = line(&course, Some([way(0), way(31)]), &meanders, WIDTH, WIDE_TURN);
+            // As sharp as it is from half a width before a place to half a width after it.
+            for (index, place) in places.iter().enumerate() {
+                let off = |other: &&LinePlace| length(super::way(place.at, other.at)) > 0.5 * WIDTH;
+                let (before, after) = (places[..index].iter().rev().find(off), places[index..].iter().find(off));
+                let (Some(before), Some(after)) = (before, after) else { continue };
+                let turn = turn(super::way(before.at, place.at), super::way(place.at, after.at));
+                assert!(turn.abs() < 0.55, "phase {phase}: a corner of {turn} rad at {:?}", place.at);
+            }
+        }
     }
 
     #[test]

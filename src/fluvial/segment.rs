@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::channel::Channel;
+use super::channel::{Channel, Knot};
 use super::fields::{Fields, across};
 use super::point::{GRAINS, Point};
 use crate::geometry::{LineSegment, length, lerp};
@@ -60,6 +60,10 @@ heap_bytes!(Segments: channels, all);
 /// It makes floors less round. On rounder ones a vertex of the bed is nearly as high above a place further down, beside
 /// whose bed it lies: it would be land, and break the brook.
 const STEEPER: f64 = 2.5;
+
+/// How steep a river runs down the side of another one's valley at most, as a share of that side's slope: so it cuts
+/// into it, and is not lost on it. Chosen by eye.
+pub const INCISION: f64 = 0.7;
 
 /// How far the side of a channel goes on that has no brooks, in distances to the next channel of its level.
 const OWN_SIDES: f64 = 1.0;
@@ -256,6 +260,27 @@ fn cross(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
     let way_m = above.at.distance(below.at) * fields.metres_a_grain();
     let steep = (above.level_m - below.level_m) / (way_m * channel.hill_slope).max(1e-9);
     across(steep)
+}
+
+/// Lowers a bed, from its mouth up, to below the sides of other valleys: those of segments that are relative to an origin.
+pub fn cut_into<'a>(
+    fields: &Fields,
+    knots: &mut [Knot],
+    hill_slope: f64,
+    segments: impl Iterator<Item = &'a Segment> + Clone,
+    origin: Point,
+) {
+    // From the mouth up, so that each knot knows what it must stay above.
+    for index in (0..knots.len() - 1).rev() {
+        let (below, here) = (knots[index + 1], knots[index]);
+        let gentlest = fields.hill_slope(fields.uplift(here.at)).min(hill_slope);
+        let slope = INCISION * gentlest * fields.metres_a_grain();
+        let relative = here.at.from(origin);
+        // It goes on falling, by a centimetre at least where it did; in a lake the bed rises to its sill.
+        let least_m = below.level_m + (here.level_m - below.level_m).min(0.01);
+        let lower = |most_m, segment: &Segment| segment.side_below_m(relative, slope, most_m).unwrap_or(most_m);
+        knots[index].level_m = segments.clone().fold(here.level_m, lower).max(least_m);
+    }
 }
 
 /// The place some grains downstream of one in the segment of that number: the segment's number and the share of it;

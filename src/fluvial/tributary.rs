@@ -2,21 +2,20 @@
 
 use std::sync::Arc;
 
-use super::channel::{Channel, Knot};
+use super::channel::{Channel, Knot, Mouth};
 use super::chunk::ChunkId;
-use super::fields::{Fields, LEAST_CROSS};
+use super::fields::{BESIDE, Fields};
 use super::lake::{self, Hollow, NO_LAKE};
 use super::point::{Point, chance};
-use super::segment::Segment;
+use super::segment::{INCISION, Segment, cut_into, segments_of};
 use super::segment_index::IndexedSegments;
 use super::tributary_course::{Courses, JOIN_CELLS, TributaryCourse, TributaryEnd};
 use super::trunk::{LEAST_SLOPE, NodeId};
-use super::trunk_course::INCISION;
 use super::trunk_curve::DROWNED_SLOPE;
 use super::wander;
 use crate::geometry::{LineSegment, length, lerp, lines};
 use crate::hash::{self, Draw};
-use crate::memory::Usage;
+use crate::memory::{Memory, Usage};
 
 /// The area at the mouth of a tributary of a level, in cells of the trunk lattice.
 pub fn most_area(level: u32) -> f64 {
@@ -37,7 +36,7 @@ const ABOVE_CELLS: f64 = JOIN_CELLS + 3.0;
 
 /// Shares of a step up a tributary at which its bed is compared with the sides of larger valleys: its end, then more
 /// closely towards where it comes from, as floors are flattest there.
-const PLACES: [f64; 6] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.75];
+const PLACES: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.75];
 
 /// Metres by which a bed lies below the sides of larger valleys at least: so much is lost where these are rasters.
 const CUT_M: f64 = 0.05;
@@ -48,53 +47,110 @@ pub struct Tributaries {
     seed: u64,
     fields: Arc<Fields>,
     courses: Courses,
+    free: Memory<ChunkId, Vec<Arc<Channel>>>,
+}
+
+/// What is around the tributaries of a chunk: the segments of the levels above, and the straight courses of this one's
+/// and its neighbours' tributaries, relative to the segments' origin.
+struct Surroundings {
+    above: IndexedSegments,
+    courses: Vec<(NodeId, LineSegment)>,
+}
+
+impl Surroundings {
+    /// The segments of larger valleys near a tributary, and the lines that it must not cross, given [where it ends, and
+    /// how far from there its head is].
+    fn of(
+        &self,
+        fields: &Fields,
+        level: u32,
+        id: NodeId,
+        [from, way]: [[f64; 2]; 2],
+    ) -> (Vec<&Segment>, Vec<LineSegment>) {
+        let reach = length(way);
+        let middle = [0, 1].map(|axis| from[axis] + way[axis] / 2.0);
+        let near = self.above.beneath(middle, NEAR * (reach + fields.side(level) as f64));
+        let others = self.courses.iter().filter(|(other, _)| *other != id).map(|(_, line)| *line);
+        let lines = others.chain(near.iter().map(|segment| segment.line()));
+        let around = lines.filter(|line| line.touches(middle, reach)).collect();
+        (near, around)
+    }
 }
 
 impl Tributaries {
     /// The tributaries of a world with these fields.
     pub fn new(fields: Arc<Fields>, seed: u64) -> Tributaries {
-        Tributaries { seed, courses: Courses::new(Arc::clone(&fields), seed), fields }
+        Tributaries { seed, courses: Courses::new(Arc::clone(&fields), seed), fields, free: Memory::new(12 << 20) }
     }
 
     /// How full its memories are.
     pub(super) fn usages(&self) -> Vec<Usage> {
-        self.courses.usages()
+        [self.courses.usages(), vec![self.free.usage()]].concat()
     }
 
     /// The tributaries whose heads are in the cells of a chunk, given whom to ask for the segments of the levels above
     /// one that matter so many cells around it.
     pub fn of(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Vec<Arc<Channel>> {
-        let above_here = above(id, ABOVE_CELLS);
-        // The straight courses of this one's and its neighbours' tributaries.
-        let mut courses: Vec<(NodeId, LineSegment)> = Vec::new();
-        for chunk in id.with_neighbours() {
-            let lines = self.courses.of(chunk, above);
-            courses.extend(lines.iter().map(|course| (course.cell, course.line(above_here.segments.origin))));
+        // Whether a dry bed lies on the ground nobody sees.
+        if !self.fields.is_wet(most_area(id.level)) {
+            return self.make_free(id, above);
         }
-        let own = self.courses.of(id, above);
-        own.iter().map(|course| Arc::new(self.tributary(id.level, course, &above_here, &courses))).collect()
+        let cell = self.fields.side(id.level);
+        let around: Vec<Arc<Vec<Arc<Channel>>>> = id.with_neighbours().map(|chunk| self.free(chunk, above)).collect();
+        let surroundings = self.surroundings(id, above);
+        let origin = surroundings.above.segments.origin;
+        let settle = |own: &Arc<Channel>| {
+            let [low, high] = own.bounds();
+            let (low, high) = (low.moved([-cell as f64; 2]), high.moved([cell as f64; 2]));
+            let is_near = |other: &&Arc<Channel>| {
+                let [from, to] = other.bounds();
+                other.id != own.id && from.x <= high.x && to.x >= low.x && from.y <= high.y && to.y >= low.y
+            };
+            let near = around.iter().flat_map(|channels| channels.iter()).filter(is_near);
+            let segments: Vec<Segment> =
+                near.flat_map(|other| segments_of(&self.fields, other, 0, origin, |_| true)).collect();
+            let mut channel = own.as_ref().clone();
+            cut_into(&self.fields, &mut channel.knots, channel.hill_slope, segments.iter(), origin);
+            if channel.lake.is_none() && channel.mouth != Mouth::Sea {
+                self.dig_lake(&mut channel, &surroundings, &segments);
+            }
+            Arc::new(channel)
+        };
+        self.free(id, above).iter().map(settle).collect()
     }
 
-    /// A tributary along its course, given the segments of the levels above and the courses of its own around it.
-    fn tributary(
-        &self,
-        level: u32,
-        course: &TributaryCourse,
-        above: &IndexedSegments,
-        courses: &[(NodeId, LineSegment)],
-    ) -> Channel {
-        let (fields, cell) = (&self.fields, self.fields.side(level) as f64);
-        let origin = above.segments.origin;
+    /// The tributaries of a chunk, but for what others of their level do to their beds, and without lakes on their way.
+    fn free(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Arc<Vec<Arc<Channel>>> {
+        self.free.get(id, || self.make_free(id, above))
+    }
+
+    fn make_free(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Vec<Arc<Channel>> {
+        let surroundings = self.surroundings(id, above);
+        let own = self.courses.of(id, above);
+        own.iter().map(|course| Arc::new(self.tributary(id.level, course, &surroundings))).collect()
+    }
+
+    /// What is around the tributaries of a chunk.
+    fn surroundings(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Surroundings {
+        let above_here = above(id, ABOVE_CELLS);
+        let origin = above_here.segments.origin;
+        let mut courses = Vec::new();
+        for chunk in id.with_neighbours() {
+            let lines = self.courses.of(chunk, above);
+            courses.extend(lines.iter().map(|course| (course.cell, course.line(origin))));
+        }
+        Surroundings { above: above_here, courses }
+    }
+
+    /// A tributary along its course, before others of its level cut into its valley.
+    fn tributary(&self, level: u32, course: &TributaryCourse, surroundings: &Surroundings) -> Channel {
+        let fields = &self.fields;
+        let origin = surroundings.above.segments.origin;
         let &TributaryCourse { cell: id, head, end: TributaryEnd { foot, shore, level_m, mouth, lake } } = course;
         let pool_m = lake.map_or(NO_LAKE, |(level_m, _)| level_m);
         let way = head.from(shore);
-        let reach = length(way);
         let from = shore.from(origin);
-        let middle = [0, 1].map(|axis| from[axis] + way[axis] / 2.0);
-        let near = above.beneath(middle, NEAR * reach + NEAR * cell);
-        let others = courses.iter().filter(|(other, _)| *other != id).map(|(_, line)| *line);
-        let lines = others.chain(near.iter().map(|segment| segment.line()));
-        let around: Vec<LineSegment> = lines.filter(|line| line.touches(middle, reach)).collect();
+        let (near, around) = surroundings.of(fields, level, id, [from, way]);
         let places = self.wander(level, id, [from, way], &around);
         let uplift = fields.uplift(head);
         let mut knots = self.bed(
@@ -112,25 +168,24 @@ impl Tributaries {
         }
         let mut channel = Channel::new((level, id.0, id.1), knots, mouth, fields.hill_slope(uplift));
         channel.lake = lake.map(|(_, id)| id);
-        if channel.lake.is_none() && foot == shore {
-            self.dig_lake(&mut channel, origin, &near, &around);
-        }
         channel
     }
 
-    /// Digs out the lake of a tributary that has one, given the segments of larger valleys near it and the lines around.
-    fn dig_lake(&self, channel: &mut Channel, origin: Point, near: &[&Segment], around: &[LineSegment]) {
+    /// Digs out the lake of a tributary that has one, given the segments of others of its level near it.
+    fn dig_lake(&self, channel: &mut Channel, surroundings: &Surroundings, others: &[Segment]) {
         let (fields, (level, x, y)) = (&self.fields, channel.id);
         let seed = hash::network_level(self.seed, level);
-        let wanted = chance(seed, (x, y), Draw::Lake, 0) < fields.settings().lakes;
-        let hollow = Hollow::new(fields, seed, level, (x, y));
-        // A lake without a river would have no outlet that is seen.
-        if !wanted || !fields.is_wet(most_area(level)) {
+        if chance(seed, (x, y), Draw::Lake, 0) >= fields.settings().lakes {
             return;
         }
-        let beside_slope = LEAST_CROSS * channel.hill_slope * fields.metres_a_grain();
-        let least_m = |at: Point| beside_m(near, at.from(origin), beside_slope);
-        let mouth = channel.knots[channel.knots.len() - 1].at.from(origin);
+        let hollow = Hollow::new(fields, seed, level, (x, y));
+        let origin = surroundings.above.segments.origin;
+        let (head, mouth) = (channel.knots[0].at, channel.knots[channel.knots.len() - 1].at);
+        let (way, mouth) = (head.from(mouth), mouth.from(origin));
+        let (mut near, around) = surroundings.of(fields, level, (x, y), [mouth, way]);
+        near.extend(others);
+        let beside_slope = BESIDE * channel.hill_slope * fields.metres_a_grain();
+        let least_m = |at: Point| beside_m(&near, at.from(origin), beside_slope);
         let others = |at: Point| {
             let at = at.from(origin);
             let lines = around.iter().filter(|line| line.distance(mouth) > 1.0);
@@ -183,9 +238,10 @@ impl Tributaries {
         // Where it comes to the larger valley, hillsides may be gentler.
         let gentlest = fields.hill_slope(fields.uplift(shore.at)).min(fields.hill_slope(uplift));
         let hillside = gentlest * fields.metres_a_grain();
-        let (side_slope, beside_slope) = (INCISION * hillside, LEAST_CROSS * hillside);
+        let (side_slope, beside_slope) = (INCISION * hillside, BESIDE * hillside);
         let coast_filled_m = fields.filled_m(level);
         let filled_m = filled_m.max(coast_filled_m);
+        let is_wet = fields.is_wet(most_area(level));
         let area = |share: f64| most_area(level) * (1.0 - AREA_FALL * share);
         // From its head down, as the coast's height is told.
         let coast_m = fields.below_coast_along_m(places.iter().rev().map(|place| origin.moved(*place)), coast_filled_m);
@@ -197,10 +253,11 @@ impl Tributaries {
             // What a river of the area half way there rises.
             let middle = f64::midpoint(share, way_m[step - 1] / way_m[segments]);
             let rise_m = step_m * fields.river_slope(uplift, area(middle));
-            let below_m = knots[step - 1].level_m;
+            let below_m = knots[knots.len() - 1].level_m;
             // Not so far below a larger channel beside it that this would lie on its side, and lose its water to it.
             let nearest: Vec<(f64, f64)> = near.iter().map(|segment| segment.nearest(here)).collect();
-            let free_m = beside_m(near, here, beside_slope).max(below_m + rise_m).max(filled_m);
+            let beside_m = beside_m(near, here, beside_slope);
+            let free_m = beside_m.max(below_m + rise_m).max(filled_m);
             // But it does not stand above the sides of larger valleys: those of lower water may be lower. Nor does it
             // between two knots: the floor of a valley that is wider than the step is round, and the bed is straight.
             let mut ground_m = free_m;
@@ -219,18 +276,36 @@ impl Tributaries {
                 }
                 Some(cut_m)
             };
-            for t in PLACES {
+            for segment in &lower {
+                ground_m = side_below_m(segment, here, ground_m + CUT_M).map_or(ground_m, |side_m| side_m - CUT_M);
+            }
+            // Between a steep bed and its side further down there may be no room: then the water of rivers comes first, and
+            // a dry brook has no valley there.
+            if !is_wet {
+                ground_m = ground_m.max(beside_m);
+            }
+            let level_m = ground_m.min(coast_m[segments - step]);
+            // Across a lake or the floor of a larger valley it rises no more than that does, but always a little.
+            let least_m = |share: f64| step_m * share * LEAST_SLOPE.min(rise_m / step_m);
+            let area_at = |t: f64| area(lerp([way_m[step - 1], step_m], t) / way_m[segments]);
+            // From the knot below up, which is this share of the step from here.
+            let mut from = (0.0, below_m);
+            for t in PLACES.into_iter().filter(|_| is_wet) {
                 let place = [0, 1].map(|axis| before[axis] + (here[axis] - before[axis]) * t);
-                for segment in lower.iter().filter(|segment| t == 1.0 || 2.0 * segment.trough[0] > step_grains) {
-                    let bed_m = below_m + (ground_m - below_m) * t;
-                    if let Some(side_m) = side_below_m(segment, place, bed_m + CUT_M) {
-                        ground_m = below_m + (side_m - CUT_M - below_m).max(0.0) / t;
-                    }
+                let straight_m = from.1 + (level_m - from.1) * (t - from.0) / (1.0 - from.0);
+                let side_m =
+                    lower.iter().fold(straight_m + CUT_M, |m, segment| side_below_m(segment, place, m).unwrap_or(m));
+                if side_m < straight_m + CUT_M {
+                    from = (t, (side_m - CUT_M).max(from.1 + least_m(t - from.0)));
+                    knots.push(Knot {
+                        at: origin.moved(place),
+                        level_m: from.1,
+                        area: area_at(t),
+                        pool_m: shore.pool_m,
+                    });
                 }
             }
-            // Across a lake or the floor of a larger valley it rises no more than that does, but always a little.
-            let least_m = below_m + rise_m.min(step_m * LEAST_SLOPE);
-            let level_m = ground_m.min(coast_m[segments - step]).max(least_m);
+            let level_m = level_m.max(from.1 + least_m(1.0 - from.0));
             knots.push(Knot { at: origin.moved(here), level_m, area: area(share), pool_m: shore.pool_m });
         }
         knots

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::channel::Mouth;
 use super::chunk::ChunkId;
-use super::fields::{Fields, LEAST_CROSS};
+use super::fields::{BESIDE, Fields};
 use super::point::{GRAINS, Point, chance};
 use super::segment::{Segment, downstream};
 use super::segment_index::IndexedSegments;
@@ -276,7 +276,7 @@ impl Courses {
             let foot = end.foot.from(origin);
             near.iter().filter(|(_, beside)| beside.channel != segment.channel).all(|(_, segment)| {
                 let most_m = segment.level_m[0] - end.level_m - BESIDE_M;
-                let steep = hill_slope * LEAST_CROSS;
+                let steep = hill_slope * BESIDE;
                 most_m <= 0.0 || !segment.line().touches(foot, most_m / steep) || {
                     let (t, square) = segment.nearest(foot);
                     lerp(segment.level_m, t) - end.level_m - BESIDE_M <= steep * square.sqrt()

@@ -12,18 +12,14 @@ use super::fields::Fields;
 use super::lake::{self, Hollow};
 use super::meander::{self, LinePlace, MOST_TURN, Meander, NARROW_TURN, WAVE_WIDTHS, WIDE_TURN};
 use super::point::{GRAINS, Point, chance};
-use super::segment::{Segment, segments_of};
+use super::segment::{Segment, cut_into, segments_of};
 use super::trunk::{LEAST_SLOPE, NodeId, Trunks, neighbours};
-use super::trunk_curve::{bend_share, curve, too_close};
+use super::trunk_curve::{bend_share, curve, directions, too_close};
 use super::wander;
 use crate::geometry::{LineSegment, lerp, lines};
 use crate::hash::{self, Draw};
 use crate::lines::LakeId;
 use crate::memory::{Memory, Usage};
-
-/// How steep a river runs down the side of a larger one's valley at most, as a share of that side's slope: so it cuts
-/// into it, and is not lost on it. Chosen by eye.
-pub const INCISION: f64 = 0.7;
 
 /// Cells of the trunk lattice that a trunk sticks out of the cell of its upper node at most: it runs to a neighbouring
 /// one, and its curve bulges by less than its length.
@@ -112,17 +108,7 @@ impl TrunkCourses {
         let origin = trunk.knots[0].at;
         let segments: Vec<Segment> =
             others.iter().flat_map(|other| segments_of(&self.fields, other, 0, origin, |_| true)).collect();
-        // From the mouth up, so that each knot knows what it must stay above; in a lake the bed rises to its sill.
-        for index in (0..trunk.knots.len() - 1).rev() {
-            let (below, here) = (trunk.knots[index + 1], trunk.knots[index]);
-            let hill_slope = self.fields.hill_slope(self.fields.uplift(here.at)).min(trunk.hill_slope);
-            let slope = INCISION * hill_slope * self.fields.metres_a_grain();
-            let relative = here.at.from(origin);
-            // It goes on falling, by a centimetre at least where it did.
-            let least_m = below.level_m + (here.level_m - below.level_m).min(0.01);
-            let lower = |most_m, segment: &Segment| segment.side_below_m(relative, slope, most_m).unwrap_or(most_m);
-            trunk.knots[index].level_m = segments.iter().fold(here.level_m, lower).max(least_m);
-        }
+        cut_into(&self.fields, &mut trunk.knots, trunk.hill_slope, segments.iter(), origin);
         lake::fill(&mut trunk.knots);
         Some(Arc::new(trunk))
     }
@@ -213,7 +199,11 @@ impl TrunkCourses {
         }
         let width = self.fields.river_width_m(trunk.knots[last].area) / self.fields.metres_a_grain();
         let knot_turn = if width > WIDE * GRAINS as f64 { WIDE_TURN } else { NARROW_TURN };
-        let places = meander::line(&wander::moved(&course, &offsets), &meanders, knot_turn);
+        // What is nearly straight instead, to keep clear of another, has no room to turn at its ends.
+        let is_smooth = self.smooth_trunk(id).is_some_and(|smooth| smooth.knots == trunk.knots);
+        let ends = trunk.next.filter(|_| is_smooth).map(|(to, _)| directions(&self.nodes, id, to));
+        let course = wander::moved(&course, &offsets);
+        let places = meander::line(&course, ends, &meanders, width, knot_turn);
         let knot = |place: &LinePlace| {
             let (upper, lower) = (&trunk.knots[place.segment], &trunk.knots[place.segment + 1]);
             let mix = |from: f64, to: f64| from + (to - from) * place.share;

@@ -36,22 +36,8 @@ pub fn curve(fields: &Fields, nodes: &Trunks, id: NodeId, share: f64) -> Option<
     let below = nodes.drained(to);
     let (here, there) = (nodes.node(id), nodes.node(to));
     let straight = there.at.from(here.at);
-    // A river runs through a node in the direction from the one before to the one after.
-    let through = |id: NodeId, drained: &Drained| {
-        let to = nodes.node(drained.to?).at;
-        Some(match drained.main {
-            Some(main) => to.from(nodes.node(main).at).map(|part| part * 0.5),
-            None => to.from(nodes.node(id).at),
-        })
-    };
-    // The others join aslant.
+    let [start, end] = directions(nodes, id, to);
     let is_main = below.main == Some(id);
-    let start = through(id, &drained).unwrap_or(straight);
-    let end = match through(to, &below) {
-        Some(end) if is_main => end,
-        Some(end) => [0, 1].map(|axis| 0.5 * (end[axis] + straight[axis])),
-        None => straight,
-    };
     let segments = fields.segments_a_channel(0).max(LEAST_SEGMENTS);
     let bend = share * bend_share(fields, &drained, here.at, there.at);
     // Where the sea comes in between, the trunk ends there.
@@ -88,6 +74,28 @@ pub fn curve(fields: &Fields, nodes: &Trunks, id: NodeId, share: f64) -> Option<
     let mut trunk = Channel::new((0, id.0, id.1), knots, mouth, hill_slope);
     trunk.next = next;
     Some(trunk)
+}
+
+/// The directions in which the trunk from a node to the next leaves the one and comes to the other, as long as the way.
+pub fn directions(nodes: &Trunks, id: NodeId, to: NodeId) -> [[f64; 2]; 2] {
+    let (drained, below) = (nodes.drained(id), nodes.drained(to));
+    let straight = nodes.node(to).at.from(nodes.node(id).at);
+    // A river runs through a node in the direction from the one before to the one after.
+    let through = |id: NodeId, drained: &Drained| {
+        let to = nodes.node(drained.to?).at;
+        Some(match drained.main {
+            Some(main) => to.from(nodes.node(main).at).map(|part| part * 0.5),
+            None => to.from(nodes.node(id).at),
+        })
+    };
+    // The others join aslant.
+    let start = through(id, &drained).unwrap_or(straight);
+    let end = match through(to, &below) {
+        Some(end) if below.main == Some(id) => end,
+        Some(end) => [0, 1].map(|axis| 0.5 * (end[axis] + straight[axis])),
+        None => straight,
+    };
+    [start, end]
 }
 
 /// Hermite's cubic from the origin to a place, by its tangents at both ends: the shorter these are the straighter it
