@@ -46,7 +46,7 @@ const FULL: f64 = 0.82;
 const BATCHES: f64 = 0.75;
 
 /// What the allocator takes for each byte that is remembered, since things of all sizes come and go.
-const SPREAD: f64 = 1.1;
+const SPREAD: f64 = 1.12;
 
 impl Forecast {
     /// Makes the middle tile of a region, for which much may have to be planned first, and concludes from it.

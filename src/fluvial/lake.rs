@@ -52,6 +52,11 @@ const LEAST_DEPTH: f64 = 0.2;
 /// The depth in metres that it has at least: water without depth is no lake.
 const LEAST_DEPTH_M: f64 = 0.5;
 
+/// The depth in metres that is left where others are too near for more, and what falls from one knot to the next at least
+/// above the lake.
+const SHALLOWS_M: f64 = 0.02;
+const LEAST_FALL_M: f64 = 0.001;
+
 /// Straight segments of a channel that has a lake, at least: of fewer its floor would have corners.
 const LEAST_SEGMENTS: f64 = 32.0;
 
@@ -140,7 +145,7 @@ impl Hollow {
             return false;
         }
         let clear_m = |at: Point| level_m - depth_m(fields, hill_slope, area, others(at) / CLEAR);
-        let floor_m = |at: Point| clear_m(at).max(least_m(at)).min(level_m);
+        let floor_m = |at: Point| clear_m(at).max(least_m(at));
         dig(&mut knots[inlet..=sill], level_m, deep_m, true, floor_m);
         // Beside others there may be no room for its depth.
         if !knots[inlet..sill].iter().any(|knot| knot.level_m < level_m - shallowest_m) {
@@ -214,9 +219,17 @@ fn dig(knots: &mut [Knot], level_m: f64, depth_m: f64, has_outlet: bool, least_m
     for (knot, way) in knots.iter_mut().zip(way) {
         let up = (end - way) / end.max(1.0);
         let out = if has_outlet { smooth(up / FALLS) } else { 1.0 };
-        let floor_m = (level_m - depth_m * out).max(least_m(knot.at));
+        // However little room there is, some water is left all the way, so that it is one lake.
+        let floor_m = (level_m - depth_m * out).max(least_m(knot.at)).min(level_m - SHALLOWS_M * out);
         knot.level_m = floor_m + (knot.level_m - floor_m) * smooth((up - RISES) / (1.0 - RISES));
         knot.pool_m = level_m;
+    }
+    // Where the room changes from place to place, what comes down to the lake falls all the same.
+    for index in (0..knots.len() - 1).rev() {
+        let below_m = knots[index + 1].level_m;
+        if knots[index].level_m >= level_m {
+            knots[index].level_m = knots[index].level_m.max(below_m + LEAST_FALL_M);
+        }
     }
 }
 

@@ -30,7 +30,7 @@ const LEAST_CELLS: (f64, f64) = (0.45, 0.12);
 /// at each level above it, up to a most.
 ///
 /// Longer and more slanting tributaries at the coarser levels make large basins longer than wide: Hack's law.
-const SLANT: (f64, f64, f64) = (0.8, 0.55, 2.6);
+const SLANT: (f64, f64, f64) = (1.1, 0.55, 2.6);
 
 /// Shares of that which are tried, the first first, until one ends so far before the end of its channel, as a share of
 /// the distance: there others end as well, and those that run to one place side by side are a fan. Chosen by eye.
