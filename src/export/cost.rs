@@ -74,7 +74,11 @@ impl Forecast {
         // What is planned, and what of it is remembered, grows with the area that is planned for.
         let growth = planned_area(world, region.width(), region.height())
             / planned_area(world, world.tile_cells() as u64, world.tile_cells() as u64);
-        let remembered = |usage: Usage| (usage.held as f64 * growth).min(usage.most as f64 * FULL) * SPREAD;
+        // One whose values are large may hold more already than it should.
+        let remembered = |usage: Usage| {
+            let held = usage.held as f64;
+            (held * growth).min(usage.most as f64 * FULL).max(held) * SPREAD
+        };
         let remembered: f64 = world.usages().into_iter().map(remembered).sum();
         let tiles = region.tiles();
         let formats_s = (region.vertices() * formats.work_ns_a_vertex) as f64 * 1e-9;

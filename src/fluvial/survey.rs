@@ -76,7 +76,7 @@ pub(super) struct Memories {
 impl Default for Memories {
     fn default() -> Memories {
         // A page has up to a megabyte, and is asked for by the few blocks on it, one soon after the other.
-        Memories { blocks: Memory::new(4 << 20), pages: Memory::new(32 << 20) }
+        Memories { blocks: Memory::new(4 << 20), pages: Memory::new(16 << 20) }
     }
 }
 
