@@ -368,6 +368,7 @@ impl Profiled<'_> {
         let (heights_m, count) = (self.heights_m, self.heights_m.len());
         let mut demands = Demands {
             lengths_m: self.line.lengths_m.clone(),
+            land_m: heights_m.to_vec(),
             wished_m: self.wished_m.to_vec(),
             least_m: vec![f64::NEG_INFINITY; count],
             most_m: vec![f64::INFINITY; count],

@@ -2,7 +2,8 @@
 //!
 //! A function is no steeper than g if it rises by no more than g times the distance between any two points. The highest
 //! such function under the land and the lowest above it are found in two sweeps each; their mean is one, too, and cuts
-//! about as much as it fills. So is any such function after it has been clamped between two others.
+//! about as much as it fills. So is any such function after it has been clamped between two others. At last dips that lie
+//! in cuttings are raised, where water would stand.
 
 /// What a road's heights must keep to, point by point.
 #[derive(Debug)]
@@ -10,6 +11,8 @@
 pub(super) struct Demands {
     /// Metres from a point to the next.
     pub lengths_m: Vec<f64>,
+    /// Heights of the land.
+    pub land_m: Vec<f64>,
     /// Heights that the road should have.
     pub wished_m: Vec<f64>,
     /// Heights that it must not be under.
@@ -38,7 +41,29 @@ impl Demands {
         let above_m = swept(&wished_m, -grade, f64::max);
         let mean_m = under_m.iter().zip(&above_m).map(|(under_m, above_m)| f64::midpoint(*under_m, *above_m));
         // By the swept bounds, which are no steeper than the grade; clamped to the demands themselves it could jump.
-        Some(mean_m.zip(least_m.iter().zip(&most_m)).map(|(z, (least, most))| z.max(*least).min(*most)).collect())
+        let levels_m = mean_m.zip(least_m.iter().zip(&most_m)).map(|(z, (least, most))| z.max(*least).min(*most));
+        Some(self.drained(levels_m.collect(), &most_m, grade))
+    }
+
+    /// Levels without dips in cuttings, where water would stand: what lies under the land there is raised to the dip's
+    /// lower end, or to the land if that is lower, as far as the bounds and the grade let it.
+    fn drained(&self, levels_m: Vec<f64>, most_m: &[f64], grade: f64) -> Vec<f64> {
+        let land_m = averaged(&averaged(&self.land_m));
+        // Water from a point runs off over the lower one of the highest points to each side.
+        let highest = |most_m: &mut f64, z: &f64| {
+            *most_m = most_m.max(*z);
+            Some(*most_m)
+        };
+        let before: Vec<f64> = levels_m.iter().scan(f64::NEG_INFINITY, highest).collect();
+        let mut after: Vec<f64> = levels_m.iter().rev().scan(f64::NEG_INFINITY, highest).collect();
+        after.reverse();
+        let raised = |index: usize| {
+            let sill_m = before[index].min(after[index]);
+            levels_m[index].max(sill_m.min(land_m[index]).min(most_m[index]))
+        };
+        let raised_m = swept(&self.lengths_m, (0..levels_m.len()).map(raised).collect(), grade, f64::min);
+        // The levels are no steeper than the grade, so it takes back no more than was added, but for rounding.
+        levels_m.iter().zip(raised_m).map(|(z, raised_m)| z.max(raised_m)).collect()
     }
 }
 
@@ -92,6 +117,7 @@ mod tests {
             lengths_m: vec![8.0; count - 1],
             least_m: vec![f64::NEG_INFINITY; count],
             most_m: vec![f64::INFINITY; count],
+            land_m: wished_m.clone(),
             wished_m,
         };
         for end in [0, count - 1] {
@@ -123,5 +149,23 @@ mod tests {
         assert!(profile[50] >= 12.0 && profile[20] <= -3.0 && steepest(&profile) <= 0.07 + 1e-12);
         valley.least_m[50] = 40.0;
         assert!(valley.profile(0.07).is_none());
+    }
+
+    #[test]
+    fn a_road_has_no_dip_in_a_cutting() {
+        // Down the grade to a ridge, which it goes through, and over a river behind that.
+        let land = |i: usize| if (40..70).contains(&i) { 20.0 } else { 0.0 };
+        let mut cut = demands((0..121).map(land).collect());
+        for i in 0..121 {
+            cut.wished_m[i] = if (50..60).contains(&i) { -9.0 } else { 0.0 };
+        }
+        cut.least_m[90] = 6.0;
+        let profile = cut.profile(0.08).expect("the ends are level");
+        assert!(steepest(&profile) <= 0.08 + 1e-12 && profile[90] >= 6.0);
+        let dip = |at: &usize| {
+            let higher = |mut way: std::ops::Range<usize>| way.any(|other| profile[other] > profile[*at] + 1e-9);
+            profile[*at] < land(*at) - 1.0 && higher(0..*at) && higher(at + 1..121)
+        };
+        assert_eq!((0..121).find(dip), None, "{profile:?}");
     }
 }
