@@ -9,6 +9,9 @@ use std::sync::{Arc, Mutex, OnceLock};
 pub(crate) trait HeapBytes {
     /// Bytes that the value holds on the heap. What several values share counts for each, so that sums are never short.
     fn heap_bytes(&self) -> usize;
+
+    /// Gives back what the value holds without need, as vectors do that have grown.
+    fn shrink(&mut self);
 }
 
 /// Says of a type which of its fields hold something on the heap: `heap_bytes!(Type: field, field)`, or none.
@@ -17,6 +20,10 @@ macro_rules! heap_bytes {
         impl $crate::memory::HeapBytes for $type {
             fn heap_bytes(&self) -> usize {
                 0 $($(+ $crate::memory::HeapBytes::heap_bytes(&self.$field))+)?
+            }
+
+            fn shrink(&mut self) {
+                $($($crate::memory::HeapBytes::shrink(&mut self.$field);)+)?
             }
         }
     };
@@ -34,11 +41,20 @@ impl<A: HeapBytes, B: HeapBytes> HeapBytes for (A, B) {
     fn heap_bytes(&self) -> usize {
         self.0.heap_bytes() + self.1.heap_bytes()
     }
+
+    fn shrink(&mut self) {
+        self.0.shrink();
+        self.1.shrink();
+    }
 }
 
 impl<T: HeapBytes> HeapBytes for Option<T> {
     fn heap_bytes(&self) -> usize {
         self.as_ref().map_or(0, T::heap_bytes)
+    }
+
+    fn shrink(&mut self) {
+        self.iter_mut().for_each(T::shrink);
     }
 }
 
@@ -46,11 +62,20 @@ impl<T: HeapBytes, const N: usize> HeapBytes for [T; N] {
     fn heap_bytes(&self) -> usize {
         self.iter().map(T::heap_bytes).sum()
     }
+
+    fn shrink(&mut self) {
+        self.iter_mut().for_each(T::shrink);
+    }
 }
 
 impl<T: HeapBytes> HeapBytes for Vec<T> {
     fn heap_bytes(&self) -> usize {
         self.capacity() * size_of::<T>() + self.iter().map(T::heap_bytes).sum::<usize>()
+    }
+
+    fn shrink(&mut self) {
+        self.shrink_to_fit();
+        self.iter_mut().for_each(T::shrink);
     }
 }
 
@@ -58,11 +83,22 @@ impl<T: HeapBytes> HeapBytes for Arc<T> {
     fn heap_bytes(&self) -> usize {
         COUNTS + size_of::<T>() + T::heap_bytes(self)
     }
+
+    /// What others share is left as it is.
+    fn shrink(&mut self) {
+        if let Some(own) = Arc::get_mut(self) {
+            own.shrink();
+        }
+    }
 }
 
 impl HeapBytes for String {
     fn heap_bytes(&self) -> usize {
         self.capacity()
+    }
+
+    fn shrink(&mut self) {
+        self.shrink_to_fit();
     }
 }
 
@@ -153,7 +189,8 @@ impl<K: Copy + Eq + Hash, V: HeapBytes> Memory<K, V> {
         // Not under the lock: making one value may ask for others.
         let mut held = None;
         let value = slot.get_or_init(|| {
-            let value = make();
+            let mut value = make();
+            value.shrink();
             held = Some(value.heap_bytes());
             Arc::new(value)
         });
@@ -206,6 +243,18 @@ impl<K: Eq + Hash, V> Generation<K, V> {
 mod tests {
     use super::*;
     use std::cell::Cell;
+
+    #[test]
+    fn what_is_kept_takes_no_more_than_it_needs() {
+        let memory: Memory<u64, Vec<Arc<Vec<u64>>>> = Memory::new(1 << 20);
+        let grown = |value: u64| {
+            let mut values = Vec::with_capacity(1000);
+            values.push(value);
+            values
+        };
+        memory.get(0, || vec![Arc::new(grown(1)), Arc::new(grown(2))]);
+        assert!(memory.usage().held < 1000, "{} bytes are kept", memory.usage().held);
+    }
 
     #[test]
     fn what_was_asked_lately_is_not_made_again_and_the_rest_is_forgotten() {
