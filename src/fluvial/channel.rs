@@ -22,6 +22,20 @@ pub struct Knot {
     pub pool_m: f64,
 }
 
+impl Knot {
+    /// The knot at a share of the straight way to the next one.
+    #[must_use]
+    pub fn towards(&self, next: &Knot, share: f64) -> Knot {
+        let mix = |from: f64, to: f64| from + (to - from) * share;
+        Knot {
+            at: self.at.moved(next.at.from(self.at).map(|way| way * share)),
+            level_m: mix(self.level_m, next.level_m),
+            area: mix(self.area, next.area),
+            pool_m: self.pool_m,
+        }
+    }
+}
+
 /// What a channel runs into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mouth {

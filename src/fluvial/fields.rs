@@ -197,6 +197,12 @@ impl Fields {
         low + (high - low) * uplift
     }
 
+    /// The slope of the gentlest hillsides.
+    pub fn least_hill_slope(&self) -> f64 {
+        let [low, high] = self.settings.hill_slope;
+        low.min(high)
+    }
+
     /// The slope of a river, by uplift and by the area that it drains, in cells of the trunk lattice.
     pub fn river_slope(&self, uplift: f64, area: f64) -> f64 {
         let slope = self.settings.trunk_slope * uplift / area.sqrt();

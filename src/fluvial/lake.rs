@@ -8,7 +8,6 @@ use super::channel::{Channel, Knot};
 use super::fields::Fields;
 use super::point::{Point, chance};
 use super::trunk::NodeId;
-use crate::geometry::length;
 use crate::hash::Draw;
 use crate::lines::LakeId;
 
@@ -37,7 +36,7 @@ const FALLS: f64 = 0.3;
 const RISES: f64 = 0.35;
 
 /// How steep a lake's floor is at most where it falls from the sill or rises to the inlet, as a share of the hillside's
-/// slope: of trunks, whose sides count as if their beds were level, and of others as a share of the steepest channels'.
+/// slope: of trunks, whose sides count as if their beds were level, and of others.
 /// A [smooth] rise is half again as steep in its middle as on the whole.
 const STEEPEST_TRUNK: f64 = 0.3;
 const STEEPEST_SHARE: f64 = 0.5;
@@ -195,18 +194,8 @@ fn ways(knots: &[Knot]) -> Vec<f64> {
 /// The same course with more knots, so that none of its segments is longer than so many grains.
 fn refined(knots: &[Knot], longest: f64) -> Vec<Knot> {
     let between = knots.windows(2).flat_map(|pair| {
-        let way = pair[1].at.from(pair[0].at);
-        let parts = (length(way) / longest.max(1.0)).ceil().max(1.0) as usize;
-        (0..parts).map(move |part| {
-            let share = part as f64 / parts as f64;
-            let mix = |from: f64, to: f64| from + (to - from) * share;
-            Knot {
-                at: pair[0].at.moved(way.map(|way| way * share)),
-                level_m: mix(pair[0].level_m, pair[1].level_m),
-                area: mix(pair[0].area, pair[1].area),
-                pool_m: pair[0].pool_m,
-            }
-        })
+        let parts = (pair[0].at.distance(pair[1].at) / longest.max(1.0)).ceil().max(1.0) as usize;
+        (0..parts).map(move |part| pair[0].towards(&pair[1], part as f64 / parts as f64))
     });
     between.chain(knots.last().copied()).collect()
 }

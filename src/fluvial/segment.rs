@@ -63,7 +63,13 @@ const STEEPER: f64 = 2.5;
 
 /// How steep a river runs down the side of another one's valley at most, as a share of that side's slope: so it cuts
 /// into it, and is not lost on it. Chosen by eye.
-pub const INCISION: f64 = 0.7;
+pub const INCISION: f64 = 0.65;
+
+/// Metres that a bed which is cut into the side of another valley falls from knot to knot at least.
+const LEAST_FALL_M: f64 = 0.01;
+
+/// Grains between the places at which a bed is compared with the sides of other valleys, about: eight vertices.
+const LONGEST_CUT: f64 = (8 * GRAINS) as f64;
 
 /// How far the side of a channel goes on that has no brooks, in distances to the next channel of its level.
 const OWN_SIDES: f64 = 1.0;
@@ -158,6 +164,11 @@ impl Segment {
         self.level_m[0].min(self.level_m[0] + self.level_m[1])
     }
 
+    /// Its highest water in metres.
+    pub fn highest_m(&self) -> f64 {
+        self.level_m[0].max(self.level_m[0] + self.level_m[1])
+    }
+
     /// Whether its side may be below a height where it is so far away, given as the square.
     pub fn may_be_below(&self, square: f64, slope: f64, most_m: f64) -> bool {
         let rise = (most_m - self.lowest_m()) / (slope * self.gentlest_cross());
@@ -188,6 +199,29 @@ impl Segment {
         let (trough, shore) = (lerp(self.trough, t), lerp(self.river, t));
         let rise = ((square - shore * shore).max(0.0) + trough * trough).sqrt() - trough;
         lerp(self.level_m, t) + slope * lerp(self.cross, t) * rise
+    }
+}
+
+/// A circle that holds the places of a course.
+pub struct Circle {
+    /// Its middle.
+    pub middle: [f64; 2],
+    /// Its radius.
+    pub radius: f64,
+}
+
+impl Circle {
+    /// The circle around the middle of the way from the first place to the last.
+    pub fn around(places: &[[f64; 2]]) -> Circle {
+        let (first, last) = (places[0], places[places.len() - 1]);
+        let middle = [0, 1].map(|axis| f64::midpoint(first[axis], last[axis]));
+        let distances = places.iter().map(|place| length([place[0] - middle[0], place[1] - middle[1]]));
+        Circle { middle, radius: distances.fold(0.0, f64::max) }
+    }
+
+    /// Grains from a segment to the nearest place in the circle.
+    pub fn least(&self, segment: &Segment) -> f64 {
+        (segment.nearest(self.middle).1.sqrt() - self.radius).max(0.0)
     }
 }
 
@@ -263,24 +297,58 @@ fn cross(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
 }
 
 /// Lowers a bed, from its mouth up, to below the sides of other valleys: those of segments that are relative to an origin.
-pub fn cut_into<'a>(
-    fields: &Fields,
-    knots: &mut [Knot],
-    hill_slope: f64,
-    segments: impl Iterator<Item = &'a Segment> + Clone,
-    origin: Point,
-) {
+/// Where it is straight for long, it has a knot more at each place that is lowered.
+pub fn cut_into(fields: &Fields, knots: &mut Vec<Knot>, hill_slope: f64, segments: &[&Segment], origin: Point) {
+    // Of all segments those that may be lower than it anywhere.
+    let places: Vec<[f64; 2]> = knots.iter().map(|knot| knot.at.from(origin)).collect();
+    let around = Circle::around(&places);
+    let highest_m = knots.iter().map(|knot| knot.level_m).fold(f64::NEG_INFINITY, f64::max);
+    let least_slope = INCISION * hill_slope.min(fields.least_hill_slope()) * fields.metres_a_grain();
+    let may_be_below = |segment: &&Segment| {
+        highest_m > segment.lowest_m() && segment.may_be_below(around.least(segment).powi(2), least_slope, highest_m)
+    };
+    let near: Vec<&Segment> = segments.iter().copied().filter(may_be_below).collect();
     // From the mouth up, so that each knot knows what it must stay above.
-    for index in (0..knots.len() - 1).rev() {
-        let (below, here) = (knots[index + 1], knots[index]);
+    let mut cut: Vec<Knot> = knots.last().copied().into_iter().collect();
+    for pair in knots.windows(2).rev() {
+        let (mut here, mut below) = (pair[0], cut[cut.len() - 1]);
         let gentlest = fields.hill_slope(fields.uplift(here.at)).min(hill_slope);
         let slope = INCISION * gentlest * fields.metres_a_grain();
-        let relative = here.at.from(origin);
+        // Those that may be lower than it somewhere on the way.
+        let middle = here.towards(&pair[1], 0.5).at.from(origin);
+        let half = here.at.distance(pair[1].at) / 2.0;
+        let highest_m = here.level_m.max(pair[1].level_m);
+        let may_be_below = |segment: &&Segment| {
+            highest_m > segment.lowest_m() && {
+                let least = (segment.nearest(middle).1.sqrt() - half).max(0.0);
+                segment.may_be_below(least * least, slope, highest_m)
+            }
+        };
+        let lower: Vec<&Segment> = near.iter().copied().filter(may_be_below).collect();
+        let cut_m = |knot: &Knot| {
+            let at = knot.at.from(origin);
+            lower.iter().fold(knot.level_m, |most_m, segment| segment.side_below_m(at, slope, most_m).unwrap_or(most_m))
+        };
         // It goes on falling, by a centimetre at least where it did; in a lake the bed rises to its sill.
-        let least_m = below.level_m + (here.level_m - below.level_m).min(0.01);
-        let lower = |most_m, segment: &Segment| segment.side_below_m(relative, slope, most_m).unwrap_or(most_m);
-        knots[index].level_m = segments.clone().fold(here.level_m, lower).max(least_m);
+        let least_fall_m = (here.level_m - below.level_m).min(LEAST_FALL_M);
+        here.level_m = cut_m(&here).max(below.level_m + least_fall_m);
+        let parts = (here.at.distance(below.at) / LONGEST_CUT).ceil();
+        for part in (1..parts as usize).rev().filter(|_| least_fall_m > 0.0) {
+            // What is left of the way down from here is straight, from the last knot that was lowered.
+            let straight = here.towards(&pair[1], part as f64 / parts);
+            let left = straight.at.distance(below.at) / here.at.distance(below.at);
+            let straight = Knot { level_m: below.level_m + (here.level_m - below.level_m) * left, ..straight };
+            let level_m = cut_m(&straight).max(below.level_m + least_fall_m / parts);
+            if level_m < straight.level_m {
+                below = Knot { level_m, ..straight };
+                cut.push(below);
+            }
+        }
+        here.level_m = here.level_m.max(below.level_m + least_fall_m / parts.max(1.0));
+        cut.push(here);
     }
+    cut.reverse();
+    *knots = cut;
 }
 
 /// The place some grains downstream of one in the segment of that number: the segment's number and the share of it;
@@ -300,5 +368,37 @@ pub fn downstream(segments: &[Segment], mut number: usize, mut t: f64, mut grain
             return None;
         }
         (number, t) = (number + 1, 0.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fluvial::channel::Mouth;
+    use crate::preset::Preset;
+
+    #[test]
+    fn a_bed_is_cut_where_it_is_straight_for_long() {
+        let (_, preset) = Preset::load("alps").unwrap();
+        let fields = Fields::new(&preset.fluvial.unwrap(), preset.spacing_m, None, 4);
+        let knot = |x: i64, y: i64, level_m: f64| Knot {
+            at: Point::at_vertex(x, y),
+            level_m,
+            area: 0.001,
+            pool_m: f64::NEG_INFINITY,
+        };
+        // From a knot to the next there are a hundred vertices, and half way a deep head is ten vertices beside it.
+        let mut bed = vec![knot(0, 0, 1200.0), knot(100, 0, 1000.0)];
+        let (head, foot) = (knot(50, 10, 1010.0), knot(50, 60, 900.0));
+        let other = Channel::new((3, 0, 0), vec![head, foot], Mouth::Sea, 0.6);
+        let origin = Point::at_vertex(0, 0);
+        let segments: Vec<Segment> = segments_of(&fields, &other, 0, origin, |_| true).collect();
+        cut_into(&fields, &mut bed, 0.6, &segments.iter().collect::<Vec<_>>(), origin);
+        assert!(bed.len() > 2 && bed.windows(2).all(|pair| pair[0].level_m > pair[1].level_m), "{bed:?}");
+        let slope = fields.hill_slope(fields.uplift(head.at)).min(0.6) * fields.metres_a_grain();
+        for knot in &bed[1..bed.len() - 1] {
+            let side_m = segments[0].side_m(knot.at.from(origin), slope);
+            assert!(knot.level_m < side_m, "{knot:?}, but the side is at {side_m}");
+        }
     }
 }

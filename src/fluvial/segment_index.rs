@@ -78,16 +78,16 @@ impl IndexedSegments {
 
     /// The segments that may come so near to a place, relative to the segments' origin, with their numbers; in the order
     /// of the raster.
-    pub fn around(&self, place: [f64; 2], distance: f64) -> Vec<(usize, &Segment)> {
+    pub fn around(&self, place: [f64; 2], distance: f64) -> impl Iterator<Item = (usize, &Segment)> {
         let reach = distance + 0.5 * self.longest;
         let [columns, rows] = [0, 1].map(|axis| [-reach, reach].map(|by| self.raster.line(axis, place[axis] + by)));
         // The cells of a row lie one after the other.
-        let numbers = (rows[0]..=rows[1]).flat_map(|row| {
+        let numbers = (rows[0]..=rows[1]).flat_map(move |row| {
             let [from, to] = [columns[0], columns[1] + 1].map(|column| self.starts[row * self.raster.side + column]);
             &self.numbers[from as usize..to as usize]
         });
         let all = numbers.map(|number| (*number as usize, &self.segments.all[*number as usize]));
-        all.filter(|(_, segment)| segment.line().touches(place, distance)).collect()
+        all.filter(move |(_, segment)| segment.line().touches(place, distance))
     }
 
     /// The segments whose sides have risen less, at a place, than that of a brook without a floor does within so many
@@ -97,7 +97,7 @@ impl IndexedSegments {
         let reach = Reach::even(brook);
         let is_beneath = |segment: &&Segment| segment.nearest(place).1 < segment.reach(reach).powi(2);
         let around = self.around(place, widened(brook, trough) + lake);
-        around.into_iter().map(|(_, segment)| segment).filter(is_beneath).collect()
+        around.map(|(_, segment)| segment).filter(is_beneath).collect()
     }
 }
 
@@ -121,7 +121,7 @@ mod tests {
         for place in
             [[0.4, 0.7], [3.1, 2.2], [5.9, 0.0], [-2.0, 7.5], [80.0, 1.0]].map(|place| place.map(|at| at * cell))
         {
-            let mut found: Vec<usize> = index.around(place, 1.3 * cell).into_iter().map(|(number, _)| number).collect();
+            let mut found: Vec<usize> = index.around(place, 1.3 * cell).map(|(number, _)| number).collect();
             found.sort_unstable();
             let near = all().filter(|(_, segment)| segment.line().touches(place, 1.3 * cell));
             assert_eq!(found, near.map(|(number, _)| number).collect::<Vec<_>>(), "around {place:?}");

@@ -5,8 +5,11 @@
 use std::collections::BTreeSet;
 
 use super::*;
+use crate::geometry::{LineSegment, length};
 use crate::grid::Grid;
 use crate::preset::Preset;
+use channel::Channel;
+use point::GRAINS;
 use segment::Segment;
 
 const AREA: Area = Area { x0: -130, y0: 70, x1: -66, y1: 118 };
@@ -240,4 +243,47 @@ fn whole_patches_read_the_same_as_their_parts() {
     let fluvial = relief("alps");
     let whole = fluvial.land(AREA.padded(WIDE), &Clock::default());
     assert_eq!(whole.heights.part(AREA), fluvial.land(AREA, &Clock::default()).heights);
+}
+
+/// The tributaries whose heads are in a square of so many vertices of the network's plane.
+fn tributaries(fluvial: &Fluvial, vertices: i64) -> Vec<Arc<Channel>> {
+    let segments = fluvial.segments(Area::new(0, 0, vertices as usize, vertices as usize), 1);
+    let end = Point::at_vertex(vertices, vertices);
+    let inside = |at: Point| at.x >= 0 && at.y >= 0 && at.x < end.x && at.y < end.y;
+    let wanted = |channel: &&Arc<Channel>| channel.id.0 > 0 && inside(channel.knots[0].at);
+    segments.channels.iter().filter(wanted).cloned().collect()
+}
+
+#[test]
+fn brooks_come_down_most_hillsides() {
+    for name in ["alps", "highlands"] {
+        let fluvial = relief(name);
+        let finest = fluvial.fields.levels() - 1;
+        let cells = (1024 * GRAINS / fluvial.fields.side(finest)).pow(2) as usize;
+        let brooks = tributaries(&fluvial, 1024).iter().filter(|channel| channel.id.0 == finest).count();
+        // The others lie beside larger channels or on floors.
+        assert!(brooks * 100 > cells * 42, "{name}: {brooks} brooks begin in {cells} cells");
+    }
+}
+
+#[test]
+fn no_two_tributaries_of_a_level_run_side_by_side() {
+    let channels = tributaries(&relief("alps"), 1024);
+    let line = |channel: &Channel| {
+        let (head, foot) = (channel.knots[0].at, channel.knots[channel.knots.len() - 1].at);
+        LineSegment { from: foot.from(Point { x: 0, y: 0 }), along: head.from(foot) }
+    };
+    let mut near = 0;
+    for one in &channels {
+        let line_of_one = line(one);
+        let long = length(line_of_one.along);
+        let head = [0, 1].map(|axis| line_of_one.from[axis] + line_of_one.along[axis]);
+        let longer = |other: &&Arc<Channel>| other.id.0 == one.id.0 && length(line(other).along) > long;
+        for other in channels.iter().filter(longer) {
+            let apart = f64::midpoint(line(other).distance(line_of_one.from), line(other).distance(head));
+            near += usize::from(apart < 0.3 * long);
+            assert!(apart > 0.14 * long, "{:?} runs beside {:?}", one.id, other.id);
+        }
+    }
+    assert!(near > 3, "{near} come near each other");
 }

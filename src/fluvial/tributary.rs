@@ -7,7 +7,7 @@ use super::chunk::ChunkId;
 use super::fields::{BESIDE, Fields};
 use super::lake::{self, Hollow, NO_LAKE};
 use super::point::{Point, chance};
-use super::segment::{INCISION, Segment, cut_into, segments_of};
+use super::segment::{Circle, INCISION, Segment, cut_into, segments_of};
 use super::segment_index::IndexedSegments;
 use super::tributary_course::{Courses, JOIN_CELLS, TributaryCourse, TributaryEnd};
 use super::trunk::{LEAST_SLOPE, NodeId};
@@ -80,7 +80,7 @@ impl Surroundings {
 impl Tributaries {
     /// The tributaries of a world with these fields.
     pub fn new(fields: Arc<Fields>, seed: u64) -> Tributaries {
-        Tributaries { seed, courses: Courses::new(Arc::clone(&fields), seed), fields, free: Memory::new(12 << 20) }
+        Tributaries { seed, courses: Courses::new(Arc::clone(&fields), seed), fields, free: Memory::new(24 << 20) }
     }
 
     /// How full its memories are.
@@ -99,18 +99,19 @@ impl Tributaries {
         let around: Vec<Arc<Vec<Arc<Channel>>>> = id.with_neighbours().map(|chunk| self.free(chunk, above)).collect();
         let surroundings = self.surroundings(id, above);
         let origin = surroundings.above.segments.origin;
+        let segments_of = |channel| segments_of(&self.fields, channel, 0, origin, |_| true).collect();
+        let around: Vec<(&Arc<Channel>, Vec<Segment>)> =
+            around.iter().flat_map(|channels| channels.iter()).map(|channel| (channel, segments_of(channel))).collect();
         let settle = |own: &Arc<Channel>| {
             let [low, high] = own.bounds();
             let (low, high) = (low.moved([-cell as f64; 2]), high.moved([cell as f64; 2]));
-            let is_near = |other: &&Arc<Channel>| {
+            let is_near = |(other, _): &&(&Arc<Channel>, Vec<Segment>)| {
                 let [from, to] = other.bounds();
                 other.id != own.id && from.x <= high.x && to.x >= low.x && from.y <= high.y && to.y >= low.y
             };
-            let near = around.iter().flat_map(|channels| channels.iter()).filter(is_near);
-            let segments: Vec<Segment> =
-                near.flat_map(|other| segments_of(&self.fields, other, 0, origin, |_| true)).collect();
+            let segments: Vec<&Segment> = around.iter().filter(is_near).flat_map(|(_, segments)| segments).collect();
             let mut channel = own.as_ref().clone();
-            cut_into(&self.fields, &mut channel.knots, channel.hill_slope, segments.iter(), origin);
+            cut_into(&self.fields, &mut channel.knots, channel.hill_slope, &segments, origin);
             if channel.lake.is_none() && channel.mouth != Mouth::Sea {
                 self.dig_lake(&mut channel, &surroundings, &segments);
             }
@@ -172,7 +173,7 @@ impl Tributaries {
     }
 
     /// Digs out the lake of a tributary that has one, given the segments of others of its level near it.
-    fn dig_lake(&self, channel: &mut Channel, surroundings: &Surroundings, others: &[Segment]) {
+    fn dig_lake(&self, channel: &mut Channel, surroundings: &Surroundings, others: &[&Segment]) {
         let (fields, (level, x, y)) = (&self.fields, channel.id);
         let seed = hash::network_level(self.seed, level);
         if chance(seed, (x, y), Draw::Lake, 0) >= fields.settings().lakes {
@@ -184,8 +185,8 @@ impl Tributaries {
         let (way, mouth) = (head.from(mouth), mouth.from(origin));
         let (mut near, around) = surroundings.of(fields, level, (x, y), [mouth, way]);
         near.extend(others);
-        let beside_slope = BESIDE * channel.hill_slope * fields.metres_a_grain();
-        let least_m = |at: Point| beside_m(&near, at.from(origin), beside_slope);
+        let beside = Beside { slope: BESIDE * channel.hill_slope * fields.metres_a_grain(), trough: 0.0 };
+        let least_m = |at: Point| beside_m(&near, at.from(origin), beside);
         let others = |at: Point| {
             let at = at.from(origin);
             let lines = around.iter().filter(|line| line.distance(mouth) > 1.0);
@@ -207,9 +208,12 @@ impl Tributaries {
         let rooms = wander::rooms(&straight, around, most);
         let offsets: Vec<f64> = offsets.iter().zip(rooms).map(|(offset, room)| offset.clamp(-room, room)).collect();
         let wandered = wander::moved(&straight, &offsets);
-        // Of the finest, which are most of all, a segment is as short as what a cut would leave.
-        let is_finest = level + 1 == self.fields.levels();
-        let wandered = if is_finest { wandered } else { wander::rounded(&wandered) };
+        // Of the finest, which are most of all, a segment is as short as what a cut would leave; of water corners show.
+        let times = match level + 1 == self.fields.levels() {
+            true => 0,
+            false => 1 + usize::from(self.fields.is_wet(most_area(level))),
+        };
+        let wandered = (0..times).fold(wandered, |places, _| wander::rounded(&places));
         // Where the room was misjudged between two knots, the straight course is still there.
         let crosses = |line: &LineSegment| around.iter().any(|other| other.crosses(line));
         if lines(&wandered, 1).iter().any(crosses) { straight } else { wandered }
@@ -238,11 +242,29 @@ impl Tributaries {
         // Where it comes to the larger valley, hillsides may be gentler.
         let gentlest = fields.hill_slope(fields.uplift(shore.at)).min(fields.hill_slope(uplift));
         let hillside = gentlest * fields.metres_a_grain();
-        let (side_slope, beside_slope) = (INCISION * hillside, BESIDE * hillside);
+        let side_slope = INCISION * hillside;
+        let beside = Beside { slope: BESIDE * hillside, trough: fields.trough(most_area(level)) };
         let coast_filled_m = fields.filled_m(level);
         let filled_m = filled_m.max(coast_filled_m);
         let is_wet = fields.is_wet(most_area(level));
         let area = |share: f64| most_area(level) * (1.0 - AREA_FALL * share);
+        // What a river of the area half way along each step rises on it.
+        let rises_m: Vec<f64> = (1..=segments)
+            .map(|step| {
+                let middle = f64::midpoint(way_m[step - 1] / way_m[segments], way_m[step] / way_m[segments]);
+                (way_m[step] - way_m[step - 1]) * fields.river_slope(uplift, area(middle))
+            })
+            .collect();
+        // Of what is near somewhere, that which may matter anywhere on its way.
+        let around = Circle::around(places);
+        let above = nearly_above(near, &around, beside);
+        let most_m = above.iter().map(|segment| segment.highest_m()).fold(filled_m.max(shore.level_m), f64::max);
+        let most_m = most_m + rises_m.iter().sum::<f64>() + CUT_M;
+        let near: Vec<&Segment> = near
+            .iter()
+            .copied()
+            .filter(|segment| segment.may_be_below(around.least(segment).powi(2), side_slope, most_m))
+            .collect();
         // From its head down, as the coast's height is told.
         let coast_m = fields.below_coast_along_m(places.iter().rev().map(|place| origin.moved(*place)), coast_filled_m);
         let mut knots = vec![shore];
@@ -250,24 +272,22 @@ impl Tributaries {
             let share = way_m[step] / way_m[segments];
             let [before, here] = [places[step - 1], places[step]];
             let step_m = way_m[step] - way_m[step - 1];
-            // What a river of the area half way there rises.
-            let middle = f64::midpoint(share, way_m[step - 1] / way_m[segments]);
-            let rise_m = step_m * fields.river_slope(uplift, area(middle));
+            let rise_m = rises_m[step - 1];
             let below_m = knots[knots.len() - 1].level_m;
             // Not so far below a larger channel beside it that this would lie on its side, and lose its water to it.
-            let nearest: Vec<(f64, f64)> = near.iter().map(|segment| segment.nearest(here)).collect();
-            let beside_m = beside_m(near, here, beside_slope);
+            let beside_m = beside_m(&above, here, beside);
             let free_m = beside_m.max(below_m + rise_m).max(filled_m);
             // But it does not stand above the sides of larger valleys: those of lower water may be lower. Nor does it
             // between two knots: the floor of a valley that is wider than the step is round, and the bed is straight.
             let mut ground_m = free_m;
             let step_grains = step_m / fields.metres_a_grain();
-            let may_be_above = |(segment, (_, square)): &(&&Segment, &(f64, f64))| {
-                let least = (square.sqrt() - step_grains).max(0.0);
-                segment.may_be_below(least * least, side_slope, free_m + CUT_M)
+            let may_be_below = |segment: &&Segment| {
+                free_m + CUT_M > segment.lowest_m() && {
+                    let least = (segment.nearest(here).1.sqrt() - step_grains).max(0.0);
+                    segment.may_be_below(least * least, side_slope, free_m + CUT_M)
+                }
             };
-            let lower: Vec<&Segment> =
-                near.iter().zip(&nearest).filter(may_be_above).map(|(segment, _)| *segment).collect();
+            let lower: Vec<&Segment> = near.iter().copied().filter(may_be_below).collect();
             // It cuts into the side of a larger valley, but not below what its own is filled to.
             let side_below_m = |segment: &Segment, place: [f64; 2], most_m: f64| {
                 let cut_m = segment.side_below_m(place, side_slope, most_m)?;
@@ -312,12 +332,35 @@ impl Tributaries {
     }
 }
 
-/// Metres above which a bed keeps at a place, so that it does not take the water of larger channels beside it, whose sides
-/// fall away no more than so many metres a grain.
-fn beside_m(near: &[&Segment], at: [f64; 2], slope: f64) -> f64 {
-    let above_m = |segment: &&Segment| {
+/// How the sides of a bed rise, at least: so many metres a grain, beside a floor that is rounded so far.
+#[derive(Clone, Copy)]
+struct Beside {
+    slope: f64,
+    trough: f64,
+}
+
+impl Beside {
+    /// Metres that a side rises within so many grains.
+    fn rise_m(self, grains: f64) -> f64 {
+        self.slope * ((grains * grains + self.trough * self.trough).sqrt() - self.trough)
+    }
+}
+
+/// Metres above which a bed with such sides keeps at a place, so that it does not take the water of larger channels beside
+/// it.
+fn beside_m(near: &[&Segment], at: [f64; 2], beside: Beside) -> f64 {
+    near.iter().fold(f64::NEG_INFINITY, |most_m, segment| {
         let (t, square) = segment.nearest(at);
-        lerp(segment.level_m, t) - slope * square.sqrt()
-    };
-    near.iter().map(above_m).fold(f64::NEG_INFINITY, f64::max)
+        // Not `max`, which also asks for what is no number.
+        let above_m = lerp(segment.level_m, t) - beside.rise_m(square.sqrt());
+        if above_m > most_m { above_m } else { most_m }
+    })
+}
+
+/// Those segments which may decide [how high a bed keeps](beside_m) somewhere in a circle.
+fn nearly_above<'a>(near: &[&'a Segment], circle: &Circle, beside: Beside) -> Vec<&'a Segment> {
+    // At every place in the circle it is that, at least.
+    let least_m = beside_m(near, circle.middle, beside) - beside.slope * circle.radius;
+    let may_decide = |segment: &&Segment| segment.highest_m() - beside.rise_m(circle.least(segment)) >= least_m;
+    near.iter().copied().filter(may_decide).collect()
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::channel::Mouth;
 use super::chunk::ChunkId;
-use super::fields::{BESIDE, Fields};
+use super::fields::Fields;
 use super::point::{GRAINS, Point, chance};
 use super::segment::{Segment, downstream};
 use super::segment_index::IndexedSegments;
@@ -30,7 +30,7 @@ const LEAST_CELLS: (f64, f64) = (0.45, 0.12);
 /// at each level above it, up to a most.
 ///
 /// Longer and more slanting tributaries at the coarser levels make large basins longer than wide: Hack's law.
-const SLANT: (f64, f64, f64) = (1.1, 0.55, 2.6);
+const SLANT: (f64, f64, f64) = (0.7, 0.8, 3.5);
 
 /// Shares of that which are tried, the first first, until one ends so far before the end of its channel, as a share of
 /// the distance: there others end as well, and those that run to one place side by side are a fan. Chosen by eye.
@@ -48,6 +48,10 @@ const FURTHER_ABOVE: f64 = 2.0;
 const GRAZES: f64 = 0.15;
 const GRAZES_AT: u32 = 16;
 
+/// How far a tributary is from a longer one of its level, in the mean of its ends, as a share of its length: one that runs
+/// closer to it gives way, and what drained to it comes to the other. Chosen by eye.
+const NEEDLE: f64 = 0.15;
+
 /// Share of the cells that are left without a channel, so that confluences are not spaced too evenly. Chosen by eye.
 const LEFT_OUT: f64 = 0.15;
 
@@ -62,6 +66,10 @@ const CLEAR: f64 = 2.0;
 /// So many times that distance, at most, from one to the next of those whose fall lines lead to one place.
 const APART: f64 = 8.0;
 
+/// How steep the land falls from a channel to the end of a tributary beside it at most, as a share of the hillside's slope:
+/// a little less than the [least](Fields::least_cross) that a valley's side rises.
+const UNDER: f64 = 0.65;
+
 /// Metres by which a channel beside the end of a tributary may be too high for that.
 const BESIDE_M: f64 = 0.5;
 
@@ -69,12 +77,7 @@ const BESIDE_M: f64 = 0.5;
 const EDGE: f64 = 0.1;
 const INNER: f64 = 0.8;
 
-/// How far from a tributary's foot others are looked at that it might come across, in lengths of its direct way. One
-/// that runs aslant is less than twice as long.
-const AROUND: f64 = 3.0;
-
-/// Cells that a tributary sticks out of the cell of its head at most: it ends within `JOIN_CELLS * sqrt(1 + SLANT^2)`,
-/// and wanders by less than a cell.
+/// Cells that a tributary sticks out of the cell of its head at most: it ends within `JOIN_CELLS`, and wanders by less.
 pub const REACH_CELLS: f64 = 5.0;
 
 /// Where a tributary begins, and where it ends if it runs straight to the nearest channel or if it runs aslant.
@@ -115,6 +118,36 @@ pub struct TributaryEnd {
 heap_bytes!(Draft);
 heap_bytes!(TributaryCourse);
 
+/// What those around a draft know of it: the lines along its ways, from their feet up.
+struct DraftLines {
+    cell: NodeId,
+    to_sea: bool,
+    direct: LineSegment,
+    aslant: Option<LineSegment>,
+}
+
+/// A way that a tributary may take.
+enum Way {
+    Direct,
+    Aslant,
+}
+
+impl DraftLines {
+    fn new(draft: &Draft, origin: Point) -> DraftLines {
+        let line = |end: TributaryEnd| end.line(draft.head, origin);
+        DraftLines {
+            cell: draft.cell,
+            to_sea: draft.direct.mouth == Mouth::Sea,
+            direct: line(draft.direct),
+            aslant: draft.aslant.map(line),
+        }
+    }
+
+    fn all(&self) -> impl Iterator<Item = &LineSegment> {
+        [&self.direct].into_iter().chain(&self.aslant)
+    }
+}
+
 impl TributaryCourse {
     /// The line along it, from its foot up.
     pub fn line(&self, origin: Point) -> LineSegment {
@@ -141,7 +174,7 @@ pub struct Courses {
 impl Courses {
     /// The courses of a world with these fields.
     pub fn new(fields: Arc<Fields>, seed: u64) -> Courses {
-        Courses { seed, fields, drafts: Memory::new(24 << 20), taken: Memory::new(12 << 20) }
+        Courses { seed, fields, drafts: Memory::new(64 << 20), taken: Memory::new(32 << 20) }
     }
 
     /// How full its memories are.
@@ -155,15 +188,21 @@ impl Courses {
             let own = self.drafts(id, above);
             let around: Vec<Arc<Vec<Draft>>> = id.with_neighbours().map(|chunk| self.drafts(chunk, above)).collect();
             let origin = id.square(&self.fields)[0];
+            let all: Vec<DraftLines> =
+                around.iter().flat_map(|drafts| drafts.iter()).map(|draft| DraftLines::new(draft, origin)).collect();
             let course = |draft: &Draft| {
-                // Those that may come across its line.
-                let line = draft.direct.line(draft.head, origin);
-                let reach = length(line.along) * AROUND;
-                let near = |other: &&Draft| {
-                    other.cell != draft.cell && other.direct.line(other.head, origin).touches(line.from, reach)
+                let lines = DraftLines::new(draft, origin);
+                // Those that may come across its lines, or run beside them.
+                let longest = lines.all().map(|line| length(line.along)).fold(0.0, f64::max);
+                let (head, reach) = (draft.head.from(origin), longest * (1.0 + 2.0 * NEEDLE));
+                let near =
+                    |other: &&DraftLines| other.cell != draft.cell && other.all().any(|line| line.touches(head, reach));
+                let others: Vec<&DraftLines> = all.iter().filter(near).collect();
+                let end = match taken(&lines, &others)? {
+                    Way::Direct => draft.direct,
+                    Way::Aslant => draft.aslant?,
                 };
-                let others: Vec<&Draft> = around.iter().flat_map(|drafts| drafts.iter()).filter(near).collect();
-                Some(TributaryCourse { cell: draft.cell, head: draft.head, end: taken(draft, &others, origin)? })
+                Some(TributaryCourse { cell: draft.cell, head: draft.head, end })
             };
             own.iter().filter_map(course).collect()
         })
@@ -194,7 +233,7 @@ impl Courses {
         let origin = above.segments.origin;
         let from = head.from(origin);
         // Of all that is known around the chunk, what may matter to this head.
-        let near = above.around(from, JOIN_CELLS * cell as f64);
+        let near: Vec<(usize, &Segment)> = above.around(from, JOIN_CELLS * cell as f64).collect();
         // At the nearest channel, or at the coast if that is nearer.
         let coasts = if fields.has_sea() { &near[..] } else { &[] };
         let nearest = coasts.iter().map(|(_, segment)| segment.nearest(from).1).fold(f64::INFINITY, f64::min).sqrt();
@@ -217,8 +256,8 @@ impl Courses {
         let [shore, beyond] = self.fields.coast_near(head, most)?;
         // On into the sea where no channel is in the way.
         let line = LineSegment { from: beyond.from(above.segments.origin), along: head.from(beyond) };
-        let crosses = |(_, segment): &(usize, &Segment)| segment.line().crosses(&line);
-        let foot = if beside(above, &line, 0.0).iter().any(crosses) { shore } else { beyond };
+        let crosses = |segment: &Segment| segment.line().crosses(&line);
+        let foot = if beside(above, &line, 0.0).any(crosses) { shore } else { beyond };
         Some(TributaryEnd { foot, shore, level_m: self.fields.filled_m(level), mouth: Mouth::Sea, lake: None })
     }
 
@@ -231,31 +270,54 @@ impl Courses {
         near: &[(usize, &Segment)],
         above: &IndexedSegments,
     ) -> Option<Draft> {
-        let (fields, cell) = (&self.fields, self.fields.side(level));
+        let fields = &self.fields;
         let hill_slope = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
-        let origin = above.segments.origin;
-        let (from, most) = (head.from(origin), JOIN_CELLS * cell as f64);
-        // By how many levels there is room for finer ones in between.
-        let finer = (fields.levels() - 1 - level) as f64;
-        let least = (LEAST_CELLS.0 + LEAST_CELLS.1 * finer) * cell as f64;
-        // Not to the nearest channel but to the one whose valley it lies in, and down the fall line of its side.
-        let (head_m, number) = owner(near, from, hill_slope)?;
-        let segment = &above.segments.all[number];
+        let from = head.from(above.segments.origin);
+        let (head_m, owner) = owner(near, from, hill_slope)?;
+        let segment = &above.segments.all[owner];
         // Nothing begins in a lake.
         if head_m < segment.pool_m {
             return None;
         }
         let (t, square) = segment.nearest(from);
-        let distance = square.sqrt();
-        let seed = hash::network_level(self.seed, level);
-        let flat = FLAT.0 + FLAT.1 * chance(seed, id, Draw::Flat, 0);
+        let flat = FLAT.0 + FLAT.1 * chance(hash::network_level(self.seed, level), id, Draw::Flat, 0);
         if !fields.is_wet(most_area(level)) && steepness(segment, t, square) < flat {
             return None;
         }
+        // Not to the nearest channel but to the one whose valley it lies in, and down the fall line of its side. Where a
+        // nearer one is in the way, which comes to it on the floor of a lake, to that.
+        self.draft_to(level, id, (head, head_m), owner, near, above).or_else(|| {
+            let nearest = near.iter().min_by(|a, b| a.1.nearest(from).1.total_cmp(&b.1.nearest(from).1));
+            let (number, _) = nearest.filter(|(_, nearest)| nearest.channel != segment.channel)?;
+            self.draft_to(level, id, (head, head_m), *number, near, above)
+        })
+    }
+
+    /// Where the tributary of a cell, whose head is so high, begins and may end if it runs to the channel of a segment.
+    fn draft_to(
+        &self,
+        level: u32,
+        id: NodeId,
+        (head, head_m): (Point, f64),
+        number: usize,
+        near: &[(usize, &Segment)],
+        above: &IndexedSegments,
+    ) -> Option<Draft> {
+        let (fields, cell) = (&self.fields, self.fields.side(level));
+        let hill_slope = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
+        let origin = above.segments.origin;
+        // By how many levels there is room for finer ones in between.
+        let finer = (fields.levels() - 1 - level) as f64;
+        let (least, most) = ((LEAST_CELLS.0 + LEAST_CELLS.1 * finer) * cell as f64, JOIN_CELLS * cell as f64);
+        let segment = &above.segments.all[number];
+        let (t, square) = segment.nearest(head.from(origin));
+        let distance = square.sqrt();
         let shift = distance * segment.bed_slope().max(0.0) / (hill_slope * segment.gentlest_cross());
         // Where a bed becomes flat, as at a lake, the fall lines of many heads meet: they join one below the other.
-        let apart = if t == 0.0 || t == 1.0 { 1.0 + APART * chance(seed, id, Draw::Foot, 0) } else { 0.0 };
+        let luck = || chance(hash::network_level(self.seed, level), id, Draw::Foot, 0);
+        let apart = if t == 0.0 || t == 1.0 { 1.0 + APART * luck() } else { 0.0 };
         let shift = shift + apart * CLEAR * GRAINS as f64;
+        let is_clear = |end: &TributaryEnd| is_clear(&end.line(head, origin), above);
         let end = |segment: &Segment, t: f64| {
             let foot = origin.moved([0, 1].map(|axis| segment.from[axis] + segment.along[axis] * t));
             let channel = &above.segments.channels[segment.channel as usize];
@@ -276,7 +338,7 @@ impl Courses {
             let foot = end.foot.from(origin);
             near.iter().filter(|(_, beside)| beside.channel != segment.channel).all(|(_, segment)| {
                 let most_m = segment.level_m[0] - end.level_m - BESIDE_M;
-                let steep = hill_slope * BESIDE;
+                let steep = hill_slope * UNDER;
                 most_m <= 0.0 || !segment.line().touches(foot, most_m / steep) || {
                     let (t, square) = segment.nearest(foot);
                     lerp(segment.level_m, t) - end.level_m - BESIDE_M <= steep * square.sqrt()
@@ -287,7 +349,6 @@ impl Courses {
             let way = length(head.from(end.foot));
             falls(end) && least <= way && way <= most && end.level_m < head_m && is_free(end)
         };
-        let is_clear = |end: &TributaryEnd| is_clear(&end.line(head, origin), above);
         let at = |shift: f64, left: f64| {
             let clear = CLEAR * GRAINS as f64;
             let down = |number: usize, t: f64, grains: f64| downstream(&above.segments.all, number, t, grains);
@@ -306,44 +367,55 @@ impl Courses {
         let direct = first.chain(further).find_map(|shift| at(shift, 0.0).filter(is_clear))?;
         let shares = SLANT_SHARES.into_iter().filter(|_| slant > shift);
         let mut slants = shares.filter_map(|share| at(shift + (slant - shift) * share, ENDS_BEFORE * distance));
-        let aslant = slants.next();
-        Some(Draft { cell: id, head, direct, aslant: aslant.filter(is_clear) })
+        let aslant = slants.find(is_clear);
+        Some(Draft { cell: id, head, direct, aslant })
     }
 }
 
-/// The end that a tributary takes, given the drafts around it; `None` if it has to give way.
-fn taken(draft: &Draft, others: &[&Draft], origin: Point) -> Option<TributaryEnd> {
-    let direct = draft.direct.line(draft.head, origin);
+/// The way that a tributary takes, given the drafts around it; `None` if it has to give way.
+fn taken(draft: &DraftLines, others: &[&DraftLines]) -> Option<Way> {
+    let DraftLines { direct, .. } = draft;
     // Lines to the valleys that heads lie in hardly ever cross, but slopes differ from head to head. Those to the coast
     // may cross any, and give way to all but each other.
-    let to_sea = |draft: &Draft| draft.direct.mouth == Mouth::Sea;
-    let gives_way = |other: &&Draft| {
-        let stays = if to_sea(draft) == to_sea(other) { other.cell < draft.cell } else { to_sea(draft) };
-        stays && other.direct.line(other.head, origin).crosses(&direct)
+    let gives_way = |other: &&DraftLines| {
+        let stays = if draft.to_sea == other.to_sea { other.cell < draft.cell } else { draft.to_sea };
+        let is_shorter = (length(direct.along), draft.cell) < (length(other.direct.along), other.cell);
+        stays && other.direct.crosses(direct) || is_shorter && is_needle(direct, &other.direct)
     };
     if others.iter().any(gives_way) {
         return None;
     }
-    let Some(aslant) = draft.aslant else { return Some(draft.direct) };
-    let line = aslant.line(draft.head, origin);
+    let Some(aslant) = &draft.aslant else { return Some(Way::Direct) };
     // Whichever end the others take: so it does not matter who takes first.
-    let blocks = |other: &&Draft| {
-        let ends = [Some(other.direct), other.aslant];
-        ends.into_iter().flatten().any(|end| end.line(other.head, origin).crosses(&line))
-    };
-    Some(if others.iter().any(blocks) { draft.direct } else { aslant })
+    let meets = |other: &LineSegment| other.crosses(aslant) || is_needle(aslant, other) || is_needle(other, aslant);
+    Some(if others.iter().any(|other| other.all().any(meets)) { Way::Direct } else { Way::Aslant })
+}
+
+/// Whether a line runs so close to another, longer one that the land between them would be a needle.
+fn is_needle(line: &LineSegment, longer: &LineSegment) -> bool {
+    let head = [0, 1].map(|axis| line.from[axis] + line.along[axis]);
+    let apart = f64::midpoint(longer.distance(line.from), longer.distance(head));
+    apart < NEEDLE * length(line.along)
 }
 
 /// The segments that may come so near to a line, as a share of its length.
-fn beside<'a>(above: &'a IndexedSegments, line: &LineSegment, share: f64) -> Vec<(usize, &'a Segment)> {
-    let middle = [0, 1].map(|axis| line.from[axis] + line.along[axis] / 2.0);
-    above.around(middle, (0.5 + share) * length(line.along))
+fn beside<'a>(above: &'a IndexedSegments, line: &LineSegment, share: f64) -> impl Iterator<Item = &'a Segment> {
+    let (middle, whole) = ([0, 1].map(|axis| line.from[axis] + line.along[axis] / 2.0), length(line.along));
+    let half = line.along.map(|along| 0.5 * along.abs() + share * whole);
+    let is_beside = move |segment: &&Segment| {
+        // How far the middles lie apart along an axis, and how far they may.
+        let beside = |axis: usize| {
+            let along = 0.5 * segment.along[axis];
+            (segment.from[axis] + along - middle[axis]).abs() - along.abs() <= half[axis]
+        };
+        beside(0) & beside(1)
+    };
+    above.around(middle, (0.5 + share) * whole).map(|(_, segment)| segment).filter(is_beside)
 }
 
 /// Whether a line from a foot up neither crosses nor [grazes] the channels that it may come near to.
 fn is_clear(line: &LineSegment, above: &IndexedSegments) -> bool {
-    let meets = |(_, segment): &(usize, &Segment)| segment.line().crosses(line) || grazes(line, segment);
-    !beside(above, line, GRAZES).iter().any(meets)
+    !beside(above, line, GRAZES).any(|segment| segment.line().crosses(line) || grazes(line, segment))
 }
 
 /// Whether a line comes near to a segment: from its foot up it may as near as it is far from its foot, by a share.

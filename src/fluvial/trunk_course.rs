@@ -51,6 +51,10 @@ const WIDE: f64 = 2.0;
 const WAVE_LENGTHS: (f64, f64) = (0.8, 0.5);
 const WAVE_TURNS: (f64, f64) = (0.55, 0.45);
 
+/// How far a trunk comes off its course at most, as a share of its way along it. Chosen by eye: without meanders it would
+/// turn by no more than 60 degrees.
+const MOST_SKEW: f64 = 0.6;
+
 /// Parts of a trunk's course for which the room beside it is told.
 const ROOMS: usize = 32;
 
@@ -67,6 +71,7 @@ pub struct TrunkCourses {
     fields: Arc<Fields>,
     nodes: Trunks,
     smooth: Memory<NodeId, Option<Arc<Channel>>>,
+    /// Only those that differ from smooth ones.
     apart: Memory<NodeId, Option<Arc<Channel>>>,
     free: Memory<NodeId, Option<Arc<Channel>>>,
 }
@@ -78,9 +83,9 @@ impl TrunkCourses {
             seed,
             nodes: Trunks::new(Arc::clone(&fields), seed),
             fields,
-            smooth: Memory::new(8 << 20),
+            smooth: Memory::new(24 << 20),
             apart: Memory::new(8 << 20),
-            free: Memory::new(8 << 20),
+            free: Memory::new(32 << 20),
         }
     }
 
@@ -108,7 +113,7 @@ impl TrunkCourses {
         let origin = trunk.knots[0].at;
         let segments: Vec<Segment> =
             others.iter().flat_map(|other| segments_of(&self.fields, other, 0, origin, |_| true)).collect();
-        cut_into(&self.fields, &mut trunk.knots, trunk.hill_slope, segments.iter(), origin);
+        cut_into(&self.fields, &mut trunk.knots, trunk.hill_slope, &segments.iter().collect::<Vec<_>>(), origin);
         lake::fill(&mut trunk.knots);
         Some(Arc::new(trunk))
     }
@@ -197,6 +202,7 @@ impl TrunkCourses {
             let left = room - swing.min(0.5 * room);
             offsets[step] = (offsets[step] * whole * free).clamp(-left, left);
         }
+        wander::draw_in(&mut offsets, MOST_SKEW * from.distance(to) / last as f64);
         let width = self.fields.river_width_m(trunk.knots[last].area) / self.fields.metres_a_grain();
         let knot_turn = if width > WIDE * GRAINS as f64 { WIDE_TURN } else { NARROW_TURN };
         // What is nearly straight instead, to keep clear of another, has no room to turn at its ends.
@@ -283,9 +289,9 @@ impl TrunkCourses {
                 let joint = self.nodes.node(node).at;
                 self.smooth_trunk(other).is_some_and(|other| too_close(&smooth.knots, &other.knots, joint))
             };
-            if others.any(meets) { curve(&self.fields, &self.nodes, id, STRAIGHT).map(Arc::new) } else { Some(smooth) }
+            if others.any(meets) { curve(&self.fields, &self.nodes, id, STRAIGHT).map(Arc::new) } else { None }
         };
-        self.apart.get(id, make).as_ref().clone()
+        self.apart.get(id, make).as_ref().clone().or_else(|| self.smooth_trunk(id))
     }
 
     /// The course of the trunk from a node to the next: a smooth curve.

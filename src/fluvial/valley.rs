@@ -5,23 +5,25 @@
 //! to it, and along a channel the bed falls. Where two sides meet is a crest, sharp or rounded.
 //!
 //! Vertices, or every so many of them, are done in patches aligned with the world, each with the segments that can be
-//! lowest in it: a bound on how steep sides are tells which cannot, so leaving them out changes nothing. In three
-//! steps, each with what the one before has left: segments by their reach and those that may be lowest in a block of
-//! patches, those that may be lowest in a patch, the lowest at a vertex.
+//! lowest in it: a bound on how steep sides are tells which cannot, so leaving them out changes nothing. In four steps,
+//! each with what the one before has left: segments that may be lowest in a block of patches, in a quarter of it, in a
+//! patch, and the lowest at a vertex.
 
 use super::fields::Fields;
 use super::point::{GRAINS, Point};
 use super::segment::{Reach, Segments};
-use super::valley_side::{CROSS_FALL, Columns, LEAST_HALF_WIDTH, LaneSegment};
+use super::valley_side::{CROSS_FALL, Columns, LEAST_HALF_WIDTH, LaneSegment, LaneSide};
 use crate::area::Area;
 use crate::simd::{Kernel, MAX_LANES, Simd};
 
-/// Vertices of a patch: across, and down. As wide as the widest lanes.
-pub const PATCH: (usize, usize) = (16, 4);
+/// Vertices a side of a patch. The smaller it is, the fewer segments may be lowest in it; in a larger one more vertices
+/// share what it takes to find them.
+pub const PATCH: usize = 8;
 
-/// Patches of a block, for which segments are picked before they are for each patch: 32 x 32 vertices. Larger ones
-/// would leave more segments to each patch, smaller ones look at all segments more often.
-const BLOCK: (usize, usize) = (2, 8);
+/// Patches a side of a quarter of a block, and of a block: for each of them segments are picked before they are for what it
+/// consists of. Larger ones would leave more segments to each patch, smaller ones look at all segments more often.
+const QUARTER: usize = 2;
+const BLOCK: usize = 2 * QUARTER;
 
 /// Cells of the finest level within which a brook can matter to a vertex, where its sides are as steep as the hill;
 /// measured: of 25,000 vertices of six worlds a dozen are reached over 3 to 4.5.
@@ -38,13 +40,25 @@ pub fn reach(fields: &Fields) -> Reach {
 
 /// The area of nodes that valleys are made for together with those of an area: whole patches.
 pub fn input(area: Area) -> Area {
-    let (across, down) = (PATCH.0 as i64, PATCH.1 as i64);
-    Area {
-        x0: area.x0.div_euclid(across) * across,
-        y0: area.y0.div_euclid(down) * down,
-        x1: (area.x1 + across - 1).div_euclid(across) * across,
-        y1: (area.y1 + down - 1).div_euclid(down) * down,
-    }
+    let side = PATCH as i64;
+    let before = |at: i64| at.div_euclid(side) * side;
+    let after = |at: i64| before(at + side - 1);
+    Area { x0: before(area.x0), y0: before(area.y0), x1: after(area.x1), y1: after(area.y1) }
+}
+
+/// The parts of an area that lie in squares of so many vertices a side, aligned with the world.
+fn squares(area: Area, side: usize) -> impl Iterator<Item = Area> {
+    let side = side as i64;
+    let firsts =
+        move |from: i64, past: i64| (from.div_euclid(side)..=(past - 1).div_euclid(side)).map(move |at| at * side);
+    firsts(area.y0, area.y1).flat_map(move |y| {
+        firsts(area.x0, area.x1).map(move |x| Area {
+            x0: x.max(area.x0),
+            y0: y.max(area.y0),
+            x1: (x + side).min(area.x1),
+            y1: (y + side).min(area.y1),
+        })
+    })
 }
 
 /// What the valleys are around each node of an area whose sides are multiples of a patch's.
@@ -121,40 +135,29 @@ impl Kernel for FillValleys<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let (across, down) = (BLOCK.0 * PATCH.0, BLOCK.1 * PATCH.1);
-        let Area { x0, y0, x1, y1 } = self.area;
         let mut work = Work::default();
         let reach = reach(self.fields);
         for (number, segment) in self.segments.all.iter().enumerate() {
             work.all.push(self.fields, segment, number as u32, reach);
+            work.from[0].push(segment.from[0]);
+            work.from[1].push(segment.from[1]);
         }
+        work.all.pad();
         let mut this = self;
-        let mut y = y0.div_euclid(down as i64) * down as i64;
-        while y < y1 {
-            let mut x = x0.div_euclid(across as i64) * across as i64;
-            while x < x1 {
-                // The part of the block that is wanted.
-                let part = Area {
-                    x0: x.max(x0),
-                    y0: y.max(y0),
-                    x1: (x + across as i64).min(x1),
-                    y1: (y + down as i64).min(y1),
-                };
-                this.block(simd, [x, y], part, &mut work);
-                x += across as i64;
-            }
-            y += down as i64;
+        for block in squares(this.area, BLOCK * PATCH) {
+            this.block(simd, block, &mut work);
         }
     }
 }
 
-/// The segments of an area, those that may reach a block, and those that may be lowest in it; of these the ones that may
-/// be lowest in a patch, by their index; and their limits there.
+/// The segments of an area, and where they begin in grains; those that may be lowest in a block, and in a quarter of it; of
+/// these the ones that may be lowest in a patch, by their index; and their limits there.
 #[derive(Default)]
 struct Work {
     all: Columns,
-    near: Columns,
+    from: [Vec<f64>; 2],
     block: Columns,
+    quarter: Columns,
     patch: Vec<usize>,
     limits: SegmentLimits,
 }
@@ -174,55 +177,52 @@ impl FillValleys<'_> {
         (self.fields.metres_a_grain() * (GRAINS * self.step) as f64) as f32
     }
 
-    /// The valleys of a part of a block whose north-western vertex is `corner`, patch by patch.
+    /// The valleys of a part of a block, patch by patch.
     #[inline(always)]
-    fn block<S: Simd>(&mut self, simd: S, corner: [i64; 2], part: Area, work: &mut Work) {
-        let Work { all, near, block, patch, limits } = work;
+    fn block<S: Simd>(&mut self, simd: S, part: Area, work: &mut Work) {
+        let Work { all, from, block, quarter, patch, limits } = work;
+        // The north-western vertex of the whole block: whatever is asked for, places are told from there, in metres, which
+        // are exact enough in f32 wherever in the world that is.
+        let corner = [part.x0, part.y0].map(|at| at.div_euclid((BLOCK * PATCH) as i64) * (BLOCK * PATCH) as i64);
         let corner_point = Point::at_vertex(corner[0] * self.step, corner[1] * self.step);
-        let offset = corner_point.from(self.segments.origin);
-        let spread = self.spread(corner, part);
-        // Segments that may reach it, by their bounding rectangles; from here on in metres from the block's corner,
-        // which are exact enough in f32 wherever in the world that is.
-        near.clear();
-        let metres = self.fields.metres_a_grain();
-        // A little more than the radius, for its rounding.
-        let around = (spread.radius * 1.01) as f64;
-        for (number, segment) in self.segments.all.iter().enumerate() {
-            let reach = all.reach[number] as f64 + around;
-            let from = [0, 1].map(|axis| (segment.from[axis] - offset[axis]) * metres);
-            let is_near = |axis: usize| {
-                let start = from[axis] - spread.middle[axis] as f64;
-                let end = start + segment.along[axis] * metres;
-                start.min(end) <= reach && start.max(end) >= -reach
-            };
-            if is_near(0) && is_near(1) {
-                near.push_from(all, number, from.map(|part| part as f32));
+        let (offset, metres) = (corner_point.from(self.segments.origin), self.fields.metres_a_grain());
+        for axis in [0, 1] {
+            for (to, from) in all.from[axis].iter_mut().zip(&from[axis]) {
+                *to = ((from - offset[axis]) * metres) as f32;
             }
         }
-        near.pad();
-        // Of those the ones that may be lowest somewhere in the near. A segment whose reach ends within it bounds
-        // nothing: in some of its patches it does not count.
-        self.measure(simd, near, &spread, around as f32, limits);
-        block.clear();
-        for index in lowest(near, limits, f32::NEG_INFINITY) {
-            block.push_from(near, index, [near.from[0][index], near.from[1][index]]);
-        }
-        block.pad();
-        // The same again for each patch, whose circle is smaller.
-        let mut y = part.y0;
-        while y < part.y1 {
-            let mut x = part.x0;
-            while x < part.x1 {
-                let vertices = Area { x0: x, y0: y, x1: x + PATCH.0 as i64, y1: y + PATCH.1 as i64 };
+        self.pick(simd, all, &self.spread(corner, part), limits, block);
+        for part in squares(part, QUARTER * PATCH) {
+            self.pick(simd, block, &self.spread(corner, part), limits, quarter);
+            for vertices in squares(part, PATCH) {
                 let spread = self.spread(corner, vertices);
-                self.measure(simd, block, &spread, 0.0, limits);
+                self.measure(simd, quarter, &spread, 0.0, limits);
                 patch.clear();
-                patch.extend(lowest(block, limits, 0.0));
-                self.patch(simd, corner, vertices, block, patch);
-                x += PATCH.0 as i64;
+                patch.extend(lowest(quarter, limits, 0.0));
+                self.patch(simd, corner, vertices, quarter, patch);
             }
-            y += PATCH.1 as i64;
         }
+    }
+
+    /// Puts those segments into `picked` that may be lowest somewhere in a group of patches. One whose reach ends within
+    /// the group bounds nothing: in some of its patches it does not count.
+    #[inline(always)]
+    fn pick<S: Simd>(
+        &self,
+        simd: S,
+        segments: &Columns,
+        spread: &Spread,
+        limits: &mut SegmentLimits,
+        picked: &mut Columns,
+    ) {
+        // A little more than the radius, for its rounding.
+        let around_m = spread.radius * 1.01;
+        self.measure(simd, segments, spread, around_m, limits);
+        picked.clear();
+        for index in lowest(segments, limits, -around_m) {
+            picked.push_from(segments, index);
+        }
+        picked.pad();
     }
 
     /// Where the vertices of a part of a block are once warped, in metres from the block's corner.
@@ -256,7 +256,7 @@ impl FillValleys<'_> {
         (LEAST_HALF_WIDTH * GRAINS as f64 * self.fields.metres_a_grain()) as f32
     }
 
-    /// SegmentLimits of each segment's side over a group of vertices: the lowest that it can be, less the highest that the
+    /// The limits of each segment's side over a group of vertices: the lowest that it can be, less the highest that the
     /// lowest of all can be; and what is left of its reach, in metres, once it has come to the middle. The lowest is
     /// one of those whose reach goes on for `beyond_m` from there: of a block's segments, one that matters to all of
     /// its patches.
@@ -311,44 +311,56 @@ impl FillValleys<'_> {
         let crest_m = simd.splat(self.fields.settings().crest_m as f32);
         let (zero, three) = (simd.splat(0.0), simd.splat(3.0));
         let level_floor = self.level_floor_m();
-        for row in 0..PATCH.1 {
+        // Wide lanes hold several rows of a patch.
+        let across = S::LANES.min(PATCH);
+        let (mut columns, mut rows) = ([0.0; MAX_LANES], [0.0; MAX_LANES]);
+        for lane in 0..S::LANES {
+            (columns[lane], rows[lane]) = ((lane % across) as f32, (lane / across) as f32);
+        }
+        let (columns, rows) = (simd.load(&columns), simd.load(&rows));
+        for row in (0..PATCH).step_by(S::LANES / across) {
             let y = vertices.y0 + row as i64;
-            for column in (0..PATCH.0).step_by(S::LANES) {
+            for column in (0..PATCH).step_by(across) {
                 let x = vertices.x0 + column as i64;
-                let index = (y - self.area.y0) as usize * self.area.width() + (x - self.area.x0) as usize;
-                let columns = simd.i32_to_f32(simd.lane_numbers() + simd.splat_i32((x - corner[0]) as i32));
+                let width = self.area.width();
+                let index = (y - self.area.y0) as usize * width + (x - self.area.x0) as usize;
+                let lanes = InRows { index, width, across };
                 let at = [
-                    columns * spacing_m + simd.load(&self.warp[0][index..]),
-                    simd.splat((y - corner[1]) as f32) * spacing_m + simd.load(&self.warp[1][index..]),
+                    (columns + simd.splat((x - corner[0]) as f32)) * spacing_m + lanes.load(simd, self.warp[0]),
+                    (rows + simd.splat((y - corner[1]) as f32)) * spacing_m + lanes.load(simd, self.warp[1]),
                 ];
-                let slope = simd.load(&self.slope[index..]);
+                let slope = lanes.load(simd, self.slope);
                 // The lowest side and the second-lowest of another channel, between which the crest is; and the room
                 // that there is to round it.
                 let far = simd.splat(f32::MAX);
                 let (mut best, mut second, mut room) = (far, far, far);
-                let (mut level, mut off, mut share) = (zero, [zero, zero], zero);
-                let (mut cross, mut bed) = (zero, [zero, zero]);
-                let (mut channel, mut number) = (simd.splat_u32(u32::MAX), simd.splat_u32(u32::MAX));
+                let none = simd.splat_u32(u32::MAX);
+                let (mut channel, mut lowest) = (none, none);
                 for &segment in patch {
                     let candidate = LaneSegment::splat(simd, segments, segment, level_floor);
-                    let side = candidate.side(simd, at);
-                    let height = side.level + slope * side.rise;
+                    let LaneSide { level, rise, .. } = candidate.side(simd, at);
+                    let height = level + slope * rise;
                     let own = simd.splat_u32(segments.channel[segment]);
                     let same = simd.eq_u32(own, channel);
                     let lower = simd.lt(height, best);
                     // What is not lowest, of another channel than what is: segments of one channel have no crest
-                    // between them. They come one after the other, so what was second stays.
+                    // between them.
                     let rest = simd.select(lower, best, height);
                     second = simd.select(same, second, simd.min(rest, second));
-                    room = simd.min(room, three * height - side.level);
+                    room = simd.min(room, three * height - level);
                     best = simd.select(lower, height, best);
-                    level = simd.select(lower, side.level, level);
-                    off = [simd.select(lower, side.off[0], off[0]), simd.select(lower, side.off[1], off[1])];
-                    share = simd.select(lower, side.share, share);
-                    cross = simd.select(lower, side.cross, cross);
-                    bed = [simd.select(lower, side.bed[0], bed[0]), simd.select(lower, side.bed[1], bed[1])];
                     channel = simd.select_u32(lower, own, channel);
-                    number = simd.select_u32(lower, simd.splat_u32(segments.number[segment]), number);
+                    lowest = simd.select_u32(lower, simd.splat_u32(segment as u32), lowest);
+                }
+                // Of most segments no more is asked than how high their sides are.
+                let mut indices = [0; MAX_LANES];
+                simd.store_u32(lowest, &mut indices);
+                let indices = &indices[..S::LANES];
+                let owner = LaneSegment::gather(simd, segments, indices, level_floor);
+                let LaneSide { level, cross, bed, off, share, .. } = owner.side(simd, at);
+                let mut number = [u32::MAX; MAX_LANES];
+                for (number, index) in number.iter_mut().zip(indices) {
+                    *number = segments.number.get(*index as usize).copied().unwrap_or(u32::MAX);
                 }
                 // Round the crest, by no more than it stands above a channel: the least of (height - level) and twice
                 // what a side is higher than the best, which has no step where the best or the second changes.
@@ -371,16 +383,58 @@ impl FillValleys<'_> {
                 let rise = [off[0] * across + bed[0], off[1] * across + bed[1]];
                 let steepest = simd.sqrt(rise[0] * rise[0] + rise[1] * rise[1]);
                 let per_rise = simd.splat(1.0) / simd.max(steepest, simd.splat(1e-6));
-                simd.store(best - lowered, &mut self.out.height_m[index..]);
-                simd.store(level, &mut self.out.level_m[index..]);
-                simd.store(simd.min(gap, simd.splat(self.told_m)), &mut self.out.crest_m[index..]);
-                simd.store(steepness, &mut self.out.steepness[index..]);
-                simd.store(distance, &mut self.out.distance_m[index..]);
-                simd.store(rise[0] * per_rise, &mut self.out.away[0][index..]);
-                simd.store(rise[1] * per_rise, &mut self.out.away[1][index..]);
-                simd.store(share, &mut self.out.share[index..]);
-                simd.store_u32(number, &mut self.out.segment[index..]);
+                let out = &mut *self.out;
+                lanes.store(simd, best - lowered, &mut out.height_m);
+                lanes.store(simd, level, &mut out.level_m);
+                lanes.store(simd, simd.min(gap, simd.splat(self.told_m)), &mut out.crest_m);
+                lanes.store(simd, steepness, &mut out.steepness);
+                lanes.store(simd, distance, &mut out.distance_m);
+                lanes.store(simd, rise[0] * per_rise, &mut out.away[0]);
+                lanes.store(simd, rise[1] * per_rise, &mut out.away[1]);
+                lanes.store(simd, share, &mut out.share);
+                lanes.spread(&number[..S::LANES], &mut out.segment);
             }
+        }
+    }
+}
+
+/// Lanes that hold parts of rows of nodes, each so long, below each other.
+#[derive(Clone, Copy)]
+struct InRows {
+    /// The first node's number in the order of all nodes.
+    index: usize,
+    /// Nodes a row.
+    width: usize,
+    across: usize,
+}
+
+impl InRows {
+    #[inline(always)]
+    fn load<S: Simd>(self, simd: S, from: &[f32]) -> S::F32 {
+        if self.across == S::LANES {
+            return simd.load(&from[self.index..]);
+        }
+        let mut lanes = [0.0; MAX_LANES];
+        for (row, lanes) in lanes[..S::LANES].chunks_exact_mut(self.across).enumerate() {
+            lanes.copy_from_slice(&from[self.index + row * self.width..][..self.across]);
+        }
+        simd.load(&lanes)
+    }
+
+    #[inline(always)]
+    fn store<S: Simd>(self, simd: S, value: S::F32, to: &mut [f32]) {
+        if self.across == S::LANES {
+            return simd.store(value, &mut to[self.index..]);
+        }
+        let mut lanes = [0.0; MAX_LANES];
+        simd.store(value, &mut lanes);
+        self.spread(&lanes[..S::LANES], to);
+    }
+
+    #[inline(always)]
+    fn spread<T: Copy>(self, lanes: &[T], to: &mut [T]) {
+        for (row, lanes) in lanes.chunks_exact(self.across).enumerate() {
+            to[self.index + row * self.width..][..self.across].copy_from_slice(lanes);
         }
     }
 }

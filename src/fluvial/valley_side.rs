@@ -88,10 +88,10 @@ impl Columns {
         self.number.push(number);
     }
 
-    /// Adds a segment of others that begins there.
-    pub fn push_from(&mut self, other: &Columns, index: usize, from: [f32; 2]) {
+    /// Adds a segment of others.
+    pub fn push_from(&mut self, other: &Columns, index: usize) {
         for axis in [0, 1] {
-            self.from[axis].push(from[axis]);
+            self.from[axis].push(other.from[axis][index]);
             self.along[axis].push(other.along[axis][index]);
             self.level[axis].push(other.level[axis][index]);
             self.cross[axis].push(other.cross[axis][index]);
@@ -157,6 +157,24 @@ pub struct LaneSide<S: Simd> {
     pub share: S::F32,
 }
 
+/// Values of columns, each lane's from the row of its number.
+#[derive(Clone, Copy)]
+struct Gathered<'a, S> {
+    simd: S,
+    numbers: &'a [u32],
+}
+
+impl<S: Simd> Gathered<'_, S> {
+    #[inline(always)]
+    fn of(self, column: &[f32]) -> S::F32 {
+        let mut lanes = [0.0; MAX_LANES];
+        for (lane, number) in lanes.iter_mut().zip(self.numbers) {
+            *lane = column.get(*number as usize).copied().unwrap_or(0.0);
+        }
+        self.simd.load(&lanes)
+    }
+}
+
 impl<S: Simd> LaneSegment<S> {
     #[inline(always)]
     pub fn load(simd: S, segments: &Columns, start: usize, level_floor: f32) -> LaneSegment<S> {
@@ -184,6 +202,23 @@ impl<S: Simd> LaneSegment<S> {
             cross: [simd.splat(cross[0][index]), simd.splat(cross[1][index])],
             trough: [simd.splat(trough[0][index]), simd.splat(trough[1][index])],
             river: [simd.splat(river[0][index]), simd.splat(river[1][index])],
+            level_floor: simd.splat(level_floor),
+        }
+    }
+
+    /// The segments with these numbers, one in each lane, and nothing where there is none of that number.
+    #[inline(always)]
+    pub fn gather(simd: S, segments: &Columns, numbers: &[u32], level_floor: f32) -> LaneSegment<S> {
+        let Columns { from, along, per_square, level, cross, trough, river, .. } = segments;
+        let gathered = Gathered { simd, numbers };
+        LaneSegment {
+            from: [gathered.of(&from[0]), gathered.of(&from[1])],
+            along: [gathered.of(&along[0]), gathered.of(&along[1])],
+            per_square: gathered.of(per_square),
+            level: [gathered.of(&level[0]), gathered.of(&level[1])],
+            cross: [gathered.of(&cross[0]), gathered.of(&cross[1])],
+            trough: [gathered.of(&trough[0]), gathered.of(&trough[1])],
+            river: [gathered.of(&river[0]), gathered.of(&river[1])],
             level_floor: simd.splat(level_floor),
         }
     }

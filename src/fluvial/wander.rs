@@ -91,6 +91,23 @@ pub fn rooms(course: &[[f64; 2]], around: &[LineSegment], most: f64) -> Vec<f64>
     (0..=last).map(at).collect()
 }
 
+/// Draws offsets to the course, so that they change by no more than so much from one place to the next: what only fits into
+/// its room because it is cut off would turn a corner from one side of it to the other.
+pub fn draw_in(offsets: &mut [f64], most_change: f64) {
+    let last = offsets.len() - 1;
+    for side in [1.0, -1.0] {
+        // What lies on one side, and on the other side nothing: down to that it comes gradually, from either end.
+        let mut limit = |at: usize, beside: usize| {
+            let most = (side * offsets[beside]).max(0.0) + most_change;
+            if side * offsets[at] > most {
+                offsets[at] = side * most;
+            }
+        };
+        (1..=last).for_each(|at| limit(at, at - 1));
+        (0..last).rev().for_each(|at| limit(at, at + 1));
+    }
+}
+
 /// The places of a course once they are moved to the side by `offsets`, in the unit of the course.
 pub fn moved(course: &[[f64; 2]], offsets: &[f64]) -> Vec<[f64; 2]> {
     let last = course.len() - 1;
@@ -128,6 +145,17 @@ pub fn rounded(course: &[[f64; 2]]) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_cut_off_by_its_room_comes_gradually_to_the_other_side() {
+        let cut = [0.0, 5.0, 9.0, 9.0, 9.0, -9.0, -9.0, -8.0, -1.0, 0.0, 0.5, 0.0];
+        let mut drawn = cut;
+        draw_in(&mut drawn, 3.0);
+        for (before, after) in cut.iter().zip(&drawn) {
+            assert!(after.abs() <= before.abs() && after * before >= 0.0, "{drawn:?}");
+        }
+        assert_eq!(drawn, [0.0, 3.0, 6.0, 6.0, 3.0, -3.0, -6.0, -4.0, -1.0, 0.0, 0.5, 0.0]);
+    }
 
     #[test]
     fn neighbours_that_wander_do_not_meet() {

@@ -83,6 +83,9 @@ struct Bed {
     deepest_m: [f32; 2],
     /// Metres from the segment beyond which it has no bed.
     widest_m: f32,
+    /// Height in metres of the lake over it, if there is one. Here too, as it is asked for at every vertex, and all of a
+    /// segment would be fetched for it.
+    pool_m: f64,
 }
 
 /// A bed at a place of its segment.
@@ -107,6 +110,7 @@ impl Bed {
             half_m: pair(upper.0, lower.0),
             deepest_m: pair(upper.1, lower.1),
             widest_m: (2.0 * lower.0).max(brook_m),
+            pool_m: segment.pool_m,
         }
     }
 
@@ -248,12 +252,11 @@ impl<'a> FillWater<'a> {
         let land_m = self.valleys.height_m[index];
         let lowest_m = self.coast_m.map_or(land_m, |coast_m| coast_m[index].min(land_m));
         let number = self.valleys.segment[index] as usize;
-        let own = self.segments.all.get(number);
+        let own = self.beds.get(number);
         // The coast ends a lake: beyond its edge the land falls away to the sea.
-        if let Some(own) = own.filter(|own| (land_m as f64) < own.pool_m && lowest_m == land_m) {
-            return self.lake(index, own, land_m);
-        }
-        let is_near = own.is_some() && self.valleys.distance_m[index] <= self.beds[number].widest_m;
+        let is_lake = own.is_some_and(|own| (land_m as f64) < own.pool_m && lowest_m == land_m);
+        let lake = is_lake.then(|| &self.segments.all[number]);
+        let is_near = own.is_some_and(|own| self.valleys.distance_m[index] <= own.widest_m);
         let place = if wet.is_empty() { [[0.0; 2]; 2] } else { self.place(at, index) };
         let holds = |(number, reach): &&(usize, f64)| self.segments.all[*number].line().touches(sum(place), *reach);
         let mut wet = wet.iter().filter(holds).map(|(number, _)| *number).peekable();
@@ -261,8 +264,14 @@ impl<'a> FillWater<'a> {
             let [least_m, most_m] = self.brook_m;
             let least_half_m = (BED_SHARE * self.apart_m(index)).clamp(least_m, most_m);
             if let Some(place) = self.channel(index, place, least_half_m, wet) {
-                return self.near_channel(place, least_half_m, lowest_m);
+                return match lake {
+                    Some(own) => self.lake(index, own, land_m, self.river_depth_m(place, least_half_m)),
+                    None => self.near_channel(place, least_half_m, lowest_m),
+                };
             }
+        }
+        if let Some(own) = lake {
+            return self.lake(index, own, land_m, 0.0);
         }
         let ground_m = self.lift.at(lowest_m as f64) as f32;
         if ground_m < self.sea_m { self.sea(ground_m) } else { dry(ground_m) }
@@ -273,11 +282,19 @@ impl<'a> FillWater<'a> {
         VertexWater { kind: WaterKind::Sea, depth_m: self.sea_m - floor_m, ..dry(floor_m) }
     }
 
-    /// The lake over a valley's floor.
-    fn lake(&self, index: usize, own: &Segment, floor_m: f32) -> VertexWater {
+    /// The depth in metres of the river's bed at a place, 0 beside it.
+    fn river_depth_m(&self, NearestChannel { segment, share, distance_m }: NearestChannel, least_half_m: f32) -> f32 {
+        let BedAt { discharge_m3s, half_m, deepest_m } = self.beds[segment].at(share);
+        let is_river = distance_m <= half_m.max(least_half_m) && self.fields.holds_water(discharge_m3s);
+        if is_river { bed_depth_m(deepest_m, distance_m, half_m, least_half_m) } else { 0.0 }
+    }
+
+    /// The lake over a valley's floor, where the bed of a river that comes to it is so deep: it goes on to where the lake is
+    /// deeper, for a step up at the shore would dam it.
+    fn lake(&self, index: usize, own: &Segment, floor_m: f32, river_depth_m: f32) -> VertexWater {
         let (surface_m, below_m) = (self.lift.at(own.pool_m) as f32, own.pool_m - floor_m as f64);
         let deepest_m = LAKE_DEPTH as f64 * self.fields.lake_half_width() * self.fields.metres_a_grain();
-        let depth_m = (below_m / (1.0 + below_m / deepest_m)) as f32;
+        let depth_m = ((below_m / (1.0 + below_m / deepest_m)) as f32).max(river_depth_m);
         // What is below the sea's level is the sea.
         let depth_m = depth_m.min(surface_m - self.sea_m - LEAST_LAKE_M).max(LEAST_LAKE_M);
         let discharge_m3s = self.fields.discharge_m3s(lerp(own.area, self.valleys.share[index] as f64));

@@ -1,10 +1,11 @@
 //! Fluvial relief: rivers in their valleys, unbroken to the sea, and a sea that comes to all that lies under it.
 
-use terrane::area::Area;
+use terrane::area::{Area, TileId};
 use terrane::clock::Clock;
 use terrane::fluvial::point::{GRAINS, Point};
 use terrane::land::{Land, Water, WaterKind};
 use terrane::lines::LineEnd;
+use terrane::preset::Preset;
 use terrane::world::World;
 
 use crate::worlds::{fluvial, shared};
@@ -143,6 +144,26 @@ fn the_bed_of_a_wide_river_falls_to_its_middle() {
     assert!(seen > 50, "{seen} places of wide rivers");
     // Where another river comes in, that may be lowest.
     assert!(middles * 10 > seen * 9, "at {middles} of {seen} places the middle is lowest");
+}
+
+#[test]
+fn no_step_dams_a_river_that_comes_to_a_lake() {
+    // A lake was once half a metre deep where a river came to it that was three.
+    let (_, preset) = Preset::load("alps").unwrap();
+    let world = World::new(preset, Some(1729)).unwrap();
+    let area = TileId { x: -2014, y: 15 }.area(world.tile_cells());
+    let land = land(&world, area);
+    let kind = |x: i64, y: i64| land.water.as_ref().unwrap().kind.at(x, y);
+    let inner = Area::new(area.x0 + 1, area.y0 + 1, area.width() - 2, area.height() - 2);
+    let mut mouths = 0;
+    for (x, y) in inner.vertices().filter(|(x, y)| kind(*x, *y) == WaterKind::River) {
+        let around = Area::new(x - 1, y - 1, 3, 3).vertices().filter(|(x, y)| kind(*x, *y) == WaterKind::Lake);
+        if let Some(lowest_m) = around.map(|(x, y)| land.heights.at(x, y)).reduce(f32::min) {
+            mouths += 1;
+            assert!(lowest_m < land.heights.at(x, y) + 1.0, "a step of {} m", lowest_m - land.heights.at(x, y));
+        }
+    }
+    assert!(mouths > 0);
 }
 
 #[test]

@@ -88,7 +88,7 @@ fn world(preset: &Preset) -> World {
 }
 
 fn settlement(preset: &Preset) -> (i64, i64) {
-    world(preset).sites(&Area::new(0, 0, 1280, 1280))[0].at.map(|at| at.div_euclid(48)).into()
+    world(preset).sites(&Area::new(0, 0, 2560, 2560))[0].at.map(|at| at.div_euclid(48)).into()
 }
 
 /// The tiles that are compared here: the first of each world is the suite's, and so are all of noise, which costs nothing.
