@@ -45,9 +45,9 @@ const FULL: f64 = 0.82;
 /// Share of two batches of rows that is held at once: as a rule the first is written before the second is made.
 const BATCHES: f64 = 0.75;
 
-/// What the allocator takes for each byte that is remembered, since things of all sizes come and go, and a tenth more, so that
+/// What the allocator takes for each byte that is remembered, since things of all sizes come and go, and a little more, so that
 /// as a rule a bake takes no more than is told.
-const SPREAD: f64 = 1.18;
+const SPREAD: f64 = 1.15;
 
 impl Forecast {
     /// Makes the middle tile of a region, for which much may have to be planned first, and concludes from it.
