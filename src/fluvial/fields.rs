@@ -44,14 +44,14 @@ const COAST_INCISION: f64 = 0.7;
 
 /// What the rounding of a valley's floor is less wide than, as a share of a trunk cell's side: two of them side by side
 /// leave room for a ridge.
-const WIDEST_TROUGH: f64 = 0.3;
+const WIDEST_TROUGH: f64 = 0.15;
 
 /// The least slope across a channel, as a share of the hillside's: where its bed is as steep as that too.
 const LEAST_CROSS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// How steep the land falls from a channel at most to a smaller bed beside it, as a share of the hillside's slope: it is
 /// less steep than any valley's side, so no channel loses its water to a smaller one. Chosen by eye.
-pub const BESIDE: f64 = 0.4;
+pub const BESIDE: f64 = 0.64;
 
 /// The slope across a channel by that of its bed, both as shares of the hillside's: together they make that.
 ///

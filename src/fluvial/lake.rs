@@ -7,6 +7,7 @@
 use super::channel::{Channel, Knot};
 use super::fields::Fields;
 use super::point::{Point, chance};
+use super::segment::rise;
 use super::trunk::NodeId;
 use crate::hash::Draw;
 use crate::lines::LakeId;
@@ -19,6 +20,9 @@ const WIDTHS: (f64, f64) = (0.4, 0.6);
 
 /// How much wider lakes are than those of the next finer level. Chosen by eye.
 const WIDER: f64 = 0.62;
+
+/// Half widths of its valley's floor that a lake has at least: of less it would have no depth.
+const COVERS: f64 = 1.1;
 
 /// Half widths that a lake is long where there is room, least, and so much more by chance: real ones in troughs are 3 to 10
 /// times as long as wide. Chosen by eye.
@@ -93,6 +97,11 @@ impl Hollow {
         fields.lake_half_width() * WIDER.powi(level as i32)
     }
 
+    /// The same lake where so much drains through it: it covers the floor of its valley.
+    pub fn on_floor(self, fields: &Fields, area: f64) -> Hollow {
+        Hollow { half_width: self.half_width.max(COVERS * fields.trough(area)), ..self }
+    }
+
     /// Half its width in grains.
     pub fn half_width(&self) -> f64 {
         self.half_width
@@ -118,10 +127,11 @@ impl Hollow {
         let way = ways(&knots);
         let sill = way.partition_point(|way| *way < self.sill * whole).clamp(1, knots.len() - 2);
         let Knot { level_m, area, .. } = knots[sill];
-        if self.half_width < 2.0 * fields.least_lake(area) {
+        let lake = self.on_floor(fields, area);
+        if lake.half_width < 2.0 * fields.least_lake(area) || lake.half_width > fields.lake_half_width() {
             return false;
         }
-        let wanted_m = self.depth_m(fields, hill_slope, area);
+        let wanted_m = lake.depth_m(fields, hill_slope, area);
         let shallowest_m = (LEAST_DEPTH * wanted_m).max(LEAST_DEPTH_M);
         let steepest = match channel.id.0 {
             0 => STEEPEST_TRUNK * hill_slope,
@@ -135,12 +145,12 @@ impl Hollow {
             wanted_m.min(rise_m).min(narrow_m).min(steepest / MIDDLE * long_m * FALLS)
         };
         // Never from the head: there the channel above goes on.
-        let inlets = (1..sill).rev().take_while(|inlet| way[sill] - way[*inlet] <= self.length * self.half_width);
+        let inlets = (1..sill).rev().take_while(|inlet| way[sill] - way[*inlet] <= lake.length * lake.half_width);
         let best = inlets.map(|inlet| (deepest_m(inlet), inlet)).max_by(|a, b| a.0.total_cmp(&b.0));
         let Some((deep_m, inlet)) = best.filter(|(depth_m, _)| *depth_m >= shallowest_m) else {
             return false;
         };
-        if !knots[inlet..=sill].iter().all(|knot| self.is_inland(fields, knot.at, level_m)) {
+        if !knots[inlet..=sill].iter().all(|knot| lake.is_inland(fields, knot.at, level_m)) {
             return false;
         }
         let clear_m = |at: Point| level_m - depth_m(fields, hill_slope, area, others(at) / CLEAR);
@@ -177,8 +187,7 @@ impl Hollow {
 /// The depth in metres at which a valley with those sides, where so much drains through it, is so many grains wide to each
 /// side.
 fn depth_m(fields: &Fields, hill_slope: f64, area: f64, half_width: f64) -> f64 {
-    let trough = fields.trough(area);
-    hill_slope * fields.metres_a_grain() * ((half_width * half_width + trough * trough).sqrt() - trough)
+    hill_slope * fields.metres_a_grain() * rise(half_width, 0.0, fields.trough(area), 0.0)
 }
 
 /// The way from the first knot to each, in grains.

@@ -42,8 +42,10 @@ pub struct Segment {
     pub area: [f64; 2],
     /// Slopes of the sides across the channel, as shares of the hillside's: with the bed's along it they make that.
     pub cross: [f64; 2],
-    /// Half widths of the rounding of the valley's floor, in grains.
+    /// Half widths of the valley's floor with the foot of its side, in grains.
     pub trough: [f64; 2],
+    /// How steep the floor rises from the river, as a share of the side.
+    pub lean: [f64; 2],
     /// Half widths of the river, in grains.
     pub river: [f64; 2],
     /// Height in metres of the lake that stands over what lies lower in its valley.
@@ -55,11 +57,18 @@ pub struct Segment {
 heap_bytes!(Segment);
 heap_bytes!(Segments: channels, all);
 
-/// How much steeper than the river the valley's sides are at least, a vertex from its middle.
+/// How much steeper across the channel a valley's floor is than the river along it, at least.
 ///
-/// It makes floors less round. On rounder ones a vertex of the bed is nearly as high above a place further down, beside
-/// whose bed it lies: it would be land, and break the brook.
-const STEEPER: f64 = 2.5;
+/// On what is more level, a vertex of the bed is nearly as high above a place further down, beside whose bed it lies: it
+/// would be land, and break the brook.
+const LEAN: f64 = 3.0;
+
+/// The share that this slope has of the hillside's, at most: of steep brooks the whole side is as steep.
+const MOST_LEAN: f64 = 0.95;
+
+/// Share of the half width of a valley's floor that is level across, but for how it leans; the rest rounds the foot of its
+/// side. Chosen by eye.
+pub(super) const LEVEL: f64 = 0.7;
 
 /// How steep a river runs down the side of another one's valley at most, as a share of that side's slope: so it cuts
 /// into it, and is not lost on it. Chosen by eye.
@@ -74,12 +83,19 @@ const LONGEST_CUT: f64 = (8 * GRAINS) as f64;
 /// How far the side of a channel goes on that has no brooks, in distances to the next channel of its level.
 const OWN_SIDES: f64 = 1.0;
 
-/// Grains from a channel beyond which its side has risen more than that of a brook does within `brook` grains, by the
-/// half width of the rounding of its floor. Of a river, which is narrow beside its floor, it is more.
-///
-/// A side rises as `sqrt(d^2 + trough^2) - trough`, and a brook's, which has no floor, as `d`: solved for d.
+/// Grains that the side of a valley whose slope is 1 rises within so many grains of its river's middle: by the half width of
+/// the river, and that of the floor and how this leans.
+pub fn rise(grains: f64, shore: f64, trough: f64, lean: f64) -> f64 {
+    let round = (1.0 - LEVEL) * trough;
+    let beyond = (grains - shore.max(LEVEL * trough)).max(0.0);
+    let risen = (beyond * beyond + round * round).sqrt() - round;
+    risen + lean * ((grains - shore).max(0.0) - risen)
+}
+
+/// Grains from a channel beyond which its side has risen more than that of a brook without a floor does within `brook`
+/// grains, by the half width of its floor.
 pub fn widened(brook: f64, trough: f64) -> f64 {
-    (brook * (brook + 2.0 * trough)).sqrt()
+    brook + trough
 }
 
 /// How far channels matter, in grains from them, where no others are in between.
@@ -146,6 +162,11 @@ impl Segment {
         self.trough[0].max(self.trough[0] + self.trough[1])
     }
 
+    /// What its floor leans, at least.
+    pub fn least_lean(&self) -> f64 {
+        self.lean[0].min(self.lean[0] + self.lean[1])
+    }
+
     /// The largest half width of its river in grains.
     fn shore(&self) -> f64 {
         self.river[0].max(self.river[0] + self.river[1])
@@ -156,7 +177,7 @@ impl Segment {
     #[inline]
     pub fn reach(&self, reach: Reach) -> f64 {
         let cross = if self.is_trunk { 1.0 } else { self.gentlest_cross().max(reach.least_cross) };
-        widened(reach.of(self.side) / cross, self.widest_trough()) + self.sunk
+        widened(reach.of(self.side) / cross, self.widest_trough().max(self.shore())) + self.sunk
     }
 
     /// Its lowest water in metres.
@@ -169,12 +190,17 @@ impl Segment {
         self.level_m[0].max(self.level_m[0] + self.level_m[1])
     }
 
+    /// Whether a point lies on the floor of its valley.
+    pub fn has_on_floor(&self, at: [f64; 2]) -> bool {
+        let (t, square) = self.nearest(at);
+        square < (LEVEL * lerp(self.trough, t)).powi(2)
+    }
+
     /// Whether its side may be below a height where it is so far away, given as the square.
     pub fn may_be_below(&self, square: f64, slope: f64, most_m: f64) -> bool {
-        let rise = (most_m - self.lowest_m()) / (slope * self.gentlest_cross());
-        let shore = self.shore();
-        // A side has risen so much where the square of the distance is that, at least.
-        rise > 0.0 && square <= rise * (rise + 2.0 * self.widest_trough()) + shore * shore
+        let risen = (most_m - self.lowest_m()) / (slope * self.gentlest_cross());
+        // Nowhere along the segment has its side risen less.
+        risen > 0.0 && rise(square.sqrt(), self.shore(), self.widest_trough(), self.least_lean()) <= risen
     }
 
     /// [`Segment::side_m`] if that is lower than a height: cheaper than to ask for it and compare.
@@ -196,9 +222,8 @@ impl Segment {
     }
 
     fn side_at_m(&self, t: f64, square: f64, slope: f64) -> f64 {
-        let (trough, shore) = (lerp(self.trough, t), lerp(self.river, t));
-        let rise = ((square - shore * shore).max(0.0) + trough * trough).sqrt() - trough;
-        lerp(self.level_m, t) + slope * lerp(self.cross, t) * rise
+        let risen = rise(square.sqrt(), lerp(self.river, t), lerp(self.trough, t), lerp(self.lean, t));
+        lerp(self.level_m, t) + slope * lerp(self.cross, t) * risen
     }
 }
 
@@ -228,6 +253,7 @@ impl Circle {
 /// What a segment has of the knot at one of its ends.
 struct End {
     cross: f64,
+    lean: f64,
     trough: f64,
     river: f64,
 }
@@ -242,8 +268,10 @@ pub fn segments_of(
 ) -> impl Iterator<Item = Segment> {
     let end = move |knot: usize| {
         let area = channel.knots[knot].area;
+        let steep = steepness(fields, channel, knot);
         End {
-            cross: cross(fields, channel, knot),
+            cross: across(steep),
+            lean: (LEAN * steep).clamp(0.0, MOST_LEAN),
             trough: fields.trough(area),
             river: fields.river_width_m(area) / 2.0 / fields.metres_a_grain(),
         }
@@ -261,9 +289,6 @@ pub fn segments_of(
             return None;
         }
         let (upper, lower) = (known.take().unwrap_or_else(|| end(knot)), end(knot + 1));
-        let fall_m = (pair[0].level_m - pair[1].level_m).max(1e-9);
-        let length_m = square.sqrt() * fields.metres_a_grain();
-        let roundest = channel.hill_slope * GRAINS as f64 * length_m / (STEEPER * fall_m);
         let values = |upper: f64, lower: f64| [upper, lower - upper];
         let sunk_m = pair[0].pool_m - pair[0].level_m.min(pair[1].level_m);
         let segment = Segment {
@@ -277,7 +302,8 @@ pub fn segments_of(
             level_m: values(pair[0].level_m, pair[1].level_m),
             area: values(pair[0].area, pair[1].area),
             cross: values(upper.cross, lower.cross),
-            trough: values(upper.trough.min(roundest), lower.trough.min(roundest)),
+            trough: values(upper.trough, lower.trough),
+            lean: values(upper.lean, lower.lean),
             river: values(upper.river, lower.river),
             pool_m: pair[0].pool_m,
             sunk: (sunk_m / (channel.hill_slope * fields.metres_a_grain())).clamp(0.0, fields.lake_half_width()),
@@ -287,13 +313,12 @@ pub fn segments_of(
     })
 }
 
-/// The slope across a channel at a knot, as a share of the hillside's: what is steepest on the hillside is as steep as
-/// that, and of it the bed has its part.
-fn cross(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
+/// How steep the bed of a channel is at a knot, as a share of the hillside's slope: what is steepest on the hillside is as
+/// steep as that, and of it the bed has its part.
+fn steepness(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
     let (above, below) = (&channel.knots[knot.max(1) - 1], &channel.knots[(knot + 1).min(channel.knots.len() - 1)]);
     let way_m = above.at.distance(below.at) * fields.metres_a_grain();
-    let steep = (above.level_m - below.level_m) / (way_m * channel.hill_slope).max(1e-9);
-    across(steep)
+    (above.level_m - below.level_m) / (way_m * channel.hill_slope).max(1e-9)
 }
 
 /// Lowers a bed, from its mouth up, to below the sides of other valleys: those of segments that are relative to an origin.

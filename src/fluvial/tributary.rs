@@ -7,7 +7,7 @@ use super::chunk::ChunkId;
 use super::fields::{BESIDE, Fields};
 use super::lake::{self, Hollow, NO_LAKE};
 use super::point::{Point, chance};
-use super::segment::{Circle, INCISION, Segment, cut_into, segments_of};
+use super::segment::{Circle, INCISION, Segment, cut_into, rise, segments_of};
 use super::segment_index::IndexedSegments;
 use super::tributary_course::{Courses, JOIN_CELLS, TributaryCourse, TributaryEnd};
 use super::trunk::{LEAST_SLOPE, NodeId};
@@ -291,10 +291,13 @@ impl Tributaries {
             // It cuts into the side of a larger valley, but not below what its own is filled to.
             let side_below_m = |segment: &Segment, place: [f64; 2], most_m: f64| {
                 let cut_m = segment.side_below_m(place, side_slope, most_m)?;
-                if cut_m < filled_m {
-                    return Some(segment.side_m(place, hillside).min(filled_m)).filter(|side_m| *side_m < most_m);
-                }
-                Some(cut_m)
+                let ground_m = match (cut_m < filled_m, is_wet) {
+                    (true, _) => segment.side_m(place, hillside).min(filled_m),
+                    // What is dry has run out on a floor, and leaves no bed there.
+                    (false, false) if segment.has_on_floor(place) => segment.side_m(place, hillside),
+                    (false, _) => cut_m,
+                };
+                Some(ground_m).filter(|ground_m| *ground_m < most_m)
             };
             for segment in &lower {
                 ground_m = side_below_m(segment, here, ground_m + CUT_M).map_or(ground_m, |side_m| side_m - CUT_M);
@@ -342,7 +345,7 @@ struct Beside {
 impl Beside {
     /// Metres that a side rises within so many grains.
     fn rise_m(self, grains: f64) -> f64 {
-        self.slope * ((grains * grains + self.trough * self.trough).sqrt() - self.trough)
+        self.slope * rise(grains, 0.0, self.trough, 0.0)
     }
 }
 

@@ -9,7 +9,7 @@ use super::channel::Mouth;
 use super::chunk::ChunkId;
 use super::fields::Fields;
 use super::point::{GRAINS, Point, chance};
-use super::segment::{Segment, downstream};
+use super::segment::{Segment, downstream, rise};
 use super::segment_index::IndexedSegments;
 use super::tributary::most_area;
 use super::trunk::NodeId;
@@ -442,6 +442,7 @@ fn owner(near: &[(usize, &Segment)], at: [f64; 2], slope: f64) -> Option<(f64, u
 /// How steep a segment's side is at a share of it and the square of a distance from it, as a share of what it is further
 /// up.
 fn steepness(segment: &Segment, t: f64, square: f64) -> f64 {
-    let (trough, river) = (lerp(segment.trough, t), lerp(segment.river, t));
-    (square / (square + trough * trough - river * river).max(1.0)).sqrt()
+    let at = |grains: f64| rise(grains, lerp(segment.river, t), lerp(segment.trough, t), lerp(segment.lean, t));
+    let distance = square.sqrt();
+    (at(distance + GRAINS as f64) - at(distance)) / GRAINS as f64
 }

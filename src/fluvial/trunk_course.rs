@@ -140,7 +140,8 @@ impl TrunkCourses {
         let sink = self.nodes.drained(to);
         if sink.to.is_none() && sink.lake {
             // All that comes to the sink comes to the same depth.
-            let (hollow, area) = (Hollow::new(fields, self.seed, 0, to), sink.area as f64);
+            let area = sink.area as f64;
+            let hollow = Hollow::new(fields, self.seed, 0, to).on_floor(fields, area);
             let at = self.nodes.node(to).at;
             if hollow.half_width() >= 2.0 * fields.least_lake(area) && hollow.is_inland(fields, at, sink.level_m) {
                 let hill_slope = fields.hill_slope(fields.uplift(at));

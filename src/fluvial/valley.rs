@@ -1,7 +1,7 @@
 //! Valleys: the lowest of the valley sides that rise from the channels around a vertex.
 //!
-//! From a channel the land rises as `slope * (sqrt(d^2 + f^2) - f)` with the distance d from its water: rounded over
-//! the width f of its floor, then straight. The lowest of all sides has no pits: away from a channel its own side falls
+//! From a channel the land rises with the distance from its water: a floor leans towards the water as far as it is wide,
+//! the foot of the side is rounded, and then it is straight. The lowest of all sides has no pits: away from a channel its own side falls
 //! to it, and along a channel the bed falls. Where two sides meet is a crest, sharp or rounded.
 //!
 //! Vertices, or every so many of them, are done in patches aligned with the world, each with the segments that can be
@@ -284,7 +284,7 @@ impl FillValleys<'_> {
             let side = segment.side(simd, middle);
             // By how much a side may differ from what it is in the middle: no more than it changes in a radius, along
             // the segment and across it.
-            let distance = simd.sqrt(side.square);
+            let distance = side.distance;
             let (steepness, change) = (simd.load(&segments.steepness[start..]), simd.load(&segments.change[start..]));
             let turned = steep * change * (distance + radius);
             let slack = (steep + steepness * (simd.splat(1.0) + steep) + turned) * radius;
@@ -357,7 +357,7 @@ impl FillValleys<'_> {
                 simd.store_u32(lowest, &mut indices);
                 let indices = &indices[..S::LANES];
                 let owner = LaneSegment::gather(simd, segments, indices, level_floor);
-                let LaneSide { level, cross, bed, off, share, .. } = owner.side(simd, at);
+                let LaneSide { level, cross, floor, bed, off, distance, share, .. } = owner.side(simd, at);
                 let mut number = [u32::MAX; MAX_LANES];
                 for (number, index) in number.iter_mut().zip(indices) {
                     *number = segments.number.get(*index as usize).copied().unwrap_or(u32::MAX);
@@ -371,12 +371,7 @@ impl FillValleys<'_> {
                 // furrow.
                 let lowered = over * over / (simd.max(round, simd.splat(1e-3)) * simd.splat(5.0));
                 let steepness = simd.min(gap / simd.max(round, simd.splat(1e-3)), simd.splat(1.0));
-                let distance = simd.sqrt(off[0] * off[0] + off[1] * off[1]);
-                // The slope of a floor of radius f is d / sqrt(d^2 + f^2), and what it has risen tells f.
                 let steep = slope * cross;
-                let risen = (best - level) / steep;
-                let floor = (risen + risen) * distance / (distance * distance + risen * risen + simd.splat(1e-3));
-                let floor = simd.max(simd.min(floor, simd.splat(1.0)), zero);
                 let steepness = steepness * floor;
                 // What the land rises across the channel and along it: on a steep brook's sides the fall line is aslant.
                 let across = steep * floor / simd.max(distance, simd.splat(1e-3));

@@ -2,7 +2,7 @@
 
 use super::fields::Fields;
 use super::point::GRAINS;
-use super::segment::{Reach, Segment};
+use super::segment::{LEVEL, Reach, Segment};
 use crate::geometry::lerp;
 use crate::simd::{MAX_LANES, Simd};
 
@@ -28,6 +28,7 @@ pub struct Columns {
     pub level: [Vec<f32>; 2],
     pub cross: [Vec<f32>; 2],
     pub trough: [Vec<f32>; 2],
+    pub lean: [Vec<f32>; 2],
     pub river: [Vec<f32>; 2],
     /// What its level and widths change along a metre of it at most, all together.
     pub steepness: Vec<f32>,
@@ -41,9 +42,9 @@ pub struct Columns {
 impl Columns {
     pub fn clear(&mut self) {
         // Taken apart without a rest: a column that is forgotten here does not compile.
-        let Columns { from, along, per_square, level, cross, trough, river, steepness, change, reach, channel, number } =
+        let Columns { from, along, per_square, level, cross, trough, lean, river, steepness, change, reach, channel, number } =
             self;
-        let pairs = [from, along, level, cross, trough, river];
+        let pairs = [from, along, level, cross, trough, lean, river];
         for column in pairs.into_iter().flatten().chain([per_square, steepness, change, reach]) {
             column.clear();
         }
@@ -59,6 +60,7 @@ impl Columns {
         let level = pair(segment.level_m);
         let cross = pair(segment.cross);
         let trough = pair(segment.trough.map(|grains| grains * metres));
+        let lean = pair(segment.lean);
         let least_m = LEAST_HALF_WIDTH * GRAINS as f64 * metres;
         let half_width = |end: f64| {
             let river_m = fields.river_width_m(lerp(segment.area, end)) / 2.0;
@@ -76,12 +78,15 @@ impl Columns {
             self.level[axis].push(level[axis]);
             self.cross[axis].push(cross[axis]);
             self.trough[axis].push(trough[axis]);
+            self.lean[axis].push(lean[axis]);
             self.river[axis].push(river[axis]);
         }
         self.per_square.push(1.0 / square);
         // All changes are added, though seldom do all act at a place: the bound may be too wide, but never too narrow.
         let change = |pair: [f32; 2]| pair[1].abs() / square.sqrt();
-        self.steepness.push(change(level) + change(trough) + change(river));
+        // What the lean acts on is no more than the floor.
+        let widest = (segment.widest_trough() * metres) as f32 + river[0].max(river[0] + river[1]);
+        self.steepness.push(change(level) + change(trough) + change(lean) * widest + change(river));
         self.change.push(change(cross));
         self.reach.push((segment.reach(reach) * metres) as f32);
         self.channel.push(segment.channel);
@@ -96,6 +101,7 @@ impl Columns {
             self.level[axis].push(other.level[axis][index]);
             self.cross[axis].push(other.cross[axis][index]);
             self.trough[axis].push(other.trough[axis][index]);
+            self.lean[axis].push(other.lean[axis][index]);
             self.river[axis].push(other.river[axis][index]);
         }
         self.per_square.push(other.per_square[index]);
@@ -116,6 +122,7 @@ impl Columns {
                 self.level[axis].push(0.0);
                 self.cross[axis].push(0.0);
                 self.trough[axis].push(0.0);
+                self.lean[axis].push(0.0);
                 self.river[axis].push(0.0);
             }
             self.per_square.push(0.0);
@@ -138,6 +145,7 @@ pub struct LaneSegment<S: Simd> {
     level: [S::F32; 2],
     cross: [S::F32; 2],
     trough: [S::F32; 2],
+    lean: [S::F32; 2],
     river: [S::F32; 2],
     /// Half width of the part of a river that is level across.
     level_floor: S::F32,
@@ -150,10 +158,12 @@ pub struct LaneSide<S: Simd> {
     pub rise: S::F32,
     /// The slope across the channel, as a share of the hillside's.
     pub cross: S::F32,
+    /// How steep the floor is there, as a share of what the side is further up.
+    pub floor: S::F32,
     /// How the bed rises, in metres a metre.
     pub bed: [S::F32; 2],
     pub off: [S::F32; 2],
-    pub square: S::F32,
+    pub distance: S::F32,
     pub share: S::F32,
 }
 
@@ -178,7 +188,7 @@ impl<S: Simd> Gathered<'_, S> {
 impl<S: Simd> LaneSegment<S> {
     #[inline(always)]
     pub fn load(simd: S, segments: &Columns, start: usize, level_floor: f32) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, cross, trough, river, .. } = segments;
+        let Columns { from, along, per_square, level, cross, trough, lean, river, .. } = segments;
         LaneSegment {
             from: [simd.load(&from[0][start..]), simd.load(&from[1][start..])],
             along: [simd.load(&along[0][start..]), simd.load(&along[1][start..])],
@@ -186,6 +196,7 @@ impl<S: Simd> LaneSegment<S> {
             level: [simd.load(&level[0][start..]), simd.load(&level[1][start..])],
             cross: [simd.load(&cross[0][start..]), simd.load(&cross[1][start..])],
             trough: [simd.load(&trough[0][start..]), simd.load(&trough[1][start..])],
+            lean: [simd.load(&lean[0][start..]), simd.load(&lean[1][start..])],
             river: [simd.load(&river[0][start..]), simd.load(&river[1][start..])],
             level_floor: simd.splat(level_floor),
         }
@@ -193,7 +204,7 @@ impl<S: Simd> LaneSegment<S> {
 
     #[inline(always)]
     pub fn splat(simd: S, segments: &Columns, index: usize, level_floor: f32) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, cross, trough, river, .. } = segments;
+        let Columns { from, along, per_square, level, cross, trough, lean, river, .. } = segments;
         LaneSegment {
             from: [simd.splat(from[0][index]), simd.splat(from[1][index])],
             along: [simd.splat(along[0][index]), simd.splat(along[1][index])],
@@ -201,6 +212,7 @@ impl<S: Simd> LaneSegment<S> {
             level: [simd.splat(level[0][index]), simd.splat(level[1][index])],
             cross: [simd.splat(cross[0][index]), simd.splat(cross[1][index])],
             trough: [simd.splat(trough[0][index]), simd.splat(trough[1][index])],
+            lean: [simd.splat(lean[0][index]), simd.splat(lean[1][index])],
             river: [simd.splat(river[0][index]), simd.splat(river[1][index])],
             level_floor: simd.splat(level_floor),
         }
@@ -209,7 +221,7 @@ impl<S: Simd> LaneSegment<S> {
     /// The segments with these numbers, one in each lane, and nothing where there is none of that number.
     #[inline(always)]
     pub fn gather(simd: S, segments: &Columns, numbers: &[u32], level_floor: f32) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, cross, trough, river, .. } = segments;
+        let Columns { from, along, per_square, level, cross, trough, lean, river, .. } = segments;
         let gathered = Gathered { simd, numbers };
         LaneSegment {
             from: [gathered.of(&from[0]), gathered.of(&from[1])],
@@ -218,6 +230,7 @@ impl<S: Simd> LaneSegment<S> {
             level: [gathered.of(&level[0]), gathered.of(&level[1])],
             cross: [gathered.of(&cross[0]), gathered.of(&cross[1])],
             trough: [gathered.of(&trough[0]), gathered.of(&trough[1])],
+            lean: [gathered.of(&lean[0]), gathered.of(&lean[1])],
             river: [gathered.of(&river[0]), gathered.of(&river[1])],
             level_floor: simd.splat(level_floor),
         }
@@ -235,15 +248,17 @@ impl<S: Simd> LaneSegment<S> {
         let square = off[0] * off[0] + off[1] * off[1];
         // What the channel is like there.
         let trough = self.trough[0] + self.trough[1] * share;
+        let lean = self.lean[0] + self.lean[1] * share;
         let river = self.river[0] + self.river[1] * share;
-        // Not below 0 within the water: without a trough the root would be NaN there.
-        let beyond = simd.max(square - river * river, zero);
-        // The side: level as far as the water is wide, rounded over the floor, then straight.
+        let distance = simd.sqrt(square);
+        // The side: level as far as the water is wide, rounded at the foot, then straight; and what the floor leans.
         let cross = self.cross[0] + self.cross[1] * share;
-        let rise = (simd.sqrt(beyond + trough * trough) - trough) * cross;
-        // About the distance, within a tenth and exact along the axes: enough for what follows, without a root.
-        let (x, y) = (simd.abs(off[0]), simd.abs(off[1]));
-        let distance = simd.max(x, y) + simd.min(x, y) * simd.splat(0.4);
+        let dry = simd.max(distance - river, zero);
+        let beyond = simd.max(distance - simd.max(river, trough * simd.splat(LEVEL as f32)), zero);
+        let round = trough * simd.splat(1.0 - LEVEL as f32);
+        let root = simd.sqrt(beyond * beyond + round * round);
+        let risen = root - round;
+        let rise = (risen + lean * (dry - risen)) * cross;
         // Water is level, but for next to nothing.
         // As far as the river's edge and no further: beyond, the valley's side rises enough. The greater of both
         // counts, so that on the level floor, too, vertices differ.
@@ -253,6 +268,9 @@ impl<S: Simd> LaneSegment<S> {
         let fall = self.level[1] * self.per_square;
         let fall = simd.select(simd.lt(zero, share), simd.select(simd.lt(share, one), fall, zero), zero);
         let bed = [self.along[0] * fall, self.along[1] * fall];
-        LaneSide { level: self.level[0] + self.level[1] * share, rise, cross, bed, off, square, share }
+        // Where water stands it is level, and at the edge of a floor without a rounding there is no root.
+        let straight = beyond / simd.max(root, simd.splat(1e-3));
+        let floor = simd.select(simd.lt(zero, dry), straight + lean * (one - straight), zero);
+        LaneSide { level: self.level[0] + self.level[1] * share, rise, cross, floor, bed, off, distance, share }
     }
 }
