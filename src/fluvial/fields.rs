@@ -42,9 +42,17 @@ const INTO_SEA: f64 = 6.0;
 /// Share of what the land's edge rises that a bed has at most, so that it lies in a valley. Chosen by eye.
 const COAST_INCISION: f64 = 0.7;
 
-/// What the rounding of a valley's floor is less wide than, as a share of a trunk cell's side: two of them side by side
-/// leave room for a ridge.
+/// What half a valley's floor is less wide than, as a share of a trunk cell's side: two of them side by side leave room for
+/// a ridge.
 const WIDEST_TROUGH: f64 = 0.15;
+
+/// Metres above the lowest glaciers at which their valleys are wholly theirs. Chosen by eye.
+const ICE_RISE_M: f64 = 300.0;
+
+/// Half width by which glaciers widen a floor, as a share of the distance between valleys of its level; and how many times the
+/// distance of the finest that is, at most. Cirques are half a kilometre wide, as those of the Alps.
+const ICE_WIDTH: f64 = 0.12;
+const WIDEST_ICE: i64 = 6;
 
 /// The least slope across a channel, as a share of the hillside's: where its bed is as steep as that too.
 const LEAST_CROSS: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -52,6 +60,11 @@ const LEAST_CROSS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// How steep the land falls from a channel at most to a smaller bed beside it, as a share of the hillside's slope: it is
 /// less steep than any valley's side, so no channel loses its water to a smaller one. Chosen by eye.
 pub const BESIDE: f64 = 0.64;
+
+/// The area at the mouth of a tributary of a level, in cells of the trunk lattice.
+pub fn most_area(level: u32) -> f64 {
+    0.25f64.powi(level as i32)
+}
 
 /// The slope across a channel by that of its bed, both as shares of the hillside's: together they make that.
 ///
@@ -215,15 +228,46 @@ impl Fields {
         across(self.settings.channel_slope.min(LEAST_CROSS))
     }
 
-    /// Half width in grains of the rounding of a valley's floor, by the area that drains there.
-    pub fn trough(&self, area: f64) -> f64 {
+    /// How far glaciers have shaped a valley whose bed is so high, from 0 to 1.
+    pub fn iced(&self, level_m: f64) -> f64 {
+        self.settings.ice_m.map_or(0.0, |ice_m| {
+            let line_m = ice_m + self.sea.as_ref().map_or(0.0, |sea| sea.level_m);
+            let t = ((level_m - line_m) / ICE_RISE_M).clamp(0.0, 1.0);
+            t * t * (3.0 - 2.0 * t)
+        })
+    }
+
+    /// Half width in grains of the floor of a valley of a level, by the area that drains there and the height of its bed.
+    pub fn floor(&self, level: u32, area: f64, level_m: f64) -> f64 {
+        self.trough(area) + self.most_iced(level) * self.iced(level_m)
+    }
+
+    /// Half width in grains of a floor of a level that none exceeds.
+    pub fn widest_floor(&self, level: u32) -> f64 {
+        match level {
+            0 => self.widest_trough(),
+            _ => self.trough(most_area(level)) + self.most_iced(level),
+        }
+    }
+
+    /// What glaciers have widened the floors of a level by, at most: those of trunks have their width by what drains there,
+    /// and the finest valleys are younger than the ice.
+    fn most_iced(&self, level: u32) -> f64 {
+        match level > 0 && level + 1 < self.levels() && self.settings.ice_m.is_some() {
+            true => ICE_WIDTH * self.side(level).min(WIDEST_ICE * self.side(self.levels() - 1)) as f64,
+            false => 0.0,
+        }
+    }
+
+    /// Half width in grains of a valley's floor that water alone has made, by the area that drains there.
+    fn trough(&self, area: f64) -> f64 {
         // As wide as the river goes with its discharge, and for large ones less and less.
         let share = self.settings.valley * area.sqrt() / WIDEST_TROUGH;
         self.widest_trough() * share / (1.0 + share * share).sqrt()
     }
 
-    /// Half width in grains of the rounding of a valley's floor that none comes to, however much drains there.
-    pub fn widest_trough(&self) -> f64 {
+    /// Half width in grains that no such floor comes to, however much drains there.
+    fn widest_trough(&self) -> f64 {
         WIDEST_TROUGH * self.side(0) as f64
     }
 

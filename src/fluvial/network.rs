@@ -20,7 +20,7 @@ use super::fields::Fields;
 use super::point::Point;
 use super::segment::{Reach, Segment, Segments, segments_of, widened};
 use super::segment_index::IndexedSegments;
-use super::tributary::{Tributaries, most_area};
+use super::tributary::Tributaries;
 use super::tributary_course;
 use super::trunk::Trunks;
 use super::trunk_course::{self, TrunkCourses};
@@ -98,10 +98,8 @@ impl Network {
         let (mut channels, mut all) = (Vec::new(), Vec::new());
         for level in 0..levels {
             let own = reach.of(self.fields.side(level) as f64);
-            let widest = match level {
-                0 => widened(own, self.fields.widest_trough()),
-                _ => widened(own / reach.least_cross, self.fields.trough(most_area(level))),
-            };
+            let gentlest = if level == 0 { 1.0 } else { reach.least_cross };
+            let widest = widened(own / gentlest, self.fields.widest_floor(level));
             let widest = widest + self.fields.lake_half_width();
             let around = [rectangle[0].moved([-widest; 2]), rectangle[1].moved([widest; 2])];
             self.channels(level, around, |channel| {

@@ -9,11 +9,10 @@ use std::sync::Arc;
 
 use super::Fluvial;
 use super::channel::{Channel, ChannelId, Mouth};
-use super::fields::COAST_STEP;
+use super::fields::{COAST_STEP, most_area};
 use super::lake::{Hollow, NO_LAKE};
 use super::point::{GRAINS, Point};
 use super::strahler::{Strahler, locate};
-use super::tributary::most_area;
 use super::trunk::neighbours;
 use super::valley;
 use super::water::river_depth_m;

@@ -272,7 +272,7 @@ pub fn segments_of(
         End {
             cross: across(steep),
             lean: (LEAN * steep).clamp(0.0, MOST_LEAN),
-            trough: fields.trough(area),
+            trough: fields.floor(channel.id.0, area, channel.knots[knot].level_m),
             river: fields.river_width_m(area) / 2.0 / fields.metres_a_grain(),
         }
     };

@@ -44,6 +44,10 @@ pub struct FluvialSettings {
     /// Default: 0.03.
     #[schemars(range(min = 0, max = 0.2))]
     pub valley: f64,
+    /// Height in metres from which on glaciers have shaped the valleys of tributaries: floors are wide and go up in steps,
+    /// heads are cirques, and side valleys hang; 0 to 10,000, above the sea level or above 0. Default: none.
+    #[schemars(range(min = 0, max = 10_000))]
+    pub ice_m: Option<f64>,
     /// Metres of height by which crests are rounded off, 0 to 1000. Default: 20.
     #[schemars(range(min = 0, max = 1000))]
     pub crest_m: f64,
@@ -95,6 +99,7 @@ impl Default for FluvialSettings {
             hill_slope: [0.2, 0.8],
             uplift: Uplift::default(),
             valley: 0.03,
+            ice_m: None,
             crest_m: 20.0,
             bend: 0.9,
             gullies: 0.5,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::channel::{Channel, Knot, Mouth};
 use super::chunk::ChunkId;
-use super::fields::{BESIDE, Fields};
+use super::fields::{BESIDE, Fields, most_area};
 use super::lake::{self, Hollow, NO_LAKE};
 use super::point::{Point, chance};
 use super::segment::{Circle, INCISION, Segment, cut_into, rise, segments_of};
@@ -16,11 +16,6 @@ use super::wander;
 use crate::geometry::{LineSegment, length, lerp, lines};
 use crate::hash::{self, Draw};
 use crate::memory::{Memory, Usage};
-
-/// The area at the mouth of a tributary of a level, in cells of the trunk lattice.
-pub fn most_area(level: u32) -> f64 {
-    0.25f64.powi(level as i32)
-}
 
 /// Share of its area that a tributary has at its head less than at its mouth: a head has a quarter of it, as much as
 /// the mouth of a tributary of the next level.
@@ -40,6 +35,10 @@ const PLACES: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.75];
 
 /// Metres by which a bed lies below the sides of larger valleys at least: so much is lost where these are rasters.
 const CUT_M: f64 = 0.05;
+
+/// How steep the parts of a glacier's valley are beside the law of rivers, from its mouth up: it hangs over the larger valley,
+/// which the larger glacier has cut deeper, and goes up in steps to the floor of its cirque. Together they rise as much.
+const STAIRS: [f64; 4] = [1.6, 0.4, 1.8, 0.2];
 
 /// The tributaries of a world.
 #[derive(Debug)]
@@ -184,6 +183,8 @@ impl Tributaries {
         let (head, mouth) = (channel.knots[0].at, channel.knots[channel.knots.len() - 1].at);
         let (way, mouth) = (head.from(mouth), mouth.from(origin));
         let (mut near, around) = surroundings.of(fields, level, (x, y), [mouth, way]);
+        let larger = near.clone();
+        let is_own = |at: Point| !larger.iter().any(|segment| segment.has_on_floor(at.from(origin)));
         near.extend(others);
         let beside = Beside { slope: BESIDE * channel.hill_slope * fields.metres_a_grain(), trough: 0.0 };
         let least_m = |at: Point| beside_m(&near, at.from(origin), beside);
@@ -192,7 +193,7 @@ impl Tributaries {
             let lines = around.iter().filter(|line| line.distance(mouth) > 1.0);
             lines.map(|line| line.distance(at)).fold(f64::INFINITY, f64::min)
         };
-        hollow.dig(fields, channel, least_m, others);
+        hollow.dig(fields, channel, is_own, least_m, others);
     }
 
     /// Where a tributary goes, from its shore up, which is so far [from the origin, and from the shore to the head];
@@ -243,16 +244,21 @@ impl Tributaries {
         let gentlest = fields.hill_slope(fields.uplift(shore.at)).min(fields.hill_slope(uplift));
         let hillside = gentlest * fields.metres_a_grain();
         let side_slope = INCISION * hillside;
-        let beside = Beside { slope: BESIDE * hillside, trough: fields.trough(most_area(level)) };
+        let beside = Beside { slope: BESIDE * hillside, trough: fields.widest_floor(level) };
         let coast_filled_m = fields.filled_m(level);
         let filled_m = filled_m.max(coast_filled_m);
         let is_wet = fields.is_wet(most_area(level));
         let area = |share: f64| most_area(level) * (1.0 - AREA_FALL * share);
+        // The finest valleys are younger than the ice.
+        let iced = if level + 1 < fields.levels() { fields.iced(shore.level_m) } else { 0.0 };
+        let steepest = fields.settings().channel_slope * fields.hill_slope(uplift);
         // What a river of the area half way along each step rises on it.
         let rises_m: Vec<f64> = (1..=segments)
             .map(|step| {
                 let middle = f64::midpoint(way_m[step - 1] / way_m[segments], way_m[step] / way_m[segments]);
-                (way_m[step] - way_m[step - 1]) * fields.river_slope(uplift, area(middle))
+                let stair = 1.0 + iced * (STAIRS[(middle * STAIRS.len() as f64) as usize] - 1.0);
+                let slope = (fields.river_slope(uplift, area(middle)) * stair).min(steepest);
+                (way_m[step] - way_m[step - 1]) * slope
             })
             .collect();
         // Of what is near somewhere, that which may matter anywhere on its way.

@@ -7,11 +7,10 @@ use std::sync::Arc;
 
 use super::channel::Mouth;
 use super::chunk::ChunkId;
-use super::fields::Fields;
+use super::fields::{Fields, most_area};
 use super::point::{GRAINS, Point, chance};
 use super::segment::{Segment, downstream, rise};
 use super::segment_index::IndexedSegments;
-use super::tributary::most_area;
 use super::trunk::NodeId;
 use crate::geometry::{LineSegment, length, lerp};
 use crate::hash::{self, Draw};

@@ -141,11 +141,12 @@ impl TrunkCourses {
         if sink.to.is_none() && sink.lake {
             // All that comes to the sink comes to the same depth.
             let area = sink.area as f64;
-            let hollow = Hollow::new(fields, self.seed, 0, to).on_floor(fields, area);
+            let floor = fields.floor(0, area, sink.level_m);
+            let hollow = Hollow::new(fields, self.seed, 0, to).on_floor(floor);
             let at = self.nodes.node(to).at;
             if hollow.half_width() >= 2.0 * fields.least_lake(area) && hollow.is_inland(fields, at, sink.level_m) {
                 let hill_slope = fields.hill_slope(fields.uplift(at));
-                hollow.dig_sink(trunk, hollow.depth_m(fields, hill_slope, area));
+                hollow.dig_sink(trunk, hollow.depth_m(fields, hill_slope, floor));
                 trunk.lake = Some(LakeId((0, to.0, to.1)));
             }
         } else if here.lake {
@@ -155,7 +156,7 @@ impl TrunkCourses {
                 let at = at.from(origin);
                 around.iter().map(|line| line.distance(at)).fold(f64::INFINITY, f64::min)
             };
-            Hollow::new(fields, self.seed, 0, id).dig(fields, trunk, |_| f64::NEG_INFINITY, others);
+            Hollow::new(fields, self.seed, 0, id).dig(fields, trunk, |_| true, |_| f64::NEG_INFINITY, others);
         }
     }
 
