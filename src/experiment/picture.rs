@@ -1,5 +1,6 @@
 //! The walk from above: tiles by order of making, the rivers and roads on them, and the camera's track.
 
+use crate::export::{Sample, png_bytes};
 use crate::tile::Tile;
 
 /// The longer side of the picture in pixels.
@@ -116,14 +117,7 @@ impl Picture {
             let start = self.track.first().copied().unwrap_or(self.corner_m);
             self.draw_line(&mut bytes, start, start, radius, ink);
         }
-        let mut file = Vec::new();
-        let mut encoder = png::Encoder::new(&mut file, self.width as u32, self.height as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(&bytes));
-        written.expect("a Vec takes everything, and the bytes are as many as the pixels need");
-        file
+        png_bytes(Sample::Rgb8, (self.width as u32, self.height as u32), true, &bytes)
     }
 
     /// Draws a line between two places with round ends, `radius` pixels to each side.

@@ -10,23 +10,7 @@ use crate::geometry::LineSegment;
 use crate::preset::Preset;
 
 /// Lakes, a coast, settlements and roads within some hundred vertices of the origin.
-const FLUVIAL: &str = "
-    tile_cells = 64
-    spacing_m = 20.0
-    sea_level_m = 0.0
-    [fluvial]
-    trunk_m = 5120.0
-    levels = 4
-    base_m = 20.0
-    lakes = 1.0
-    [fluvial.uplift]
-    mask = { wavelength_m = 20000.0, octaves = 3, from = -0.4, to = 0.4 }
-    [fluvial.coast]
-    below = -0.27
-    lowstand_m = 10.0
-    [places]
-    site_m = 2500.0
-";
+const FLUVIAL: &str = include_str!("../../tests/settled.toml");
 
 const AGENTS: &str = "
     tile_cells = 32

@@ -26,8 +26,6 @@ pub use structure::{Structure, StructureKind};
 
 use std::sync::Arc;
 
-use serde::Serialize;
-
 use crate::area::Area;
 use crate::geometry::LineSegment;
 use crate::memory::heap_bytes;
@@ -55,8 +53,7 @@ impl LineKind {
 }
 
 /// How well a road is built. The numbers index the lists of three in settings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum RoadClass {
     /// Steep and narrow, through fords.
     Track = 0,
@@ -64,6 +61,17 @@ pub enum RoadClass {
     Road = 1,
     /// What leads to towns: wide, even, on bridges.
     Highway = 2,
+}
+
+impl RoadClass {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            RoadClass::Track => "track",
+            RoadClass::Road => "road",
+            RoadClass::Highway => "highway",
+        }
+    }
 }
 
 /// How large a line is among those of its kind.
@@ -94,6 +102,31 @@ pub enum LineEnd {
     Site(SiteId),
     /// Nothing: a river has lost the last third of its way, a road stops.
     Nothing,
+}
+
+impl LineEnd {
+    /// The name in files; of a line the name of its kind.
+    pub fn name(self) -> &'static str {
+        match self {
+            LineEnd::Sea => "sea",
+            LineEnd::Line(line) => line.kind().name(),
+            LineEnd::Lake(_) => "lake",
+            LineEnd::Pond => "pond",
+            LineEnd::Sink => "sink",
+            LineEnd::Site(_) => "site",
+            LineEnd::Nothing => "nothing",
+        }
+    }
+
+    /// The id of what has one, as text.
+    pub fn id(self) -> Option<String> {
+        match self {
+            LineEnd::Line(line) => Some(line.to_string()),
+            LineEnd::Lake(lake) => Some(lake.to_string()),
+            LineEnd::Site(site) => Some(site.to_string()),
+            LineEnd::Sea | LineEnd::Pond | LineEnd::Sink | LineEnd::Nothing => None,
+        }
+    }
 }
 
 /// What a line does to the land.

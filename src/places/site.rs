@@ -1,7 +1,5 @@
 //! Settlements: at most one a site cell, at the best of some hashed positions.
 
-use serde::Serialize;
-
 use crate::area::Area;
 use crate::fluvial::survey::Survey;
 use crate::hash::{self, Stream};
@@ -13,8 +11,7 @@ use crate::places::plan_land::{PlanLand, RiverIndex, Scale, Window};
 use crate::places::settings::PlacesSettings;
 
 /// How large a settlement is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum SiteClass {
     /// Some farms.
     Hamlet,
@@ -22,6 +19,17 @@ pub enum SiteClass {
     Village,
     /// A market and walls.
     Town,
+}
+
+impl SiteClass {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            SiteClass::Hamlet => "hamlet",
+            SiteClass::Village => "village",
+            SiteClass::Town => "town",
+        }
+    }
 }
 
 /// A settlement.

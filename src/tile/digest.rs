@@ -5,7 +5,7 @@ use std::fmt;
 use crate::area::Area;
 use crate::grid::Grid;
 use crate::land::WaterKind;
-use crate::lines::{Line, LineClass, LineEnd, RoadClass};
+use crate::lines::{Line, LineClass, LineEnd};
 use crate::places::site::Site;
 use crate::tile::Tile;
 
@@ -154,18 +154,11 @@ fn bytes_of_line(line: &Line) -> Vec<u8> {
     let class = match line.class {
         LineClass::Plain => String::new(),
         LineClass::Order(order) => order.to_string(),
-        LineClass::Road(RoadClass::Track) => "track".to_owned(),
-        LineClass::Road(RoadClass::Road) => "road".to_owned(),
-        LineClass::Road(RoadClass::Highway) => "highway".to_owned(),
+        LineClass::Road(class) => class.name().to_owned(),
     };
     let end = match line.end {
-        LineEnd::Sea => "sea".to_owned(),
-        LineEnd::Line(other) => other.to_string(),
-        LineEnd::Lake(lake) => lake.to_string(),
-        LineEnd::Pond => "pond".to_owned(),
-        LineEnd::Sink => "sink".to_owned(),
-        LineEnd::Site(site) => site.to_string(),
         LineEnd::Nothing => String::new(),
+        end => end.id().unwrap_or_else(|| end.name().to_owned()),
     };
     let name = line.name.as_deref().unwrap_or_default();
     let mut bytes = format!("{}\n{class}\n{name}\n{}\n{end}\n", line.id, line.course).into_bytes();
