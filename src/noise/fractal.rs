@@ -35,7 +35,7 @@ const MAX_WARP_CELLS: f64 = 1024.0;
 struct Octave {
     lattice: Lattice,
     step: FoldStep,
-    method: Evaluation,
+    evaluation: Evaluation,
     /// For warped areas, and for the shortest waves.
     simplex: Simplex<BLOCK_COLUMNS>,
 }
@@ -182,14 +182,14 @@ impl Octave {
             }
         };
         // The fastest that has room for waves of this length.
-        let method = if frequency <= Splat::<BLOCK_COLUMNS, BLOCK_ROWS>::MAX_FREQUENCY {
+        let evaluation = if frequency <= Splat::<BLOCK_COLUMNS, BLOCK_ROWS>::MAX_FREQUENCY {
             Evaluation::Splat(Splat::new(&lattice, step.noise_scale))
         } else if frequency <= RowWise::<BLOCK_COLUMNS>::MAX_FREQUENCY {
             Evaluation::RowWise(RowWise::new(&lattice, step.noise_scale))
         } else {
             Evaluation::Simplex
         };
-        Octave { step, method, simplex: Simplex::new(&lattice, spacing_m, step.noise_scale), lattice }
+        Octave { step, evaluation, simplex: Simplex::new(&lattice, spacing_m, step.noise_scale), lattice }
     }
 }
 
@@ -272,7 +272,7 @@ impl<F: Fold> FractalFill<'_, F> {
         for (index, octave) in self.fractal.octaves.iter().enumerate() {
             let position = octave.lattice.at(x, y);
             let is_first = index == 0;
-            match &octave.method {
+            match &octave.evaluation {
                 // Displaced vertices are no row any more, and have nothing in common.
                 _ if self.warp.is_some() => fold_simplex::<S, F, true>(simd, octave, position, is_first, part, scratch),
                 Evaluation::Splat(splat) => fold_splat::<S, F>(simd, octave, splat, position, is_first, part, scratch),

@@ -13,7 +13,7 @@ use terrane::area::{Area, TileId};
 use terrane::lines::LineKind;
 use terrane::map::MapPainter;
 use terrane::preset::{BUILT_IN, Preset};
-use terrane::tile::{Tile, TileChannel};
+use terrane::tile::{Tile, TilePart};
 use terrane::world::World;
 
 use crate::IS_LONG;
@@ -39,9 +39,9 @@ fn every_preset_has_its_golden_bytes() {
     let all: Vec<Golden> = goldens(&list);
     // A build without optimisation does not make all lines.
     if !cfg!(debug_assertions) && std::env::var_os("TERRANE_ACCEPT").is_some() {
-        let channels = TileChannel::ALL.map(TileChannel::name).join(", ");
+        let parts = TilePart::ALL.map(TilePart::name).join(", ");
         let about = format!(
-            "# preset, x, y, and the first 16 digits of the BLAKE3 of {channels} and the map of tiles of 48 cells, seed 1\n"
+            "# preset, x, y, and the first 16 digits of the BLAKE3 of {parts} and the map of tiles of 48 cells, seed 1\n"
         );
         let lines: Vec<String> = all.par_iter().map(|golden| hashes(golden, &golden.tiles)).collect();
         fs::write(&path, format!("{about}{}", lines.concat())).unwrap();

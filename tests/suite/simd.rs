@@ -20,7 +20,7 @@ fn every_instruction_set_bakes_the_same_bytes() {
             let out = folder.path().join(format!("{name}-{}", level.name()));
             let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
             command.args(["bake", preset.to_str().unwrap(), "--at", "-2,1000000000", "--size", "2x2", "--quiet"]);
-            // The hashes are those of all channels, water, beds and lines among them.
+            // The hashes are those of all parts of a tile, water, beds and lines among them.
             let exports = "height,blend,normal,map,exr,hashes,vector,geojson,gltf";
             command.args(["--export", exports, "--out", out.to_str().unwrap()]);
             let done = command.env(Level::VARIABLE, level.name()).output().unwrap();
