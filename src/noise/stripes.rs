@@ -220,6 +220,7 @@ impl Kernel for StripesFill<'_> {
                 let part_columns = (x0.max(x) - x) as usize..(x1.min(x + columns) - x) as usize;
                 let part_rows = (y0.max(y) - y) as usize..(y1.min(y + rows) - y) as usize;
                 self.stripes.find_pivots(simd, x, y, &mut pivots);
+                // A few rows at a time: the fewer they are, the fewer pivots reach any of them.
                 let mut start = part_rows.start;
                 while start < part_rows.end {
                     let end = part_rows.end.min((start / self.stripes.group_rows + 1) * self.stripes.group_rows);
@@ -311,6 +312,7 @@ impl Stripes {
                 while bits != 0 {
                     let pivot = first + bits.trailing_zeros() as usize;
                     bits &= bits - 1;
+                    // What only the columns or only the rows ask for, so that `add_up` has little left to do a vertex.
                     let found = &mut reaching[count];
                     count += 1;
                     found.dx = columns - simd.splat(pivots.x[pivot]);

@@ -283,6 +283,7 @@ impl Builder<'_> {
         let grade = standard.profile_grade();
         let clearances_m = [self.settings.clearance_m, LEAST_CLEARANCE_M.min(self.settings.clearance_m)];
         let wished_m = wished_m(heights_m, &line.lengths_m, grade, standard.bridge_m);
+        // Where the road goes straight over a dip, the ford at its bottom lies beneath it.
         for span in spans.iter_mut() {
             if (span.first..=span.last).any(|point| wished_m[point] > heights_m[point]) {
                 span.kind = StructureKind::Bridge;

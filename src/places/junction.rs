@@ -28,7 +28,8 @@ const ASIDE_LENGTH: f64 = 8.0;
 /// Points that a road goes on for, beside the one that it joins, until it ends there: so it does not end across it.
 const AHEAD: usize = 3;
 
-/// Metres of height between two roads of which one is carried over the other, at least.
+/// Metres of height between two roads of which one is carried over the other, at least: vehicles are up to 4 m high (Council
+/// Directive 96/53/EC), and need some air.
 const OVER_M: f64 = 4.5;
 
 /// What roads are ranked by: the least ranks highest.

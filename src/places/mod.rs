@@ -75,6 +75,8 @@ impl Places {
             settings: settings.clone(),
             seed,
             plan: PlanLand::new(Scale::new(settings.site_m, spacing_m)),
+            // Room for some ten thousand cells and pairs, and for some three hundred roads of 500 points of 48 bytes, which is
+            // more than one tile asks about.
             sites: Memory::new(2 << 20),
             edges: Memory::new(1 << 20),
             roads: Memory::new(8 << 20),

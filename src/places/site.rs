@@ -192,6 +192,7 @@ fn suitability(
 fn water_m(plan: &PlanLand, window: &Window, rivers: &RiverIndex, at: [i64; 2], far_m: f64) -> f64 {
     let scale = &plan.scale;
     let sample_m = scale.step_m();
+    // By nodes, since lakes and the sea are no lines; rivers, which may pass between nodes, by their pieces.
     let far = (far_m / sample_m) as i64;
     let mut nearest2 = (far * far) as f64;
     for (dx, dy) in (-far..=far).flat_map(|dy| (-far..=far).map(move |dx| (dx, dy))) {
