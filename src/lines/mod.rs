@@ -27,7 +27,7 @@ pub use structure::{Structure, StructureKind};
 use std::sync::Arc;
 
 use crate::area::Area;
-use crate::geometry::LineSegment;
+use crate::geometry::{LineSegment, length};
 use crate::memory::heap_bytes;
 
 /// Parts of a vertex in which makers count places on a line: of rivers and of built roads all are whole ones.
@@ -268,8 +268,7 @@ impl Line {
 
 /// Metres from a point to the next, seen from above.
 pub(crate) fn piece_m(pair: &[LinePoint], spacing_m: f64) -> f64 {
-    let [x, y] = [0, 1].map(|axis| pair[1].place[axis] - pair[0].place[axis]);
-    (x * x + y * y).sqrt() * spacing_m
+    length([0, 1].map(|axis| pair[1].place[axis] - pair[0].place[axis])) * spacing_m
 }
 
 /// The vertices within `reach` vertices of any of the points, and a few more.

@@ -40,8 +40,7 @@ pub(super) fn rank(road: &Line) -> (std::cmp::Reverse<RoadClass>, LineId) {
 
 /// Vertices that a part may lie outside of the bounds of its road, for it ends on another one.
 pub(super) fn reach(settings: &PlacesSettings, spacing_m: f64) -> i64 {
-    let widest_m = settings.width_m.iter().fold(0.0_f64, |most, width_m| most.max(*width_m));
-    (touch_m([widest_m / 2.0; 2], spacing_m) / spacing_m) as i64 + 2
+    (touch_m([settings.widest_m() / 2.0; 2], spacing_m) / spacing_m) as i64 + 2
 }
 
 /// The areas around a road's pieces in which other roads matter to its parts.

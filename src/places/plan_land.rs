@@ -283,10 +283,7 @@ impl PlanPiece {
 
 /// The square of the distance from a place to the line between two others.
 pub(super) fn distance2(at: [i64; 2], from: [i64; 2], to: [i64; 2]) -> f64 {
-    let (px, py) = ((at[0] - from[0]) as f64, (at[1] - from[1]) as f64);
-    let (ax, ay) = ((to[0] - from[0]) as f64, (to[1] - from[1]) as f64);
-    let length2 = ax * ax + ay * ay;
-    let along = if length2 > 0.0 { ((px * ax + py * ay) / length2).clamp(0.0, 1.0) } else { 0.0 };
-    let (dx, dy) = (px - along * ax, py - along * ay);
-    dx * dx + dy * dy
+    // From the line's start, in whole numbers as long as they are large.
+    let way = |place: [i64; 2]| [0, 1].map(|axis| (place[axis] - from[axis]) as f64);
+    LineSegment { from: [0.0; 2], along: way(to) }.nearest(way(at)).1
 }
