@@ -40,7 +40,7 @@
 //!      |
 //!   preset/     text -> Preset: a user's recipe, every key checked by the stage that reads it
 //!   world       Preset + seed -> World: ranges proved, memories bounded
-//!   tile/       land, lines -> imprint -> normals -> blend weights; the digest of each channel
+//!   tile/       land, lines -> imprint -> normals -> blend weights; the digest of each part
 //!   features/   World, area -> rivers, lakes, coasts, roads, sites, peaks, crossings with typed attributes
 //!   mesh/       tile -> triangles: land, water, ribbons      map/  tile -> picture
 //!      |
@@ -84,7 +84,8 @@
 //! | route, trace | the nodes of a planned road / of an agent's way |
 //! | landform, feature | a lake, coast or peak as found / anything that maps and vectors show, with attributes |
 //! | blend map | how much of each ground material a vertex has; the weights of a vertex sum to exactly 255 |
-//! | channel of a tile, digest | one kind of its values / the BLAKE3 of each |
+//! | part of a tile, digest | one kind of what it holds, such as its heights / the BLAKE3 of each |
+//! | colour channel | one of the numbers of a pixel, as image formats call it |
 //! | format, sink | a way to write a bake / what writes one bake so |
 //! | memory | values of a pure function that are kept for a while, bounded by bytes |
 //!

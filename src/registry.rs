@@ -13,7 +13,7 @@
 //! | `river_x`, `river_y`, `river_direction` | the vertex at which a river starts on the tile, and where to: `north`, `east`, `south`, `west`; of several the first by id; NULL: none |
 //! | `road_x`, `road_y`, `road_direction` | the same of a road |
 //! | `lines` | the ids of all rivers and roads that concern the tile, as a JSON list |
-//! | `heights_hash` and others | BLAKE3, 32 bytes each, of the [channels](crate::tile::TileChannel) of a bake's tile; NULL for those that it has not, and after a walk |
+//! | `heights_hash` and others | BLAKE3, 32 bytes each, of the [parts](crate::tile::TilePart) of a bake's tile; NULL for those that it has not, and after a walk |
 //! | `files` | the files that hold the tile, paths in the folder of the bake, as a JSON list |
 //! | `record` | what the classic walk keeps of the tile; NULL in a bake |
 //!
@@ -30,7 +30,7 @@ use crate::agents::search::Node;
 use crate::area::TileId;
 use crate::error::Error;
 use crate::lines::Line;
-use crate::tile::{Digest, TileChannel};
+use crate::tile::{Digest, TilePart};
 
 /// The file in the folder of a bake or of a walk.
 pub const FILE_NAME: &str = "registry.sqlite";
@@ -121,7 +121,7 @@ pub struct Registry {
 
 /// The table, whose key has the order in which a bake makes tiles, so that its rows are only ever added at the end.
 fn schema() -> String {
-    let hashes = TileChannel::ALL.map(|channel| format!("{}_hash BLOB, ", channel.name())).concat();
+    let hashes = TilePart::ALL.map(|part| format!("{}_hash BLOB, ", part.name())).concat();
     format!(
         "CREATE TABLE tiles (
             x INTEGER NOT NULL,
@@ -142,7 +142,7 @@ fn schema() -> String {
 }
 
 /// A row in the order of the table's columns.
-const COLUMNS: usize = 11 + TileChannel::ALL.len();
+const COLUMNS: usize = 11 + TilePart::ALL.len();
 
 impl Registry {
     /// The registry at `path`, made if it is not there; each batch of rows is safe on the disk once it is in.
@@ -225,10 +225,10 @@ impl Registry {
                     let number = |pick: fn(Node) -> i64| start.map(|start| Value::Integer(pick(start.node)));
                     [number(|node| node.0), number(|node| node.1), direction]
                 };
-                let hash = |channel| Some(Value::Blob(row.digest.as_ref()?.of(channel)?.as_bytes().to_vec()));
+                let hash = |part| Some(Value::Blob(row.digest.as_ref()?.of(part)?.as_bytes().to_vec()));
                 let tile = [row.tile.x, row.tile.y].map(|number| Some(Value::Integer(number)));
                 let values = tile.into_iter().chain(start(row.river)).chain(start(row.road)).chain([list(&row.lines)]);
-                let values = values.chain(TileChannel::ALL.map(hash));
+                let values = values.chain(TilePart::ALL.map(hash));
                 let values = values.chain([list(&row.files), row.record.clone().map(Value::Blob)]);
                 insert.execute(params_from_iter(values))?;
             }
@@ -303,9 +303,9 @@ fn parse_row(row: &Row) -> rusqlite::Result<TileRow> {
         });
         Ok::<_, rusqlite::Error>(Some(Start { node, direction: direction.transpose()? }))
     };
-    let mut hashes = [None; TileChannel::ALL.len()];
-    for (hash, channel) in hashes.iter_mut().zip(TileChannel::ALL) {
-        let bytes: Option<[u8; 32]> = row.get(format!("{}_hash", channel.name()).as_str())?;
+    let mut hashes = [None; TilePart::ALL.len()];
+    for (hash, part) in hashes.iter_mut().zip(TilePart::ALL) {
+        let bytes: Option<[u8; 32]> = row.get(format!("{}_hash", part.name()).as_str())?;
         *hash = bytes.map(blake3::Hash::from_bytes);
     }
     let list = |column| {
@@ -339,7 +339,7 @@ mod tests {
             road: (y > 0).then_some(Start { node: (x * 16 + 8, y * 16 + 8), direction: None }),
             lines: vec![format!("r0:{x}:{y}")],
             digest: (x != y)
-                .then(|| Digest::new(TileChannel::ALL.map(|it| (it != TileChannel::Depth).then(|| hash(it.name()))))),
+                .then(|| Digest::new(TilePart::ALL.map(|it| (it != TilePart::Depth).then(|| hash(it.name()))))),
             files: vec![format!("height/height_x{x}_y{y}.png"), "a \"quoted\" name".into()],
             record: (x == y).then(|| vec![1, 2, x as u8]),
         }

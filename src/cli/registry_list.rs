@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::cli::console::Console;
 use crate::error::Error;
 use crate::registry::{FILE_NAME, Registry, Start, TileRow};
-use crate::tile::TileChannel;
+use crate::tile::TilePart;
 
 /// How much text is printed at once: a registry may be longer than memory.
 const PRINTED_BYTES: usize = 1 << 16;
@@ -44,8 +44,8 @@ fn table_line(row: &TileRow) -> String {
         None => "-".to_owned(),
     };
     // As many digits as tell tiles apart.
-    let hash = |channel| {
-        let hash = row.digest.as_ref().and_then(|digest| digest.of(channel));
+    let hash = |part| {
+        let hash = row.digest.as_ref().and_then(|digest| digest.of(part));
         hash.map_or("-".to_owned(), |hash| hash.to_hex()[..12].to_owned())
     };
     line([
@@ -54,8 +54,8 @@ fn table_line(row: &TileRow) -> String {
         start(row.river).trim_end(),
         start(row.road).trim_end(),
         &row.lines.len().to_string(),
-        &hash(TileChannel::Heights),
-        &hash(TileChannel::Blend),
+        &hash(TilePart::Heights),
+        &hash(TilePart::Blend),
         &row.files.len().to_string(),
         &row.record.as_ref().map_or("-".to_owned(), |record| format!("{} bytes", record.len())),
     ])
@@ -68,10 +68,10 @@ fn object(row: &TileRow) -> Value {
         })
     };
     let hashes = row.digest.map(|digest| {
-        let hash = |(channel, hash): (TileChannel, Option<blake3::Hash>)| {
-            (channel.name().to_owned(), hash.map_or(Value::Null, |hash| hash.to_hex().to_string().into()))
+        let hash = |(part, hash): (TilePart, Option<blake3::Hash>)| {
+            (part.name().to_owned(), hash.map_or(Value::Null, |hash| hash.to_hex().to_string().into()))
         };
-        Value::Object(digest.channels().map(hash).collect())
+        Value::Object(digest.parts().map(hash).collect())
     });
     json!({
         "type": "tile", "x": row.tile.x, "y": row.tile.y, "river": start(row.river), "road": start(row.road),

@@ -1,5 +1,6 @@
 //! The walk from above: tiles by order of making, the rivers and roads on them, and the camera's track.
 
+use crate::export::{Sample, png_bytes};
 use crate::tile::Tile;
 
 /// The longer side of the picture in pixels.
@@ -101,7 +102,7 @@ impl Picture {
             (_, Cover::River) => [10.0, 30.0, 190.0],
             (_, Cover::Road) => [120.0, 25.0, 5.0],
             (order, Cover::Land) => {
-                ramp(order as f32 * scale).map(|channel| channel * (0.35 + 0.85 * pixel.light).min(1.0))
+                order_colour(order as f32 * scale).map(|channel| channel * (0.35 + 0.85 * pixel.light).min(1.0))
             }
         };
         let mut bytes: Vec<u8> =
@@ -116,14 +117,7 @@ impl Picture {
             let start = self.track.first().copied().unwrap_or(self.corner_m);
             self.draw_line(&mut bytes, start, start, radius, ink);
         }
-        let mut file = Vec::new();
-        let mut encoder = png::Encoder::new(&mut file, self.width as u32, self.height as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(&bytes));
-        written.expect("a Vec takes everything, and the bytes are as many as the pixels need");
-        file
+        png_bytes(Sample::Rgb8, (self.width as u32, self.height as u32), true, &bytes)
     }
 
     /// Draws a line between two places with round ends, `radius` pixels to each side.
@@ -171,7 +165,7 @@ fn cover(tile: &Tile, [x0, y0, x1, y1]: [i64; 4]) -> Cover {
 }
 
 /// The colour of a share of the walk: from violet over green to yellow, pale enough for rivers and roads to show.
-fn ramp(share: f32) -> [f32; 3] {
+fn order_colour(share: f32) -> [f32; 3] {
     const STOPS: [[f32; 3]; 5] =
         [[94.0, 60.0, 153.0], [66.0, 113.0, 178.0], [52.0, 160.0, 145.0], [130.0, 205.0, 100.0], [250.0, 228.0, 60.0]];
     let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f32;

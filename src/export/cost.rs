@@ -39,6 +39,9 @@ pub struct Forecast {
 /// Raw bytes that one thread encodes a second, with the settings of the exports: the middle of what they reach.
 const ENCODED_BYTES_A_SECOND: f64 = 600e6;
 
+// With the three numbers below, the bakes of `tests/suite/cost.rs` are told no less than they take, and no more than a
+// quarter above.
+
 /// A memory that has forgotten things is so full when most are: one of two generations is between empty and full.
 const FULL: f64 = 0.82;
 

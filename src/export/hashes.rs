@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::export::file::PartFile;
 use crate::export::format::{Format, FormatCost, Request, folder};
 use crate::export::locked;
-use crate::tile::{Tile, TileChannel};
+use crate::tile::{Tile, TilePart};
 
 /// The file in the folder of the bake.
 pub(crate) const PATH: &str = "hashes.txt";
@@ -36,8 +36,8 @@ impl Format for Hashes {
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
-        // Two tile numbers of at most 20 characters, a hash of 64 for each channel, and separators.
-        const LINE_BYTES: u64 = 2 * 21 + 65 * TileChannel::ALL.len() as u64;
+        // Two tile numbers of at most 20 characters, a hash of 64 for each part, and separators.
+        const LINE_BYTES: u64 = 2 * 21 + 65 * TilePart::ALL.len() as u64;
         let disk_bytes = (request.region.tiles() + 1).saturating_mul(LINE_BYTES);
         FormatCost { files: 1, disk_bytes, ..FormatCost::default() }
     }
@@ -47,7 +47,7 @@ impl Format for Hashes {
     }
 }
 
-/// One line a tile: its number and the hash of each of its channels; the first line names them.
+/// One line a tile: its number and the hash of each of its parts; the first line names them.
 pub(crate) struct TileHashes {
     region: Region,
     file: Mutex<Option<PartFile>>,
@@ -57,7 +57,7 @@ impl TileHashes {
     /// Begins the list in the folder of the bake.
     pub fn create(region: Region, out: &Path) -> Result<TileHashes, Error> {
         let mut file = PartFile::create(out.join(PATH))?;
-        let names = TileChannel::ALL.map(TileChannel::name).join(" ");
+        let names = TilePart::ALL.map(TilePart::name).join(" ");
         writeln!(file, "# x y {names}").map_err(Error::io(file.path()))?;
         Ok(TileHashes { region, file: Mutex::new(Some(file)) })
     }

@@ -15,7 +15,7 @@ pub struct Limit {
     pub source: &'static str,
 }
 
-/// Bytes of address space that each thread reserves for its stack.
+/// Bytes of address space that each thread reserves for its stack: the default of Rust's standard library.
 const STACK_BYTES: u64 = 2 << 20;
 
 impl Limit {

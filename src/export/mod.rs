@@ -31,6 +31,7 @@ pub use manifest::{Axes, HeightRange, Manifest, RegionRecord};
 pub use options::{Lods, MeshOptions};
 pub use plan::{Bytes, Output, Plan};
 pub use profile::Profile;
+pub(crate) use raster::writer::{Sample, png_bytes};
 
 use std::fmt;
 use std::str::FromStr;

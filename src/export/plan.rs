@@ -28,10 +28,12 @@ pub struct Plan<'a> {
     profile: Option<Profile>,
 }
 
-/// The program itself, with what the allocator keeps.
+/// The program itself, with what the allocator keeps: what a bake of one tile of the thesis' world on one thread was measured
+/// to take beside all else that is counted, 9.5 MiB, rounded up.
 const PROCESS_BYTES: u64 = 10 << 20;
 
-/// The stack of a thread, and what the allocator keeps for it.
+/// The stack of a thread, and what the allocator keeps for it: 0.4 MiB more a thread were measured on two of them, and less
+/// on more; rounded up.
 const THREAD_BYTES: u64 = 1 << 20;
 
 /// What files of features hold while they are written: pages of the database, and the features of a row of tiles.
@@ -41,10 +43,10 @@ const FEATURE_BYTES: u64 = 4 << 20;
 /// coast.
 const SEARCH_BYTES: [u64; 2] = [1 << 20, 20 << 20];
 
-/// Bytes of the manifest without its files, rounded up.
+/// Bytes of the manifest without its files: those of the built-in presets have 3 KiB, and recipes may be longer.
 const MANIFEST_BYTES: u64 = 16 << 10;
 
-/// Bytes of a tile's row of the registry while it waits to be written.
+/// Bytes of a tile's row of the registry while it waits to be written: nine hashes of 33, and short texts.
 const ROW_BYTES: u64 = 512;
 
 impl<'a> Plan<'a> {

@@ -11,7 +11,7 @@ use crate::export::file::PartFile;
 use crate::export::{Export, locked};
 use crate::lines::{LineId, LineKind};
 use crate::registry::{FILE_NAME, Registry, Start, TileRow};
-use crate::tile::{Tile, TileChannel};
+use crate::tile::{Tile, TilePart};
 
 /// Writes `registry.sqlite`, which every bake leaves.
 pub(crate) struct BakeRegistry {
@@ -45,7 +45,7 @@ impl BakeRegistry {
         const LINES: usize = 100 * 24;
         // Hashes, six integers of at most 9 bytes, two directions and the header of the row; a tree's pages are at least
         // half full, and what is too long for its page takes whole pages besides.
-        let row = 2 * (34 * TileChannel::ALL.len() + 6 * 9 + 2 * 5 + 32 + names + LINES) as u64;
+        let row = 2 * (34 * TilePart::ALL.len() + 6 * 9 + 2 * 5 + 32 + names + LINES) as u64;
         let overflow = 4096;
         region.tiles().saturating_mul(row + overflow).saturating_add(4 * 4096)
     }

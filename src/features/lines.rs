@@ -52,24 +52,14 @@ pub static RIVERS: Layer<Arc<Line>, RiverFeature> = Layer {
         Column::keyed("discharge_end_m3s", "discharge_m3s", Kind::Real, |river| river.discharge_m3s[1].into()),
         Column::keyed("level_start_m", "level_m", Kind::Real, |river| river.level_m[0].into()),
         Column::keyed("level_end_m", "level_m", Kind::Real, |river| river.level_m[1].into()),
-        Column::new("ending", Kind::Text, |river| river_ending(river.ending).0.into()),
-        Column::optional("joins", Kind::Text, |river| river_ending(river.ending).1.into()),
+        Column::new("ending", Kind::Text, |river| river.ending.name().into()),
+        Column::optional("joins", Kind::Text, |river| river.ending.id().into()),
     ],
     sources: |world, area| world.lines_through(LineKind::River, area),
     key: |river| river.id.to_string().into(),
     feature: of_river,
     lines: |river| vec![river.line],
 };
-
-/// What a river ends in, and the id of that.
-fn river_ending(end: LineEnd) -> (&'static str, Option<String>) {
-    match end {
-        LineEnd::Line(other) => ("river", Some(other.to_string())),
-        LineEnd::Lake(lake) => ("lake", Some(lake.to_string())),
-        LineEnd::Sea => ("sea", None),
-        LineEnd::Pond | LineEnd::Sink | LineEnd::Site(_) | LineEnd::Nothing => ("sink", None),
-    }
-}
 
 /// Points of a line in metres east, north and up to its level.
 fn line_m<'a>(line: &Line, points: impl IntoIterator<Item = &'a LinePoint>) -> Vec<[f64; 3]> {
@@ -127,7 +117,7 @@ pub static ROADS: Layer<Arc<Line>, RoadFeature> = Layer {
     shape: Shape::LineZ,
     columns: &[
         Column::new("id", Kind::Text, |road| road.id.to_string().into()),
-        Column::new("class", Kind::Text, |road| class_name(road.class).into()),
+        Column::new("class", Kind::Text, |road| road.class.name().into()),
         // Both keys are words of SQL.
         Column::keyed("from_site", "from", Kind::Text, |road| road.sites[0].to_string().into()),
         Column::keyed("to_site", "to", Kind::Text, |road| road.sites[1].to_string().into()),
@@ -144,14 +134,6 @@ pub static ROADS: Layer<Arc<Line>, RoadFeature> = Layer {
 /// The roads of which the middle line touches an area.
 pub(super) fn roads_through(world: &World, area: &Area) -> Lines {
     world.lines_through(LineKind::Road, area)
-}
-
-fn class_name(class: RoadClass) -> &'static str {
-    match class {
-        RoadClass::Track => "track",
-        RoadClass::Road => "road",
-        RoadClass::Highway => "highway",
-    }
 }
 
 fn of_road(_: &World, road: &Arc<Line>) -> RoadFeature {
@@ -246,9 +228,9 @@ pub struct PathFeature {
 const PATH_COLUMNS: &[Column<PathFeature>] = &[
     Column::new("owner_x", Kind::Integer, |path| path.owner.x.into()),
     Column::new("owner_y", Kind::Integer, |path| path.owner.y.into()),
-    Column::new("ending", Kind::Text, |path| path_ending(path.ending).0.into()),
-    Column::optional("joins_x", Kind::Integer, |path| path_ending(path.ending).1.map(|tile| tile.x).into()),
-    Column::optional("joins_y", Kind::Integer, |path| path_ending(path.ending).1.map(|tile| tile.y).into()),
+    Column::new("ending", Kind::Text, |path| path.ending.name().into()),
+    Column::optional("joins_x", Kind::Integer, |path| joined(path.ending).map(|tile| tile.x).into()),
+    Column::optional("joins_y", Kind::Integer, |path| joined(path.ending).map(|tile| tile.y).into()),
     Column::new("length_m", Kind::Real, |path| path.length_m.into()),
     Column::new("width_start_m", Kind::Real32, |path| path.width_m[0].into()),
     Column::new("width_end_m", Kind::Real32, |path| path.width_m[1].into()),
@@ -290,14 +272,9 @@ fn path_key(owner: TileId) -> Vec<u8> {
     [owner.x, owner.y].map(|number| (number as u64 ^ (1 << 63)).to_be_bytes()).concat()
 }
 
-/// How a path ends, and the tile that owns what it ends in.
-fn path_ending(end: LineEnd) -> (&'static str, Option<TileId>) {
-    match end {
-        LineEnd::Sea => ("sea", None),
-        LineEnd::Line(other) => ("river", Some(owner(other))),
-        LineEnd::Pond => ("pond", None),
-        LineEnd::Lake(_) | LineEnd::Sink | LineEnd::Site(_) | LineEnd::Nothing => ("nothing", None),
-    }
+/// The tile that owns what a path ends in.
+fn joined(end: LineEnd) -> Option<TileId> {
+    if let LineEnd::Line(other) = end { Some(owner(other)) } else { None }
 }
 
 fn of_path(_: &World, path: &Arc<Line>) -> PathFeature {

@@ -35,7 +35,7 @@ pub static SITES: Layer<Arc<Site>, SiteFeature> = Layer {
     columns: &[
         Column::new("id", Kind::Text, |site| site.id.to_string().into()),
         Column::new("name", Kind::Text, |site| site.name.clone().into()),
-        Column::new("class", Kind::Text, |site| class_name(site.class).into()),
+        Column::new("class", Kind::Text, |site| site.class.name().into()),
         Column::new("population", Kind::Integer, |site| i64::from(site.population).into()),
         Column::new("height_m", Kind::Real32, |site| site.height_m.into()),
     ],
@@ -51,14 +51,6 @@ pub static SITES: Layer<Arc<Site>, SiteFeature> = Layer {
     },
     lines: |site| point(site.at),
 };
-
-fn class_name(class: SiteClass) -> &'static str {
-    match class {
-        SiteClass::Hamlet => "hamlet",
-        SiteClass::Village => "village",
-        SiteClass::Town => "town",
-    }
-}
 
 fn sources(world: &World, area: &Area) -> Vec<Arc<Site>> {
     let ends = |id: LineId| if let LineId::Road { from, to, .. } = id { vec![from, to] } else { Vec::new() };

@@ -2,8 +2,6 @@
 
 use std::fmt;
 
-use serde::Serialize;
-
 use crate::area::TileId;
 use crate::hash::{self, StreamNumber};
 use crate::lines::LineKind;
@@ -23,7 +21,7 @@ impl fmt::Display for LakeId {
 }
 
 /// A site cell, which holds one settlement at most, and that settlement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct SiteId {
     /// Site cells east of that at the origin; may be negative.
     pub i: i64,
@@ -64,6 +62,17 @@ pub enum LineId {
         /// The tile whose hash has started it.
         owner: TileId,
     },
+}
+
+impl LineId {
+    /// A river or a road.
+    pub fn kind(self) -> LineKind {
+        match self {
+            LineId::River { .. } => LineKind::River,
+            LineId::Road { .. } => LineKind::Road,
+            LineId::Agent { kind, .. } => kind,
+        }
+    }
 }
 
 impl fmt::Display for SiteId {

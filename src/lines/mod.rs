@@ -26,10 +26,8 @@ pub use structure::{Structure, StructureKind};
 
 use std::sync::Arc;
 
-use serde::Serialize;
-
 use crate::area::Area;
-use crate::geometry::LineSegment;
+use crate::geometry::{LineSegment, length};
 use crate::memory::heap_bytes;
 
 /// Parts of a vertex in which makers count places on a line: of rivers and of built roads all are whole ones.
@@ -55,8 +53,7 @@ impl LineKind {
 }
 
 /// How well a road is built. The numbers index the lists of three in settings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum RoadClass {
     /// Steep and narrow, through fords.
     Track = 0,
@@ -64,6 +61,17 @@ pub enum RoadClass {
     Road = 1,
     /// What leads to towns: wide, even, on bridges.
     Highway = 2,
+}
+
+impl RoadClass {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            RoadClass::Track => "track",
+            RoadClass::Road => "road",
+            RoadClass::Highway => "highway",
+        }
+    }
 }
 
 /// How large a line is among those of its kind.
@@ -94,6 +102,31 @@ pub enum LineEnd {
     Site(SiteId),
     /// Nothing: a river has lost the last third of its way, a road stops.
     Nothing,
+}
+
+impl LineEnd {
+    /// The name in files; of a line the name of its kind.
+    pub fn name(self) -> &'static str {
+        match self {
+            LineEnd::Sea => "sea",
+            LineEnd::Line(line) => line.kind().name(),
+            LineEnd::Lake(_) => "lake",
+            LineEnd::Pond => "pond",
+            LineEnd::Sink => "sink",
+            LineEnd::Site(_) => "site",
+            LineEnd::Nothing => "nothing",
+        }
+    }
+
+    /// The id of what has one, as text.
+    pub fn id(self) -> Option<String> {
+        match self {
+            LineEnd::Line(line) => Some(line.to_string()),
+            LineEnd::Lake(lake) => Some(lake.to_string()),
+            LineEnd::Site(site) => Some(site.to_string()),
+            LineEnd::Sea | LineEnd::Pond | LineEnd::Sink | LineEnd::Nothing => None,
+        }
+    }
 }
 
 /// What a line does to the land.
@@ -235,8 +268,7 @@ impl Line {
 
 /// Metres from a point to the next, seen from above.
 pub(crate) fn piece_m(pair: &[LinePoint], spacing_m: f64) -> f64 {
-    let [x, y] = [0, 1].map(|axis| pair[1].place[axis] - pair[0].place[axis]);
-    (x * x + y * y).sqrt() * spacing_m
+    length([0, 1].map(|axis| pair[1].place[axis] - pair[0].place[axis])) * spacing_m
 }
 
 /// The vertices within `reach` vertices of any of the points, and a few more.

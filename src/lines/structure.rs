@@ -1,13 +1,10 @@
 //! Structures: what carries a line where the land does not.
 
-use serde::Serialize;
-
 use crate::lines::{Line, LinePoint};
 use crate::memory::heap_bytes;
 
 /// What carries a road instead of the land.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StructureKind {
     /// A bridge, over water or over a dip: the land stays as it is.
     Bridge,

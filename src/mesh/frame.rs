@@ -22,7 +22,7 @@ pub struct Frame {
 /// half a thousandth of the way to the next one, and nothing where the spacing is a whole number of steps.
 const LEAST_STEPS: f64 = 1024.0;
 
-/// The most steps that quantised positions can count.
+/// The most steps that quantised positions can count: they have 16 bits.
 const MOST_QUANTA: f64 = 65535.0;
 
 impl Frame {

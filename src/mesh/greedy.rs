@@ -22,6 +22,7 @@ pub fn triangulate(steps: &Steps, bound: f64) -> Delaunay {
     while let Some((triangle, index)) = queue.pop() {
         let at = [index % steps.side() as u32, index / steps.side() as u32];
         mesh.insert(steps, at, triangle);
+        // Only the triangles around the new vertex have changed.
         for place in 0..mesh.star().len() {
             queue.update(&mesh, steps, mesh.star()[place]);
         }

@@ -125,8 +125,11 @@ fn no_vertex_is_beyond_the_bound() {
 
 #[test]
 fn tiles_are_within_the_bound_and_far_fewer_triangles() {
-    for (name, bound_m) in [("thesis", 0.5), ("mountains", 2.0), ("alps", 4.0)] {
-        let tile = Tile::new(&world(name), TileId { x: 3, y: -5 });
+    let bare = include_str!("../../tests/settled.toml").split_once("[places]").expect("places are last").0;
+    let fluvial = World::new(Preset::parse("fluvial", bare).unwrap(), Some(5)).unwrap();
+    let worlds = [("thesis", 0.5, world("thesis")), ("mountains", 2.0, world("mountains"))];
+    for (name, bound_m, world) in worlds.into_iter().chain([("fluvial", 4.0, fluvial)]) {
+        let tile = Tile::new(&world, TileId { x: 3, y: -5 });
         let surface = Surface::simplified(tile.heights(), tile.area(), bound_m);
         assert_sound(&surface, name);
         let error_m = greatest_error_m(&surface, tile.heights(), tile.area());

@@ -19,7 +19,8 @@ pub struct Sheet {
 /// Levels a metre: coarse enough that a lake whose level was a sum of floats is flat.
 const LEVELS_A_METRE: f32 = 64.0;
 
-/// Metres by which water is at least above the ground of a coarse surface, and its shore below.
+/// Metres by which water is at least above the ground of a coarse surface, and its shore below: some times what rounding to
+/// levels moves it.
 const CLEAR_M: f32 = 0.05;
 
 /// The surfaces of the water on a tile, of rivers, lakes and the sea, where there is any.

@@ -35,7 +35,7 @@ const MAX_WARP_CELLS: f64 = 1024.0;
 struct Octave {
     lattice: Lattice,
     step: FoldStep,
-    method: Evaluation,
+    evaluation: Evaluation,
     /// For warped areas, and for the shortest waves.
     simplex: Simplex<BLOCK_COLUMNS>,
 }
@@ -170,6 +170,7 @@ impl Fractal {
 
 impl Octave {
     fn new(kind: FractalKind, frequency: f64, amplitude: f64, spacing_m: f64, lattice: Lattice) -> Octave {
+        // As each kind's fold asks for it: what is multiplied into the gradients costs nothing a vertex.
         let step = match kind {
             FractalKind::Fbm => FoldStep { noise_scale: amplitude, offset: 0.0, amplitude: 1.0 },
             FractalKind::Ridged { offset, gain } => FoldStep {
@@ -182,14 +183,14 @@ impl Octave {
             }
         };
         // The fastest that has room for waves of this length.
-        let method = if frequency <= Splat::<BLOCK_COLUMNS, BLOCK_ROWS>::MAX_FREQUENCY {
+        let evaluation = if frequency <= Splat::<BLOCK_COLUMNS, BLOCK_ROWS>::MAX_FREQUENCY {
             Evaluation::Splat(Splat::new(&lattice, step.noise_scale))
         } else if frequency <= RowWise::<BLOCK_COLUMNS>::MAX_FREQUENCY {
             Evaluation::RowWise(RowWise::new(&lattice, step.noise_scale))
         } else {
             Evaluation::Simplex
         };
-        Octave { step, method, simplex: Simplex::new(&lattice, spacing_m, step.noise_scale), lattice }
+        Octave { step, evaluation, simplex: Simplex::new(&lattice, spacing_m, step.noise_scale), lattice }
     }
 }
 
@@ -236,6 +237,7 @@ impl<F: Fold> Kernel for FractalFill<'_, F> {
         if self.out.is_empty() {
             return;
         }
+        // Once for all blocks: what is wanted of a block is written before it is read.
         let zeros = || Strips([0.0; BLOCK_VERTICES]);
         let mut scratch =
             BlockScratch { bumps: Bumps::new(), value: zeros(), weight: zeros(), dx_m: zeros(), dy_m: zeros() };
@@ -269,10 +271,11 @@ impl<F: Fold> FractalFill<'_, F> {
                 scratch.dy_m.set_row::<S>(row, part, &warp.dy_m[start..]);
             }
         }
+        // Octave by octave, so that what an octave finds of its lattice once serves the whole block.
         for (index, octave) in self.fractal.octaves.iter().enumerate() {
             let position = octave.lattice.at(x, y);
             let is_first = index == 0;
-            match &octave.method {
+            match &octave.evaluation {
                 // Displaced vertices are no row any more, and have nothing in common.
                 _ if self.warp.is_some() => fold_simplex::<S, F, true>(simd, octave, position, is_first, part, scratch),
                 Evaluation::Splat(splat) => fold_splat::<S, F>(simd, octave, splat, position, is_first, part, scratch),
@@ -300,6 +303,7 @@ fn fold_splat<S: Simd, F: Fold>(
     splat.find_bumps(simd, position, &mut scratch.bumps);
     for strip in strips::<S>(part) {
         let column = strip * S::LANES;
+        // Whole, whatever rows are wanted: a strip's place in the block does not depend on the area.
         let range = column * BLOCK_ROWS..(column + S::LANES) * BLOCK_ROWS;
         let mut sink = FoldSink::<F> {
             octave,
@@ -367,6 +371,7 @@ fn fold_simplex<S: Simd, F: Fold, const WARPED: bool>(
     part: &Part,
     scratch: &mut BlockScratch,
 ) {
+    // Stepped to as in `fold_rows`, and for the same reason.
     let lanes = octave.simplex.lanes(simd);
     let mut row_position = position;
     for row in 0..part.rows.end {

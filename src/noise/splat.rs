@@ -111,6 +111,7 @@ impl<const COLUMNS: usize, const ROWS: usize> Splat<COLUMNS, ROWS> {
                 bumps.dx[bump] = (EDGE * (v / 2.0 - u)) as f32;
                 bumps.dy[bump] = (-v * FRAC_1_SQRT_2) as f32;
                 bumps.gradient_x[bump] = gradient_x;
+                // All that a row of vertices has in common for this bump, so that a vertex is left with little.
                 let rows = self.rows.chunks_exact(S::LANES);
                 let bases = bumps.base[bump].chunks_exact_mut(S::LANES);
                 let slopes = bumps.slope[bump].chunks_exact_mut(S::LANES);

@@ -220,6 +220,7 @@ impl Kernel for StripesFill<'_> {
                 let part_columns = (x0.max(x) - x) as usize..(x1.min(x + columns) - x) as usize;
                 let part_rows = (y0.max(y) - y) as usize..(y1.min(y + rows) - y) as usize;
                 self.stripes.find_pivots(simd, x, y, &mut pivots);
+                // A few rows at a time: the fewer they are, the fewer pivots reach any of them.
                 let mut start = part_rows.start;
                 while start < part_rows.end {
                     let end = part_rows.end.min((start / self.stripes.group_rows + 1) * self.stripes.group_rows);
@@ -311,6 +312,7 @@ impl Stripes {
                 while bits != 0 {
                     let pivot = first + bits.trailing_zeros() as usize;
                     bits &= bits - 1;
+                    // What only the columns or only the rows ask for, so that `add_up` has little left to do a vertex.
                     let found = &mut reaching[count];
                     count += 1;
                     found.dx = columns - simd.splat(pivots.x[pivot]);
@@ -349,7 +351,7 @@ impl StripesFill<'_> {
         for row in 0..rows.min(GROUP_ROWS) {
             let across_x = load_part(simd, &self.across_x[at..], &lanes) * turns;
             let across_y = load_part(simd, &self.across_y[at..], &lanes) * turns;
-            let mut sum = Wave { weight: zero, sine2: zero, both: zero };
+            let mut sum = WaveSum { weight: zero, sine2: zero, both: zero };
             for pivot in reaching {
                 // Past its reach the weight is exactly zero, and so is all that the pivot adds.
                 let t = simd.max(simd.splat(pivot.base[row]) - pivot.dx2, zero);
@@ -366,7 +368,7 @@ impl StripesFill<'_> {
 
 /// A weighted sum of waves, in terms of the sine s and the cosine c of half their phases, both scaled.
 #[derive(Clone, Copy)]
-struct Wave<S: Simd> {
+struct WaveSum<S: Simd> {
     weight: S::F32,
     /// Of s^2.
     sine2: S::F32,
@@ -384,10 +386,10 @@ const SINE_0: f64 = 3.0 / SINE + 0.0625;
 const COSINE: f64 = 4.0 * 0.901;
 const COSINE_0: f64 = 1.0 / 0.901;
 
-impl<S: Simd> Wave<S> {
+impl<S: Simd> WaveSum<S> {
     /// This and a wave of some weight and phase, in turns.
     #[inline(always)]
-    fn plus(self, simd: S, weight: S::F32, phase: S::F32) -> Wave<S> {
+    fn plus(self, simd: S, weight: S::F32, phase: S::F32) -> WaveSum<S> {
         // A float of this size has no fraction: adding it rounds to the nearest whole number.
         let rounder = simd.splat(1.5 * (1 << 23) as f32);
         let r = phase - ((phase + rounder) - rounder);
@@ -395,7 +397,11 @@ impl<S: Simd> Wave<S> {
         let sine = r * ((r2 + simd.splat(SINE_1 as f32)) * r2 + simd.splat(SINE_0 as f32));
         let cosine = (r2 - simd.splat(0.25)) * (r2 - simd.splat(COSINE_0 as f32));
         let weighted = weight * sine;
-        Wave { weight: self.weight + weight, sine2: self.sine2 + weighted * sine, both: self.both + weighted * cosine }
+        WaveSum {
+            weight: self.weight + weight,
+            sine2: self.sine2 + weighted * sine,
+            both: self.both + weighted * cosine,
+        }
     }
 
     /// The cosine and the sine of the sum, scaled to length one.

@@ -1,6 +1,7 @@
 //! The middle line of a road: a way with its corners rounded, as points that lie evenly along it.
 
 use crate::fluvial::survey::Survey;
+use crate::geometry::length;
 use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::places::plan_land::{PlanPiece, Scale, distance2};
@@ -187,8 +188,7 @@ impl Alignment {
 
 /// Metres between two places in 1/256 vertex.
 pub(super) fn length_m(a: [i64; 2], b: [i64; 2], spacing_m: f64) -> f64 {
-    let (dx, dy) = ((b[0] - a[0]) as f64, (b[1] - a[1]) as f64);
-    (dx * dx + dy * dy).sqrt() * (spacing_m / FIXED as f64)
+    length([0, 1].map(|axis| (b[axis] - a[axis]) as f64)) * (spacing_m / FIXED as f64)
 }
 
 /// A way's ends and turning points in vertices, and for each leg between them whether it is bridged.
@@ -211,8 +211,8 @@ fn corners(route: &Route, scale: &Scale) -> (Vec<[f64; 2]>, Vec<bool>) {
 
 /// The direction from one place to another, of length 1, and their distance.
 fn direction(from: [f64; 2], to: [f64; 2]) -> ([f64; 2], f64) {
-    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
-    let length = (dx * dx + dy * dy).sqrt();
+    let way = [to[0] - from[0], to[1] - from[1]];
+    let length = length(way);
     let scale = if length > 0.0 { 1.0 / length } else { 0.0 };
-    ([dx * scale, dy * scale], length)
+    (way.map(|part| part * scale), length)
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 
 use crate::area::Area;
 use crate::fluvial::survey::Survey;
+use crate::geometry::length;
 use crate::land::WaterKind;
 use crate::lines::{
     self, Bed, FIXED, Line, LineClass, LineEnd, LineId, LineKind, LinePoint, RoadClass, Structure, StructureKind,
@@ -112,14 +113,14 @@ impl Builder<'_> {
 
     /// The land under all ways between two nodes.
     fn window(&self, a: PlanNode, b: PlanNode) -> Window {
-        let (dx, dy) = ((b[0] - a[0]) as f64, (b[1] - a[1]) as f64);
+        let apart = length([0, 1].map(|axis| (b[axis] - a[axis]) as f64));
         // Two more than the ellipse, for what rounding takes from its radius and its middle.
         // A function of the two nodes alone, so the road is the same whatever area asks for it.
-        let radius = Domain::radius((dx * dx + dy * dy).sqrt()) as i64 + 2;
+        let radius = Domain::radius(apart) as i64 + 2;
         let middle = [0, 1].map(|axis| (a[axis] + b[axis]).div_euclid(2));
         let side = (2 * radius + 1) as usize;
         // As for the radius: a search looks at the ellipse and at the nodes next to it.
-        let axis = Domain::axis((dx * dx + dy * dy).sqrt()) + 4.0;
+        let axis = Domain::axis(apart) + 4.0;
         let ends = [a, b].map(|node| Area::new(node[0], node[1], 1, 1));
         let way = |nodes: Area| ends.map(|end| (distance2(end, nodes) as f64).sqrt()).iter().sum::<f64>();
         self.plan.window(self.land, middle.map(|at| at - radius), (side, side), |nodes| way(nodes) <= axis)
@@ -283,6 +284,7 @@ impl Builder<'_> {
         let grade = standard.profile_grade();
         let clearances_m = [self.settings.clearance_m, LEAST_CLEARANCE_M.min(self.settings.clearance_m)];
         let wished_m = wished_m(heights_m, &line.lengths_m, grade, standard.bridge_m);
+        // Where the road goes straight over a dip, the ford at its bottom lies beneath it.
         for span in spans.iter_mut() {
             if (span.first..=span.last).any(|point| wished_m[point] > heights_m[point]) {
                 span.kind = StructureKind::Bridge;

@@ -28,7 +28,8 @@ const ASIDE_LENGTH: f64 = 8.0;
 /// Points that a road goes on for, beside the one that it joins, until it ends there: so it does not end across it.
 const AHEAD: usize = 3;
 
-/// Metres of height between two roads of which one is carried over the other, at least.
+/// Metres of height between two roads of which one is carried over the other, at least: vehicles are up to 4 m high (Council
+/// Directive 96/53/EC), and need some air.
 const OVER_M: f64 = 4.5;
 
 /// What roads are ranked by: the least ranks highest.
@@ -39,8 +40,7 @@ pub(super) fn rank(road: &Line) -> (std::cmp::Reverse<RoadClass>, LineId) {
 
 /// Vertices that a part may lie outside of the bounds of its road, for it ends on another one.
 pub(super) fn reach(settings: &PlacesSettings, spacing_m: f64) -> i64 {
-    let widest_m = settings.width_m.iter().fold(0.0_f64, |most, width_m| most.max(*width_m));
-    (touch_m([widest_m / 2.0; 2], spacing_m) / spacing_m) as i64 + 2
+    (touch_m([settings.widest_m() / 2.0; 2], spacing_m) / spacing_m) as i64 + 2
 }
 
 /// The areas around a road's pieces in which other roads matter to its parts.
@@ -52,7 +52,7 @@ pub(super) fn areas(road: &Line, scale: &Scale) -> Vec<Area> {
 /// The parts of a road, given those that rank above it, from the highest on.
 pub(super) fn parts(road: &Line, above: &[Arc<Line>], scale: &Scale, settings: &PlacesSettings) -> Vec<Line> {
     let hull = areas(road, scale).into_iter().reduce(|hull, area| hull.hull(&area)).expect("a road has points");
-    let mut network = Network::new(hull, scale, settings);
+    let mut network = RoadNetwork::new(hull, scale, settings);
     for other in above {
         for part in network.parts(other) {
             network.add(&part);
@@ -67,7 +67,7 @@ fn touch_m(half_widths_m: [f64; 2], spacing_m: f64) -> f64 {
 }
 
 /// The roads of an area, cut already.
-struct Network<'a> {
+struct RoadNetwork<'a> {
     scale: &'a Scale,
     settings: &'a PlacesSettings,
     area: Area,
@@ -104,12 +104,12 @@ const CHUNK: usize = 64;
 /// Vertices a side of a bucket.
 const BUCKET: i64 = 16;
 
-impl<'a> Network<'a> {
-    fn new(area: Area, scale: &'a Scale, settings: &'a PlacesSettings) -> Network<'a> {
+impl<'a> RoadNetwork<'a> {
+    fn new(area: Area, scale: &'a Scale, settings: &'a PlacesSettings) -> RoadNetwork<'a> {
         let count = |vertices: usize| vertices as i64 / BUCKET + 1;
         let (cols, rows) = (count(area.width()), count(area.height()));
         let buckets = vec![Vec::new(); (cols * rows) as usize];
-        Network { scale, settings, area, pieces: Vec::new(), buckets, cols }
+        RoadNetwork { scale, settings, area, pieces: Vec::new(), buckets, cols }
     }
 
     /// Metres from the network's corner to a point of a road. The whole numbers are exact, so that it is the same anywhere.

@@ -75,6 +75,8 @@ impl Places {
             settings: settings.clone(),
             seed,
             plan: PlanLand::new(Scale::new(settings.site_m, spacing_m)),
+            // Room for some ten thousand cells and pairs, and for some three hundred roads of 500 points of 48 bytes, which is
+            // more than one tile asks about.
             sites: Memory::new(2 << 20),
             edges: Memory::new(1 << 20),
             roads: Memory::new(8 << 20),
@@ -107,9 +109,8 @@ impl Places {
     /// Vertices from a site to the furthest that a road of it may have an effect on before it is cut, at most.
     fn road_reach(&self) -> i64 {
         let Scale { side, step, spacing_m, .. } = self.plan.scale;
-        let widest_m = self.settings.width_m.iter().fold(0.0_f64, |most, width_m| most.max(*width_m));
         let nodes = Domain::radius((graph::CELLS * side) as f64) as i64 + 1;
-        nodes * step + ((widest_m / 2.0 + self.settings.bank_m) / spacing_m) as i64 + 2
+        nodes * step + ((self.settings.widest_m() / 2.0 + self.settings.bank_m) / spacing_m) as i64 + 2
     }
 
     /// All settlements that stand on a vertex of `area`, sorted by id.
@@ -220,9 +221,8 @@ impl Places {
         if apart[0] > cap {
             return false;
         }
-        let widest_m = self.settings.width_m.iter().fold(0.0_f64, |most, width_m| most.max(*width_m));
         // The bounds of a road are a rectangle with a few vertices to spare.
-        let reach = (widest_m / 2.0 + self.settings.bank_m) / spacing_m + 8.0;
+        let reach = (self.settings.widest_m() / 2.0 + self.settings.bank_m) / spacing_m + 8.0;
         let axis = Domain::axis(apart[1].min(cap) / step as f64) * step as f64;
         // The places nearest to the two may differ, so the sum is too small if anything: no road is missed, though
         // some are looked at in vain. Twice to each corner of its bounds.

@@ -47,7 +47,8 @@ impl Scale {
 /// Nodes a side of a block of land that is remembered.
 const BLOCK: i64 = 32;
 
-/// Bytes of blocks that are remembered: more than the largest search looks at.
+/// Bytes of blocks that are remembered: more than the largest search looks at, which has 550 x 550 nodes of 5 bytes, and
+/// rivers.
 const REMEMBERED: usize = 12 << 20;
 
 /// The land on the nodes of the plan, remembered block by block.
@@ -123,6 +124,7 @@ impl PlanLand {
                 window.rivers.extend(&block.rivers);
             }
         }
+        // Blocks that a piece lies in both have it.
         window.rivers.sort_by_key(RiverPiece::key);
         window.rivers.dedup_by_key(|piece| piece.key());
         window
@@ -222,6 +224,7 @@ impl RiverIndex {
                 width_m,
                 level_m: piece.level_m.map(f64::from),
             };
+            // One more for rounding: a piece that is found in vain costs little, and one that is missed a road in a river.
             let margin = ((width_m / 2.0 + margin_m) / scale.spacing_m * FIXED as f64) as i64 + 1;
             let index = rivers.pieces.len() as u32;
             for bucket in rivers.under(own.from, own.to, margin) {
@@ -280,10 +283,7 @@ impl PlanPiece {
 
 /// The square of the distance from a place to the line between two others.
 pub(super) fn distance2(at: [i64; 2], from: [i64; 2], to: [i64; 2]) -> f64 {
-    let (px, py) = ((at[0] - from[0]) as f64, (at[1] - from[1]) as f64);
-    let (ax, ay) = ((to[0] - from[0]) as f64, (to[1] - from[1]) as f64);
-    let length2 = ax * ax + ay * ay;
-    let along = if length2 > 0.0 { ((px * ax + py * ay) / length2).clamp(0.0, 1.0) } else { 0.0 };
-    let (dx, dy) = (px - along * ax, py - along * ay);
-    dx * dx + dy * dy
+    // From the line's start, in whole numbers as long as they are large.
+    let way = |place: [i64; 2]| [0, 1].map(|axis| (place[axis] - from[axis]) as f64);
+    LineSegment { from: [0.0; 2], along: way(to) }.nearest(way(at)).1
 }

@@ -10,6 +10,7 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
+use crate::geometry::length;
 use crate::hash::{self, Stream};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
@@ -114,9 +115,7 @@ impl Domain {
 }
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    // A square root is exact on every machine; `hypot` is what the machine's library makes of it.
-    let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
-    (dx * dx + dy * dy).sqrt()
+    length([a[0] - b[0], a[1] - b[1]])
 }
 
 /// A way as nodes. `bridges[k]` tells whether the leg from node k to the next goes over a lake or the sea.

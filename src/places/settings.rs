@@ -84,6 +84,11 @@ impl PlacesSettings {
         Ok(())
     }
 
+    /// Metres from edge to edge of the widest roads.
+    pub(super) fn widest_m(&self) -> f64 {
+        self.width_m.into_iter().fold(0.0, f64::max)
+    }
+
     /// What is asked of roads of a class.
     pub(super) fn standard(&self, class: RoadClass) -> Standard {
         let index = class as usize;

@@ -1,7 +1,5 @@
 //! Settlements: at most one a site cell, at the best of some hashed positions.
 
-use serde::Serialize;
-
 use crate::area::Area;
 use crate::fluvial::survey::Survey;
 use crate::hash::{self, Stream};
@@ -13,8 +11,7 @@ use crate::places::plan_land::{PlanLand, RiverIndex, Scale, Window};
 use crate::places::settings::PlacesSettings;
 
 /// How large a settlement is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum SiteClass {
     /// Some farms.
     Hamlet,
@@ -22,6 +19,17 @@ pub enum SiteClass {
     Village,
     /// A market and walls.
     Town,
+}
+
+impl SiteClass {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            SiteClass::Hamlet => "hamlet",
+            SiteClass::Village => "village",
+            SiteClass::Town => "town",
+        }
+    }
 }
 
 /// A settlement.
@@ -184,6 +192,7 @@ fn suitability(
 fn water_m(plan: &PlanLand, window: &Window, rivers: &RiverIndex, at: [i64; 2], far_m: f64) -> f64 {
     let scale = &plan.scale;
     let sample_m = scale.step_m();
+    // By nodes, since lakes and the sea are no lines; rivers, which may pass between nodes, by their pieces.
     let far = (far_m / sample_m) as i64;
     let mut nearest2 = (far * far) as f64;
     for (dx, dy) in (-far..=far).flat_map(|dy| (-far..=far).map(move |dx| (dx, dy))) {

@@ -6,12 +6,12 @@
 #[derive(Debug)]
 pub(super) struct Curve {
     start: f32,
-    ramps: Vec<Span>,
+    ramps: Vec<Ramp>,
     bounds: (f32, f32),
 }
 
 #[derive(Debug)]
-struct Span {
+struct Ramp {
     from: f32,
     width: f32,
     slope: f32,
@@ -22,7 +22,7 @@ impl Curve {
     pub(super) fn new(points: &[[f64; 2]]) -> Curve {
         let ramp = |pair: &[[f64; 2]]| {
             let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
-            Span { from: x0 as f32, width: (x1 - x0) as f32, slope: ((y1 - y0) / (x1 - x0)) as f32 }
+            Ramp { from: x0 as f32, width: (x1 - x0) as f32, slope: ((y1 - y0) / (x1 - x0)) as f32 }
         };
         let outs = || points.iter().map(|point| point[1] as f32);
         Curve {

@@ -8,7 +8,7 @@ use crate::preset::ground::GroundSettings;
 use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::Normals;
 use crate::tile::rule::{ForestPlace, GroundRule, ramp, steepness, wetland_share};
-use crate::tile::surroundings::{self, Surroundings};
+use crate::tile::surroundings::{self, GroundSurroundings};
 
 /// A ground material of the blend map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,7 +98,7 @@ impl Blend {
     pub fn new(rule: &GroundRule, heights: &Grid<f32>, water: Option<&Water>, normals: &Normals) -> Blend {
         let area = normals.up().area();
         let mut blend = Blend { ground: Grid::filled(area, 0), cover: Grid::filled(area, 0) };
-        let surroundings = Surroundings::new(rule, heights, water, area);
+        let surroundings = GroundSurroundings::new(rule, heights, water, area);
         let (surroundings, blend_mut) = (surroundings.as_ref(), &mut blend);
         match surroundings {
             Some(_) => dispatch(Weigh::<true> { rule, heights, normals, surroundings, blend: blend_mut }),
@@ -192,7 +192,7 @@ struct Weigh<'a, const AROUND: bool> {
     rule: &'a GroundRule,
     heights: &'a Grid<f32>,
     normals: &'a Normals,
-    surroundings: Option<&'a Surroundings>,
+    surroundings: Option<&'a GroundSurroundings>,
     blend: &'a mut Blend,
 }
 

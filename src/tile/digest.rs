@@ -5,13 +5,13 @@ use std::fmt;
 use crate::area::Area;
 use crate::grid::Grid;
 use crate::land::WaterKind;
-use crate::lines::{Line, LineClass, LineEnd, RoadClass};
+use crate::lines::{Line, LineClass, LineEnd};
 use crate::places::site::Site;
 use crate::tile::Tile;
 
 /// A part of a tile that has a hash of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TileChannel {
+pub enum TilePart {
     /// Heights in metres, as 32-bit floats, row by row.
     Heights,
     /// Normals: all of east, then of up, of south, as 32-bit floats.
@@ -32,57 +32,57 @@ pub enum TileChannel {
     Sites,
 }
 
-impl TileChannel {
-    /// All channels, in the order in which lists have them.
-    pub const ALL: [TileChannel; 9] = [
-        TileChannel::Heights,
-        TileChannel::Normals,
-        TileChannel::Blend,
-        TileChannel::Water,
-        TileChannel::Depth,
-        TileChannel::Flow,
-        TileChannel::Beds,
-        TileChannel::Lines,
-        TileChannel::Sites,
+impl TilePart {
+    /// All parts, in the order in which lists have them.
+    pub const ALL: [TilePart; 9] = [
+        TilePart::Heights,
+        TilePart::Normals,
+        TilePart::Blend,
+        TilePart::Water,
+        TilePart::Depth,
+        TilePart::Flow,
+        TilePart::Beds,
+        TilePart::Lines,
+        TilePart::Sites,
     ];
 
     /// The name in lists and in the registry.
     pub const fn name(self) -> &'static str {
         match self {
-            TileChannel::Heights => "heights",
-            TileChannel::Normals => "normals",
-            TileChannel::Blend => "blend",
-            TileChannel::Water => "water",
-            TileChannel::Depth => "depth",
-            TileChannel::Flow => "flow",
-            TileChannel::Beds => "beds",
-            TileChannel::Lines => "lines",
-            TileChannel::Sites => "sites",
+            TilePart::Heights => "heights",
+            TilePart::Normals => "normals",
+            TilePart::Blend => "blend",
+            TilePart::Water => "water",
+            TilePart::Depth => "depth",
+            TilePart::Flow => "flow",
+            TilePart::Beds => "beds",
+            TilePart::Lines => "lines",
+            TilePart::Sites => "sites",
         }
     }
 }
 
-/// The BLAKE3 of each channel of a tile, of the tile's own vertices, edges included, row by row from the north-western one.
+/// The BLAKE3 of each part of a tile, of the tile's own vertices, edges included, row by row from the north-western one.
 ///
 /// All numbers are hashed least significant byte first, so that the hashes are the same on every machine. A tile of a relief
 /// that knows of no water has no hashes of water and beds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Digest([Option<blake3::Hash>; TileChannel::ALL.len()]);
+pub struct Digest([Option<blake3::Hash>; TilePart::ALL.len()]);
 
 impl Digest {
-    /// The digest of those hashes, in the order of [`TileChannel::ALL`].
-    pub fn new(hashes: [Option<blake3::Hash>; TileChannel::ALL.len()]) -> Digest {
+    /// The digest of those hashes, in the order of [`TilePart::ALL`].
+    pub fn new(hashes: [Option<blake3::Hash>; TilePart::ALL.len()]) -> Digest {
         Digest(hashes)
     }
 
-    /// The hash of a channel, if the tile has it.
-    pub fn of(&self, channel: TileChannel) -> Option<blake3::Hash> {
-        self.0[channel as usize]
+    /// The hash of a part, if the tile has it.
+    pub fn of(&self, part: TilePart) -> Option<blake3::Hash> {
+        self.0[part as usize]
     }
 
-    /// All channels and their hashes.
-    pub fn channels(&self) -> impl Iterator<Item = (TileChannel, Option<blake3::Hash>)> {
-        TileChannel::ALL.into_iter().zip(self.0)
+    /// All parts and their hashes.
+    pub fn parts(&self) -> impl Iterator<Item = (TilePart, Option<blake3::Hash>)> {
+        TilePart::ALL.into_iter().zip(self.0)
     }
 }
 
@@ -106,18 +106,18 @@ impl Tile {
         let area = self.area();
         let water = self.water();
         let floats = |grid: &Grid<f32>| hash(area, [grid], f32::to_le_bytes);
-        let of = |channel| match channel {
-            TileChannel::Heights => Some(floats(self.heights())),
-            TileChannel::Normals => Some(hash(area, self.normals().axes(), f32::to_le_bytes)),
-            TileChannel::Blend => Some(hash(area, [self.blend().ground(), self.blend().cover()], u32::to_le_bytes)),
-            TileChannel::Water => water.map(|water| hash(area, [&water.kind], |kind: WaterKind| [kind as u8])),
-            TileChannel::Depth => water.map(|water| floats(&water.depth_m)),
-            TileChannel::Flow => water.map(|water| floats(&water.flow_m3s)),
-            TileChannel::Beds => water.map(|water| hash(area, [&water.bed], |bed: bool| [u8::from(bed)])),
-            TileChannel::Lines => Some(of_texts(self.lines().iter().map(|line| bytes_of_line(line)))),
-            TileChannel::Sites => Some(of_texts(self.sites().iter().map(|site| bytes_of_site(site)))),
+        let of = |part| match part {
+            TilePart::Heights => Some(floats(self.heights())),
+            TilePart::Normals => Some(hash(area, self.normals().axes(), f32::to_le_bytes)),
+            TilePart::Blend => Some(hash(area, [self.blend().ground(), self.blend().cover()], u32::to_le_bytes)),
+            TilePart::Water => water.map(|water| hash(area, [&water.kind], |kind: WaterKind| [kind as u8])),
+            TilePart::Depth => water.map(|water| floats(&water.depth_m)),
+            TilePart::Flow => water.map(|water| floats(&water.flow_m3s)),
+            TilePart::Beds => water.map(|water| hash(area, [&water.bed], |bed: bool| [u8::from(bed)])),
+            TilePart::Lines => Some(of_texts(self.lines().iter().map(|line| bytes_of_line(line)))),
+            TilePart::Sites => Some(of_texts(self.sites().iter().map(|site| bytes_of_site(site)))),
         };
-        Digest(TileChannel::ALL.map(of))
+        Digest(TilePart::ALL.map(of))
     }
 }
 
@@ -154,18 +154,11 @@ fn bytes_of_line(line: &Line) -> Vec<u8> {
     let class = match line.class {
         LineClass::Plain => String::new(),
         LineClass::Order(order) => order.to_string(),
-        LineClass::Road(RoadClass::Track) => "track".to_owned(),
-        LineClass::Road(RoadClass::Road) => "road".to_owned(),
-        LineClass::Road(RoadClass::Highway) => "highway".to_owned(),
+        LineClass::Road(class) => class.name().to_owned(),
     };
     let end = match line.end {
-        LineEnd::Sea => "sea".to_owned(),
-        LineEnd::Line(other) => other.to_string(),
-        LineEnd::Lake(lake) => lake.to_string(),
-        LineEnd::Pond => "pond".to_owned(),
-        LineEnd::Sink => "sink".to_owned(),
-        LineEnd::Site(site) => site.to_string(),
         LineEnd::Nothing => String::new(),
+        end => end.id().unwrap_or_else(|| end.name().to_owned()),
     };
     let name = line.name.as_deref().unwrap_or_default();
     let mut bytes = format!("{}\n{class}\n{name}\n{}\n{end}\n", line.id, line.course).into_bytes();

@@ -7,7 +7,7 @@ mod rule;
 mod surroundings;
 
 pub use blend::{Blend, Material};
-pub use digest::{Digest, TileChannel};
+pub use digest::{Digest, TilePart};
 pub use normals::Normals;
 pub use rule::GroundRule;
 

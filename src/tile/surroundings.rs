@@ -31,7 +31,7 @@ const LARGE_M3S: f32 = 2.0;
 
 /// What lies around the vertices of an area.
 #[derive(Debug)]
-pub(super) struct Surroundings {
+pub(super) struct GroundSurroundings {
     /// How much rubble comes from above: 1 beneath rock, 0 out of its reach. Where rock stands it is at least as much as
     /// there is of that.
     pub rubble: Grid<f32>,
@@ -41,17 +41,22 @@ pub(super) struct Surroundings {
     pub noise: Grid<f32>,
 }
 
-impl Surroundings {
+impl GroundSurroundings {
     /// The surroundings of an area; `None` where the rule does not look at them.
     ///
     /// # Panics
     /// When `heights` or `water` does not hold the area's input.
-    pub fn new(rule: &GroundRule, heights: &Grid<f32>, water: Option<&Water>, area: Area) -> Option<Surroundings> {
+    pub fn new(
+        rule: &GroundRule,
+        heights: &Grid<f32>,
+        water: Option<&Water>,
+        area: Area,
+    ) -> Option<GroundSurroundings> {
         let fractal = rule.noise.as_ref()?;
         let mut noise = Grid::filled(area, 0.0);
         fractal.fill(area, noise.values_mut());
         let none = || Grid::filled(area, 0.0);
-        Some(Surroundings {
+        Some(GroundSurroundings {
             rubble: rubble(rule, heights, area).unwrap_or_else(none),
             damp: damp(rule, heights, water, area).unwrap_or_else(none),
             noise,
@@ -148,14 +153,14 @@ fn spread<const DOWNHILL: bool>(
     for step in STEPS {
         left -= step;
         let mut to = Grid::filled(area.padded(left), 0.0);
-        dispatch(Spread::<DOWNHILL> { from: &spread, levels_m, step, spacing_m, reach_m, to: &mut to });
+        dispatch(SpreadRound::<DOWNHILL> { from: &spread, levels_m, step, spacing_m, reach_m, to: &mut to });
         spread = to;
     }
     spread
 }
 
 /// One round: every vertex takes the most of what it has and of what its eight neighbours bring, so many vertices away.
-struct Spread<'a, const DOWNHILL: bool> {
+struct SpreadRound<'a, const DOWNHILL: bool> {
     from: &'a Grid<f32>,
     levels_m: &'a Grid<f32>,
     step: usize,
@@ -164,7 +169,7 @@ struct Spread<'a, const DOWNHILL: bool> {
     to: &'a mut Grid<f32>,
 }
 
-impl<const DOWNHILL: bool> Kernel for Spread<'_, DOWNHILL> {
+impl<const DOWNHILL: bool> Kernel for SpreadRound<'_, DOWNHILL> {
     type Output = ();
 
     #[inline(always)]

@@ -10,23 +10,7 @@ use terrane::preset::Preset;
 use terrane::world::World;
 
 /// Fluvial land with lakes, a coast and settlements within a few tiles of the origin.
-pub const FLUVIAL: &str = r"
-    tile_cells = 64
-    spacing_m = 20.0
-    sea_level_m = 0.0
-    [fluvial]
-    trunk_m = 5120.0
-    levels = 4
-    base_m = 20.0
-    lakes = 1.0
-    [fluvial.uplift]
-    mask = { wavelength_m = 20000.0, octaves = 3, from = -0.4, to = 0.4 }
-    [fluvial.coast]
-    below = -0.27
-    lowstand_m = 10.0
-    [places]
-    site_m = 2500.0
-";
+pub const FLUVIAL: &str = include_str!("../settled.toml");
 
 /// That world, which all tests of the process share.
 pub fn settled() -> &'static World {

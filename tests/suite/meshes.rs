@@ -2,10 +2,12 @@
 //! roads where they are; and what is refused.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use gltf::Semantic;
+use gltf::buffer::Source;
 use gltf::mesh::Mode;
 use tempfile::TempDir;
 use terrane::area::{Area, Region, TileId};
@@ -55,12 +57,23 @@ struct Part {
     triangles: Vec<[usize; 3]>,
 }
 
+/// The bytes of a glTF's buffers: a part of the file, or a file beside it.
+fn buffers(file: &gltf::Gltf, path: &Path) -> Vec<Vec<u8>> {
+    let bytes = |buffer: gltf::Buffer| match buffer.source() {
+        Source::Bin => file.blob.clone().expect("the file has a binary part"),
+        Source::Uri(name) => std::fs::read(path.parent().unwrap().join(name)).unwrap(),
+    };
+    let buffers: Vec<Vec<u8>> = file.buffers().map(bytes).collect();
+    assert!(file.buffers().zip(&buffers).all(|(buffer, bytes)| bytes.len() >= buffer.length()), "{}", path.display());
+    buffers
+}
+
 /// The parts of a glTF by the names of their nodes, of all tiles together.
 fn parts(path: &Path) -> BTreeMap<String, Part> {
     // The reader knows no KHR_mesh_quantization; what it allows is read below.
     let file = gltf::Gltf::from_slice_without_validation(&std::fs::read(path).unwrap());
-    let gltf::Gltf { document, blob } = file.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let buffers = gltf::import_buffers(&document, path.parent(), blob).unwrap();
+    let file = file.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let (document, buffers) = (&file.document, buffers(&file, path));
     let mut parts = BTreeMap::<String, Part>::new();
     for root in document.default_scene().expect("a scene").nodes() {
         let (corner, rotation, scale) = root.transform().decomposed();
@@ -89,7 +102,7 @@ fn parts(path: &Path) -> BTreeMap<String, Part> {
                     };
                     part.places.push([0, 1, 2].map(|axis| corner[axis] + (lift[axis] + scale[axis] * number(axis))));
                 }
-                let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data.0[..]));
+                let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data[..]));
                 let indices: Vec<usize> =
                     reader.read_indices().unwrap().into_u32().map(|index| first + index as usize).collect();
                 part.triangles.extend(indices.as_chunks::<3>().0);
@@ -209,20 +222,29 @@ fn vertices_carry_the_rasters_normals_and_weights() {
     let world = wet();
     let (folder, manifest) = bake(&world, "gltf", lods("1"));
     let tile = Tile::new(&world, TileId { x: AT.x + 2, y: AT.y });
-    let (document, buffers, images) = gltf::import(glb(&folder, 1, 2, 0)).unwrap();
+    let path = glb(&folder, 1, 2, 0);
+    let document = gltf::Gltf::open(&path).unwrap();
+    let buffers = buffers(&document, &path);
     let names: BTreeSet<&str> = document.images().filter_map(|image| image.name()).collect();
     assert_eq!(names, ["blend_cover_x2_y0", "blend_ground_x2_y0", "colour_x2_y0", "normal_x2_y0"].into());
-    assert!(images.iter().all(|image| (image.width, image.height) == (33, 33)));
+    for image in document.images() {
+        let gltf::image::Source::View { view, mime_type: "image/png" } = image.source() else { panic!("no PNG") };
+        let bytes = &buffers[view.buffer().index()][view.offset()..][..view.length()];
+        let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
+        assert_eq!((reader.info().width, reader.info().height), (33, 33));
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+    }
     let node = document.nodes().find(|node| node.name() == Some("land")).unwrap();
     let primitive = node.mesh().unwrap().primitives().next().unwrap();
-    let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data.0[..]));
+    let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data[..]));
     let textures = reader.read_tex_coords(0).unwrap().into_f32();
     let in_region: Vec<[f32; 2]> = reader.read_tex_coords(1).unwrap().into_f32().collect();
     let weights: Vec<Vec<f32>> = ["GRASS", "DIRT", "ROCK", "SAND", "SNOW"]
         .into_iter()
         .map(|name| {
             let accessor = primitive.get(&Semantic::Extras(name.to_owned())).unwrap();
-            gltf::accessor::Iter::new(accessor, |buffer| buffers.get(buffer.index()).map(|data| &data.0[..]))
+            gltf::accessor::Iter::new(accessor, |buffer| buffers.get(buffer.index()).map(|data| &data[..]))
                 .unwrap()
                 .collect()
         })

@@ -6,9 +6,10 @@ use terrane::area::Area;
 use terrane::clock::Clock;
 use terrane::fluvial::point::Point;
 use terrane::land::{Land, WaterKind};
+use terrane::preset::Preset;
 use terrane::world::World;
 
-use crate::worlds::{fluvial, fluvial_names, fresh, is_tried, shared};
+use crate::worlds::{fluvial, fluvial_names, is_tried, lighten, shared};
 
 fn land(world: &World, area: Area) -> Land {
     fluvial(world).land(area, &Clock::default())
@@ -24,9 +25,11 @@ fn an_area_is_what_it_is_in_any_other_area_near_and_far() {
     let far = 256 * 100_000_000;
     let places = fluvial_names().map(|name| (name, -300, 77)).chain([("archipelago", far, -far)]);
     for (name, x, y) in places.filter(|(name, ..)| is_tried(name)) {
-        let whole = land(shared(name, 1), Area::new(x, y, 190, 130));
-        // A world of its own, so that nothing is remembered; parts that share no border with patches or blocks.
-        let other = fresh(name, 1);
+        let (_, mut preset) = Preset::load(name).unwrap();
+        lighten(&mut preset);
+        // Two worlds, so that nothing is remembered; parts that share no border with patches or blocks.
+        let [world, other] = [(); 2].map(|()| World::new(preset.clone(), Some(1)).unwrap());
+        let whole = land(&world, Area::new(x, y, 190, 130));
         for part in [Area::new(x + 61, y + 3, 1, 1), Area::new(x + 17, y + 29, 101, 67), Area::new(x, y, 33, 130)] {
             let alone = land(&other, part);
             let (water, whole_water) = (alone.water.unwrap(), whole.water.as_ref().unwrap());

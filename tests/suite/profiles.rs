@@ -15,6 +15,8 @@ use terrane::preset::Preset;
 use terrane::tile::{Material, Tile};
 use terrane::world::World;
 
+use crate::worlds::lighten;
+
 /// A world that bakes in milliseconds and has all materials.
 const SMALL: &str = "\
 spacing_m = 2.5
@@ -382,6 +384,7 @@ fn a_profile_adds_to_exports_and_the_next_bake_clears_it_away() {
 fn fluvial_land_does_not_depend_on_the_size_of_tiles() {
     let world = |cells| {
         let (_, mut preset) = Preset::load("alps").unwrap();
+        lighten(&mut preset);
         preset.tile_cells = cells;
         preset.places = None;
         World::new(preset, None).unwrap()

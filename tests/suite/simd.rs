@@ -3,10 +3,10 @@
 use std::fs;
 use std::process::Command;
 
-use terrane::preset::BUILT_IN;
+use terrane::preset::{BUILT_IN, Preset};
 use terrane::simd::Level;
 
-use crate::worlds::is_tried;
+use crate::worlds::{is_tried, lighten};
 
 #[test]
 fn every_instruction_set_bakes_the_same_bytes() {
@@ -16,13 +16,14 @@ fn every_instruction_set_bakes_the_same_bytes() {
     for (name, text) in presets {
         let preset = folder.path().join("small.toml");
         fs::write(&preset, small_tiles(text)).unwrap();
+        let light = settings(text);
         let listed = |level: Level| {
             let out = folder.path().join(format!("{name}-{}", level.name()));
             let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
             command.args(["bake", preset.to_str().unwrap(), "--at", "-2,1000000000", "--size", "2x2", "--quiet"]);
-            // The hashes are those of all channels, water, beds and lines among them.
+            // The hashes are those of all parts of a tile, water, beds and lines among them.
             let exports = "height,blend,normal,map,exr,hashes,vector,geojson,gltf";
-            command.args(["--export", exports, "--out", out.to_str().unwrap()]);
+            command.args(["--export", exports, "--out", out.to_str().unwrap()]).args(&light);
             let done = command.env(Level::VARIABLE, level.name()).output().unwrap();
             assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
             fs::read_to_string(out.join("bake.json")).unwrap()
@@ -41,4 +42,15 @@ fn small_tiles(text: &str) -> String {
     let (text, _) = text.split_once("[places]").unwrap_or((text, ""));
     let lines: Vec<&str> = text.lines().filter(keep).collect();
     format!("tile_cells = 56\n{}\n", lines.join("\n"))
+}
+
+/// What makes the preset light, as arguments.
+fn settings(text: &str) -> Vec<String> {
+    let mut preset = Preset::parse("light", text).unwrap();
+    lighten(&mut preset);
+    let Some(fluvial) = preset.fluvial else { return Vec::new() };
+    let lake = fluvial.lake_m.map(|lake_m| format!("--set=fluvial.lake_m={lake_m}"));
+    let levels =
+        [format!("--set=fluvial.levels={}", fluvial.levels), format!("--set=fluvial.trunk_m={}", fluvial.trunk_m)];
+    levels.into_iter().chain(lake).collect()
 }

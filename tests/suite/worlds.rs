@@ -12,7 +12,22 @@ const QUICK: [&str; 5] = ["alps", "archipelago", "thesis", "mountains", "hills"]
 
 /// Whether these tests try a preset, or leave that to the others.
 pub fn is_tried(name: &str) -> bool {
-    QUICK.contains(&name) != crate::IS_LONG
+    is_quick(name) != crate::IS_LONG
+}
+
+/// Whether the suite tries a preset with all.
+pub fn is_quick(name: &str) -> bool {
+    QUICK.contains(&name)
+}
+
+/// Has the suite plan a third of the channels: the finest are as near to each other as before, and two levels above them
+/// are left out. `tests/long` has the preset as it is.
+pub fn lighten(preset: &mut Preset) {
+    if let Some(fluvial) = preset.fluvial.as_mut().filter(|_| !crate::IS_LONG) {
+        fluvial.levels -= 2;
+        fluvial.trunk_m /= 4.0;
+        fluvial.lake_m = fluvial.lake_m.map(|lake_m| lake_m.min(fluvial.trunk_m / 8.0));
+    }
 }
 
 /// The built-in presets of fluvial relief.
@@ -20,15 +35,11 @@ pub fn fluvial_names() -> impl Iterator<Item = &'static str> {
     BUILT_IN.iter().filter(|(name, text)| Preset::parse(name, text).unwrap().fluvial.is_some()).map(|(name, _)| *name)
 }
 
-/// A world of nobody else.
-pub fn fresh(name: &str, seed: u64) -> World {
-    World::new(Preset::load(name).unwrap().1, Some(seed)).unwrap()
-}
-
 /// The world of a built-in preset and a seed that all tests of the process share.
 pub fn shared(name: &'static str, seed: u64) -> &'static World {
     static WORLDS: Mutex<BTreeMap<(&str, u64), &'static World>> = Mutex::new(BTreeMap::new());
-    WORLDS.lock().unwrap().entry((name, seed)).or_insert_with(|| Box::leak(Box::new(fresh(name, seed))))
+    let world = || World::new(Preset::load(name).unwrap().1, Some(seed)).unwrap();
+    WORLDS.lock().unwrap().entry((name, seed)).or_insert_with(|| Box::leak(Box::new(world())))
 }
 
 pub fn fluvial(world: &World) -> &Fluvial {

@@ -128,6 +128,7 @@ impl<'a> ObjSink<'a> {
         let mut text = Text::default();
         _ = writeln!(text.vertices, "o tile_x{}_y{}", place.col, place.row);
         let lattice = |[column, row]: [u32; 2]| (area.x0 + i64::from(column), area.y0 + i64::from(row));
+        // OBJ has no transforms, so a tile's place is in its vertices; as text they have all the digits that takes.
         let placed = |x: i64, y: i64, height_m: f32| {
             let [east, south] = frame.local_steps(&area, x, y).map(|steps| steps as f64 * frame.step_m());
             [corner_east + east, f64::from(height_m), corner_south + south]
@@ -260,6 +261,7 @@ impl Text {
         }
     }
 
+    /// The text of which the bytes begin with [`pack`](Text::pack)'s; what follows is left.
     fn unpack(bytes: &mut &[u8]) -> Text {
         fn number(bytes: &mut &[u8]) -> usize {
             u64::from_le_bytes(part(bytes, 8).try_into().expect("eight bytes")) as usize

@@ -118,6 +118,7 @@ impl RegionFile {
                 view.byte_offset = Some((view.byte_offset.map_or(0, |offset| offset.0) + start as u64).into());
             }
             shift(&mut view.buffer, buffers);
+            // Compressed numbers lie where their extension says; the view itself describes a buffer that is not written.
             if let Some(coded) = view.extensions.as_mut().and_then(|extensions| extensions.others.get_mut(COMPRESSION))
             {
                 raise(&mut coded["buffer"], u64::from(buffers));
@@ -194,6 +195,7 @@ impl RegionFile {
     }
 
     fn write(self, file: &mut PartFile) -> std::io::Result<()> {
+        // List by list, since they are in files: together they may be larger than memory.
         let generator = concat!("terrane ", env!("CARGO_PKG_VERSION"));
         write!(
             file,

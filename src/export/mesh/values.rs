@@ -147,6 +147,7 @@ pub(super) fn of_land(
     let sides = [region.width() - 1, region.height() - 1];
     let in_region = vertices()
         .map(|(x, y)| [((x - x0) as f64 / sides[0] as f64) as f32, ((y - y0) as f64 / sides[1] as f64) as f32]);
+    // In steps, of which the node's scale makes metres: shared vertices stay exactly where their neighbours have them.
     let positions = if quantized {
         let steps = vertices().map(|(x, y)| {
             let [east, south] = frame.local_steps(&area, x, y).map(|steps| steps as u16);

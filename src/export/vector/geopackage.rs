@@ -260,6 +260,7 @@ impl<'a> GeoPackageSink<'a> {
         let marks = ", ?".repeat(columns.len() - 1);
         let insert = format!("INSERT INTO {} ({}) VALUES (?{marks})", layer.name(), columns.join(", "));
         let mut insert = transaction.prepare(&insert).map_err(failed())?;
+        // While they pass, since the list of layers wants the bounds of all and nothing holds them.
         self.features.for_each(number, |row| {
             let own = Envelope::of(&row.lines);
             envelope = Some(envelope.map_or(own, |envelope| envelope.and(own)));

@@ -34,6 +34,7 @@ pub(crate) fn bytes_at_most(world: &World, region: &Region) -> u64 {
     [features, region.tiles().saturating_mul(TILE_BYTES), 1 << 18].into_iter().fold(0, u64::saturating_add)
 }
 
+/// A feature without its points: its attributes as text and in the store, and what a database keeps a row; rounded up.
 const FEATURE_BYTES: u64 = 1024;
 
 fn path_bytes_at_most(preset: &Preset, region: &Region) -> u64 {
