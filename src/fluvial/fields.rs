@@ -238,15 +238,15 @@ impl Fields {
     }
 
     /// Half width in grains of the floor of a valley of a level, by the area that drains there and the height of its bed.
-    pub fn floor(&self, level: u32, area: f64, level_m: f64) -> f64 {
-        self.trough(area) + self.most_iced(level) * self.iced(level_m)
+    pub fn trough(&self, level: u32, area: f64, level_m: f64) -> f64 {
+        self.water_trough(area) + self.most_iced(level) * self.iced(level_m)
     }
 
     /// Half width in grains of a floor of a level that none exceeds.
-    pub fn widest_floor(&self, level: u32) -> f64 {
+    pub fn widest_trough(&self, level: u32) -> f64 {
         match level {
-            0 => self.widest_trough(),
-            _ => self.trough(most_area(level)) + self.most_iced(level),
+            0 => self.widest_water_trough(),
+            _ => self.water_trough(most_area(level)) + self.most_iced(level),
         }
     }
 
@@ -260,14 +260,14 @@ impl Fields {
     }
 
     /// Half width in grains of a valley's floor that water alone has made, by the area that drains there.
-    fn trough(&self, area: f64) -> f64 {
+    fn water_trough(&self, area: f64) -> f64 {
         // As wide as the river goes with its discharge, and for large ones less and less.
         let share = self.settings.valley * area.sqrt() / WIDEST_TROUGH;
-        self.widest_trough() * share / (1.0 + share * share).sqrt()
+        self.widest_water_trough() * share / (1.0 + share * share).sqrt()
     }
 
     /// Half width in grains that no such floor comes to, however much drains there.
-    fn widest_trough(&self) -> f64 {
+    fn widest_water_trough(&self) -> f64 {
         WIDEST_TROUGH * self.side(0) as f64
     }
 

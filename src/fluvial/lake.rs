@@ -98,8 +98,8 @@ impl Hollow {
     }
 
     /// The same lake in a valley whose floor has that half width in grains: it covers it.
-    pub fn on_floor(self, floor: f64) -> Hollow {
-        Hollow { half_width: self.half_width.max(COVERS * floor), ..self }
+    pub fn on_floor(self, trough: f64) -> Hollow {
+        Hollow { half_width: self.half_width.max(COVERS * trough), ..self }
     }
 
     /// Half its width in grains.
@@ -108,8 +108,8 @@ impl Hollow {
     }
 
     /// The depth in metres at which a valley with those sides and that half width of its floor is as wide as the lake.
-    pub fn depth_m(&self, fields: &Fields, hill_slope: f64, floor: f64) -> f64 {
-        depth_m(fields, hill_slope, floor, self.half_width)
+    pub fn depth_m(&self, fields: &Fields, hill_slope: f64, trough: f64) -> f64 {
+        depth_m(fields, hill_slope, trough, self.half_width)
     }
 
     /// Digs the lake into a channel, and says whether there is room for it. `is_own` tells whether a place lies on no floor of
@@ -129,12 +129,12 @@ impl Hollow {
         let way = ways(&knots);
         let sill = way.partition_point(|way| *way < self.sill * whole).clamp(1, knots.len() - 2);
         let Knot { level_m, area, .. } = knots[sill];
-        let floor = fields.floor(channel.id.0, area, level_m);
-        let lake = self.on_floor(floor);
+        let trough = fields.trough(channel.id.0, area, level_m);
+        let lake = self.on_floor(trough);
         if lake.half_width < 2.0 * fields.least_lake(area) || lake.half_width > fields.lake_half_width() {
             return false;
         }
-        let wanted_m = lake.depth_m(fields, hill_slope, floor);
+        let wanted_m = lake.depth_m(fields, hill_slope, trough);
         let shallowest_m = (LEAST_DEPTH * wanted_m).max(LEAST_DEPTH_M);
         let steepest = match channel.id.0 {
             0 => STEEPEST_TRUNK * hill_slope,
@@ -144,7 +144,7 @@ impl Hollow {
         let deepest_m = |inlet: usize| {
             let long_m = (way[sill] - way[inlet]) * fields.metres_a_grain();
             let rise_m = steepest / MIDDLE * long_m * (1.0 - RISES) - (knots[inlet].level_m - level_m);
-            let narrow_m = depth_m(fields, hill_slope, floor, (way[sill] - way[inlet]) / LEAST_LENGTH);
+            let narrow_m = depth_m(fields, hill_slope, trough, (way[sill] - way[inlet]) / LEAST_LENGTH);
             wanted_m.min(rise_m).min(narrow_m).min(steepest / MIDDLE * long_m * FALLS)
         };
         // Never from the head: there the channel above goes on.
@@ -157,7 +157,7 @@ impl Hollow {
         if !knots[inlet..=sill].iter().all(may_lie) {
             return false;
         }
-        let clear_m = |at: Point| level_m - depth_m(fields, hill_slope, floor, others(at) / CLEAR);
+        let clear_m = |at: Point| level_m - depth_m(fields, hill_slope, trough, others(at) / CLEAR);
         let floor_m = |at: Point| clear_m(at).max(least_m(at));
         dig(&mut knots[inlet..=sill], level_m, deep_m, true, floor_m);
         // Beside others there may be no room for its depth.
@@ -190,8 +190,8 @@ impl Hollow {
 
 /// The depth in metres at which a valley with those sides and that half width of its floor is so many grains wide to each
 /// side.
-fn depth_m(fields: &Fields, hill_slope: f64, floor: f64, half_width: f64) -> f64 {
-    hill_slope * fields.metres_a_grain() * rise(half_width, 0.0, floor, 0.0)
+fn depth_m(fields: &Fields, hill_slope: f64, trough: f64, half_width: f64) -> f64 {
+    hill_slope * fields.metres_a_grain() * rise(half_width, 0.0, trough, 0.0)
 }
 
 /// The way from the first knot to each, in grains.

@@ -94,10 +94,10 @@ pub struct LinePlace {
 
 /// The line of a river of some width that meanders along a course: through its places, if it does not meander there,
 /// smoothly, and with more places in between where it has turned by `knot_turn`, in radians. At both ends it stays where
-/// the course is, and has those directions if there are any.
+/// the course is, and has that direction if there is one.
 pub fn line(
     course: &[[f64; 2]],
-    ends: Option<[[f64; 2]; 2]>,
+    ends: [Option<[f64; 2]>; 2],
     meanders: &[Meander],
     width: f64,
     knot_turn: f64,
@@ -177,14 +177,14 @@ fn way(from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
 /// it turned as much as at the place before.
 ///
 /// Based on: E. Catmull, R. Rom, A class of local interpolating splines, 1974.
-fn tangents(course: &[[f64; 2]], ends: Option<[[f64; 2]; 2]>) -> Vec<[f64; 2]> {
+fn tangents(course: &[[f64; 2]], ends: [Option<[f64; 2]>; 2]) -> Vec<[f64; 2]> {
     let last = course.len() - 1;
     let inner = course.windows(3).map(|three| way(three[0], three[2]).map(|part| 0.5 * part));
     let mut tangents: Vec<[f64; 2]> = std::iter::once([0.0; 2]).chain(inner).chain([[0.0; 2]]).collect();
     for (end, beside, number) in [(0, 1, 0), (last, last - 1, 1)] {
         let along = way(course[end.min(beside)], course[end.max(beside)]);
-        tangents[end] = match ends {
-            Some(ends) => ends[number].map(|part| part * length(along) / length(ends[number]).max(1e-9)),
+        tangents[end] = match ends[number] {
+            Some(direction) => direction.map(|part| part * length(along) / length(direction).max(1e-9)),
             None if last < 2 => along,
             None => [0, 1].map(|axis| 2.0 * along[axis] - tangents[beside][axis]),
         };
@@ -240,7 +240,7 @@ mod tests {
             let grown = (step.min(16 - step) as f64 / 4.0).min(1.0);
             Meander { phase: step as f64 * 0.5, turn: turn * grown, wave: 2000.0 }
         };
-        line(&course, None, &(0..=16).map(meander).collect::<Vec<_>>(), WIDTH, WIDE_TURN)
+        line(&course, [None; 2], &(0..=16).map(meander).collect::<Vec<_>>(), WIDTH, WIDE_TURN)
     }
 
     #[test]
@@ -277,7 +277,7 @@ mod tests {
                 wave: WAVE_WIDTHS * WIDTH,
             };
             let meanders: Vec<Meander> = (0..=32).map(meander).collect();
-            let places = line(&course, Some([way(0), way(31)]), &meanders, WIDTH, WIDE_TURN);
+            let places = line(&course, [Some(way(0)), Some(way(31))], &meanders, WIDTH, WIDE_TURN);
             // As sharp as it is from half a width before a place to half a width after it.
             for (index, place) in places.iter().enumerate() {
                 let off = |other: &&LinePlace| length(super::way(place.at, other.at)) > 0.5 * WIDTH;

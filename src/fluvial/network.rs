@@ -99,7 +99,7 @@ impl Network {
         for level in 0..levels {
             let own = reach.of(self.fields.side(level) as f64);
             let gentlest = if level == 0 { 1.0 } else { reach.least_cross };
-            let widest = widened(own / gentlest, self.fields.widest_floor(level));
+            let widest = widened(own / gentlest, self.fields.widest_trough(level));
             let widest = widest + self.fields.lake_half_width();
             let around = [rectangle[0].moved([-widest; 2]), rectangle[1].moved([widest; 2])];
             self.channels(level, around, |channel| {

@@ -271,8 +271,8 @@ pub fn segments_of(
         let steep = steepness(fields, channel, knot);
         End {
             cross: across(steep),
-            lean: (LEAN * steep).clamp(0.0, MOST_LEAN),
-            trough: fields.floor(channel.id.0, area, channel.knots[knot].level_m),
+            lean: (LEAN * steep.abs()).min(MOST_LEAN),
+            trough: fields.trough(channel.id.0, area, channel.knots[knot].level_m),
             river: fields.river_width_m(area) / 2.0 / fields.metres_a_grain(),
         }
     };
@@ -425,5 +425,19 @@ mod tests {
             let side_m = segments[0].side_m(knot.at.from(origin), slope);
             assert!(knot.level_m < side_m, "{knot:?}, but the side is at {side_m}");
         }
+    }
+
+    #[test]
+    fn a_valley_has_a_floor_that_leans_to_its_river_and_straight_sides() {
+        let (shore, trough, lean) = (10.0, 400.0, 0.05);
+        let at = |grains: f64| rise(grains, shore, trough, lean);
+        assert_eq!(at(shore), 0.0);
+        assert!((at(250.0) - 0.05 * 240.0).abs() < 1e-9, "{}", at(250.0));
+        let steep = at(2001.0) - at(2000.0);
+        assert!((0.98..=1.0).contains(&steep), "{steep}");
+        // A brook without a floor has straight sides from the water up, however steep it is.
+        assert_eq!(rise(100.0, shore, 0.0, MOST_LEAN), 90.0);
+        // None goes on further than is said.
+        assert!(at(widened(300.0, trough)) > 300.0);
     }
 }

@@ -40,7 +40,7 @@ pub struct FluvialSettings {
     pub hill_slope: [f64; 2],
     /// Where the land rises, and so is mountainous.
     pub uplift: Uplift,
-    /// How rounded valley floors are: half their width as a share of the side of the area that drains there, 0 to 0.2.
+    /// How wide valley floors are: half their width as a share of the side of the area that drains there, 0 to 0.2.
     /// Default: 0.03.
     #[schemars(range(min = 0, max = 0.2))]
     pub valley: f64,

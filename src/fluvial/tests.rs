@@ -18,8 +18,12 @@ const AREA: Area = Area { x0: -130, y0: 70, x1: -66, y1: 118 };
 const WIDE: usize = 40;
 
 fn relief(name: &str) -> Fluvial {
+    seeded(name, 4)
+}
+
+fn seeded(name: &str, seed: u64) -> Fluvial {
     let (_, preset) = Preset::load(name).unwrap();
-    Fluvial::new(preset.fluvial.as_ref().unwrap(), preset.spacing_m, preset.sea_level_m, 4, None)
+    Fluvial::new(preset.fluvial.as_ref().unwrap(), preset.spacing_m, preset.sea_level_m, seed, None)
 }
 
 /// Everything that is known before gullies and water, for far more than an area.
@@ -286,4 +290,92 @@ fn no_two_tributaries_of_a_level_run_side_by_side() {
         }
     }
     assert!(near > 3, "{near} come near each other");
+}
+
+#[test]
+fn trunks_go_through_nodes_in_one_direction() {
+    // Where a trunk is straight, to keep clear of another, one once turned by 79 degrees.
+    let fluvial = seeded("plains", 6161);
+    let side = fluvial.fields.side(0);
+    let corner = |x: i64, y: i64| Point { x: x * side, y: y * side };
+    let mut nodes = 0;
+    fluvial.network.channels(0, [corner(-1, 888), corner(2, 891)], |upper| {
+        let Some((next, true)) = upper.next else { return };
+        let Some(lower) = fluvial.network.channel((0, next.0, next.1)) else { return };
+        let [a, b] = [&upper.knots[upper.knots.len() - 2..], &lower.knots[..2]].map(|pair| pair[1].at.from(pair[0].at));
+        let straight = (a[0] * b[0] + a[1] * b[1]) / (length(a) * length(b));
+        assert!(straight > 0.9, "{:?} goes on into {:?}: {straight}", upper.id, lower.id);
+        nodes += 1;
+    });
+    assert!(nodes > 3, "{nodes} nodes");
+}
+
+#[test]
+fn glaciers_leave_wide_floors_and_cirques() {
+    let fluvial = relief("alps");
+    let fields = &fluvial.fields;
+    let (high_m, low_m) = (1500.0, 500.0);
+    let widened_m = (fields.trough(3, 0.01, high_m) - fields.trough(3, 0.01, low_m)) * fields.metres_a_grain();
+    assert!(widened_m > 100.0, "{widened_m} m");
+    // Of valleys in which ice lay, the last quarter is the floor of a cirque, and that below a step.
+    let (mut cirques, mut iced) = (0, 0);
+    for channel in tributaries(&fluvial, 2048) {
+        let knots = &channel.knots;
+        if channel.id.0 == 3 && knots[knots.len() - 1].level_m > high_m {
+            let slope =
+                |from: &channel::Knot, to: &channel::Knot| (from.level_m - to.level_m) / from.at.distance(to.at);
+            let quarter = knots.len() / 4;
+            iced += 1;
+            cirques += i32::from(slope(&knots[0], &knots[quarter]) < 0.5 * slope(&knots[quarter], &knots[2 * quarter]));
+        }
+    }
+    assert!(iced > 10 && cirques * 3 > iced * 2, "{cirques} cirques in {iced} valleys");
+}
+
+/// The segments of larger valleys around a tributary.
+fn larger(fluvial: &Fluvial, channel: &Channel) -> Segments {
+    let [low, high] = channel.bounds();
+    fluvial.network.segments(channel.id.0, [low, high], low, valley::reach(&fluvial.fields))
+}
+
+#[test]
+fn no_lake_is_dug_into_the_floor_of_a_larger_valley() {
+    let mut lakes = 0;
+    for name in ["alps", "highlands"] {
+        let fluvial = relief(name);
+        for channel in tributaries(&fluvial, 2048) {
+            if channel.lake.is_some_and(|lake| lake.0 == channel.id) {
+                let around = larger(&fluvial, &channel);
+                for knot in channel.knots.iter().filter(|knot| knot.pool_m > f64::NEG_INFINITY) {
+                    let at = knot.at.from(around.origin);
+                    assert!(!around.all.iter().any(|segment| segment.has_on_floor(at)), "{name}: {:?}", channel.id);
+                }
+                lakes += 1;
+            }
+        }
+    }
+    assert!(lakes > 3, "{lakes} lakes");
+}
+
+#[test]
+fn dry_brooks_leave_no_beds_on_the_floors_of_larger_valleys() {
+    let fluvial = relief("alps");
+    let fields = &fluvial.fields;
+    let mut on_floors = 0;
+    for channel in tributaries(&fluvial, 1024) {
+        let mouth = channel.knots[channel.knots.len() - 1];
+        if fields.is_wet(fields::most_area(channel.id.0)) || mouth.pool_m > f64::NEG_INFINITY {
+            continue;
+        }
+        let around = larger(&fluvial, &channel);
+        let slope = fields.hill_slope(fields.uplift(mouth.at)).min(channel.hill_slope) * fields.metres_a_grain();
+        for knot in &channel.knots[1..channel.knots.len() - 1] {
+            let at = knot.at.from(around.origin);
+            let lowest = around.all.iter().min_by(|a, b| a.side_m(at, slope).total_cmp(&b.side_m(at, slope)));
+            let Some(lowest) = lowest.filter(|lowest| lowest.has_on_floor(at)) else { continue };
+            on_floors += 1;
+            assert!(knot.level_m > lowest.side_m(at, slope) - 0.5, "{:?}: {knot:?}", channel.id);
+        }
+    }
+    assert!(on_floors > 20, "{on_floors} knots lie on floors");
 }

@@ -38,7 +38,7 @@ const CUT_M: f64 = 0.05;
 
 /// How steep the parts of a glacier's valley are beside the law of rivers, from its mouth up: it hangs over the larger valley,
 /// which the larger glacier has cut deeper, and goes up in steps to the floor of its cirque. Together they rise as much.
-const STAIRS: [f64; 4] = [1.6, 0.4, 1.8, 0.2];
+const STAIRS: [f64; 4] = [1.5, 0.7, 1.5, 0.3];
 
 /// The tributaries of a world.
 #[derive(Debug)]
@@ -244,7 +244,7 @@ impl Tributaries {
         let gentlest = fields.hill_slope(fields.uplift(shore.at)).min(fields.hill_slope(uplift));
         let hillside = gentlest * fields.metres_a_grain();
         let side_slope = INCISION * hillside;
-        let beside = Beside { slope: BESIDE * hillside, trough: fields.widest_floor(level) };
+        let beside = Beside { slope: BESIDE * hillside, trough: fields.widest_trough(level) };
         let coast_filled_m = fields.filled_m(level);
         let filled_m = filled_m.max(coast_filled_m);
         let is_wet = fields.is_wet(most_area(level));

@@ -141,12 +141,12 @@ impl TrunkCourses {
         if sink.to.is_none() && sink.lake {
             // All that comes to the sink comes to the same depth.
             let area = sink.area as f64;
-            let floor = fields.floor(0, area, sink.level_m);
-            let hollow = Hollow::new(fields, self.seed, 0, to).on_floor(floor);
+            let trough = fields.trough(0, area, sink.level_m);
+            let hollow = Hollow::new(fields, self.seed, 0, to).on_floor(trough);
             let at = self.nodes.node(to).at;
             if hollow.half_width() >= 2.0 * fields.least_lake(area) && hollow.is_inland(fields, at, sink.level_m) {
                 let hill_slope = fields.hill_slope(fields.uplift(at));
-                hollow.dig_sink(trunk, hollow.depth_m(fields, hill_slope, floor));
+                hollow.dig_sink(trunk, hollow.depth_m(fields, hill_slope, trough));
                 trunk.lake = Some(LakeId((0, to.0, to.1)));
             }
         } else if here.lake {
@@ -207,10 +207,15 @@ impl TrunkCourses {
         wander::draw_in(&mut offsets, MOST_SKEW * from.distance(to) / last as f64);
         let width = self.fields.river_width_m(trunk.knots[last].area) / self.fields.metres_a_grain();
         let knot_turn = if width > WIDE * GRAINS as f64 { WIDE_TURN } else { NARROW_TURN };
-        // What is nearly straight instead, to keep clear of another, has no room to turn at its ends.
-        let is_smooth = self.smooth_trunk(id).is_some_and(|smooth| smooth.knots == trunk.knots);
-        let ends = trunk.next.filter(|_| is_smooth).map(|(to, _)| directions(&self.nodes, id, to));
         let course = wander::moved(&course, &offsets);
+        // What is nearly straight instead, to keep clear of another, has no room to turn far at its ends.
+        let is_smooth = self.smooth_trunk(id).is_some_and(|smooth| smooth.knots == trunk.knots);
+        let directions = trunk.next.map(|(to, _)| directions(&self.nodes, id, to));
+        let ends = [0, 1].map(|end| {
+            let (from, to) = if end == 0 { (course[0], course[1]) } else { (course[last - 1], course[last]) };
+            let ahead = |[x, y]: &[f64; 2]| x * (to[0] - from[0]) + y * (to[1] - from[1]) > 0.0;
+            directions.map(|directions| directions[end]).filter(|direction| is_smooth || ahead(direction))
+        });
         let places = meander::line(&course, ends, &meanders, width, knot_turn);
         let knot = |place: &LinePlace| {
             let (upper, lower) = (&trunk.knots[place.segment], &trunk.knots[place.segment + 1]);

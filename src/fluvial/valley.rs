@@ -1,8 +1,8 @@
 //! Valleys: the lowest of the valley sides that rise from the channels around a vertex.
 //!
 //! From a channel the land rises with the distance from its water: a floor leans towards the water as far as it is wide,
-//! the foot of the side is rounded, and then it is straight. The lowest of all sides has no pits: away from a channel its own side falls
-//! to it, and along a channel the bed falls. Where two sides meet is a crest, sharp or rounded.
+//! the foot of the side is rounded, and then it is straight. The lowest of all sides has no pits: away from a channel its own
+//! side falls to it, and along a channel the bed falls. Where two sides meet is a crest, sharp or rounded.
 //!
 //! Vertices, or every so many of them, are done in patches aligned with the world, each with the segments that can be
 //! lowest in it: a bound on how steep sides are tells which cannot, so leaving them out changes nothing. In four steps,

@@ -42,8 +42,21 @@ pub struct Columns {
 impl Columns {
     pub fn clear(&mut self) {
         // Taken apart without a rest: a column that is forgotten here does not compile.
-        let Columns { from, along, per_square, level, cross, trough, lean, river, steepness, change, reach, channel, number } =
-            self;
+        let Columns {
+            from,
+            along,
+            per_square,
+            level,
+            cross,
+            trough,
+            lean,
+            river,
+            steepness,
+            change,
+            reach,
+            channel,
+            number,
+        } = self;
         let pairs = [from, along, level, cross, trough, lean, river];
         for column in pairs.into_iter().flatten().chain([per_square, steepness, change, reach]) {
             column.clear();
