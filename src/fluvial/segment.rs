@@ -63,6 +63,10 @@ heap_bytes!(Segments: channels, all);
 /// would be land, and break the brook.
 const LEAN: f64 = 3.0;
 
+/// How much steeper a floor is than its own bed rises from there up, at least: where that goes up in a step, it would lie on
+/// the floor below. More than what the sides of steep beds are gentler across.
+const ABOVE_OWN: f64 = 1.5;
+
 /// The share that this slope has of the hillside's, at most: of steep brooks the whole side is as steep.
 const MOST_LEAN: f64 = 0.95;
 
@@ -267,12 +271,14 @@ pub fn segments_of(
     wanted: impl Fn([[f64; 2]; 2]) -> bool,
 ) -> impl Iterator<Item = Segment> {
     let end = move |knot: usize| {
-        let area = channel.knots[knot].area;
+        let Knot { area, level_m, .. } = channel.knots[knot];
         let steep = steepness(fields, channel, knot);
+        let trough = fields.trough(channel.id.0, area, level_m);
+        let upstream = steepest_upstream(fields, channel, knot, trough);
         End {
             cross: across(steep),
-            lean: (LEAN * steep.abs()).min(MOST_LEAN),
-            trough: fields.trough(channel.id.0, area, channel.knots[knot].level_m),
+            lean: (LEAN * steep.abs()).max(ABOVE_OWN * upstream).min(MOST_LEAN),
+            trough,
             river: fields.river_width_m(area) / 2.0 / fields.metres_a_grain(),
         }
     };
@@ -319,6 +325,19 @@ fn steepness(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
     let (above, below) = (&channel.knots[knot.max(1) - 1], &channel.knots[(knot + 1).min(channel.knots.len() - 1)]);
     let way_m = above.at.distance(below.at) * fields.metres_a_grain();
     (above.level_m - below.level_m) / (way_m * channel.hill_slope).max(1e-9)
+}
+
+/// How steep it is from a knot to those upstream within the width of its floor, at most, as a share of the hillside's slope.
+/// Trunks are never so much steeper further up that it matters.
+fn steepest_upstream(fields: &Fields, channel: &Channel, knot: usize, trough: f64) -> f64 {
+    if channel.id.0 == 0 {
+        return 0.0;
+    }
+    let Knot { at, level_m, .. } = channel.knots[knot];
+    let above = channel.knots[..knot].iter().rev().map(|above| (at.distance(above.at), above.level_m - level_m));
+    let within = above.take_while(|(way, _)| *way < trough);
+    let slopes = within.map(|(way, rise_m)| rise_m / (way * fields.metres_a_grain() * channel.hill_slope).max(1e-9));
+    slopes.fold(0.0, f64::max)
 }
 
 /// Lowers a bed, from its mouth up, to below the sides of other valleys: those of segments that are relative to an origin.

@@ -308,10 +308,17 @@ fn rivers_fall_and_end_in_what_they_say() {
 
 #[test]
 fn rivers_lie_on_the_ground() {
-    // Where beds of the same level, of lakes and of dry brooks beside them once left them up to 47 metres in the air.
+    // Where beds of the same level, of lakes and of dry brooks beside them once left them up to 47 metres in the air, and
+    // where a glacier's valley goes up in a step.
     let mut count = 0;
-    for (seed, x, y) in [(1732, 5, 5005), (90210, -608, -3020), (90210, -611, -3019), (5077, 60, -4321)] {
-        let (_, preset) = Preset::load("highlands").unwrap();
+    for (name, seed, x, y) in [
+        ("highlands", 1732, 5, 5005),
+        ("highlands", 90210, -608, -3020),
+        ("highlands", 90210, -611, -3019),
+        ("highlands", 5077, 60, -4321),
+        ("alps", 20301, 1004, -1),
+    ] {
+        let (_, preset) = Preset::load(name).unwrap();
         let world = World::new(preset, Some(seed)).unwrap();
         let area = TileId { x, y }.area(world.tile_cells());
         let land = world.relief().land(area, &Clock::default());

@@ -151,7 +151,7 @@ fn no_step_dams_a_river_that_comes_to_a_lake() {
     // A lake was once half a metre deep where a river came to it that was three.
     let (_, preset) = Preset::load("alps").unwrap();
     let world = World::new(preset, Some(1729)).unwrap();
-    let area = TileId { x: -2014, y: 15 }.area(world.tile_cells());
+    let area = TileId { x: -2015, y: 10 }.area(world.tile_cells());
     let land = land(&world, area);
     let kind = |x: i64, y: i64| land.water.as_ref().unwrap().kind.at(x, y);
     let inner = Area::new(area.x0 + 1, area.y0 + 1, area.width() - 2, area.height() - 2);

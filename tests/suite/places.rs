@@ -120,7 +120,7 @@ fn tiles_of_other_sizes_agree_where_they_overlap() {
             changed += usize::from(bare.at(x, y).to_bits() != tile.heights().at(x, y).to_bits());
         }
     }
-    assert!(changed > 100, "{changed} vertices are graded");
+    assert!(changed > 50, "{changed} vertices are graded");
 }
 
 #[test]
