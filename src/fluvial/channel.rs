@@ -2,11 +2,8 @@
 
 use super::point::Point;
 use super::trunk::NodeId;
-use crate::lines::LakeId;
+use crate::lines::{ChannelId, LakeId};
 use crate::memory::heap_bytes;
-
-/// The id of a channel: its level, and the cell of that level's lattice that holds its head.
-pub type ChannelId = (u32, i64, i64);
 
 /// A point of a channel's middle line.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -14,7 +14,7 @@
 
 use std::sync::Arc;
 
-use super::channel::{Channel, ChannelId};
+use super::channel::Channel;
 use super::chunk::ChunkId;
 use super::fields::Fields;
 use super::point::Point;
@@ -24,6 +24,7 @@ use super::tributary::Tributaries;
 use super::tributary_course;
 use super::trunk::Trunks;
 use super::trunk_course::{self, TrunkCourses};
+use crate::lines::ChannelId;
 use crate::memory::{Memory, Usage, heap_bytes};
 
 /// The channels of a world.

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Fluvial;
-use super::channel::{Channel, ChannelId, Mouth};
+use super::channel::{Channel, Mouth};
 use super::fields::{COAST_STEP, most_area};
 use super::lake::{Hollow, NO_LAKE};
 use super::point::{GRAINS, Point};
@@ -17,7 +17,7 @@ use super::trunk::neighbours;
 use super::valley;
 use super::water::river_depth_m;
 use crate::area::Area;
-use crate::lines::{self, Bed, LakeId, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
+use crate::lines::{self, Bed, ChannelId, LakeId, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
 use crate::memory::{Memory, Usage, heap_bytes};
 
 /// Grains from one point of a river to the next at most: the world bends what is straight between two knots.

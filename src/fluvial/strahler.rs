@@ -7,10 +7,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Fluvial;
-use super::channel::{Channel, ChannelId, Mouth};
+use super::channel::{Channel, Mouth};
 use super::point::Point;
 use super::trunk::{NodeId, neighbours};
 use crate::geometry::LineSegment;
+use crate::lines::ChannelId;
 use crate::memory::{Memory, Usage, heap_bytes};
 
 /// A tributary that holds water, where it joins a channel.

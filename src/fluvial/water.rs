@@ -68,7 +68,7 @@ pub struct FillWater<'a> {
     /// Height of the coast in metres, if it is anywhere.
     coast_m: Option<&'a [f32]>,
     /// The beds of the segments, in their order.
-    beds: Vec<Bed>,
+    beds: Vec<SegmentBed>,
     /// The numbers of the segments that hold water, each with the grains beyond which it has no bed.
     wet: Vec<(usize, f64)>,
     /// Half widths in metres of the bed of a brook: least and most.
@@ -77,7 +77,7 @@ pub struct FillWater<'a> {
 }
 
 /// The bed of a segment. Pairs are a value at its upper end, and how that changes to its lower end.
-struct Bed {
+struct SegmentBed {
     discharge_m3s: [f64; 2],
     half_m: [f32; 2],
     deepest_m: [f32; 2],
@@ -95,9 +95,9 @@ struct BedAt {
     deepest_m: f32,
 }
 
-impl Bed {
+impl SegmentBed {
     /// The bed of a segment, where that of no brook is wider.
-    fn new(fields: &Fields, segment: &Segment, brook_m: f32) -> Bed {
+    fn new(fields: &Fields, segment: &Segment, brook_m: f32) -> SegmentBed {
         let pair = |upper: f32, lower: f32| [upper, lower - upper];
         let [upper, lower] = [0.0, 1.0].map(|share| {
             let area = lerp(segment.area, share);
@@ -105,7 +105,7 @@ impl Bed {
             (half_m, river_depth_m(fields.discharge_m3s(area)))
         });
         let discharge_m3s = fields.discharge_m3s(segment.area[0]);
-        Bed {
+        SegmentBed {
             discharge_m3s: [discharge_m3s, fields.discharge_m3s(lerp(segment.area, 1.0)) - discharge_m3s],
             half_m: pair(upper.0, lower.0),
             deepest_m: pair(upper.1, lower.1),
@@ -154,10 +154,11 @@ impl<'a> FillWater<'a> {
     ) -> FillWater<'a> {
         let spacing_m = spacing_m as f32;
         let brook_m = [LEAST_HALF_WIDTH, MOST_HALF_WIDTH].map(|vertices| vertices as f32 * spacing_m);
-        let beds: Vec<Bed> = segments.all.iter().map(|segment| Bed::new(fields, segment, brook_m[1])).collect();
-        let is_wet = |bed: &Bed| fields.holds_water(lerp(bed.discharge_m3s, 1.0));
+        let beds: Vec<SegmentBed> =
+            segments.all.iter().map(|segment| SegmentBed::new(fields, segment, brook_m[1])).collect();
+        let is_wet = |bed: &SegmentBed| fields.holds_water(lerp(bed.discharge_m3s, 1.0));
         // A grain more is for what is rounded: this only says what to look at closely.
-        let reach = |bed: &Bed| {
+        let reach = |bed: &SegmentBed| {
             let half_m = bed.half_m[0] + bed.half_m[1];
             half_m.max(brook_m[1]) as f64 / fields.metres_a_grain() + 1.0
         };
