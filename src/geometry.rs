@@ -11,6 +11,12 @@ pub fn lerp([start, change]: [f64; 2], share: f64) -> f64 {
     start + change * share
 }
 
+/// From 0 to 1 as `t` is, without a corner at either end; half again as steep in its middle.
+pub fn smooth(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
 /// The straight line between two places.
 #[derive(Clone, Copy, Debug)]
 pub struct LineSegment {

@@ -141,6 +141,12 @@ register! {
     CoastSouth = 26 << 32, 1;
     /// Where woods stand, and how far rubble and wet ground reach.
     GroundCover = 27 << 32, 1;
+    /// Short bends of the shores of fluvial relief, east.
+    ShortCoastEast = 28 << 32, 1;
+    /// Short bends of the shores of fluvial relief, south.
+    ShortCoastSouth = 29 << 32, 1;
+    /// How far flood plains reach.
+    FloodPlain = 30 << 32, 1;
 }
 
 /// The number of a stream, or of a part of one.

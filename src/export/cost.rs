@@ -36,7 +36,9 @@ pub struct Forecast {
     pub time: Duration,
 }
 
-/// Raw bytes that one thread encodes a second, with the settings of the exports: the middle of what they reach.
+/// Raw bytes that one thread encodes a second, with the settings of the exports: the middle of what they reach. Of 151 million
+/// vertices of `thesis`, PNGs of heights were encoded at 470 million bytes a second, those of blend weights at 860 and OpenEXR at
+/// 1100, beside what bare heights take; pictures that must be shaded first are slower.
 const ENCODED_BYTES_A_SECOND: f64 = 600e6;
 
 // With the three numbers below, the bakes of `tests/suite/cost.rs` are told no less than they take, and no more than a

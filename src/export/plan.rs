@@ -36,11 +36,12 @@ const PROCESS_BYTES: u64 = 10 << 20;
 /// on more; rounded up.
 const THREAD_BYTES: u64 = 1 << 20;
 
-/// What files of features hold while they are written: pages of the database, and the features of a row of tiles.
+/// What files of features hold while they are written: pages of the database, and the features of a row of tiles. With these
+/// 4 MiB and those below, no bake of `tests/suite/cost.rs` takes more than it is told.
 const FEATURE_BYTES: u64 = 4 << 20;
 
 /// What a thread holds while it looks for features: the land around a lake; and where there is a sea, of a cell of the
-/// coast.
+/// coast. Chosen with [`FEATURE_BYTES`].
 const SEARCH_BYTES: [u64; 2] = [1 << 20, 20 << 20];
 
 /// Bytes of the manifest without its files: those of the built-in presets have 3 KiB, and recipes may be longer.

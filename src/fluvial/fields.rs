@@ -10,10 +10,13 @@ use crate::hash::{self, Stream};
 pub struct Fields {
     settings: FluvialSettings,
     metres_a_grain: f64,
+    /// Discharge in cubic metres a second from which on a channel holds water.
+    spring_m3s: f64,
     /// Grains between channels of the finest level.
     finest: i64,
     potential: PointNoise,
     uplift: PointNoise,
+    flood_plain: PointNoise,
     sea: Option<Sea>,
     base_m: f64,
 }
@@ -26,9 +29,22 @@ struct Sea {
     /// How far the potential is moved east and south, as shares of the most, so that shores are not smooth. What is
     /// moved has no hollow that it had not, as octaves of its own would have by the dozen: each would be a sea without a
     /// way out.
-    bends: [PointNoise; 2],
-    /// Grains by which it is moved at most.
-    most_bend: f64,
+    bends: [Bend; 2],
+}
+
+/// A displacement of the plane that does not fold it.
+#[derive(Debug)]
+struct Bend {
+    /// East and south, as shares of the most.
+    axes: [PointNoise; 2],
+    /// Grains by which a place is moved at most.
+    most: f64,
+}
+
+impl Bend {
+    fn bent(&self, at: Point) -> Point {
+        at.moved(self.axes.each_ref().map(|axis| self.most * axis.at(at)))
+    }
 }
 
 /// Vertices from one place to the next at which rasters know the lowstand's shore: the potential varies over kilometres,
@@ -42,6 +58,10 @@ const INTO_SEA: f64 = 6.0;
 /// Share of what the land's edge rises that a bed has at most, so that it lies in a valley. Chosen by eye.
 const COAST_INCISION: f64 = 0.7;
 
+/// What a spring has of the discharge at its channel's mouth, at most: with more it would be a stub beside the larger river.
+/// Chosen by eye; the stub would have the last quarter of the channel.
+const MOST_SPRING: f64 = 0.8;
+
 /// What half a valley's floor is less wide than, as a share of a trunk cell's side: two of them side by side leave room for
 /// a ridge.
 const WIDEST_TROUGH: f64 = 0.15;
@@ -53,6 +73,17 @@ const ICE_RISE_M: f64 = 300.0;
 /// distance of the finest that is, at most. Cirques are half a kilometre wide, as those of the Alps.
 const ICE_WIDTH: f64 = 0.12;
 const WIDEST_ICE: i64 = 6;
+
+/// Share of a floor that is flood plain, where terraces rise from it: on the mean, and how much more or less; and the
+/// wavelength of that, as a share of the distance between trunks. Chosen by eye.
+const FLOOD_PLAIN: (f64, f64) = (0.5, 1.2);
+const FLOOD_PLAIN_WAVE: f64 = 0.2;
+
+/// Depths of its river that a terrace is high. Chosen by eye.
+const RISER_DEPTHS: f64 = 2.0;
+
+/// No river is deeper, in metres: about as deep as the lower Amazon.
+pub const DEEPEST_RIVER_M: f32 = 40.0;
 
 /// The least slope across a channel, as a share of the hillside's: where its bed is as steep as that too.
 const LEAST_CROSS: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -75,7 +106,7 @@ pub fn across(bed: f64) -> f64 {
 
 /// What is left open of the depth of drowned valleys, from one level to the next as a share: so much that coasts are as
 /// winding as real ones, of which 2 km are 1.2 to 1.5 times their chord.
-const LEFT_OPEN: f64 = 0.12;
+const LEFT_OPEN: f64 = 0.25;
 
 /// Metres above the sea that lakes lie at least: more than what a lake's shores rise above the valley that goes on from
 /// it. Chosen by eye.
@@ -84,6 +115,7 @@ const LEAST_LAKE_M: f64 = 1.0;
 /// Wavelength of the bends of shores, as a share of the basins'; their octaves; and how far they go at most, as a share of
 /// their own wavelength: further, and more than a few places would fold.
 const BEND_WAVE: f64 = 0.5;
+const SHORT_BEND_WAVE: f64 = 0.125;
 const BEND_OCTAVES: u32 = 2;
 const MOST_BEND: f64 = 0.4;
 
@@ -108,24 +140,37 @@ impl Fields {
         };
         let mask = &settings.uplift.mask;
         let octaves = if sea_level_m.is_some() { settings.coast.octaves } else { 2 };
-        Fields {
+        let mut fields = Fields {
             settings: settings.clone(),
+            spring_m3s: settings.spring_m3s,
             metres_a_grain,
             finest: finest_vertices as i64 * GRAINS,
             potential: noise(basin_m, octaves, Stream::Potential),
             uplift: noise(mask.wavelength_m, mask.octaves, Stream::Uplift),
+            flood_plain: noise(FLOOD_PLAIN_WAVE * settings.trunk_m, 2, Stream::FloodPlain),
             sea: sea_level_m.map(|level_m| Sea {
                 level_m,
                 metres_a_unit: basin_m / 2.0,
-                bends: [Stream::CoastEast, Stream::CoastSouth]
-                    .map(|stream| noise(BEND_WAVE * basin_m, BEND_OCTAVES, stream)),
-                most_bend: MOST_BEND * BEND_WAVE * basin_m / metres_a_grain,
+                // The short ones first: what is bent twice is folded no more than either folds.
+                bends: [
+                    (SHORT_BEND_WAVE, [Stream::ShortCoastEast, Stream::ShortCoastSouth]),
+                    (BEND_WAVE, [Stream::CoastEast, Stream::CoastSouth]),
+                ]
+                .map(|(share, streams)| Bend {
+                    axes: streams.map(|stream| noise(share * basin_m, BEND_OCTAVES, stream)),
+                    most: MOST_BEND * share * basin_m / metres_a_grain,
+                }),
             }),
             base_m: match sea_level_m {
                 Some(level_m) => level_m + settings.base_m.max(LEAST_LAKE_M),
                 None => settings.base_m,
             },
-        }
+        };
+        // Of a level whose channels would hold some on their very last stretch alone, none does.
+        let mouths_m3s = (1..=settings.levels).map(|level| fields.discharge_m3s(most_area(level)));
+        let mut scarce = mouths_m3s.filter(|mouth| (MOST_SPRING * mouth..=*mouth).contains(&settings.spring_m3s));
+        fields.spring_m3s = scarce.next().map_or(settings.spring_m3s, f64::next_up);
+        fields
     }
 
     /// The recipe.
@@ -156,7 +201,7 @@ impl Fields {
     /// Water flows from high potential to low, -1 to 1.
     pub fn potential(&self, at: Point) -> f64 {
         match &self.sea {
-            Some(sea) => self.potential.at(at.moved(sea.bends.each_ref().map(|bend| sea.most_bend * bend.at(at)))),
+            Some(sea) => self.potential.at(sea.bends.iter().fold(at, |at, bend| bend.bent(at))),
             None => self.potential.at(at),
         }
     }
@@ -271,6 +316,16 @@ impl Fields {
         WIDEST_TROUGH * self.side(0) as f64
     }
 
+    /// Share of the level part of a floor that is flood plain at a point, and height in metres of the terraces above it, by the
+    /// area that drains there.
+    pub fn terrace(&self, at: Point, area: f64) -> (f64, f64) {
+        if self.settings.terraces == 0 {
+            return (1.0, 0.0);
+        }
+        let share = (FLOOD_PLAIN.0 + FLOOD_PLAIN.1 * self.flood_plain.at(at)).clamp(0.0, 1.0);
+        (share, RISER_DEPTHS * river_depth_m(self.discharge_m3s(area)) as f64)
+    }
+
     /// Discharge in cubic metres a second, by area: what runs off it in a year.
     pub fn discharge_m3s(&self, area: f64) -> f64 {
         const SECONDS_A_YEAR: f64 = 31_556_952.0;
@@ -285,7 +340,7 @@ impl Fields {
 
     /// Whether a channel of that discharge in cubic metres a second holds water.
     pub fn holds_water(&self, discharge_m3s: f64) -> bool {
-        discharge_m3s >= self.settings.spring_m3s
+        discharge_m3s >= self.spring_m3s
     }
 
     /// Width of a river in metres, by area.
@@ -294,6 +349,11 @@ impl Fields {
     /// discharge).
     pub fn river_width_m(&self, area: f64) -> f64 {
         self.settings.river_width_m * self.discharge_m3s(area).sqrt()
+    }
+
+    /// Discharge in cubic metres a second from which on a channel holds water.
+    pub fn spring_m3s(&self) -> f64 {
+        self.spring_m3s
     }
 
     /// Half width of the largest lakes in grains.
@@ -428,6 +488,15 @@ impl Fields {
     }
 }
 
+/// Depth of a river in metres, by its discharge: the 3/8 th power, which is all square roots.
+///
+/// Based on: L. B. Leopold, T. Maddock, The hydraulic geometry of stream channels, 1953, where depth goes with about
+/// the 0.4 th power of discharge.
+pub(super) fn river_depth_m(discharge_m3s: f64) -> f32 {
+    let fourth = discharge_m3s.sqrt().sqrt();
+    ((0.35 * fourth * fourth.sqrt()) as f32).min(DEEPEST_RIVER_M)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -460,6 +529,19 @@ mod tests {
         closed
     }
 
+    #[test]
+    fn no_level_holds_water_on_its_last_stretch_alone() {
+        let (_, preset) = Preset::load("alps").unwrap();
+        let mut settings = preset.fluvial.unwrap();
+        let mut wet = |spring_m3s: f64| {
+            settings.spring_m3s = spring_m3s;
+            Fields::new(&settings, preset.spacing_m, None, 1).is_wet(most_area(3))
+        };
+        let mouth_m3s = 15_360.0f64.powi(2) * 0.8 / 31_556_952.0 / 64.0;
+        let shares = [0.5, 0.79, 0.81, 0.99, 1.01];
+        assert_eq!(shares.map(|share| wet(share * mouth_m3s)), [true, true, false, false, false]);
+    }
+
     /// What is bent has no hollows that it had not: more octaves instead would leave small seas by the dozen.
     #[test]
     fn bent_shores_cut_off_hardly_any_small_sea() {
@@ -471,7 +553,7 @@ mod tests {
             (1..=2).flat_map(of).filter(|size| *size < 61).count()
         };
         let [few, many] = [2, 4].map(&mut small);
-        assert!(few <= 6, "{few} seas of less than a square kilometre in 128 times 8 x 8 tiles");
+        assert!(few <= 12, "{few} seas of less than a square kilometre in 128 times 8 x 8 tiles");
         assert!(many > 10 * few, "{many} with four octaves, {few} with two");
     }
 }

@@ -9,6 +9,7 @@ use super::fields::Fields;
 use super::point::{Point, chance};
 use super::segment::rise;
 use super::trunk::NodeId;
+use crate::geometry::smooth;
 use crate::hash::Draw;
 use crate::lines::LakeId;
 
@@ -248,10 +249,4 @@ pub fn fill(knots: &mut [Knot]) {
 /// Height to which the mouth of a valley of a level is filled that ends in a lake of a larger one, at a floor so high.
 pub fn filled_m(lake: LakeId, pool_m: f64, floor_m: f64, level: u32) -> f64 {
     pool_m - (pool_m - floor_m) * LEFT_OPEN.powi((level - lake.0.0) as i32)
-}
-
-/// From 0 to 1 without a corner.
-fn smooth(t: f64) -> f64 {
-    let t = t.clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }

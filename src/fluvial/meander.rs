@@ -8,31 +8,35 @@
 
 use std::f64::consts::TAU;
 
+use super::point::GRAINS;
 use crate::geometry::length;
 
-/// Widths of a river from one meander to the next.
+/// Widths of a river from one meander to the next, at least.
 ///
-/// Based on: L. B. Leopold, M. G. Wolman, River meanders, 1960.
-pub const WAVE_WIDTHS: f64 = 11.0;
+/// Half as many again as those of L. B. Leopold, M. G. Wolman, River meanders, 1960: so bends stay rounder than two widths
+/// where the warp tightens them, and where a long river is still narrower than it is on the whole.
+pub const WAVE_WIDTHS: f64 = 18.0;
 
-/// How far a river turns from its course at most, in radians: with waves of 11 widths a bend has a radius of 2.2
-/// widths, and natural ones seldom have less than 2.
-pub const MOST_TURN: f64 = 1.1;
+/// How far a river turns from its course at most, in radians: on a wide floor, where it is 1.3 times as long as its course,
+/// and in a valley without one.
+pub const MOST_TURN: f64 = 1.0;
+pub const CONFINED_TURN: f64 = 0.8;
 
-/// How far a line turns, in radians, from one of its knots to the next about: of a river whose width shows, where more
-/// would be a corner, and of a narrow one.
-pub const WIDE_TURN: f64 = 0.12;
-pub const NARROW_TURN: f64 = 0.25;
+/// How far a line turns, in radians, from one of its knots to the next about: of a river a vertex wide, and less with the
+/// root of the width, so that the chord of a bend of two widths is off it by a thirtieth of a vertex; but least and most.
+const KNOT_TURN: f64 = 0.35;
+const KNOT_TURNS: [f64; 2] = [0.12, 0.2];
 
 /// How far a line turns at most, in radians, from half its width before a place to half its width after it, and how many
-/// times what turns more is smoothed: natural bends, of two widths and more, turn by a quarter.
-const SHARPEST: f64 = 0.4;
+/// times what turns more is smoothed, in so many passes each: a bend of 2.3 widths turns by as much.
+const SHARPEST: f64 = 0.22;
 const FAIR_ROUNDS: u32 = 48;
+const FAIR_PASSES: u32 = 4;
 
 /// Places a meander and a straight segment of a course that are looked at for how far the line turns.
-const LOOKS_A_WAVE: f64 = 32.0;
+const LOOKS_A_WAVE: f64 = 64.0;
 const LOOKS: f64 = 8.0;
-const MOST_LOOKS: f64 = 96.0;
+const MOST_LOOKS: f64 = 384.0;
 
 /// The meanders at a place of a course.
 #[derive(Clone, Copy, Debug)]
@@ -72,11 +76,11 @@ impl Meander {
 }
 
 /// Bessel functions of a turn: the zeroth, twice the first, and the second, which are how far a sine-generated curve
-/// comes along, to the side, and ahead and behind. Their power series, exact to a thousandth up to 1.3.
+/// comes along, to the side, and ahead and behind. Their power series, exact to a thousandth up to [`MOST_TURN`].
 fn series(turn: f64) -> [f64; 3] {
     let square = turn * turn;
     let along = 1.0 - square / 4.0 * (1.0 - square / 16.0 * (1.0 - square / 36.0));
-    let side = turn * (1.0 - square / 8.0 * (1.0 - square / 24.0));
+    let side = turn * (1.0 - square / 8.0 * (1.0 - square / 24.0 * (1.0 - square / 48.0)));
     let sway = square / 8.0 * (1.0 - square / 12.0 * (1.0 - square / 32.0));
     [along, side, sway]
 }
@@ -93,15 +97,9 @@ pub struct LinePlace {
 }
 
 /// The line of a river of some width that meanders along a course: through its places, if it does not meander there,
-/// smoothly, and with more places in between where it has turned by `knot_turn`, in radians. At both ends it stays where
+/// smoothly, and with more places in between where it has turned enough for a corner to show. At both ends it stays where
 /// the course is, and has that direction if there is one.
-pub fn line(
-    course: &[[f64; 2]],
-    ends: [Option<[f64; 2]>; 2],
-    meanders: &[Meander],
-    width: f64,
-    knot_turn: f64,
-) -> Vec<LinePlace> {
+pub fn line(course: &[[f64; 2]], ends: [Option<[f64; 2]>; 2], meanders: &[Meander], width: f64) -> Vec<LinePlace> {
     let last = course.len() - 1;
     let tangents = tangents(course, ends);
     let mut places = Vec::new();
@@ -125,7 +123,13 @@ pub fn line(
     places[0].at = course[0];
     places.push(LinePlace { segment: last - 1, share: 1.0, at: course[last] });
     fair(&mut places, width);
-    thinned(&places, knot_turn)
+    thinned(&places, knot_turn(width))
+}
+
+/// How far a line of that width in grains turns, in radians, from one of its knots to the next.
+fn knot_turn(width: f64) -> f64 {
+    let [least, most] = KNOT_TURNS;
+    (KNOT_TURN / (width / GRAINS as f64).sqrt()).clamp(least, most)
 }
 
 /// Rounds off where a line turns more sharply than rivers of that width do: where its course bends towards the side to
@@ -152,13 +156,15 @@ fn fair(places: &mut [LinePlace], width: f64) {
         if !is_sharp.contains(&true) {
             return;
         }
-        let mut before = places[0].at;
-        for index in 1..last {
-            let (here, after) = (places[index].at, places[index + 1].at);
-            if is_sharp[index] {
-                places[index].at = [0, 1].map(|axis| 0.25 * (before[axis] + 2.0 * here[axis] + after[axis]));
+        for _ in 0..FAIR_PASSES {
+            let mut before = places[0].at;
+            for index in 1..last {
+                let (here, after) = (places[index].at, places[index + 1].at);
+                if is_sharp[index] {
+                    places[index].at = [0, 1].map(|axis| 0.25 * (before[axis] + 2.0 * here[axis] + after[axis]));
+                }
+                before = here;
             }
-            before = here;
         }
     }
 }
@@ -240,7 +246,7 @@ mod tests {
             let grown = (step.min(16 - step) as f64 / 4.0).min(1.0);
             Meander { phase: step as f64 * 0.5, turn: turn * grown, wave: 2000.0 }
         };
-        line(&course, [None; 2], &(0..=16).map(meander).collect::<Vec<_>>(), WIDTH, WIDE_TURN)
+        line(&course, [None; 2], &(0..=16).map(meander).collect::<Vec<_>>(), WIDTH)
     }
 
     #[test]
@@ -255,7 +261,11 @@ mod tests {
         let widest = places.iter().map(|place| place.at[1].abs()).fold(0.0, f64::max);
         let swing = Meander::swing(2000.0, MOST_TURN);
         assert!((widest / swing - 1.0).abs() < 0.02, "{widest} for {swing}");
-        assert!(2.0 * WIDTH < swing && swing < 3.0 * WIDTH);
+        assert!(2.0 * WIDTH < swing && swing < 3.5 * WIDTH);
+        // It is 1.3 times as long as its course where it swings most.
+        let middle: Vec<[f64; 2]> = places.iter().filter(|p| (4..12).contains(&p.segment)).map(|p| p.at).collect();
+        let long: f64 = middle.windows(2).map(|pair| length(way(pair[0], pair[1]))).sum();
+        assert!((1.25..1.35).contains(&(long / 8000.0)), "{long} for 8000");
     }
 
     #[test]
@@ -277,7 +287,7 @@ mod tests {
                 wave: WAVE_WIDTHS * WIDTH,
             };
             let meanders: Vec<Meander> = (0..=32).map(meander).collect();
-            let places = line(&course, [Some(way(0)), Some(way(31))], &meanders, WIDTH, WIDE_TURN);
+            let places = line(&course, [Some(way(0)), Some(way(31))], &meanders, WIDTH);
             // As sharp as it is from half a width before a place to half a width after it.
             for (index, place) in places.iter().enumerate() {
                 let off = |other: &&LinePlace| length(super::way(place.at, other.at)) > 0.5 * WIDTH;

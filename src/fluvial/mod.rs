@@ -61,7 +61,7 @@ use crate::land::Land;
 use crate::memory::Usage;
 use crate::names::Names;
 use crate::simd::dispatch;
-use fields::Fields;
+use fields::{DEEPEST_RIVER_M, Fields};
 use gullies::Gullies;
 use lift::Lift;
 use network::Network;
@@ -71,7 +71,7 @@ use segment::Segments;
 use settings::FluvialSettings;
 use valley::{FillValleys, Valleys};
 use warp::{Displaced, Warp};
-use water::{DEEPEST_RIVER_M, FillWater, LAKE_DEPTH};
+use water::{FillWater, LAKE_DEPTH};
 
 /// A world's relief, made by water.
 #[derive(Debug)]

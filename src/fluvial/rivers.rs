@@ -9,13 +9,12 @@ use std::sync::Arc;
 
 use super::Fluvial;
 use super::channel::{Channel, Mouth};
-use super::fields::{COAST_STEP, most_area};
+use super::fields::{COAST_STEP, most_area, river_depth_m};
 use super::lake::{Hollow, NO_LAKE};
 use super::point::{GRAINS, Point};
 use super::strahler::{Strahler, locate};
 use super::trunk::neighbours;
 use super::valley;
-use super::water::river_depth_m;
 use crate::area::Area;
 use crate::lines::{self, Bed, ChannelId, LakeId, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
 use crate::memory::{Memory, Usage, heap_bytes};

@@ -48,6 +48,12 @@ pub struct Segment {
     pub lean: [f64; 2],
     /// Half widths of the river, in grains.
     pub river: [f64; 2],
+    /// The number of the terraces of its floor.
+    pub terraces: u32,
+    /// Half widths of the flood plain below them, in grains.
+    pub flood_plain: [f64; 2],
+    /// Grains that the side rises from one terrace to the next, at most.
+    pub riser: [f64; 2],
     /// Height in metres of the lake that stands over what lies lower in its valley.
     pub pool_m: f64,
     /// Grains by which its side matters further for being the floor of a lake.
@@ -90,9 +96,14 @@ const OWN_SIDES: f64 = 1.0;
 /// Grains that the side of a valley whose slope is 1 rises within so many grains of its river's middle: by the half width of
 /// the river, and that of the floor and how this leans.
 pub fn rise(grains: f64, shore: f64, trough: f64, lean: f64) -> f64 {
+    rise_over(grains, shore, trough, lean, 0.0)
+}
+
+/// The same where terraces have risen by so many grains.
+fn rise_over(grains: f64, shore: f64, trough: f64, lean: f64, terraces: f64) -> f64 {
     let round = (1.0 - LEVEL) * trough;
     let beyond = (grains - shore.max(LEVEL * trough)).max(0.0);
-    let risen = (beyond * beyond + round * round).sqrt() - round;
+    let risen = (beyond * beyond + round * round).sqrt() - round + terraces;
     risen + lean * ((grains - shore).max(0.0) - risen)
 }
 
@@ -225,8 +236,21 @@ impl Segment {
         self.side_at_m(t, square, slope)
     }
 
+    /// Grains that its terraces have risen so far from a place of it: from the flood plain to the foot of the side they are
+    /// equally far apart, and their risers as steep as the side. Where they have no room they are less high.
+    fn terraces_risen(&self, t: f64, grains: f64) -> f64 {
+        if self.terraces == 0 {
+            return 0.0;
+        }
+        let flood_plain = lerp(self.flood_plain, t).max(lerp(self.river, t));
+        let tread = (LEVEL * lerp(self.trough, t) - flood_plain).max(0.0) / f64::from(self.terraces);
+        let riser = lerp(self.riser, t).min(tread);
+        (0..self.terraces).map(|step| (grains - flood_plain - tread * f64::from(step)).clamp(0.0, riser)).sum()
+    }
+
     fn side_at_m(&self, t: f64, square: f64, slope: f64) -> f64 {
-        let risen = rise(square.sqrt(), lerp(self.river, t), lerp(self.trough, t), lerp(self.lean, t));
+        let (grains, shore, trough) = (square.sqrt(), lerp(self.river, t), lerp(self.trough, t));
+        let risen = rise_over(grains, shore, trough, lerp(self.lean, t), self.terraces_risen(t, grains));
         lerp(self.level_m, t) + slope * lerp(self.cross, t) * risen
     }
 }
@@ -260,6 +284,8 @@ struct End {
     lean: f64,
     trough: f64,
     river: f64,
+    flood_plain: f64,
+    riser: f64,
 }
 
 /// The segments of a channel that has that number, but for those without a length, of those whose ends are wanted.
@@ -271,15 +297,21 @@ pub fn segments_of(
     wanted: impl Fn([[f64; 2]; 2]) -> bool,
 ) -> impl Iterator<Item = Segment> {
     let end = move |knot: usize| {
-        let Knot { area, level_m, .. } = channel.knots[knot];
+        let Knot { at, area, level_m, .. } = channel.knots[knot];
         let steep = steepness(fields, channel, knot);
         let trough = fields.trough(channel.id.0, area, level_m);
         let upstream = steepest_upstream(fields, channel, knot, trough);
+        let (share, riser_m) = fields.terrace(at, area);
+        // A lake has drowned them.
+        let is_lake = channel.knots[knot.max(1) - 1..=knot].iter().any(|knot| knot.pool_m > f64::NEG_INFINITY);
+        let riser_m = if is_lake { 0.0 } else { riser_m };
         End {
             cross: across(steep),
             lean: (LEAN * steep.abs()).max(ABOVE_OWN * upstream).min(MOST_LEAN),
             trough,
             river: fields.river_width_m(area) / 2.0 / fields.metres_a_grain(),
+            flood_plain: share * LEVEL * trough,
+            riser: riser_m / (channel.hill_slope * fields.metres_a_grain()),
         }
     };
     let mut before = channel.knots[0].at.from(origin);
@@ -311,6 +343,9 @@ pub fn segments_of(
             trough: values(upper.trough, lower.trough),
             lean: values(upper.lean, lower.lean),
             river: values(upper.river, lower.river),
+            terraces: fields.settings().terraces,
+            flood_plain: values(upper.flood_plain, lower.flood_plain),
+            riser: values(upper.riser, lower.riser),
             pool_m: pair[0].pool_m,
             sunk: (sunk_m / (channel.hill_slope * fields.metres_a_grain())).clamp(0.0, fields.lake_half_width()),
         };
@@ -444,6 +479,49 @@ mod tests {
             let side_m = segments[0].side_m(knot.at.from(origin), slope);
             assert!(knot.level_m < side_m, "{knot:?}, but the side is at {side_m}");
         }
+    }
+
+    #[test]
+    fn a_floor_goes_up_to_its_side_in_terraces() {
+        let (_, preset) = Preset::load("plains").unwrap();
+        let mut settings = preset.fluvial.unwrap();
+        let slope = 0.04;
+        let mut segment = |terraces: u32| {
+            settings.terraces = terraces;
+            let fields = Fields::new(&settings, preset.spacing_m, None, 4);
+            let knot = |x: i64, level_m: f64| Knot {
+                at: Point::at_vertex(x, 0),
+                level_m,
+                area: 8.0,
+                pool_m: f64::NEG_INFINITY,
+            };
+            let river = Channel::new((0, 0, 0), vec![knot(0, 100.0), knot(50, 99.9)], Mouth::Sea, slope);
+            segments_of(&fields, &river, 0, Point::at_vertex(0, 0), |_| true).next().unwrap()
+        };
+        let (bare, mut stepped) = (segment(0), segment(2));
+        assert!(stepped.riser[0] > 0.0, "{:?}", stepped.riser);
+        // Half of the floor is flood plain.
+        stepped.flood_plain = [0.5 * LEVEL * stepped.trough[0], 0.0];
+        let side_slope = slope / GRAINS as f64 * preset.spacing_m;
+        let side_m = |segment: &Segment, grains: f64| segment.side_m([0.0, grains], side_slope);
+        let (floor, vertex) = (LEVEL * stepped.trough[0], GRAINS as f64);
+        let mut risers = 0;
+        let mut was_riser = false;
+        for step in 0..(1.5 * floor / vertex) as u32 {
+            let (here, next) = (f64::from(step) * vertex, f64::from(step + 1) * vertex);
+            let rise_m = side_m(&stepped, next) - side_m(&stepped, here);
+            // It rises all the way, nowhere more steeply than sides do, and is nowhere lower than without terraces.
+            assert!(rise_m >= 0.0 && rise_m <= side_slope * vertex * 1.0001, "{rise_m} m at vertex {step}");
+            assert!(side_m(&stepped, here) >= side_m(&bare, here));
+            let is_riser = rise_m > 0.5 * side_slope * vertex && next < floor;
+            risers += u32::from(is_riser && !was_riser);
+            was_riser = is_riser;
+        }
+        assert_eq!(risers, 2);
+        // The flood plain is as it was, and at the foot of the side both have risen as far as twice the river's depth.
+        assert_eq!(side_m(&stepped, 0.4 * floor), side_m(&bare, 0.4 * floor));
+        let risen_m = side_m(&stepped, floor) - side_m(&bare, floor);
+        assert!((2.0..10.0).contains(&risen_m), "{risen_m} m");
     }
 
     #[test]

@@ -44,6 +44,10 @@ pub struct FluvialSettings {
     /// Default: 0.03.
     #[schemars(range(min = 0, max = 0.2))]
     pub valley: f64,
+    /// Terraces in which a floor goes up from its flood plain to its sides, each twice as high as its river is deep where there
+    /// is room for them, 0 to 3. Default: 0.
+    #[schemars(range(min = 0, max = 3))]
+    pub terraces: u32,
     /// Height in metres from which on glaciers have shaped the valleys of tributaries: floors are wide and go up in steps,
     /// heads are cirques, and side valleys hang; 0 to 10,000, above the sea level or above 0. Default: none.
     #[schemars(range(min = 0, max = 10_000))]
@@ -73,7 +77,8 @@ pub struct FluvialSettings {
     /// Default: 5.
     #[schemars(range(min = 0.1, max = 100))]
     pub river_width_m: f64,
-    /// Discharge in cubic metres a second from which on a channel holds water all year, 0 to 1,000,000. Default: 0.05.
+    /// Discharge in cubic metres a second from which on a channel holds water all year, 0 to 1,000,000; a level of tributaries
+    /// that would hold some on the last quarter of its channels alone holds none. Default: 0.05.
     #[schemars(range(min = 0, max = 1e6))]
     pub spring_m3s: f64,
     /// Share of the trunks, and of the tributaries that hold water, which have a lake on their way where there is room for
@@ -99,6 +104,7 @@ impl Default for FluvialSettings {
             hill_slope: [0.2, 0.8],
             uplift: Uplift::default(),
             valley: 0.03,
+            terraces: 0,
             ice_m: None,
             crest_m: 20.0,
             bend: 0.9,

@@ -109,7 +109,7 @@ impl Survey for Fluvial {
         let fields = self.fields();
         // All that the warp may bring here, and a vertex more for what is rounded on the way.
         let rectangle = self.warp.input(area.padded(1), 1);
-        let spring_m3s = fields.settings().spring_m3s;
+        let spring_m3s = fields.spring_m3s();
         let levels = (0..fields.levels()).take_while(|level| self.has_rivers(*level)).count() as u32;
         let origin = Point::at_vertex(area.x0, area.y0);
         let pieces = self.network().segments(levels, rectangle, origin, Reach::even(0.0));

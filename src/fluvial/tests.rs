@@ -35,7 +35,11 @@ struct Known {
 }
 
 fn known(fluvial: &Fluvial) -> Known {
-    let wide = valley::input(AREA.padded(WIDE));
+    known_around(fluvial, AREA)
+}
+
+fn known_around(fluvial: &Fluvial, area: Area) -> Known {
+    let wide = valley::input(area.padded(WIDE));
     let segments = fluvial.segments(wide, 1);
     let nodes = fluvial.warp.fill(wide, 1);
     let slope = fluvial.slopes(wide, 1);
@@ -380,4 +384,59 @@ fn dry_brooks_leave_no_beds_on_the_floors_of_larger_valleys() {
     }
     // Some are cut into the side of another valley there.
     assert!(on_floors > 20 && beds * 10 < on_floors, "{beds} of {on_floors} knots on floors lie in beds");
+}
+
+#[test]
+fn trunks_on_wide_floors_meander() {
+    let fluvial = relief("plains");
+    let side = fluvial.fields.side(0);
+    let corner = |x: i64, y: i64| Point { x: x * side, y: y * side };
+    // Windows of four meanders, and how much longer than straight the river is from one end to the other.
+    let mut longer = Vec::new();
+    fluvial.network.channels(0, [corner(-4, -4), corner(4, 4)], |trunk| {
+        let window = 4.0 * 18.0 * 7.0 * GRAINS as f64;
+        let (mut from, mut way) = (trunk.knots[0].at, 0.0);
+        for pair in trunk.knots.windows(2) {
+            way += pair[0].at.distance(pair[1].at);
+            if way > window {
+                longer.push(way / from.distance(pair[1].at));
+                (from, way) = (pair[1].at, 0.0);
+            }
+        }
+    });
+    longer.sort_by(f64::total_cmp);
+    let median = longer[longer.len() / 2];
+    assert!(longer.len() > 50 && (1.1..2.0).contains(&median), "{median} in {} windows", longer.len());
+}
+
+#[test]
+fn vertices_lie_on_the_terraces_of_their_valleys() {
+    let fluvial = relief("plains");
+    // Beside a river on a wide floor.
+    let side = fluvial.fields.side(0);
+    let mut rivers = Vec::new();
+    fluvial.network.channels(0, [Point { x: -2 * side, y: -2 * side }, Point { x: 2 * side, y: 2 * side }], |trunk| {
+        rivers.push(trunk.knots[trunk.knots.len() / 2]);
+    });
+    let widest = rivers.iter().max_by(|a, b| a.area.total_cmp(&b.area)).unwrap();
+    let corner = fluvial.in_world(widest.at).moved([-(80 * GRAINS) as f64; 2]);
+    let known = known_around(&fluvial, Area::new(corner.x / GRAINS, corner.y / GRAINS, 160, 160));
+    let (metres, mut on_terraces) = (fluvial.fields.metres_a_grain(), 0);
+    for (index, (x, y)) in known.nodes.area.vertices().enumerate() {
+        // Crests are rounded.
+        if known.valleys.crest_m[index] < fluvial.fields.settings().crest_m as f32 {
+            continue;
+        }
+        let segment = &known.segments.all[known.valleys.segment[index] as usize];
+        let vertex = Point::at_vertex(x, y).from(known.segments.origin);
+        let at = [0, 1].map(|axis| vertex[axis] + known.nodes.metres[axis][index] as f64 / metres);
+        let slope = known.slope[index] as f64 * metres;
+        let mut bare = segment.clone();
+        bare.terraces = 0;
+        on_terraces += usize::from(segment.side_m(at, slope) > bare.side_m(at, slope) + 0.5);
+        // But for the little that all floors lean.
+        let off_m = known.valleys.height_m[index] as f64 - segment.side_m(at, slope);
+        assert!((-0.02..0.2).contains(&off_m), "{off_m} m at {x}, {y}");
+    }
+    assert!(on_terraces > 100, "{on_terraces} vertices");
 }

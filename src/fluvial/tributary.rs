@@ -36,6 +36,9 @@ const PLACES: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.75];
 /// Metres by which a bed lies below the sides of larger valleys at least: so much is lost where these are rasters.
 const CUT_M: f64 = 0.05;
 
+/// Metres above the side of another valley from which on a bed counts as hanging in the air: more than what rasters lose.
+const HANGS_M: f64 = 1.0;
+
 /// How steep the parts of a glacier's valley are beside the law of rivers, from its mouth up: it hangs over the larger valley,
 /// which the larger glacier has cut deeper, and goes up in steps to the floor of its cirque. Together they rise as much.
 const STAIRS: [f64; 4] = [1.5, 0.7, 1.5, 0.3];
@@ -111,10 +114,11 @@ impl Tributaries {
             let segments: Vec<&Segment> = around.iter().filter(is_near).flat_map(|(_, segments)| segments).collect();
             let mut channel = own.as_ref().clone();
             cut_into(&self.fields, &mut channel.knots, channel.hill_slope, &segments, origin);
+            leave_to_captors(&self.fields, &mut channel, &segments, origin);
             if channel.lake.is_none() && channel.mouth != Mouth::Sea {
                 self.dig_lake(&mut channel, &surroundings, &segments);
             }
-            Arc::new(channel)
+            Arc::new(channel.bounded())
         };
         self.free(id, above).iter().map(settle).collect()
     }
@@ -168,6 +172,9 @@ impl Tributaries {
         }
         let mut channel = Channel::new((level, id.0, id.1), knots, mouth, fields.hill_slope(uplift));
         channel.lake = lake.map(|(_, id)| id);
+        if fields.is_wet(most_area(level)) {
+            leave_to_captors(fields, &mut channel, &near, origin);
+        }
         channel
     }
 
@@ -339,6 +346,20 @@ impl Tributaries {
         }
         knots
     }
+}
+
+/// Lets a tributary begin below all places where its bed hangs in the air, given the segments of other valleys near it: these
+/// are so much lower there that they have captured what comes from above.
+fn leave_to_captors(fields: &Fields, channel: &mut Channel, others: &[&Segment], origin: Point) {
+    let hangs = |knot: &Knot| {
+        let at = knot.at.from(origin);
+        let gentlest = fields.hill_slope(fields.uplift(knot.at)).min(channel.hill_slope);
+        let hillside = gentlest * fields.metres_a_grain();
+        others.iter().any(|segment| segment.side_below_m(at, hillside, knot.level_m - HANGS_M).is_some())
+    };
+    let captured = channel.knots.iter().rposition(hangs).map_or(0, |last| last + 1);
+    // A channel has two knots at least, and the lower is where it meets another.
+    channel.knots.drain(..captured.min(channel.knots.len() - 2));
 }
 
 /// How the sides of a bed rise, at least: so many metres a grain, beside a floor that is rounded so far.

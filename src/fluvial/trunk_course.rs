@@ -10,13 +10,13 @@ use std::sync::Arc;
 use super::channel::{Channel, Knot};
 use super::fields::Fields;
 use super::lake::{self, Hollow};
-use super::meander::{self, LinePlace, MOST_TURN, Meander, NARROW_TURN, WAVE_WIDTHS, WIDE_TURN};
+use super::meander::{self, CONFINED_TURN, LinePlace, MOST_TURN, Meander, WAVE_WIDTHS};
 use super::point::{GRAINS, Point, chance};
-use super::segment::{Segment, cut_into, segments_of};
+use super::segment::{LEVEL, Segment, cut_into, segments_of};
 use super::trunk::{LEAST_SLOPE, NodeId, Trunks, neighbours};
 use super::trunk_curve::{bend_share, curve, directions, too_close};
 use super::wander;
-use crate::geometry::{LineSegment, lerp, lines};
+use crate::geometry::{LineSegment, lerp, lines, smooth};
 use crate::hash::{self, Draw};
 use crate::lines::LakeId;
 use crate::memory::{Memory, Usage};
@@ -36,20 +36,18 @@ const STRAIGHT: f64 = 0.2;
 /// Slope from which on a river does not meander. Chosen by eye.
 const STEEPEST_MEANDER: f64 = 0.008;
 
-/// Straight segments of a course that a meander is as long as at least: shorter ones are those of brooks, whose bends
-/// nobody sees.
-const WAVE_SEGMENTS: f64 = 5.0;
+/// Width in vertices of the narrowest river as far as meanders go: those of a brook would be ripples beside the bends of its
+/// valley, and take many knots. Chosen by eye.
+const NARROWEST: f64 = 7.0;
 
-/// Segments of a course from which on a trunk wanders: what is shorter is left to meanders.
+/// Segments of a course, and meanders, from which on a trunk wanders: what is shorter is left to meanders.
 const WANDER_SEGMENTS: usize = 4;
+const WANDER_WAVES: f64 = 2.0;
 
-/// Width in vertices from which on a river's corners show.
-const WIDE: f64 = 2.0;
-
-/// How long a wave of meanders is, as a share of the mean, and how far it turns, as a share of the most: least, and so
+/// How long a wave of meanders is, as a share of the least, and how far it turns, as a share of the most: least, and so
 /// much more by chance.
-const WAVE_LENGTHS: (f64, f64) = (0.8, 0.5);
-const WAVE_TURNS: (f64, f64) = (0.55, 0.45);
+const WAVE_LENGTHS: (f64, f64) = (1.0, 0.3);
+const WAVE_TURNS: (f64, f64) = (0.7, 0.3);
 
 /// How far a trunk comes off its course at most, as a share of its way along it. Chosen by eye: without meanders it would
 /// turn by no more than 60 degrees.
@@ -63,6 +61,11 @@ const MOST_ROOM: f64 = 0.25;
 
 /// Share of a trunk's length at each end over which it comes to wander: an eighth.
 const ENDS: f64 = 8.0;
+
+/// Meanders from each end of a trunk within which they come to their whole swing, and the share of the room beside it that
+/// they may take.
+const END_WAVES: f64 = 1.0;
+const MEANDER_ROOM: f64 = 0.8;
 
 /// The trunks of a world.
 #[derive(Debug)]
@@ -189,24 +192,22 @@ impl TrunkCourses {
         let mut meanders = self.meanders(trunk, bend);
         // A course that wandered in shorter stretches than it meanders in would have corners.
         let longest = meanders.iter().map(|meander| meander.wave).fold(0.0, f64::max) * last as f64 / from.distance(to);
-        let stretch = (WANDER_SEGMENTS.max(longest.ceil() as usize)).next_power_of_two().min(last / 2);
+        let stretch = (WANDER_SEGMENTS.max((WANDER_WAVES * longest).ceil() as usize)).next_power_of_two().min(last / 2);
         let mut offsets = wander::smooth_offsets(self.seed, id, last, stretch);
         for step in 0..=last {
             // Trunks that meet at a node go through it in one direction.
-            let end = (ENDS * step.min(last - step) as f64 / last as f64).min(1.0);
-            let free = end * end * (3.0 - 2.0 * end);
-            // Meanders have the first half of the room.
-            let meander = &mut meanders[step];
-            meander.turn *= free;
+            let (end, meander) = (step.min(last - step) as f64 / last as f64, &mut meanders[step]);
+            let free = smooth(ENDS * end);
+            // Meanders have most of the room.
+            meander.turn *= smooth(end * whole / (END_WAVES * meander.wave));
             let swing = Meander::swing(meander.wave, meander.turn);
             let room = rooms[step];
-            meander.turn *= (0.5 * room / swing.max(1e-9)).min(1.0);
-            let left = room - swing.min(0.5 * room);
+            meander.turn *= (MEANDER_ROOM * room / swing.max(1e-9)).min(1.0);
+            let left = room - swing.min(MEANDER_ROOM * room);
             offsets[step] = (offsets[step] * whole * free).clamp(-left, left);
         }
         wander::draw_in(&mut offsets, MOST_SKEW * from.distance(to) / last as f64);
-        let width = self.fields.river_width_m(trunk.knots[last].area) / self.fields.metres_a_grain();
-        let knot_turn = if width > WIDE * GRAINS as f64 { WIDE_TURN } else { NARROW_TURN };
+        let width = self.meander_width(trunk.knots[last].area);
         let course = wander::moved(&course, &offsets);
         // What is nearly straight instead, to keep clear of another, has no room to turn far at its ends.
         let is_smooth = self.smooth_trunk(id).is_some_and(|smooth| smooth.knots == trunk.knots);
@@ -216,7 +217,7 @@ impl TrunkCourses {
             let ahead = |[x, y]: &[f64; 2]| x * (to[0] - from[0]) + y * (to[1] - from[1]) > 0.0;
             directions.map(|directions| directions[end]).filter(|direction| is_smooth || ahead(direction))
         });
-        let places = meander::line(&course, ends, &meanders, width, knot_turn);
+        let places = meander::line(&course, ends, &meanders, width);
         let knot = |place: &LinePlace| {
             let (upper, lower) = (&trunk.knots[place.segment], &trunk.knots[place.segment + 1]);
             let mix = |from: f64, to: f64| from + (to - from) * place.share;
@@ -248,17 +249,22 @@ impl TrunkCourses {
                 let of = |wave: usize| chance(hash::network_knot(self.seed, wave), id, draw, 0);
                 of(wave) + (of(wave + 1) - of(wave)) * within
             };
-            let width = self.fields.river_width_m(knot.area) / self.fields.metres_a_grain();
-            let wave = (WAVE_WIDTHS * width).max(WAVE_SEGMENTS * segment);
-            let turn = MOST_TURN * strength * (WAVE_TURNS.0 + WAVE_TURNS.1 * luck(Draw::MeanderTurn));
-            meanders.push(Meander {
-                phase,
-                turn,
-                wave: wave * (WAVE_LENGTHS.0 + WAVE_LENGTHS.1 * luck(Draw::MeanderWave)),
-            });
+            let wave = WAVE_WIDTHS * self.meander_width(knot.area);
+            let wave = wave * (WAVE_LENGTHS.0 + WAVE_LENGTHS.1 * luck(Draw::MeanderWave));
+            // As far as the floor holds the belt of its meanders, it swings further.
+            let floor = LEVEL * self.fields.trough(trunk.id.0, knot.area, knot.level_m);
+            let fits = (floor / Meander::swing(wave, MOST_TURN)).min(1.0);
+            let most = CONFINED_TURN + (MOST_TURN - CONFINED_TURN) * fits;
+            let turn = most * strength * (WAVE_TURNS.0 + WAVE_TURNS.1 * luck(Draw::MeanderTurn));
+            meanders.push(Meander { phase, turn, wave });
             phase += segment / meanders[step].wave;
         }
         meanders
+    }
+
+    /// Width in grains of a river that drains an area, as far as meanders go.
+    fn meander_width(&self, area: f64) -> f64 {
+        (self.fields.river_width_m(area) / self.fields.metres_a_grain()).max(NARROWEST * GRAINS as f64)
     }
 
     /// Lowers the bed of a trunk on land to where it cuts into the coast.

@@ -12,7 +12,7 @@
 use super::fields::Fields;
 use super::point::{GRAINS, Point};
 use super::segment::{Reach, Segments};
-use super::valley_side::{CROSS_FALL, Columns, LEAST_HALF_WIDTH, LaneSegment, LaneSide};
+use super::valley_side::{CROSS_FALL, Columns, Floor, LEAST_HALF_WIDTH, LaneSegment, LaneSide};
 use crate::area::Area;
 use crate::simd::{Kernel, MAX_LANES, Simd};
 
@@ -251,9 +251,12 @@ impl FillValleys<'_> {
         Spread { middle: [least[0] + half[0], least[1] + half[1]], radius, slope }
     }
 
-    /// Half width in metres of the part of a river that is level across.
-    fn level_floor_m(&self) -> f32 {
-        (LEAST_HALF_WIDTH * GRAINS as f64 * self.fields.metres_a_grain()) as f32
+    /// What the floors of all valleys have in common.
+    fn floor(&self) -> Floor {
+        Floor {
+            level_m: (LEAST_HALF_WIDTH * GRAINS as f64 * self.fields.metres_a_grain()) as f32,
+            terraces: self.fields.settings().terraces,
+        }
     }
 
     /// The limits of each segment's side over a group of vertices: the lowest that it can be, less the highest that the
@@ -276,11 +279,11 @@ impl FillValleys<'_> {
         let (gentle, steep) = (simd.splat(spread.slope[0]), simd.splat(spread.slope[1]));
         // A little more than the true one, for what rounding does.
         let radius = simd.splat(spread.radius * (1.001 + 1.1 * CROSS_FALL) + 0.01);
-        let level_floor = self.level_floor_m();
+        let common = self.floor();
         let (infinity, beyond) = (simd.splat(f32::INFINITY), simd.splat(beyond_m));
         let mut lowest = infinity;
         for start in (0..len).step_by(S::LANES) {
-            let segment = LaneSegment::load(simd, segments, start, level_floor);
+            let segment = LaneSegment::load(simd, segments, start, common);
             let side = segment.side(simd, middle);
             // By how much a side may differ from what it is in the middle: no more than it changes in a radius, along
             // the segment and across it.
@@ -310,7 +313,7 @@ impl FillValleys<'_> {
         let spacing_m = simd.splat(self.spacing_m());
         let crest_m = simd.splat(self.fields.settings().crest_m as f32);
         let (zero, three) = (simd.splat(0.0), simd.splat(3.0));
-        let level_floor = self.level_floor_m();
+        let common = self.floor();
         // Wide lanes hold several rows of a patch.
         let across = S::LANES.min(PATCH);
         let (mut columns, mut rows) = ([0.0; MAX_LANES], [0.0; MAX_LANES]);
@@ -337,7 +340,7 @@ impl FillValleys<'_> {
                 let none = simd.splat_u32(u32::MAX);
                 let (mut channel, mut lowest) = (none, none);
                 for &segment in patch {
-                    let candidate = LaneSegment::splat(simd, segments, segment, level_floor);
+                    let candidate = LaneSegment::splat(simd, segments, segment, common);
                     let LaneSide { level, rise, .. } = candidate.side(simd, at);
                     let height = level + slope * rise;
                     let own = simd.splat_u32(segments.channel[segment]);
@@ -356,7 +359,7 @@ impl FillValleys<'_> {
                 let mut indices = [0; MAX_LANES];
                 simd.store_u32(lowest, &mut indices);
                 let indices = &indices[..S::LANES];
-                let owner = LaneSegment::gather(simd, segments, indices, level_floor);
+                let owner = LaneSegment::gather(simd, segments, indices, common);
                 let LaneSide { level, cross, floor, bed, off, distance, share, .. } = owner.side(simd, at);
                 let mut number = [u32::MAX; MAX_LANES];
                 for (number, index) in number.iter_mut().zip(indices) {

@@ -30,6 +30,8 @@ pub struct Columns {
     pub trough: [Vec<f32>; 2],
     pub lean: [Vec<f32>; 2],
     pub river: [Vec<f32>; 2],
+    pub flood_plain: [Vec<f32>; 2],
+    pub riser: [Vec<f32>; 2],
     /// What its level and widths change along a metre of it at most, all together.
     pub steepness: Vec<f32>,
     /// What its slope across changes along a metre of it.
@@ -51,13 +53,15 @@ impl Columns {
             trough,
             lean,
             river,
+            flood_plain,
+            riser,
             steepness,
             change,
             reach,
             channel,
             number,
         } = self;
-        let pairs = [from, along, level, cross, trough, lean, river];
+        let pairs = [from, along, level, cross, trough, lean, river, flood_plain, riser];
         for column in pairs.into_iter().flatten().chain([per_square, steepness, change, reach]) {
             column.clear();
         }
@@ -74,6 +78,8 @@ impl Columns {
         let cross = pair(segment.cross);
         let trough = pair(segment.trough.map(|grains| grains * metres));
         let lean = pair(segment.lean);
+        let flood_plain = pair(segment.flood_plain.map(|grains| grains * metres));
+        let riser = pair(segment.riser.map(|grains| grains * metres));
         let least_m = LEAST_HALF_WIDTH * GRAINS as f64 * metres;
         let half_width = |end: f64| {
             let river_m = fields.river_width_m(lerp(segment.area, end)) / 2.0;
@@ -93,13 +99,17 @@ impl Columns {
             self.trough[axis].push(trough[axis]);
             self.lean[axis].push(lean[axis]);
             self.river[axis].push(river[axis]);
+            self.flood_plain[axis].push(flood_plain[axis]);
+            self.riser[axis].push(riser[axis]);
         }
         self.per_square.push(1.0 / square);
         // All changes are added, though seldom do all act at a place: the bound may be too wide, but never too narrow.
         let change = |pair: [f32; 2]| pair[1].abs() / square.sqrt();
         // What the lean acts on is no more than the floor.
         let widest = (segment.widest_trough() * metres) as f32 + river[0].max(river[0] + river[1]);
-        self.steepness.push(change(level) + change(trough) + change(lean) * widest + change(river));
+        let floor = change(trough) + change(lean) * widest + change(river);
+        let terraces = segment.terraces as f32 * (change(trough) + change(river) + change(flood_plain) + change(riser));
+        self.steepness.push(change(level) + floor + terraces);
         self.change.push(change(cross));
         self.reach.push((segment.reach(reach) * metres) as f32);
         self.channel.push(segment.channel);
@@ -116,6 +126,8 @@ impl Columns {
             self.trough[axis].push(other.trough[axis][index]);
             self.lean[axis].push(other.lean[axis][index]);
             self.river[axis].push(other.river[axis][index]);
+            self.flood_plain[axis].push(other.flood_plain[axis][index]);
+            self.riser[axis].push(other.riser[axis][index]);
         }
         self.per_square.push(other.per_square[index]);
         self.steepness.push(other.steepness[index]);
@@ -137,6 +149,8 @@ impl Columns {
                 self.trough[axis].push(0.0);
                 self.lean[axis].push(0.0);
                 self.river[axis].push(0.0);
+                self.flood_plain[axis].push(0.0);
+                self.riser[axis].push(0.0);
             }
             self.per_square.push(0.0);
             self.steepness.push(0.0);
@@ -147,6 +161,15 @@ impl Columns {
             self.number.push(u32::MAX);
         }
     }
+}
+
+/// What the floors of all valleys of a world have in common.
+#[derive(Clone, Copy)]
+pub struct Floor {
+    /// Half width in metres of the part of a river that is level across.
+    pub level_m: f32,
+    /// Terraces from the flood plain to the side.
+    pub terraces: u32,
 }
 
 /// Segments in lanes, or one in all of them.
@@ -160,8 +183,9 @@ pub struct LaneSegment<S: Simd> {
     trough: [S::F32; 2],
     lean: [S::F32; 2],
     river: [S::F32; 2],
-    /// Half width of the part of a river that is level across.
-    level_floor: S::F32,
+    flood_plain: [S::F32; 2],
+    riser: [S::F32; 2],
+    floor: Floor,
 }
 
 /// The side of a segment's valley at a point.
@@ -200,8 +224,8 @@ impl<S: Simd> Gathered<'_, S> {
 
 impl<S: Simd> LaneSegment<S> {
     #[inline(always)]
-    pub fn load(simd: S, segments: &Columns, start: usize, level_floor: f32) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, cross, trough, lean, river, .. } = segments;
+    pub fn load(simd: S, segments: &Columns, start: usize, floor: Floor) -> LaneSegment<S> {
+        let Columns { from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, .. } = segments;
         LaneSegment {
             from: [simd.load(&from[0][start..]), simd.load(&from[1][start..])],
             along: [simd.load(&along[0][start..]), simd.load(&along[1][start..])],
@@ -211,13 +235,15 @@ impl<S: Simd> LaneSegment<S> {
             trough: [simd.load(&trough[0][start..]), simd.load(&trough[1][start..])],
             lean: [simd.load(&lean[0][start..]), simd.load(&lean[1][start..])],
             river: [simd.load(&river[0][start..]), simd.load(&river[1][start..])],
-            level_floor: simd.splat(level_floor),
+            flood_plain: [simd.load(&flood_plain[0][start..]), simd.load(&flood_plain[1][start..])],
+            riser: [simd.load(&riser[0][start..]), simd.load(&riser[1][start..])],
+            floor,
         }
     }
 
     #[inline(always)]
-    pub fn splat(simd: S, segments: &Columns, index: usize, level_floor: f32) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, cross, trough, lean, river, .. } = segments;
+    pub fn splat(simd: S, segments: &Columns, index: usize, floor: Floor) -> LaneSegment<S> {
+        let Columns { from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, .. } = segments;
         LaneSegment {
             from: [simd.splat(from[0][index]), simd.splat(from[1][index])],
             along: [simd.splat(along[0][index]), simd.splat(along[1][index])],
@@ -227,14 +253,16 @@ impl<S: Simd> LaneSegment<S> {
             trough: [simd.splat(trough[0][index]), simd.splat(trough[1][index])],
             lean: [simd.splat(lean[0][index]), simd.splat(lean[1][index])],
             river: [simd.splat(river[0][index]), simd.splat(river[1][index])],
-            level_floor: simd.splat(level_floor),
+            flood_plain: [simd.splat(flood_plain[0][index]), simd.splat(flood_plain[1][index])],
+            riser: [simd.splat(riser[0][index]), simd.splat(riser[1][index])],
+            floor,
         }
     }
 
     /// The segments with these numbers, one in each lane, and nothing where there is none of that number.
     #[inline(always)]
-    pub fn gather(simd: S, segments: &Columns, numbers: &[u32], level_floor: f32) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, cross, trough, lean, river, .. } = segments;
+    pub fn gather(simd: S, segments: &Columns, numbers: &[u32], floor: Floor) -> LaneSegment<S> {
+        let Columns { from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, .. } = segments;
         let gathered = Gathered { simd, numbers };
         LaneSegment {
             from: [gathered.of(&from[0]), gathered.of(&from[1])],
@@ -245,7 +273,9 @@ impl<S: Simd> LaneSegment<S> {
             trough: [gathered.of(&trough[0]), gathered.of(&trough[1])],
             lean: [gathered.of(&lean[0]), gathered.of(&lean[1])],
             river: [gathered.of(&river[0]), gathered.of(&river[1])],
-            level_floor: simd.splat(level_floor),
+            flood_plain: [gathered.of(&flood_plain[0]), gathered.of(&flood_plain[1])],
+            riser: [gathered.of(&riser[0]), gathered.of(&riser[1])],
+            floor,
         }
     }
 
@@ -267,22 +297,33 @@ impl<S: Simd> LaneSegment<S> {
         // The side: level as far as the water is wide, rounded at the foot, then straight; and what the floor leans.
         let cross = self.cross[0] + self.cross[1] * share;
         let dry = simd.max(distance - river, zero);
-        let beyond = simd.max(distance - simd.max(river, trough * simd.splat(LEVEL as f32)), zero);
+        let level = trough * simd.splat(LEVEL as f32);
+        let beyond = simd.max(distance - simd.max(river, level), zero);
         let round = trough * simd.splat(1.0 - LEVEL as f32);
         let root = simd.sqrt(beyond * beyond + round * round);
-        let risen = root - round;
+        // Where water stands it is level, and at the edge of a floor without a rounding there is no root.
+        let (mut risen, straight) = (root - round, beyond / simd.max(root, simd.splat(1e-3)));
+        if self.floor.terraces > 0 {
+            // From the flood plain to the foot of the side, equally far apart and as steep as the side; but too low for gullies,
+            // whose furrows would go on across the treads, so they do not count for how steep the floor is.
+            let flood_plain = simd.max(self.flood_plain[0] + self.flood_plain[1] * share, river);
+            let tread = simd.max(level - flood_plain, zero) * simd.splat(1.0 / self.floor.terraces as f32);
+            let riser = simd.min(self.riser[0] + self.riser[1] * share, tread);
+            for step in 0..self.floor.terraces {
+                let up = simd.max(distance - flood_plain - tread * simd.splat(step as f32), zero);
+                risen = risen + simd.min(up, riser);
+            }
+        }
         let rise = (risen + lean * (dry - risen)) * cross;
         // Water is level, but for next to nothing.
         // As far as the river's edge and no further: beyond, the valley's side rises enough. The greater of both
         // counts, so that on the level floor, too, vertices differ.
-        let sideways = (simd.min(distance, river) - self.level_floor) * simd.splat(CROSS_FALL);
+        let sideways = (simd.min(distance, river) - simd.splat(self.floor.level_m)) * simd.splat(CROSS_FALL);
         let rise = rise + simd.max(sideways, distance * simd.splat(FLOOR_FALL));
         // Beyond the ends of the segment it is level along it.
         let fall = self.level[1] * self.per_square;
         let fall = simd.select(simd.lt(zero, share), simd.select(simd.lt(share, one), fall, zero), zero);
         let bed = [self.along[0] * fall, self.along[1] * fall];
-        // Where water stands it is level, and at the edge of a floor without a rounding there is no root.
-        let straight = beyond / simd.max(root, simd.splat(1e-3));
         let floor = simd.select(simd.lt(zero, dry), straight + lean * (one - straight), zero);
         LaneSide { level: self.level[0] + self.level[1] * share, rise, cross, floor, bed, off, distance, share }
     }

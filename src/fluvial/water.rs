@@ -1,6 +1,6 @@
 //! Water: beds, lakes and the sea, cut into the land.
 
-use super::fields::Fields;
+use super::fields::{Fields, river_depth_m};
 use super::lift::Lift;
 use super::point::Point;
 use super::segment::{Segment, Segments};
@@ -11,9 +11,6 @@ use crate::area::Area;
 use crate::geometry::lerp;
 use crate::grid::Grid;
 use crate::land::{Land, Water, WaterKind};
-
-/// No river is deeper, in metres: about as deep as the lower Amazon.
-pub const DEEPEST_RIVER_M: f32 = 40.0;
 
 /// Half width in vertices of the widest bed that a brook has where the warp draws vertices apart.
 const MOST_HALF_WIDTH: f64 = 3.0;
@@ -442,15 +439,6 @@ fn sum([place, displaced]: [[f64; 2]; 2]) -> [f64; 2] {
 /// Ground without water.
 fn dry(height_m: f32) -> VertexWater {
     VertexWater { height_m, kind: WaterKind::Dry, bed: false, depth_m: 0.0, flow_m3s: 0.0 }
-}
-
-/// Depth of a river in metres, by its discharge: the 3/8 th power, which is all square roots.
-///
-/// Based on: L. B. Leopold, T. Maddock, The hydraulic geometry of stream channels, 1953, where depth goes with about
-/// the 0.4 th power of discharge.
-pub(super) fn river_depth_m(discharge_m3s: f64) -> f32 {
-    let fourth = discharge_m3s.sqrt().sqrt();
-    ((0.35 * fourth * fourth.sqrt()) as f32).min(DEEPEST_RIVER_M)
 }
 
 /// Depth of a bed in metres at a distance from its middle line: a floor that falls to that line, and banks, where the

@@ -7,7 +7,7 @@
 use crate::area::Area;
 use crate::grid::Grid;
 
-/// Vertices that a drain is long at most: most are shorter, and what needs longer ones is a gorge.
+/// Vertices that a drain is long at most: most are shorter, and what needs longer ones is a gorge. Chosen by eye.
 const REACH: usize = 8;
 
 /// Metres above its start that the bare land may be along a drain: so deep are the pits that gullies leave here and there.

@@ -2,7 +2,7 @@
 
 use crate::tile::{Material, Tile};
 
-/// sRGB of each material, in the order of [`Material::ALL`].
+/// sRGB of each material, in the order of [`Material::ALL`]. Chosen by eye.
 const COLOURS: [[f32; 3]; Material::ALL.len()] = [
     [92.0, 112.0, 58.0],
     [124.0, 99.0, 70.0],

@@ -2,11 +2,11 @@
 
 use crate::places::site::{Site, SiteClass};
 
-/// Ink, and the paper around it that keeps it apart from the land.
+/// Ink, and the paper around it that keeps it apart from the land, in sRGB. Chosen by eye.
 const INK: [u8; 3] = [58, 38, 32];
 const PAPER: [u8; 3] = [250, 246, 236];
 
-/// Vertices from the middle of a mark to the end of its ink; the paper is one wider.
+/// Vertices from the middle of a mark to the end of its ink; the paper is one wider. Chosen by eye.
 const HAMLET: i64 = 2;
 const VILLAGE: i64 = 3;
 const TOWN: i64 = 4;

@@ -136,7 +136,7 @@ struct Light {
 }
 
 /// Light from the north-west above all, as the eye of a map reader expects; softer lights from west and north keep
-/// ridges that run towards the main light from vanishing. All 45 degrees high; the shares sum to 1.
+/// ridges that run towards the main light from vanishing. All 45 degrees high; the shares, chosen by eye, sum to 1.
 const LIGHTS: [Light; 3] = [
     Light { east: -0.5, up: std::f32::consts::FRAC_1_SQRT_2, south: -0.5, share: 0.6 },
     Light { east: -std::f32::consts::FRAC_1_SQRT_2, up: std::f32::consts::FRAC_1_SQRT_2, south: 0.0, share: 0.2 },
@@ -148,7 +148,7 @@ const LIGHTS: [Light; 3] = [
 const SHADOW: [f32; 3] = [0.24, 0.26, 0.36];
 const FULL_LIGHT: [f32; 3] = [1.315, 1.307, 1.265];
 
-/// Colours of the grounds that show through the tint, as (material's shift in its word, colour, opacity).
+/// Colours of the grounds that show through the tint, in sRGB, and their opacities. Chosen by eye, as all colours below are.
 const ROCK: [f32; 3] = [139.0, 130.0, 122.0];
 const ROCK_OPACITY: f32 = 0.45;
 const SAND: [f32; 3] = [231.0, 216.0, 172.0];
@@ -172,7 +172,7 @@ const ROAD_OPACITY: f32 = 0.85;
 const WAY: [f32; 3] = [104.0, 58.0, 40.0];
 const WAY_OPACITY: f32 = 0.9;
 
-/// How much of the sea floor's shading is seen through the water.
+/// How much of the sea floor's shading is seen through the water. Chosen by eye.
 const UNDER_WATER: f32 = 0.3;
 
 struct Shade<'a> {

@@ -7,13 +7,14 @@ use crate::lines::FIXED;
 use crate::places::plan_land::{PlanPiece, Scale, distance2};
 use crate::places::route::{Route, bend_m};
 
-/// Nodes by which a rounded corner may miss the way's own.
+/// Nodes by which a rounded corner may miss the way's own: less than a half, since the search knows nothing between nodes.
 const MISS: f64 = 0.4;
 
-/// Straight pieces that a bend is made of before points are laid along it.
+/// Straight pieces that a bend is made of before points are laid along it: of a hairpin by 150 degrees each turns by about 10,
+/// and the middle of a piece misses an arc of 60 m by about a quarter of a metre.
 const BEND_PIECES: i64 = 16;
 
-/// Points that the land is asked about at a time.
+/// Points that the land is asked about at a time. Chosen by eye.
 // Few, since the land is asked about their bounds, whose area grows with the square on a slanting line.
 const CHUNK: usize = 16;
 
@@ -40,13 +41,15 @@ impl Alignment {
             let (before, here, after) = (corners[index - 1], corners[index], corners[index + 1]);
             let (to, away) = (direction(before, here), direction(here, after));
             let cos = to.0[0] * away.0[0] + to.0[1] * away.0[1];
-            let half_sin = ((1.0 - cos) / 2.0).max(0.0).sqrt();
+            // Of half of the angle by which the line turns.
+            let [half_sin, half_cos] = [1.0 - cos, 1.0 + cos].map(|twice| (twice / 2.0).max(0.0).sqrt());
             let least = bend_m(cos, radius_m) / scale.spacing_m;
             // At a bridge's end the bend is as short as it may be.
             let soft = if legs[index - 1] || legs[index] { 0.0 } else { softness };
             // The other half of a leg is the next corner's, so bends do not overlap.
-            // A bend's middle misses its corner by half of its reach times `half_sin`.
-            let wished = (to.1.min(away.1) / 2.0).min(2.0 * MISS * scale.step as f64 / half_sin.max(1e-9)) * soft;
+            // A curve's middle misses its corner by its reach times this, the tangent of a quarter of the angle.
+            let missed = half_sin / (1.0 + half_cos);
+            let wished = (to.1.min(away.1) / 2.0).min(MISS * scale.step as f64 / missed.max(1e-9)) * soft;
             // `least` fits as well: the search allows no turn that needs more than half of a leg.
             let reach = least.max(wished);
             let start = [here[0] - to.0[0] * reach, here[1] - to.0[1] * reach];
@@ -54,8 +57,11 @@ impl Alignment {
             for piece in 0..=BEND_PIECES {
                 let along = piece as f64 / BEND_PIECES as f64;
                 let rest = 1.0 - along;
+                // A circle as a rational curve: its corner weighs as much as the cosine of half of the angle.
+                let weights = [rest * rest, 2.0 * half_cos * rest * along, along * along];
                 let at = |axis: usize| {
-                    start[axis] * rest * rest + here[axis] * (2.0 * rest * along) + end[axis] * along * along
+                    (start[axis] * weights[0] + here[axis] * weights[1] + end[axis] * weights[2])
+                        / (weights[0] + weights[1] + weights[2])
                 };
                 let leg = if piece * 2 < BEND_PIECES { legs[index - 1] } else { legs[index] };
                 path.push(([at(0), at(1)], leg));

@@ -9,13 +9,14 @@ use crate::places::profile::swept;
 
 /// Metres of a fill from which on there is a viaduct, and of the fill that it ends at.
 ///
-/// A bank of 12 m is 50 m wide at its foot, and the batters of a road end before those of a higher one do.
+/// A bank of 12 m is 50 m wide at its foot, and the batters of a road end before those of a higher one do. Where a structure
+/// ends is chosen by eye, a third of where one begins, as it is for tunnels.
 const FILL_M: Tolerance = Tolerance { carried_m: 12.0, end_m: 4.0 };
 
-/// Metres of a cut from which on there is a tunnel, and of the cut that it ends at.
+/// Metres of a cut from which on there is a tunnel, and of the cut that it ends at. Chosen by eye.
 const CUT_M: Tolerance = Tolerance { carried_m: 25.0, end_m: 8.0 };
 
-/// Metres of a cut that may fall to a tunnel.
+/// Metres of a cut that may fall to a tunnel: a ditch beside the road is as deep. Chosen by eye.
 const MOUTH_M: f64 = 0.5;
 
 /// From how far off the land a road needs a structure, and how near it comes to it before that ends.

@@ -19,29 +19,32 @@ use crate::places::route::{Domain, PlanNode, PlanNodes, Route, Search, shore_m};
 use crate::places::settings::{PlacesSettings, Standard};
 use crate::places::site::{Site, SiteClass};
 
-/// How far corners are rounded; the next is tried where a rounder line would run into water.
+/// How far corners are rounded, chosen by eye; the next is tried where a rounder line would run into water.
 const SOFTNESS: [f64; 3] = [1.0, 0.5, 0.0];
 
-/// Ways that are tried; after each, the legs that did not do are closed to the next.
+/// Ways that are tried, chosen by eye; after each, the legs that did not do are closed to the next.
 const TRIES: usize = 8;
 
-/// Vertices from a river's middle that are wet in rasters, however narrow it is.
+/// Vertices from a river's middle that are wet in rasters, however narrow it is: of 32,159 wet vertices of rivers narrower than
+/// 1.2 vertices in a bake of `alps`, 996 in 1000 lie as near, and 985 within 1.4.
 const DRAWN_VERTICES: f64 = 1.8;
 
 /// Metres from a narrow river that a road keeps because of it at most: on a coarse lattice valleys would be closed to roads.
+/// Chosen by eye.
 const DRAWN_MOST_M: f64 = 40.0;
 
-/// Metres from a river's edge to where a bridge rests.
+/// Metres from a river's edge to where a bridge rests. Chosen by eye.
 const REST_M: f64 = 1.0;
 
 /// How many times longer than straight across a crossing is at most: what is longer goes along the river, in its bed.
 // A way crosses at 30 degrees at the flattest, which makes it twice as long; its rounded line may turn there.
 const SLANTING: f64 = 2.5;
 
-/// Metres from the water's surface down to a ford, at least, and more that a ford may lie lower.
+/// Metres from the water's surface down to a ford, at least, and more that a ford may lie lower. Chosen by eye: half a metre is
+/// about the hub of a cart's wheel.
 const FORD_M: [f64; 2] = [0.2, 0.3];
 
-/// The least clearance of a bridge where its full one would be too steep to climb to.
+/// The least clearance of a bridge in metres where its full one would be too steep to climb to. Chosen by eye.
 const LEAST_CLEARANCE_M: f64 = 0.3;
 
 /// What a road is built with.

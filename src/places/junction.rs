@@ -16,16 +16,17 @@ use crate::places::profile::between;
 use crate::places::settings::PlacesSettings;
 
 /// Metres between the edges of two roads that are so near that they are one, and vertices.
-// Roads on both banks of a river are further apart, however narrow it is.
+// Chosen by eye. Roads on both banks of a river are further apart, however narrow it is.
 const BESIDE_M: f64 = 12.0;
 const BESIDE_VERTICES: f64 = 1.2;
 
 /// Nodes of the plan that a road may be away from one that it leaves and comes back to, and the length of that way: a
-/// second road would serve nobody.
+/// second road would serve nobody. Chosen by eye.
 const ASIDE: f64 = 1.0;
 const ASIDE_LENGTH: f64 = 8.0;
 
 /// Points that a road goes on for, beside the one that it joins, until it ends there: so it does not end across it.
+/// Chosen by eye.
 const AHEAD: usize = 3;
 
 /// Metres of height between two roads of which one is carried over the other, at least: vehicles are up to 4 m high (Council

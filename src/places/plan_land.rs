@@ -22,7 +22,8 @@ pub(super) struct Scale {
     pub side: i64,
 }
 
-/// Metres between nodes of the plan, at most: a hairpin is about as wide.
+/// Metres between nodes of the plan, at most. Chosen by eye: half of it is the least that a curve has to turn in, enough for an
+/// arc of a track by 145 degrees.
 const STEP_M: f64 = 80.0;
 
 impl Scale {

@@ -21,7 +21,7 @@ pub(super) struct Demands {
     pub most_m: Vec<f64>,
 }
 
-/// Points to each side over which the wished heights are averaged, twice.
+/// Points to each side over which the wished heights are averaged, twice. Chosen by eye.
 // Once would leave corners where the window meets a step; the second time rounds them.
 const SMOOTHING: usize = 3;
 

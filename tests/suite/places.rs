@@ -129,9 +129,9 @@ fn far_out_there_are_roads_too() {
     lighten(&mut preset);
     let [world, other] = [(); 2].map(|()| World::new(preset.clone(), Some(3)).unwrap());
     let side = 64 * FAR.x;
-    let area = Area::new(side, -side, 300, 300);
+    let area = Area::new(side, -side, 600, 600);
     let roads = roads_of(&world, &area);
-    let part = Area::new(side + 100, -side + 100, 200, 100);
+    let part = Area::new(side + 100, -side + 100, 400, 300);
     let inside: Vec<_> = roads.into_iter().filter(|road| road.concerns(&part)).collect();
     assert!(!inside.is_empty());
     assert_eq!(roads_of(&other, &part), inside);
