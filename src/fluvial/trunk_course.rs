@@ -1,9 +1,9 @@
 //! The courses of trunks from node to node, and their beds.
 //!
 //! In four steps, each of which asks for the one before of the trunks around, so that it does not matter which comes
-//! first: a smooth curve; a straight line instead, where the curve comes too close to that of a trunk that shares a
-//! node; meanders, in a tube that no other's tube meets; and a bed that keeps below the coast and below the sides of
-//! the larger valley that it comes to.
+//! first: a smooth curve; one that bends less, where that comes too close to the curve of a trunk that shares a node;
+//! meanders, in a tube that no other's tube meets; and a bed that keeps below the coast and below the sides of the
+//! larger valley that it comes to.
 
 use std::sync::Arc;
 
@@ -29,9 +29,9 @@ pub const REACH_CELLS: f64 = 2.5;
 /// curve does between them.
 const CLEAR_STEP: usize = 8;
 
-/// How much a trunk bends that would come too close to another one: nearly straight, but in the same direction at its
-/// ends. Chosen by eye.
-const STRAIGHT: f64 = 0.2;
+/// How much a trunk bends, and how much where it would come too close to another one like that: in the same direction
+/// at its ends, and with room there for a wide river to turn. Chosen by eye.
+const BENDS: [f64; 2] = [1.0, 0.4];
 
 /// Slope from which on a river does not meander. Chosen by eye.
 const STEEPEST_MEANDER: f64 = 0.008;
@@ -73,9 +73,8 @@ pub struct TrunkCourses {
     seed: u64,
     fields: Arc<Fields>,
     nodes: Trunks,
-    smooth: Memory<NodeId, Option<Arc<Channel>>>,
-    /// Only those that differ from smooth ones.
-    apart: Memory<NodeId, Option<Arc<Channel>>>,
+    /// For each of [`BENDS`] only those that differ from what they are with the one before.
+    bent: [Memory<NodeId, Option<Arc<Channel>>>; BENDS.len()],
     free: Memory<NodeId, Option<Arc<Channel>>>,
 }
 
@@ -86,16 +85,15 @@ impl TrunkCourses {
             seed,
             nodes: Trunks::new(Arc::clone(&fields), seed),
             fields,
-            smooth: Memory::new(24 << 20),
-            apart: Memory::new(8 << 20),
+            bent: [24 << 20, 8 << 20].map(Memory::new),
             free: Memory::new(32 << 20),
         }
     }
 
     /// How full its memories are.
     pub(super) fn usages(&self) -> Vec<Usage> {
-        let courses = [self.smooth.usage(), self.apart.usage(), self.free.usage()];
-        [self.nodes.usages(), courses.to_vec()].concat()
+        let courses = self.bent.iter().chain([&self.free]).map(Memory::usage).collect();
+        [self.nodes.usages(), courses].concat()
     }
 
     /// The lattice that they run on.
@@ -209,14 +207,8 @@ impl TrunkCourses {
         wander::draw_in(&mut offsets, MOST_SKEW * from.distance(to) / last as f64);
         let width = self.meander_width(trunk.knots[last].area);
         let course = wander::moved(&course, &offsets);
-        // What is nearly straight instead, to keep clear of another, has no room to turn far at its ends.
-        let is_smooth = self.smooth_trunk(id).is_some_and(|smooth| smooth.knots == trunk.knots);
-        let directions = trunk.next.map(|(to, _)| directions(&self.nodes, id, to));
-        let ends = [0, 1].map(|end| {
-            let (from, to) = if end == 0 { (course[0], course[1]) } else { (course[last - 1], course[last]) };
-            let ahead = |[x, y]: &[f64; 2]| x * (to[0] - from[0]) + y * (to[1] - from[1]) > 0.0;
-            directions.map(|directions| directions[end]).filter(|direction| is_smooth || ahead(direction))
-        });
+        let ends = trunk.next.map(|(to, _)| directions(&self.nodes, id, to));
+        let ends = [0, 1].map(|end| ends.map(|ends| ends[end]));
         let places = meander::line(&course, ends, &meanders, width);
         let knot = |place: &LinePlace| {
             let (upper, lower) = (&trunk.knots[place.segment], &trunk.knots[place.segment + 1]);
@@ -285,11 +277,18 @@ impl TrunkCourses {
         }
     }
 
-    /// The course of the trunk from a node to the next: a smooth curve, or a straight line where that comes too close
-    /// to another one with which it shares a node.
+    /// The course of the trunk from a node to the next: a smooth curve, which bends as little as it has to, to keep
+    /// clear of those with which it shares a node.
     fn apart_trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
+        self.bent_trunk(id, BENDS.len() - 1)
+    }
+
+    /// The course of a trunk after so many looks at the trunks around, each as it was before that look.
+    fn bent_trunk(&self, id: NodeId, looks: usize) -> Option<Arc<Channel>> {
+        let bent = || curve(&self.fields, &self.nodes, id, BENDS[looks]).map(Arc::new);
+        let Some(before) = looks.checked_sub(1) else { return self.bent[0].get(id, bent).as_ref().clone() };
         let make = || {
-            let smooth = self.smooth_trunk(id)?;
+            let trunk = self.bent_trunk(id, before)?;
             let to = self.nodes.drained(id).to?;
             let from = |node: NodeId, to: NodeId| {
                 neighbours(to)
@@ -300,16 +299,11 @@ impl TrunkCourses {
             let mut others = from(id, id).chain(from(id, to)).chain([(to, to)]);
             let meets = |(other, node): (NodeId, NodeId)| {
                 let joint = self.nodes.node(node).at;
-                self.smooth_trunk(other).is_some_and(|other| too_close(&smooth.knots, &other.knots, joint))
+                self.bent_trunk(other, before).is_some_and(|other| too_close(&trunk.knots, &other.knots, joint))
             };
-            if others.any(meets) { curve(&self.fields, &self.nodes, id, STRAIGHT).map(Arc::new) } else { None }
+            if others.any(meets) { bent() } else { None }
         };
-        self.apart.get(id, make).as_ref().clone().or_else(|| self.smooth_trunk(id))
-    }
-
-    /// The course of the trunk from a node to the next: a smooth curve.
-    fn smooth_trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
-        self.smooth.get(id, || curve(&self.fields, &self.nodes, id, 1.0).map(Arc::new)).as_ref().clone()
+        self.bent[looks].get(id, make).as_ref().clone().or_else(|| self.bent_trunk(id, before))
     }
 }
 

@@ -4,7 +4,7 @@ use super::channel::{Channel, Knot, Mouth};
 use super::fields::Fields;
 use super::lake::NO_LAKE;
 use super::point::Point;
-use super::trunk::{Drained, NodeId, Trunks};
+use super::trunk::{Drained, NodeId, Trunks, neighbours};
 use crate::geometry::{LineSegment, length, lines};
 
 /// How steep a bed is that goes on under the sea: enough that it falls. Chosen by eye.
@@ -28,6 +28,9 @@ const BULGE: f64 = 0.2;
 /// eye.
 const APART: f64 = 0.1;
 const APART_FROM: f64 = 0.25;
+
+/// How far aside a trunk comes to another at least, as the tangent of the angle: 14 degrees. Chosen by eye.
+const LEAST_JOIN: f64 = 0.25;
 
 /// The trunk from a node to the next, which bends as much as it may by a share; `None` for a sink.
 pub fn curve(fields: &Fields, nodes: &Trunks, id: NodeId, share: f64) -> Option<Channel> {
@@ -78,24 +81,79 @@ pub fn curve(fields: &Fields, nodes: &Trunks, id: NodeId, share: f64) -> Option<
 
 /// The directions in which the trunk from a node to the next leaves the one and comes to the other, as long as the way.
 pub fn directions(nodes: &Trunks, id: NodeId, to: NodeId) -> [[f64; 2]; 2] {
-    let (drained, below) = (nodes.drained(id), nodes.drained(to));
-    let straight = nodes.node(to).at.from(nodes.node(id).at);
-    // A river runs through a node in the direction from the one before to the one after.
-    let through = |id: NodeId, drained: &Drained| {
-        let to = nodes.node(drained.to?).at;
-        Some(match drained.main {
-            Some(main) => to.from(nodes.node(main).at).map(|part| part * 0.5),
-            None => to.from(nodes.node(id).at),
-        })
+    let straight = way(nodes, id, to);
+    let start = through(nodes, id).unwrap_or_else(|| unit(straight));
+    let end = match through(nodes, to) {
+        Some(through) if nodes.drained(to).main == Some(id) => through,
+        Some(through) => joining(nodes, id, to, through),
+        None => unit(straight),
     };
-    // The others join aslant.
-    let start = through(id, &drained).unwrap_or(straight);
-    let end = match through(to, &below) {
-        Some(end) if below.main == Some(id) => end,
-        Some(end) => [0, 1].map(|axis| 0.5 * (end[axis] + straight[axis])),
-        None => straight,
-    };
-    [start, end]
+    [start, end].map(|direction| direction.map(|part| part * length(straight)))
+}
+
+/// The direction of the river that runs through a node; `None` at a sink.
+///
+/// It is between the ways before and after, whatever their lengths: a mean of the ways would follow the longer one, and
+/// the river on the shorter one would have to turn back.
+fn through(nodes: &Trunks, id: NodeId) -> Option<[f64; 2]> {
+    let drained = nodes.drained(id);
+    let after = way(nodes, id, drained.to?);
+    let mut through = drained.main.map_or(unit(after), |main| between(way(nodes, main, id), after, 1.0));
+    // And yet it leaves before it comes to the way of one that joins from ahead: it would come across that.
+    let joins = |other: &NodeId| Some(*other) != drained.main && nodes.drained(*other).to == Some(id);
+    for other in neighbours(id).filter(joins) {
+        let middle = between(after, way(nodes, id, other), 1.0);
+        let side = cross(after, through);
+        if cross(after, middle) * side > 0.0 && cross(middle, through) * side > 0.0 {
+            through = middle;
+        }
+    }
+    Some(through)
+}
+
+/// The direction in which a trunk comes to a node that the main river runs through in a direction: aslant, and from the
+/// bank on which it comes, also where the main river swings out to that side; or straight, where it comes from ahead.
+fn joining(nodes: &Trunks, id: NodeId, to: NodeId, through: [f64; 2]) -> [f64; 2] {
+    let below = nodes.drained(to);
+    let straight = way(nodes, id, to);
+    let main = below.main.map_or(through.map(|part| -part), |main| way(nodes, to, main));
+    let after = below.to.map_or(through, |next| way(nodes, to, next));
+    // Its bank is told by whether it comes before the main river, where one turns round the node from the way that goes
+    // on.
+    let is_right = |from: [f64; 2], to: [f64; 2]| cross(from, to) > 0.0;
+    let back = straight.map(|part| -part);
+    let (right, main_right) = (is_right(after, back), is_right(after, main));
+    let before = if right == main_right { is_right(back, main) } else { right };
+    let side = if before { -1.0 } else { 1.0 };
+    let forward = dot(unit(straight), through).max(0.0);
+    let aslant = between(straight, through, forward);
+    if forward > 0.0 && side * cross(through, aslant) < LEAST_JOIN {
+        between(through, [-through[1], through[0]], side * LEAST_JOIN)
+    } else {
+        aslant
+    }
+}
+
+fn way(nodes: &Trunks, from: NodeId, to: NodeId) -> [f64; 2] {
+    nodes.node(to).at.from(nodes.node(from).at)
+}
+
+/// The direction of a way, turned towards another by a share: by half of the angle between them with 1.
+fn between(way: [f64; 2], other: [f64; 2], share: f64) -> [f64; 2] {
+    let (way, other) = (unit(way), unit(other));
+    unit([0, 1].map(|axis| way[axis] + share * other[axis]))
+}
+
+fn unit(way: [f64; 2]) -> [f64; 2] {
+    way.map(|part| part / length(way).max(1e-9))
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
 }
 
 /// Hermite's cubic from the origin to a place, by its tangents at both ends: the shorter these are the straighter it
