@@ -36,6 +36,12 @@ impl SiteId {
     }
 }
 
+impl fmt::Display for SiteId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "s:{}:{}", self.i, self.j)
+    }
+}
+
 /// The name of a line in its world. Lines are sorted by it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum LineId {
@@ -72,12 +78,6 @@ impl LineId {
             LineId::Road { .. } => LineKind::Road,
             LineId::Agent { kind, .. } => kind,
         }
-    }
-}
-
-impl fmt::Display for SiteId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "s:{}:{}", self.i, self.j)
     }
 }
 

@@ -8,8 +8,7 @@ use crate::fluvial::survey::RiverPiece;
 use crate::grid::Grid;
 use crate::hash;
 use crate::land::WaterKind;
-use crate::lines::built::Built;
-use crate::lines::{FIXED, LineClass, LineId, LinePoint, StructureKind};
+use crate::lines::{Built, FIXED, LineClass, LineId, LinePoint, StructureKind};
 use crate::places::alignment::length_m;
 use crate::places::plan_land::{self, PlanPiece};
 
