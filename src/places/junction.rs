@@ -11,6 +11,7 @@ use crate::geometry::{LineSegment, length, lerp};
 use crate::lines::{
     self, Bed, FIXED, Line, LineClass, LineEnd, LineId, LinePoint, RoadClass, Structure, StructureKind,
 };
+use crate::places::buckets::Buckets;
 use crate::places::plan_land::Scale;
 use crate::places::profile::between;
 use crate::places::settings::PlacesSettings;
@@ -73,9 +74,8 @@ struct RoadNetwork<'a> {
     settings: &'a PlacesSettings,
     area: Area,
     pieces: Vec<Piece>,
-    /// The numbers of the pieces near each bucket, row by row.
-    buckets: Vec<Vec<u32>>,
-    cols: i64,
+    /// By which the pieces near a place are found.
+    buckets: Buckets,
 }
 
 /// A piece of a road. Places are in metres from the network's corner.
@@ -108,9 +108,8 @@ const BUCKET: i64 = 16;
 impl<'a> RoadNetwork<'a> {
     fn new(area: Area, scale: &'a Scale, settings: &'a PlacesSettings) -> RoadNetwork<'a> {
         let count = |vertices: usize| vertices as i64 / BUCKET + 1;
-        let (cols, rows) = (count(area.width()), count(area.height()));
-        let buckets = vec![Vec::new(); (cols * rows) as usize];
-        RoadNetwork { scale, settings, area, pieces: Vec::new(), buckets, cols }
+        let buckets = Buckets::new(count(area.width()), count(area.height()));
+        RoadNetwork { scale, settings, area, pieces: Vec::new(), buckets }
     }
 
     /// Metres from the network's corner to a point of a road. The whole numbers are exact, so that it is the same anywhere.
@@ -128,22 +127,17 @@ impl<'a> RoadNetwork<'a> {
         ASIDE * self.scale.step_m()
     }
 
+    /// The column and row of the bucket that a place in metres lies in.
+    fn bucket(&self, at_m: [f64; 2]) -> [i64; 2] {
+        at_m.map(|at_m| (at_m / (BUCKET as f64 * self.scale.spacing_m)).floor() as i64)
+    }
+
     fn add(&mut self, road: &Line) {
-        let places = self.places_m(road);
-        let (rows, cols) = (self.buckets.len() as i64 / self.cols, self.cols);
-        let (side_m, aside_m) = (BUCKET as f64 * self.scale.spacing_m, self.aside_m());
-        let bucket = |at_m: f64, count: i64| ((at_m / side_m).floor() as i64).clamp(-1, count);
+        let (places, aside_m) = (self.places_m(road), self.aside_m());
         for ((ends, places), carrier) in road.points.windows(2).zip(places.windows(2)).zip(road.carriers()) {
-            let number = self.pieces.len() as u32;
-            let span = |axis: usize, count: i64| {
-                let (low_m, high_m) = (places[0][axis].min(places[1][axis]), places[0][axis].max(places[1][axis]));
-                bucket(low_m - aside_m, count).max(0)..=bucket(high_m + aside_m, count).min(count - 1)
-            };
-            for row in span(1, rows) {
-                for col in span(0, cols) {
-                    self.buckets[(row * cols + col) as usize].push(number);
-                }
-            }
+            let low_m = [0, 1].map(|axis| places[0][axis].min(places[1][axis]) - aside_m);
+            let high_m = [0, 1].map(|axis| places[0][axis].max(places[1][axis]) + aside_m);
+            self.buckets.put(self.pieces.len() as u32, self.bucket(low_m), self.bucket(high_m));
             self.pieces.push(Piece {
                 line: LineSegment::between(places[0], places[1]),
                 level_m: [ends[0].level_m, ends[1].level_m - ends[0].level_m],
@@ -156,13 +150,9 @@ impl<'a> RoadNetwork<'a> {
 
     /// The nearest place on any piece that will do. Of equals it is that of the highest rank.
     fn foot(&self, at: [f64; 2], will_do: impl Fn(&Piece, &Foot) -> bool) -> Option<Foot> {
-        let [col, row] = at.map(|at_m| (at_m / (BUCKET as f64 * self.scale.spacing_m)).floor() as i64);
         // Past the edge are none that matter.
-        if !(0..self.cols).contains(&col) {
-            return None;
-        }
-        let bucket = self.buckets.get(usize::try_from(row * self.cols + col).ok()?)?;
-        let feet = bucket.iter().map(|number| &self.pieces[*number as usize]).map(|piece| {
+        let near = self.buckets.at(self.bucket(at)).iter();
+        let feet = near.map(|number| &self.pieces[*number as usize]).map(|piece| {
             let (share, square) = piece.line.nearest(at);
             let place = [0, 1].map(|axis| lerp([piece.line.from[axis], piece.line.along[axis]], share));
             let level_m = lerp(piece.level_m, share);

@@ -20,13 +20,23 @@
 //! within two cells; and what is left of it, of those above it whose ellipses it enters, as they are before they are cut.
 
 mod alignment;
+mod bridging;
+mod buckets;
 mod build;
+mod ellipse;
+mod fixed;
 mod graph;
 mod junction;
+mod levels;
+mod move_cost;
+mod moves;
 mod plan_land;
 mod profile;
+mod river_index;
 mod route;
-mod bridging;
+mod route_land;
+mod spans;
+mod turn_cost;
 
 pub mod settings;
 pub mod site;
@@ -43,8 +53,8 @@ use crate::fluvial::survey::Survey;
 use crate::lines::{Line, LineId, Lines, SiteId};
 use crate::memory::{Memory, Usage};
 use crate::places::build::Builder;
+use crate::places::ellipse::Ellipse;
 use crate::places::plan_land::{PlanLand, Scale};
-use crate::places::route::Domain;
 use crate::places::settings::PlacesSettings;
 use crate::places::site::Site;
 use crate::recipe::fault::KeyPath;
@@ -86,8 +96,7 @@ impl Places {
 
     /// How full its memories are.
     pub(crate) fn usages(&self) -> Vec<Usage> {
-        [self.plan.usages(), vec![self.sites.usage(), self.edges.usage(), self.roads.usage(), self.parts.usage()]]
-            .concat()
+        vec![self.plan.usage(), self.sites.usage(), self.edges.usage(), self.roads.usage(), self.parts.usage()]
     }
 
     /// Side of a site cell in vertices.
@@ -109,13 +118,13 @@ impl Places {
     /// Vertices from a site to the furthest that a road of it may have an effect on before it is cut, at most.
     fn road_reach(&self) -> i64 {
         let Scale { side, step, spacing_m, .. } = self.plan.scale;
-        let nodes = Domain::radius((graph::CELLS * side) as f64) as i64 + 1;
+        let nodes = Ellipse::radius((graph::CELLS * side) as f64) as i64 + 1;
         nodes * step + ((self.settings.widest_m() / 2.0 + self.settings.bank_m) / spacing_m) as i64 + 2
     }
 
     /// All settlements that stand on a vertex of `area`, sorted by id.
     pub fn sites(&self, land: &dyn Survey, area: &Area) -> Vec<Arc<Site>> {
-        let inside = |site: &Arc<Site>| area.contains(&Area::new(site.at[0], site.at[1], 1, 1));
+        let inside = |site: &Arc<Site>| area.contains(&site.area());
         let mut sites: Vec<Arc<Site>> = self.sites_of_cells(land, self.cells(area, 0)).filter(inside).collect();
         sites.sort_by_key(|site| site.id);
         sites
@@ -158,7 +167,7 @@ impl Places {
         let Some(hull) = areas.iter().copied().reduce(|hull, area| hull.hull(&area)) else { return Vec::new() };
         // No site of an edge is further from a place in its ellipse.
         let Scale { side, step, .. } = self.plan.scale;
-        let cells = (Domain::radius((graph::CELLS * side) as f64) as i64 + 1) / side + 1 + graph::CELLS;
+        let cells = (Ellipse::radius((graph::CELLS * side) as f64) as i64 + 1) / side + 1 + graph::CELLS;
         let mut edges = Vec::new();
         for first in self.cells(&hull, cells) {
             for second in self.cells_around(first, graph::CELLS).filter(|second| first < *second) {
@@ -206,7 +215,7 @@ impl Places {
     /// The road between two neighbours before others cut it, if there is a way.
     fn road(&self, land: &dyn Survey, a: &Site, b: &Site) -> Option<Arc<Line>> {
         let road = self.roads.get((a.id, b.id), || {
-            let builder = Builder { settings: &self.settings, seed: self.seed, plan: &self.plan, land };
+            let builder = Builder { settings: &self.settings, seed: self.seed, plan: &self.plan, survey: land };
             builder.road(a, b).map(Arc::new)
         });
         road.as_ref().clone()
@@ -223,7 +232,7 @@ impl Places {
         }
         // The bounds of a road are a rectangle with a few vertices to spare.
         let reach = (self.settings.widest_m() / 2.0 + self.settings.bank_m) / spacing_m + 8.0;
-        let axis = Domain::axis(apart[1].min(cap) / step as f64) * step as f64;
+        let axis = Ellipse::axis(apart[1].min(cap) / step as f64) * step as f64;
         // The places nearest to the two may differ, so the sum is too small if anything: no road is missed, though
         // some are looked at in vain. Twice to each corner of its bounds.
         let ways = |area: &Area| (distance2(a, *area) as f64).sqrt() + (distance2(b, *area) as f64).sqrt();

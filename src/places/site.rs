@@ -8,7 +8,9 @@ use crate::land::WaterKind;
 use crate::lines::{FIXED, SiteId};
 use crate::memory::heap_bytes;
 use crate::names;
-use crate::places::plan_land::{PlanLand, RiverIndex, Scale, Window};
+use crate::places::fixed::FixedSegment;
+use crate::places::plan_land::{PlanLand, PlanNode, Scale, Window};
+use crate::places::river_index::RiverIndex;
 use crate::places::settings::PlacesSettings;
 
 /// How large a settlement is.
@@ -165,7 +167,7 @@ pub(super) fn site(
     let mut compared: Vec<(f64, [i64; 2])> = positions.filter_map(worth).take(COMPARED).collect();
     // Of equals the first is the best, since this keeps their order.
     compared.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let vertex = |at: [i64; 2]| [(first[0] + at[0]) * scale.step, (first[1] + at[1]) * scale.step];
+    let vertex = |at: PlanNode| scale.vertex([first[0] + at[0], first[1] + at[1]]);
     let (worth, at) = compared.into_iter().find(|(_, at)| is_dry(land, scale, vertex(*at), range.dry_m))?;
     if luck >= settings.density * (worth / GOOD).min(1.0) {
         return None;
@@ -195,19 +197,15 @@ fn suitability(
     scale: &Scale,
     window: &Window,
     rivers: &RiverIndex,
-    at: [i64; 2],
+    at: PlanNode,
 ) -> Option<f64> {
-    let height_m = window.height_m(at[0], at[1]);
+    let height_m = window.height_m(at);
     if height_m > settings.max_height_m {
         return None;
     }
     // That of the place and its four neighbours, so that a settlement of some hundred metres finds room.
-    let steepness = |col: i64, row: i64| {
-        let [east, south] = window.gradient(col, row, scale.step_m());
-        (east * east + south * south).sqrt()
-    };
-    let around = [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)];
-    let sum: f64 = around.iter().map(|(dx, dy)| steepness(at[0] + dx, at[1] + dy)).sum();
+    let around = [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)].map(|(dx, dy)| [at[0] + dx, at[1] + dy]);
+    let sum: f64 = around.iter().map(|node| length(window.gradient(*node, scale.step_m()))).sum();
     let steepness = sum / around.len() as f64;
     if steepness > STEEP {
         return None;
@@ -246,40 +244,39 @@ struct Surroundings {
 }
 
 impl Surroundings {
-    fn new(window: &Window, rivers: &RiverIndex, scale: &Scale, at: [i64; 2], range: &WaterRange) -> Surroundings {
+    fn new(window: &Window, rivers: &RiverIndex, scale: &Scale, at: PlanNode, range: &WaterRange) -> Surroundings {
         let sample_m = scale.step_m();
         let far = (range.far_m / sample_m) as i64;
         // By nodes, since lakes and the sea are no lines; rivers, which may pass between nodes, by their pieces.
         let (mut shore2, mut lowest_m, mut dry, mut all) = ((far * far) as f64, f64::INFINITY, 0, 0);
         for (dx, dy) in (-far..=far).flat_map(|dy| (-far..=far).map(move |dx| (dx, dy))) {
             let (square, node) = (dx * dx + dy * dy, [at[0] + dx, at[1] + dy]);
-            if square > far * far || !window.holds(node[0], node[1]) {
+            if square > far * far || !window.holds(node) {
                 continue;
             }
             all += 1;
-            match window.water(node[0], node[1]) {
+            match window.water(node) {
                 WaterKind::Dry => {
                     dry += 1;
-                    lowest_m = f64::min(lowest_m, window.height_m(node[0], node[1]));
+                    lowest_m = f64::min(lowest_m, window.height_m(node));
                 }
                 WaterKind::River => {}
                 WaterKind::Lake | WaterKind::Sea => shore2 = shore2.min(square as f64),
             }
         }
-        let place = at.map(|at| at * scale.step * FIXED);
+        let place = scale.fixed(at);
         let fixed_m = scale.spacing_m / FIXED as f64;
         let mut near = Vec::new();
-        rivers.near(place, place, &mut near);
         let (mut river_m, mut flood_m) = (range.far_m, f64::NEG_INFINITY);
         // Those that come within the circle of a meeting, by the pieces that cross it: one that flows by does so twice.
         let mut arms_m = Vec::new();
-        for piece in near.iter().map(|piece| &rivers.pieces[*piece as usize]) {
-            let edge_m = piece.distance2(place).sqrt() * fixed_m - piece.width_m / 2.0;
+        for piece in rivers.around(place, &mut near) {
+            let edge_m = piece.middle.distance2(place).sqrt() * fixed_m - piece.width_m / 2.0;
             if edge_m < river_m {
                 (river_m, flood_m) = (edge_m, piece.surface_m(place) + FLOOD_M);
             }
-            let is_inside = [piece.from, piece.to]
-                .map(|end| length([0, 1].map(|axis| (end[axis] - place[axis]) as f64)) * fixed_m < range.meet_m);
+            let is_inside = [piece.middle.from, piece.middle.to]
+                .map(|end| FixedSegment { from: place, to: end }.length_m(scale.spacing_m) < range.meet_m);
             if is_inside[0] != is_inside[1] {
                 arms_m.push(piece.width_m);
             }
