@@ -8,7 +8,6 @@ use crate::fluvial::survey::Survey;
 use crate::lines::{self, Bed, FIXED, Line, LineClass, LineEnd, LineId, LineKind, LinePoint, RoadClass, Structure};
 use crate::places::alignment::Alignment;
 use crate::places::bridging::carry;
-use crate::places::distance2;
 use crate::places::ellipse::{Ellipse, apart};
 use crate::places::levels::Levelled;
 use crate::places::move_cost::Ground;
@@ -18,6 +17,7 @@ use crate::places::route_land::RouteLand;
 use crate::places::settings::{PlacesSettings, Standard};
 use crate::places::site::{Site, SiteClass};
 use crate::places::spans::{REST_M, spans};
+use crate::places::way_by;
 
 /// How far corners are rounded, chosen by eye; the next is tried where a rounder line would run into water.
 const SOFTNESS: [f64; 3] = [1.0, 0.5, 0.0];
@@ -82,8 +82,8 @@ impl Builder<'_> {
         // As for the radius: a search looks at the ellipse and at the nodes next to it.
         let axis = Ellipse::axis(apart(a, b)) + 4.0;
         let ends = ends.map(|[x, y]| Area::new(x, y, 1, 1));
-        let way = |nodes: Area| ends.map(|end| (distance2(end, nodes) as f64).sqrt()).iter().sum::<f64>();
-        self.plan.window(self.survey, middle.map(|at| at - radius), (side, side), |nodes| way(nodes) <= axis)
+        let is_looked_at = |nodes: Area| way_by(nodes, ends) <= axis;
+        self.plan.window(self.survey, middle.map(|at| at - radius), (side, side), is_looked_at)
     }
 
     /// The points of a road along a line and what carries them, or the points of the line that do not do.
