@@ -4,6 +4,8 @@
 //! left are parts, from one junction to the next, whose ends lie on the middle of the road that they join, at its level.
 //! The parts of a road are a function of it and of the roads above it whose ways may come near it, whoever asks.
 
+use std::cmp::Reverse;
+use std::ops::{Range, RangeInclusive};
 use std::sync::Arc;
 
 use crate::area::Area;
@@ -12,8 +14,9 @@ use crate::lines::{
     self, Bed, FIXED, Line, LineClass, LineEnd, LineId, LinePoint, RoadClass, Structure, StructureKind,
 };
 use crate::places::buckets::Buckets;
+use crate::places::fixed::fixed;
 use crate::places::plan_land::Scale;
-use crate::places::profile::between;
+use crate::places::profile::pinned_at_ends;
 use crate::places::settings::PlacesSettings;
 
 /// Metres between the edges of two roads that are so near that they are one, and vertices.
@@ -35,9 +38,13 @@ const AHEAD: usize = 3;
 const OVER_M: f64 = 4.5;
 
 /// What roads are ranked by: the least ranks highest.
-pub(super) fn rank(road: &Line) -> (std::cmp::Reverse<RoadClass>, LineId) {
+pub(super) fn rank(road: &Line) -> (Reverse<RoadClass>, LineId) {
+    (Reverse(class(road)), road.id)
+}
+
+fn class(road: &Line) -> RoadClass {
     let LineClass::Road(class) = road.class else { unreachable!("places make roads only") };
-    (std::cmp::Reverse(class), road.id)
+    class
 }
 
 /// Vertices that a part may lie outside of the bounds of its road, for it ends on another one.
@@ -201,38 +208,21 @@ impl<'a> RoadNetwork<'a> {
     }
 
     /// The part of a road that holds some of its points, and ends on others.
-    fn part(&self, road: &Line, points: std::ops::RangeInclusive<usize>, ends: [Option<Foot>; 2], part: u32) -> Line {
+    fn part(&self, road: &Line, own: RangeInclusive<usize>, ends: [Option<Foot>; 2], part: u32) -> Line {
         let LineId::Road { from, to, .. } = road.id else { unreachable!("places make roads only") };
-        let id = LineId::Road { from, to, part };
-        let inner = points.clone().map(|index| (road.points[index], road.carrier(index)));
-        let beyond = |end: usize, beside: usize| {
-            let foot = ends[end]?;
-            let fixed = |axis: usize| {
-                let corner = [self.area.x0, self.area.y0][axis] - road.origin[axis];
-                let vertices = foot.at[axis] / self.scale.spacing_m;
-                corner as f64 + (vertices * FIXED as f64 + 0.5).floor() / FIXED as f64
-            };
-            let (level_m, beside_point) = (foot.level_m, &road.points[beside]);
-            let point = LinePoint { place: [fixed(0), fixed(1)], level_m, floor_m: level_m, ..*beside_point };
-            // What carries it, would have carried it next, or carries the other road there, does so as far as that.
-            let next = if end == 0 { beside.saturating_sub(AHEAD)..beside } else { beside + 1..beside + 1 + AHEAD };
-            let carrier = road.carrier(beside).or_else(|| next.into_iter().find_map(|index| road.carrier(index)));
-            (point.place != beside_point.place).then(|| (point, carrier.or(foot.carrier)))
-        };
-        let (start, end) = (beyond(0, *points.start()), beyond(1, *points.end()));
-        let is_carried = [&start, &end].map(|joined| joined.as_ref().and_then(|(_, carrier)| *carrier));
-        let (first, last) = (usize::from(start.is_some()), points.clone().count() - 1 + usize::from(start.is_some()));
-        let (mut points, mut carriers): (Vec<LinePoint>, Vec<_>) = start.into_iter().chain(inner).chain(end).unzip();
-        // A structure carries the way between two of its points.
-        for (point, carrier) in [first, last].into_iter().zip(is_carried) {
-            carriers[point] = carriers[point].or(carrier);
+        let (first, last) = (*own.start(), *own.end());
+        let start = ends[0].and_then(|foot| self.end_on(foot, road, first, first.saturating_sub(AHEAD)..first));
+        let end = ends[1].and_then(|foot| self.end_on(foot, road, last, last + 1..last + 1 + AHEAD));
+        let mut own: Vec<_> = own.map(|index| (road.points[index], road.carrier(index))).collect();
+        // A structure carries the way between two of its points, so what carries an end carries the point beside it.
+        for (beside, joined) in [(0, &start), (own.len() - 1, &end)] {
+            own[beside].1 = own[beside].1.or(joined.and_then(|(_, carrier)| carrier));
         }
+        let (mut points, carriers): (Vec<LinePoint>, Vec<_>) = start.into_iter().chain(own).chain(end).unzip();
         let lengths_m: Vec<f64> = points.windows(2).map(|pair| lines::piece_m(pair, road.spacing_m)).collect();
         let levels_m: Vec<f64> = points.iter().map(|point| point.level_m).collect();
-        let LineClass::Road(class) = road.class else { unreachable!("places make roads only") };
-        for (point, level_m) in
-            points.iter_mut().zip(between(&lengths_m, &levels_m, self.settings.standard(class).profile_grade()))
-        {
+        let grade = self.settings.standard(class(road)).profile_grade();
+        for (point, level_m) in points.iter_mut().zip(pinned_at_ends(&lengths_m, &levels_m, grade)) {
             // As precise as heights are.
             point.level_m = f64::from(level_m as f32);
             point.floor_m = point.level_m;
@@ -241,7 +231,7 @@ impl<'a> RoadNetwork<'a> {
         let reach = (points[0].half_width_m + bank_m) / road.spacing_m;
         let is_end = points[points.len() - 1].place == road.points[road.points.len() - 1].place;
         Line {
-            id,
+            id: LineId::Road { from, to, part },
             course: road.course,
             name: road.name.clone(),
             bounds: lines::bounds(road.origin, &points, reach),
@@ -250,6 +240,24 @@ impl<'a> RoadNetwork<'a> {
             points,
             ..*road
         }
+    }
+
+    /// The point at which a part of a road ends on another one, past its point `beside`, and what carries it; none where the
+    /// two are one. `next` are the points that the road itself goes on with.
+    fn end_on(
+        &self,
+        foot: Foot,
+        road: &Line,
+        beside: usize,
+        mut next: Range<usize>,
+    ) -> Option<(LinePoint, Option<StructureKind>)> {
+        let corner = [self.area.x0 - road.origin[0], self.area.y0 - road.origin[1]];
+        let from_corner = fixed(foot.at.map(|at_m| at_m / self.scale.spacing_m));
+        let place = [0, 1].map(|axis| corner[axis] as f64 + from_corner[axis] as f64 / FIXED as f64);
+        let point = LinePoint { place, level_m: foot.level_m, floor_m: foot.level_m, ..road.points[beside] };
+        // What carries the road, would have carried it next, or carries the other road there, does so as far as that.
+        let carrier = road.carrier(beside).or_else(|| next.find_map(|index| road.carrier(index)));
+        (place != road.points[beside].place).then(|| (point, carrier.or(foot.carrier)))
     }
 }
 
