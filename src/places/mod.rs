@@ -3,7 +3,7 @@
 //! ```text
 //! Survey --> plan_land.rs heights, waters and rivers on the nodes of the plan, about 64 m apart; remembered by blocks
 //!             |
-//!          site.rs     the best of 40 hashed positions of each site cell      crate::names  what it is called
+//!          site.rs     the best of 40 hashed positions of each site cell: suitability.rs     crate::names  what it is called
 //!             |
 //!          graph.rs    which sites are neighbours: the Gabriel graph, 2 site cells at most
 //!             |
@@ -36,6 +36,7 @@ mod river_index;
 mod route;
 mod route_land;
 mod spans;
+mod suitability;
 mod turn_cost;
 
 pub mod settings;
