@@ -158,7 +158,7 @@ fn of_road(_: &World, road: &Arc<Line>) -> RoadFeature {
 pub struct CrossingFeature {
     /// Its name in the world: `x`, the numbers of its road, and its own there.
     pub id: String,
-    /// Which of the three it is.
+    /// A bridge, a ford or a tunnel.
     pub kind: StructureKind,
     /// Its road.
     pub road: LineId,

@@ -72,9 +72,9 @@ struct Here {
     limits: HeightLimits,
     /// Metres to the middle of the nearest piece on the ground; infinite where none is in reach.
     ground_m: f32,
-    /// The same of pieces on bridges.
+    /// Metres to the middle of the nearest piece on a bridge.
     bridge_m: f32,
-    /// The same of pieces in tunnels.
+    /// Metres to the middle of the nearest piece in a tunnel.
     tunnel_m: f32,
 }
 
@@ -199,7 +199,7 @@ struct RoadPiece {
     ends: [[f64; 2]; 2],
     /// From its start to its end, in vertices.
     way: [f32; 2],
-    /// The same, over the square of its length.
+    /// The way from its start to its end, over the square of its length.
     per_square: [f32; 2],
     spacing_m: f32,
 }

@@ -88,14 +88,14 @@ pub enum LineClass {
     Plain,
 }
 
-/// What a line ends in.
+/// What a line leads to with its last point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineEnd {
     /// The sea.
     Sea,
-    /// That line, or of a road any part of its course.
+    /// Another line. Of a road it is the id of its course, whichever part of that the line ends on.
     Line(LineId),
-    /// That lake.
+    /// A lake of the relief.
     Lake(LakeId),
     /// A pond of its own.
     Pond,

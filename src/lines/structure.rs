@@ -29,11 +29,11 @@ impl StructureKind {
 /// A bridge, a tunnel or a ford of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Structure {
-    /// Which of them.
+    /// A bridge, a tunnel or a ford.
     pub kind: StructureKind,
     /// Its first point among the line's.
     pub first: usize,
-    /// Its last point.
+    /// Its last point, which may be its first.
     pub last: usize,
 }
 

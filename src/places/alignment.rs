@@ -23,13 +23,13 @@ const CHUNK: usize = 16;
 /// The middle line of a road, about [`Scale::fine`] vertices from point to point.
 #[derive(Debug)]
 pub(super) struct Alignment {
-    /// In 1/256 vertex from the window's first node.
+    /// Places in 1/256 vertex from the window's first node.
     pub points: Vec<[i64; 2]>,
     /// Whether a point lies on a leg that goes over a lake or the sea.
     pub bridged: Vec<bool>,
     /// Metres from a point to the next.
     pub lengths_m: Vec<f64>,
-    /// That of the plan.
+    /// The scale of the plan on which the way was found.
     pub scale: Scale,
 }
 
@@ -135,8 +135,8 @@ impl Alignment {
         (0..route.bridges.len()).min_by(|a, b| far(*a).total_cmp(&far(*b))).expect("a way has legs")
     }
 
-    /// What each point lies in, or the line to the next one may: what any corner of its cell does, [`Scale::fine`] vertices a
-    /// side. `origin` is the window's first vertex.
+    /// The water that each point lies in, or that the line to the next one may cross: that of any corner of its cell,
+    /// [`Scale::fine`] vertices a side, lakes and the sea before rivers. `origin` is the window's first vertex.
     pub fn waters(&self, land: &dyn Survey, origin: [i64; 2]) -> Vec<WaterKind> {
         self.asked(origin, |x0, y0, cols, rows| {
             let waters = land.waters(x0, y0, self.scale.fine, cols, rows);

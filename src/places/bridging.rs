@@ -70,8 +70,8 @@ fn straighten(heights_m: &mut [f64], lengths_m: &[f64], runs: &[(usize, usize)],
     }
 }
 
-/// What carries a road whose levels are given, with the heights of the land under it: where it lies on the ground and too
-/// far above or below the land, that becomes a bridge or a tunnel.
+/// Adds viaducts and tunnels to what carries the points of a road, given its levels and the heights of the land under it: where
+/// it would lie on the ground, but too far above or below the land.
 pub(super) fn carry(carriers: &mut [Option<StructureKind>], levels_m: &[f64], heights_m: &[f64]) {
     let structures = [
         (StructureKind::Bridge, FILL_M.runs(&off_m(levels_m, heights_m))),

@@ -25,7 +25,7 @@ const SOFTNESS: [f64; 3] = [1.0, 0.5, 0.0];
 /// Ways that are tried, chosen by eye; after each, the legs that did not do are closed to the next.
 const TRIES: usize = 8;
 
-/// What a road is built with.
+/// What all roads of a world are built with.
 pub(super) struct Builder<'a> {
     pub settings: &'a PlacesSettings,
     pub seed: u64,
@@ -46,7 +46,7 @@ impl Builder<'_> {
         classes.into_iter().filter(|class| *class <= asked).find_map(|class| self.of_class(class, &land, [a, b]))
     }
 
-    /// The same of a class, if there is a way for it.
+    /// The road of a class from one site to another, if there is a way for it.
     fn of_class(&self, class: RoadClass, land: &RouteLand, sites: [&Site; 2]) -> Option<Line> {
         let standard = self.settings.standard(class);
         let [from, to] = sites.map(|site| {

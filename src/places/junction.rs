@@ -37,7 +37,7 @@ const AHEAD: usize = 3;
 /// Directive 96/53/EC), and need some air.
 const OVER_M: f64 = 4.5;
 
-/// What roads are ranked by: the least ranks highest.
+/// The rank of a road among those of a world, by class and then by id: the least ranks highest.
 pub(super) fn rank(road: &Line) -> (Reverse<RoadClass>, LineId) {
     (Reverse(class(road)), road.id)
 }
@@ -139,6 +139,7 @@ impl<'a> RoadNetwork<'a> {
         at_m.map(|at_m| (at_m / (BUCKET as f64 * self.scale.spacing_m)).floor() as i64)
     }
 
+    /// Adds the pieces of a road, or of a part of one.
     fn add(&mut self, road: &Line) {
         let (places, aside_m) = (self.places_m(road), self.aside_m());
         for ((ends, places), carrier) in road.points.windows(2).zip(places.windows(2)).zip(road.carriers()) {
@@ -170,7 +171,7 @@ impl<'a> RoadNetwork<'a> {
         feet.reduce(|best, foot| if foot.distance_m < best.distance_m { foot } else { best })
     }
 
-    /// What is left of a road beside those that are here.
+    /// The parts of a road that do not lie on those that are in the network, in the order of its points.
     fn parts(&self, road: &Line) -> Vec<Line> {
         let places = self.places_m(road);
         let feet: Vec<Option<Foot>> = (0..places.len()).map(|index| self.touched(road, index, places[index])).collect();
@@ -187,7 +188,7 @@ impl<'a> RoadNetwork<'a> {
         parts
     }
 
-    /// Where a point of a road lies on one that is here already.
+    /// The place on a road of the network that a point of another one lies on, if it does.
     fn touched(&self, road: &Line, index: usize, at: [f64; 2]) -> Option<Foot> {
         let (point, carrier) = (&road.points[index], road.carrier(index));
         let is_off = |carrier| matches!(carrier, Some(StructureKind::Bridge | StructureKind::Tunnel));

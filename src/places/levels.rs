@@ -61,7 +61,8 @@ impl Levelled<'_> {
         self.line.points.iter().map(&mut surface_m).collect()
     }
 
-    /// What the levels must keep to.
+    /// What the levels must keep to, given those that are wished, the heights of rivers' surfaces, and the metres of air under
+    /// bridges.
     fn demands(&self, wished_m: &[f64], surfaces_m: &[f64], spans: &[Span], clearance_m: f64) -> Demands {
         let (heights_m, count) = (self.heights_m, self.heights_m.len());
         let mut demands = Demands {

@@ -21,11 +21,11 @@ pub(super) const UNIT: f64 = 16.0;
 // It also stands for what has not been reached: no cost that is counted comes near it.
 pub(super) const FORBIDDEN: u32 = u32::MAX;
 
-/// What a metre at the steepest grade costs more than a level one. From 1 on, a way takes the length that halves the
+/// Metres of level way that a metre at the steepest grade costs more than a level one. Chosen by eye. From 1 on, a way takes the length that halves the
 /// grade rather than climb straight.
 const STEEP: f64 = 2.0;
 
-/// What a metre costs more on land that falls by 1 to the side: an earthwork. Chosen by eye.
+/// Metres of level way that a metre costs more on land that falls by a metre a metre to the side: an earthwork. Chosen by eye.
 const SIDE: f64 = 3.0;
 
 /// How much more a metre costs where it is worst to walk for no reason that the heights show: what keeps ways from
@@ -74,7 +74,7 @@ impl Costs {
     }
 }
 
-/// What moves depend on.
+/// What the costs of moves depend on: the land, the class of the road, and what has been tried.
 pub(super) struct Ground<'a> {
     pub land: &'a RouteLand,
     pub standard: &'a Standard,
@@ -145,7 +145,7 @@ impl Ground<'_> {
         self.land.window.height_m(to) - self.land.window.height_m(from)
     }
 
-    /// What the straight move from one node to another costs.
+    /// What the straight move from one node to another costs, in parts of a metre, or [`FORBIDDEN`].
     fn cost(&self, from: PlanNode, to: PlanNode, near: &mut Vec<u32>) -> u32 {
         // The same there and back, to the bit: so roads that leave a site for two others share a way while they can.
         let (from, to) = if from < to { (from, to) } else { (to, from) };
@@ -153,7 +153,7 @@ impl Ground<'_> {
         cost_m.map_or(FORBIDDEN, |cost_m| (cost_m * UNIT) as u32)
     }
 
-    /// The same in metres of a level way; `None` if it cannot be made.
+    /// What a move costs in metres of level way; `None` if it cannot be made.
     fn cost_m(&self, from: PlanNode, to: PlanNode, near: &mut Vec<u32>) -> Option<f64> {
         if self.closed.contains(&(from, to)) || self.closed.contains(&(to, from)) {
             return None;

@@ -99,7 +99,7 @@ pub(super) struct Window {
     pub rows: usize,
     /// A height a node, row by row.
     heights_m: Vec<f32>,
-    /// What stands on each, likewise.
+    /// The water on each node, row by row.
     waters: Vec<WaterKind>,
     /// Each piece that touches the rectangle once, sorted.
     pub rivers: Vec<RiverPiece>,

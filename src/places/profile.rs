@@ -79,8 +79,8 @@ pub(super) fn swept(lengths_m: &[f64], mut values: Vec<f64>, grade: f64, extreme
     values
 }
 
-/// Levels that keep to those at both ends, and else are those given as far as the grade lets them. Ends that no grade joins
-/// miss by the same at both.
+/// The levels given, bent as little as keeps them within the grade of those at both ends. Ends too far apart for the grade are
+/// both missed by the same.
 pub(super) fn pinned_at_ends(lengths_m: &[f64], levels_m: &[f64], grade: f64) -> Vec<f64> {
     let last = levels_m.len() - 1;
     let length_m: f64 = lengths_m.iter().sum();

@@ -20,10 +20,13 @@ pub(super) struct RouteLand {
     pub scale: Scale,
     pub window: Window,
     pub rivers: RiverIndex,
-    /// By node, row by row, as all that follows: whether no road can stand there.
+    /// By node, row by row, as all below: whether it is so near to water that no road can stand there.
     wet: Vec<bool>,
+    /// Metres up a metre east and south.
     gradient: Vec<[f64; 2]>,
+    /// How bad it is to walk on, 0 to 1.
     wander: Vec<f64>,
+    /// Whether there is a lake or the sea on any node.
     has_open_water: bool,
 }
 
@@ -102,7 +105,7 @@ pub(super) fn shore2(piece: &PlanPiece, scale: &Scale) -> f64 {
     distance * distance
 }
 
-/// Whether a road cannot stand on a node.
+/// Whether a node is so near to water that no road can stand there.
 fn is_wet(window: &Window, rivers: &RiverIndex, scale: &Scale, node: PlanNode, near: &mut Vec<u32>) -> bool {
     // Rivers run between nodes, and narrow ones wet none: so their lines are asked about as well.
     let at = scale.fixed(node);

@@ -94,7 +94,7 @@ impl PlacesSettings {
         self.widest_m() / 2.0 + self.bank_m
     }
 
-    /// What is asked of roads of a class.
+    /// The widths, grades, curves and crossings of roads of a class.
     pub(super) fn standard(&self, class: RoadClass) -> Standard {
         let index = class as usize;
         Standard {

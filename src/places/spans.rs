@@ -52,7 +52,7 @@ struct Crossed {
     level_m: f64,
 }
 
-/// What a line has of waters.
+/// The waters on a line.
 struct Wetness<'a> {
     waters: &'a [WaterKind],
     /// Whether each point lies in a river.

@@ -46,7 +46,7 @@ pub(super) struct WaterRange {
 }
 
 impl WaterRange {
-    /// Those in site cells of such a side.
+    /// The metres that matter in site cells of a side of `site_m` metres.
     pub fn new(site_m: f64) -> WaterRange {
         let part = (site_m / 4000.0).min(1.0);
         WaterRange { dry_m: 60.0 * part, near_m: 300.0 * part, meet_m: 500.0 * part, far_m: 1000.0 * part }
