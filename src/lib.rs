@@ -80,7 +80,7 @@
 //! | piece | a straight part of a line as some stage sees it: of a river, a road, a bed, a lake |
 //! | channel, segment | a watercourse of the network, wet or dry / a straight part of it |
 //! | trunk, tributary | a channel of the coarsest level / of one below |
-//! | course, part | a river or a road from end to end / what lakes, or other roads, leave of it |
+//! | course, part | the way of a river or a road from end to end / what lakes, or other roads, leave of it |
 //! | alignment, profile | the middle of a road as planned / its heights |
 //! | site, site cell | a settlement / the square of the lattice that holds one at most |
 //! | plan, node | the coarse lattice on which sites and roads are found / a point of it |
