@@ -44,10 +44,13 @@ impl Levelled<'_> {
             |spans: &[Span], clearance_m| self.demands(&wished_m, &surfaces_m, spans, clearance_m).profile(grade);
         // The least is given up first: air under bridges before fords, and fords before the way.
         let least_m = LEAST_CLEARANCE_M.min(clearance_m);
-        profile(spans, clearance_m).or_else(|| profile(spans, least_m)).or_else(|| {
-            spans.iter_mut().for_each(|span| span.kind = StructureKind::Bridge);
-            profile(spans, least_m)
-        })
+        if let Some(levels_m) = profile(spans, clearance_m).or_else(|| profile(spans, least_m)) {
+            return Some(levels_m);
+        }
+        for span in spans.iter_mut() {
+            span.kind = StructureKind::Bridge;
+        }
+        profile(spans, least_m)
     }
 
     /// The height of the surface of the river nearest to each point; infinite where none is near.
