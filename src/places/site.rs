@@ -122,13 +122,8 @@ pub(super) fn site(
     if luck >= settings.density * (worth / GOOD).min(1.0) {
         return None;
     }
-    // Good land and luck make a town; how many of each class there are and how many live there is chosen by eye.
-    let rank = 0.5 * worth + 0.5 * hash::share(id.hash(seed, Stream::SiteClass));
-    let (class, people) = match rank {
-        ..0.55 => (SiteClass::Hamlet, 20.0 + 200.0 * rank),
-        0.55..0.78 => (SiteClass::Village, 200.0 + 6000.0 * (rank - 0.55)),
-        _ => (SiteClass::Town, 2000.0 + 80_000.0 * (rank - 0.78)),
-    };
+    // Good land and luck make a town.
+    let (class, population) = class_and_people(0.5 * worth + 0.5 * hash::share(id.hash(seed, Stream::SiteClass)));
     let vertex = vertex(at);
     Some(Site {
         id,
@@ -136,9 +131,19 @@ pub(super) fn site(
         // The plan's nodes may know the land less finely.
         height_m: land.heights_m(vertex[0], vertex[1], 1, 1, 1)[0],
         class,
-        population: people as u32,
+        population,
         name: names::settlement(seed, id),
     })
+}
+
+/// The class of a settlement of a rank, 0 to 1, and how many people live there. Chosen by eye.
+fn class_and_people(rank: f64) -> (SiteClass, u32) {
+    let (class, people) = match rank {
+        ..0.55 => (SiteClass::Hamlet, 20.0 + 200.0 * rank),
+        0.55..0.78 => (SiteClass::Village, 200.0 + 6000.0 * (rank - 0.55)),
+        _ => (SiteClass::Town, 2000.0 + 80_000.0 * (rank - 0.78)),
+    };
+    (class, people as u32)
 }
 
 /// Whether there is no water within so many metres of a vertex: the plan's nodes know less of it than the land does.
