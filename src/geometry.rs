@@ -11,6 +11,13 @@ pub fn lerp([start, change]: [f64; 2], share: f64) -> f64 {
     start + change * share
 }
 
+/// The value at a place in a cell, from those at its north-western, north-eastern, south-western and south-eastern corner:
+/// shares of the cell east and south.
+pub fn bilinear([a, b, c, d]: [f64; 4], [east, south]: [f64; 2]) -> f64 {
+    let (north, below) = (a + (b - a) * east, c + (d - c) * east);
+    north + (below - north) * south
+}
+
 /// From 0 to 1 as `t` is, without a corner at either end; half again as steep in its middle.
 pub fn smooth(t: f64) -> f64 {
     let t = t.clamp(0.0, 1.0);

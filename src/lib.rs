@@ -30,12 +30,12 @@
 //!   noise/      fractals of simplex noise on the lanes of simd
 //!   recipe/     what all settings share: key paths, faults, checks by the schema, masks
 //!   land        heights and the water on them
-//!   lines/      one type for rivers and roads, and the imprint that they leave in land        input: 5 vertices more
+//!   lines/      one type for rivers and roads, and the imprint that they leave in land        input: 9 vertices more
 //!   names       what rivers, lakes, peaks and settlements are called
 //!      |
 //!   fluvial/    rivers first, then the land between them; lakes, coasts, peaks; a survey for those who plan on it
 //!   relief/     World, area -> land: of noise, or fluvial                                     input: the area
-//!   places/     survey -> settlements, and roads between them: lines                          reach: 2 site cells
+//!   places/     survey -> settlements, and roads between them: lines                          reach: 2.5 site cells
 //!   agents/     bare heights -> the thesis' rivers and roads: lines                           reach: the tiles they may cross
 //!      |
 //!   preset/     text -> Preset: a user's recipe, every key checked by the stage that reads it
@@ -80,8 +80,13 @@
 //! | piece | a straight part of a line as some stage sees it: of a river, a road, a bed, a lake |
 //! | channel, segment | a watercourse of the network, wet or dry / a straight part of it |
 //! | trunk, tributary | a channel of the coarsest level / of one below |
-//! | course, alignment, profile | the channels of a river / the middle of a road as planned / its heights |
-//! | route, trace | the nodes of a planned road / of an agent's way |
+//! | course, part | the way of a river or a road from end to end / what lakes, or other roads, leave of it |
+//! | alignment, profile | the middle of a road as planned / its heights |
+//! | site, site cell | a settlement / the square of the lattice that holds one at most |
+//! | plan, node | the coarse lattice on which sites and roads are found / a point of it |
+//! | route, move, leg | the nodes of a planned road / a straight way from one node to another / one of a route |
+//! | trace | the nodes of an agent's way |
+//! | span | the points of a road that are carried over water, or go through it |
 //! | landform, feature | a lake, coast or peak as found / anything that maps and vectors show, with attributes |
 //! | blend map | how much of each ground material a vertex has; the weights of a vertex sum to exactly 255 |
 //! | part of a tile, digest | one kind of what it holds, such as its heights / the BLAKE3 of each |

@@ -96,7 +96,7 @@ impl World {
         self.preset.tile_cells
     }
 
-    /// Heights from noise.
+    /// What makes its heights: noise, or rivers and the land between them.
     pub fn relief(&self) -> &Relief {
         &self.relief
     }

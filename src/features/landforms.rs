@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use crate::features::layer::{Column, Kind, Layer, Shape, flat, point};
-use crate::features::names::vertex_of_cell;
 use crate::features::plane::{length_m, metres};
 use crate::fluvial::landforms::coast::Coast;
 use crate::fluvial::landforms::lakes::Lake;
 use crate::fluvial::landforms::peaks::Peak;
+use crate::fluvial::point::GRAINS;
 use crate::lines::{LakeId, LineId};
 use crate::world::World;
 
@@ -51,13 +51,20 @@ fn of_lake(world: &World, lake: &Arc<Lake>) -> LakeFeature {
     let ring = |ring: &Vec<[f64; 2]>| ring.iter().map(|point| metres(*point, world.spacing_m())).collect();
     LakeFeature {
         id: lake.id.to_string(),
-        // Names go by the place, so that a tongue is at home in a part of the world.
-        name: world.names().map(|names| names.lake(vertex_of_cell(world, level, [x, y]), &[i64::from(level), x, y])),
+        name: world.names().map(|names| names.lake(first_vertex(world, level, [x, y]), &[i64::from(level), x, y])),
         level_m: lake.level_m,
         area_m2: lake.area_m2,
         outlet: lake.outlet,
         rings: lake.rings.iter().map(ring).collect(),
     }
+}
+
+/// The vertex at which a cell of a level of the network begins: names go by the place, since a tongue is at home in a part of
+/// the world.
+fn first_vertex(world: &World, level: u32, cell: [i64; 2]) -> [i64; 2] {
+    let fluvial = world.relief().fluvial().expect("only fluvial worlds have lakes");
+    // Cells are `side` grains apart, and vertices `GRAINS`.
+    cell.map(|at| (at * fluvial.fields().side(level)).div_euclid(GRAINS))
 }
 
 /// A piece of coast.

@@ -19,9 +19,9 @@ pub struct Layer<S: 'static, F: 'static> {
     pub(super) sources: fn(&World, &Area) -> Vec<S>,
     /// What the features of a layer are sorted by; no two have the same.
     pub(super) key: fn(&S) -> Vec<u8>,
-    /// Makes a feature.
+    /// Makes a feature of what the world has.
     pub(super) feature: fn(&World, &S) -> F,
-    /// Its geometry.
+    /// The geometry of a feature.
     pub(super) lines: fn(F) -> Geometry,
 }
 
@@ -84,15 +84,15 @@ pub enum Kind {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Value {
-    /// Of an attribute that the feature has not.
+    /// No value: the feature does not have the attribute.
     Nothing,
-    /// Of [`Kind::Integer`].
+    /// The value of an attribute of [`Kind::Integer`].
     Integer(i64),
-    /// Of [`Kind::Real`].
+    /// The value of an attribute of [`Kind::Real`].
     Real(f64),
-    /// Of [`Kind::Real32`].
+    /// The value of an attribute of [`Kind::Real32`].
     Real32(f32),
-    /// Of [`Kind::Text`].
+    /// The value of an attribute of [`Kind::Text`].
     Text(String),
 }
 
@@ -126,12 +126,12 @@ impl<F> Column<F> {
         Column { head: Head { name, key: name, kind, required: true }, value }
     }
 
-    /// One that some features have not.
+    /// An attribute that some features do not have.
     pub(super) const fn optional(name: &'static str, kind: Kind, value: fn(&F) -> Value) -> Column<F> {
         Column { head: Head { name, key: name, kind, required: false }, value }
     }
 
-    /// One that each has, with another key in objects than in tables.
+    /// An attribute that each feature has, with another key in objects than in tables.
     pub(super) const fn keyed(name: &'static str, key: &'static str, kind: Kind, value: fn(&F) -> Value) -> Column<F> {
         Column { head: Head { name, key, kind, required: true }, value }
     }

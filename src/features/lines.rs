@@ -6,7 +6,7 @@ use crate::area::{Area, TileId};
 use crate::features::layer::{Column, Kind, Layer, Shape, flat, point};
 use crate::features::plane::{length_m, metres};
 use crate::lines::{
-    FIXED, Line, LineClass, LineEnd, LineId, LineKind, LinePoint, Lines, RoadClass, SiteId, Structure, StructureKind,
+    FIXED, Line, LineClass, LineEnd, LineId, LineKind, LinePoint, Lines, RoadClass, SiteId, StructureKind,
 };
 use crate::world::World;
 
@@ -158,7 +158,7 @@ fn of_road(_: &World, road: &Arc<Line>) -> RoadFeature {
 pub struct CrossingFeature {
     /// Its name in the world: `x`, the numbers of its road, and its own there.
     pub id: String,
-    /// Which of the three it is.
+    /// A bridge, a ford or a tunnel.
     pub kind: StructureKind,
     /// Its road.
     pub road: LineId,
@@ -168,7 +168,7 @@ pub struct CrossingFeature {
     pub at: [f64; 2],
 }
 
-/// All crossings of the roads that touch an area.
+/// All crossings of the roads that touch an area: roads, and the numbers of their structures.
 pub static CROSSINGS: Layer<(Arc<Line>, usize), CrossingFeature> = Layer {
     name: "crossings",
     about: "bridges, fords and tunnels of the roads; metres",
@@ -196,8 +196,8 @@ fn crossing_id((road, number): &(Arc<Line>, usize)) -> String {
 }
 
 fn of_crossing(_: &World, source: &(Arc<Line>, usize)) -> CrossingFeature {
-    let road = &source.0;
-    let structure: &Structure = &road.structures[source.1];
+    let (road, number) = source;
+    let structure = &road.structures[*number];
     let middle = structure.middle(road).map(|at| at as f64 / FIXED as f64);
     CrossingFeature {
         id: crossing_id(source),

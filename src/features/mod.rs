@@ -4,7 +4,7 @@
 //! World, area --> lines.rs       rivers, roads, crossings; rivers and roads of agents
 //!                 landforms.rs   lakes, coast, peaks
 //!                 sites.rs       settlements
-//!                     |          each a plain struct, named by names.rs, in metres by plane.rs
+//!                     |          each a plain struct, in metres by plane.rs
 //!                     v
 //!                 layer.rs       the features of one kind, and the columns that describe them
 //! ```
@@ -16,7 +16,6 @@
 //! A new kind of features is a struct with its [`Layer`] in one of the files, and a place in [`layers`].
 
 mod plane;
-mod names;
 pub mod layer;
 pub mod landforms;
 pub mod lines;

@@ -10,9 +10,10 @@ use crate::grid::Grid;
 use crate::land::{Water, WaterKind};
 use crate::lines::{Bed, Line, StructureKind};
 
-/// Metres along for a metre of height, of a fill and of a cut: what loose earth and what firm ground stand at, 27 and 34 degrees.
-/// Chosen by eye among the 1:1.5 to 1:2 that are usual.
+/// Metres along for a metre of height of a fill: loose earth stands at 27 degrees. Chosen by eye, as that of cuts, among the
+/// 1:1.5 to 1:2 that are usual.
 const FILL: f32 = 2.0;
+/// Metres along for a metre of height of a cut: firm ground stands at 34 degrees.
 const CUT: f32 = 1.5;
 
 /// Share of the bank from which on a road's effect fades, to exactly nothing at the bank's end; chosen by eye.
@@ -43,6 +44,7 @@ struct HeightLimits {
 const FREE: HeightLimits = HeightLimits { low_m: f32::NEG_INFINITY, high_m: f32::INFINITY, weight: 0.0 };
 
 impl HeightLimits {
+    /// Both at once: what either demands.
     fn and(self, other: HeightLimits) -> HeightLimits {
         HeightLimits {
             low_m: self.low_m.max(other.low_m),
@@ -51,6 +53,7 @@ impl HeightLimits {
         }
     }
 
+    /// A height in metres as it is demanded.
     fn applied(self, height_m: f32) -> f32 {
         if self.weight <= 0.0 {
             return height_m;
@@ -63,14 +66,22 @@ impl HeightLimits {
     }
 }
 
-/// What one road does to a vertex, as far as it has been seen.
+/// What one road does to a vertex, by the pieces of it that have been looked at.
 #[derive(Clone, Copy)]
 struct Here {
     limits: HeightLimits,
-    /// Metres to the middle of the nearest piece on the ground, of the nearest on a bridge and of that in a tunnel.
+    /// Metres to the middle of the nearest piece on the ground; infinite where none is in reach.
     ground_m: f32,
+    /// Metres to the middle of the nearest piece on a bridge.
     bridge_m: f32,
+    /// Metres to the middle of the nearest piece in a tunnel.
     tunnel_m: f32,
+}
+
+impl Here {
+    /// Nothing is in reach.
+    const UNTOUCHED: Here =
+        Here { limits: FREE, ground_m: f32::INFINITY, bridge_m: f32::INFINITY, tunnel_m: f32::INFINITY };
 }
 
 impl Built {
@@ -85,53 +96,17 @@ impl Built {
         let Bed::Built { bank_m } = line.bed else { return };
         // What does not touch the area costs no grid.
         let Some(part) = self.share.area().common(&line.bounds) else { return };
-        let unseen = Here { limits: FREE, ground_m: f32::INFINITY, bridge_m: f32::INFINITY, tunnel_m: f32::INFINITY };
         // What a vertex is nearest to is known after all pieces only, so they are gathered before anything is changed.
-        let mut seen = Grid::filled(part, unseen);
-        let (bank_m, spacing_m) = (bank_m as f32, line.spacing_m as f32);
-        // A built road is as wide everywhere.
-        let half_m = line.points[0].half_width_m as f32;
-        // One more for what the whole number leaves off.
-        let reach = ((line.points[0].half_width_m + bank_m as f64) / line.spacing_m) as i64 + 1;
-        for ([from, to], carrier) in line.pieces().zip(line.carriers()) {
-            let piece = RoadPiece::new(line, [from.place, to.place]);
-            let Some(around) = piece.around(reach).common(&part) else { continue };
-            let (from_m, rise_m) = (from.level_m as f32, to.level_m as f32 - from.level_m as f32);
-            for y in around.y0..around.y1 {
-                let row = seen.row_mut(y, around.x0, around.x1);
-                for (x, here) in (around.x0..around.x1).zip(row) {
-                    let (along, distance_m) = piece.nearest(x, y);
-                    let beyond_m = (distance_m - half_m).max(0.0);
-                    // A hard end: past it there is exactly nothing, so an area need not know of roads further off.
-                    if beyond_m >= bank_m {
-                        continue;
-                    }
-                    let nearest_m = match carrier {
-                        Some(StructureKind::Bridge) => &mut here.bridge_m,
-                        Some(StructureKind::Tunnel) => &mut here.tunnel_m,
-                        Some(StructureKind::Ford) | None => &mut here.ground_m,
-                    };
-                    *nearest_m = nearest_m.min(distance_m);
-                    if matches!(carrier, Some(StructureKind::Bridge | StructureKind::Tunnel)) {
-                        continue;
-                    }
-                    // Only what lies on the ground cuts and fills; a bridge was measured above to claim its vertices.
-                    let level_m = from_m + rise_m * along;
-                    let weight = ((1.0 - beyond_m / bank_m) / (1.0 - FADE)).min(1.0);
-                    let limits =
-                        HeightLimits { low_m: level_m - beyond_m / FILL, high_m: level_m + beyond_m / CUT, weight };
-                    here.limits = here.limits.and(limits);
-                }
-            }
-        }
+        let gathered = gathered(line, part, bank_m as f32);
+        let (half_m, spacing_m) = (half_width_m(line) as f32, line.spacing_m as f32);
+        // A ramp one vertex wide, half done at the road's edge: a narrow road does not come and go.
+        let covered = |half_m: f32, distance_m: f32| ((half_m - distance_m) / spacing_m + 0.5).clamp(0.0, 1.0);
         for y in part.y0..part.y1 {
-            let rows = self.limits.row_mut(y, part.x0, part.x1).iter_mut();
+            let here = gathered.row(y, part.x0, part.x1).iter();
+            let limits = self.limits.row_mut(y, part.x0, part.x1).iter_mut();
             let shares = self.share.row_mut(y, part.x0, part.x1).iter_mut();
             let decks = self.decks.row_mut(y, part.x0, part.x1).iter_mut();
-            for ((here, deck), (limits, share)) in seen.row(y, part.x0, part.x1).iter().zip(decks).zip(rows.zip(shares))
-            {
-                // A ramp one vertex wide, half done at the road's edge: a narrow road does not come and go.
-                let covered = |half_m: f32, distance_m: f32| ((half_m - distance_m) / spacing_m + 0.5).clamp(0.0, 1.0);
+            for ((here, deck), (limits, share)) in here.zip(decks).zip(limits.zip(shares)) {
                 *deck = deck.max(covered(half_m.max(spacing_m / 2.0), here.ground_m.min(here.bridge_m)));
                 // What is nearest to a bridge or a tunnel belongs to it; at its ends the ground has the last word.
                 if here.bridge_m.min(here.tunnel_m) < here.ground_m || here.ground_m == f32::INFINITY {
@@ -173,11 +148,56 @@ impl Built {
     }
 }
 
+/// Metres from the middle of a built road to its edge, which is as far everywhere.
+fn half_width_m(line: &Line) -> f64 {
+    line.points[0].half_width_m
+}
+
+/// What the pieces of a road do to the vertices of an area.
+fn gathered(line: &Line, area: Area, bank_m: f32) -> Grid<Here> {
+    let mut gathered = Grid::filled(area, Here::UNTOUCHED);
+    let half_m = half_width_m(line) as f32;
+    // One more for what the whole number leaves off.
+    let reach = ((half_width_m(line) + bank_m as f64) / line.spacing_m) as i64 + 1;
+    for ([from, to], carrier) in line.pieces().zip(line.carriers()) {
+        let piece = RoadPiece::new(line, [from.place, to.place]);
+        let Some(around) = piece.around(reach).common(&area) else { continue };
+        let (from_m, rise_m) = (from.level_m as f32, to.level_m as f32 - from.level_m as f32);
+        for y in around.y0..around.y1 {
+            let row = gathered.row_mut(y, around.x0, around.x1);
+            for (x, here) in (around.x0..around.x1).zip(row) {
+                let (along, distance_m) = piece.nearest(x, y);
+                let beyond_m = (distance_m - half_m).max(0.0);
+                // A hard end: past it there is exactly nothing, so an area need not know of roads further off.
+                if beyond_m >= bank_m {
+                    continue;
+                }
+                // Only what lies on the ground cuts and fills; the others are measured to claim their vertices.
+                match carrier {
+                    Some(StructureKind::Bridge) => here.bridge_m = here.bridge_m.min(distance_m),
+                    Some(StructureKind::Tunnel) => here.tunnel_m = here.tunnel_m.min(distance_m),
+                    Some(StructureKind::Ford) | None => {
+                        here.ground_m = here.ground_m.min(distance_m);
+                        let level_m = from_m + rise_m * along;
+                        let weight = ((1.0 - beyond_m / bank_m) / (1.0 - FADE)).min(1.0);
+                        let (low_m, high_m) = (level_m - beyond_m / FILL, level_m + beyond_m / CUT);
+                        here.limits = here.limits.and(HeightLimits { low_m, high_m, weight });
+                    }
+                }
+            }
+        }
+    }
+    gathered
+}
+
 /// A straight piece of a road. Vertices are taken relative to its ends, in exact differences, so that nothing depends on the
 /// area that is asked for.
 struct RoadPiece {
+    /// The road's origin.
     origin: [i64; 2],
+    /// In vertices from the origin.
     ends: [[f64; 2]; 2],
+    /// From its start to its end, in vertices.
     way: [f32; 2],
     /// The way from its start to its end, over the square of its length.
     per_square: [f32; 2],

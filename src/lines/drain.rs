@@ -14,7 +14,7 @@ const REACH: usize = 8;
 const CLIMB_M: f32 = 1.5;
 
 /// The area of land that the drains of an area depend on: where they begin and end, and what lies next to that.
-pub fn input(area: Area) -> Area {
+pub(super) fn input(area: Area) -> Area {
     area.padded(REACH + 1)
 }
 
@@ -23,7 +23,7 @@ pub fn input(area: Area) -> Area {
 ///
 /// # Panics
 /// When the three are not of the same area.
-pub fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
+pub(super) fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
     let area = heights.area();
     assert_eq!(bare.area(), area, "bare land and heights are those of one area");
     assert_eq!(wet.len(), area.len(), "every vertex is wet or not");

@@ -36,6 +36,12 @@ impl SiteId {
     }
 }
 
+impl fmt::Display for SiteId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "s:{}:{}", self.i, self.j)
+    }
+}
+
 /// The name of a line in its world. Lines are sorted by it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum LineId {
@@ -48,16 +54,16 @@ pub enum LineId {
     },
     /// A road between settlements.
     Road {
-        /// The smaller of the two.
+        /// The smaller of the two settlements' cells.
         from: SiteId,
-        /// The other one.
+        /// The cell of the other settlement.
         to: SiteId,
         /// 0 but where roads above it have cut it: the number among its parts, from the smaller settlement on.
         part: u32,
     },
     /// A river or a road of an agent.
     Agent {
-        /// Which of the two.
+        /// Whether it is a river or a road.
         kind: LineKind,
         /// The tile whose hash has started it.
         owner: TileId,
@@ -72,12 +78,6 @@ impl LineId {
             LineId::Road { .. } => LineKind::Road,
             LineId::Agent { kind, .. } => kind,
         }
-    }
-}
-
-impl fmt::Display for SiteId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "s:{}:{}", self.i, self.j)
     }
 }
 

@@ -9,20 +9,23 @@
 //!
 //! The makers hand their lines to this room; tiles, meshes, maps and exports take them from it.
 
-pub mod built;
-pub mod drain;
-pub mod dug;
+mod built;
+mod drain;
+mod dug;
 mod id;
-pub mod imprint;
+mod imprint;
 mod nearest;
 mod outline;
 mod structure;
-pub mod trodden;
+mod trodden;
 
+pub use built::Built;
+pub use dug::Dug;
 pub use id::{ChannelId, LakeId, LineId, SiteId};
 pub use imprint::Imprint;
 pub(crate) use nearest::fade;
 pub use structure::{Structure, StructureKind};
+pub use trodden::Trodden;
 
 use std::sync::Arc;
 
@@ -85,14 +88,14 @@ pub enum LineClass {
     Plain,
 }
 
-/// What a line ends in.
+/// What a line leads to with its last point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineEnd {
     /// The sea.
     Sea,
-    /// That line, or of a road any part of its course.
+    /// Another line. Of a road it is the id of its course, whichever part of that the line ends on.
     Line(LineId),
-    /// That lake.
+    /// A lake of the relief.
     Lake(LakeId),
     /// A pond of its own.
     Pond,
@@ -272,7 +275,7 @@ pub(crate) fn piece_m(pair: &[LinePoint], spacing_m: f64) -> f64 {
 }
 
 /// The vertices within `reach` vertices of any of the points, and a few more.
-pub fn bounds(origin: [i64; 2], points: &[LinePoint], reach: f64) -> Area {
+pub(crate) fn bounds(origin: [i64; 2], points: &[LinePoint], reach: f64) -> Area {
     let ends = |axis: usize| {
         let places = || points.iter().map(|point| point.place[axis]);
         let (low, high) = (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));

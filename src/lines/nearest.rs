@@ -72,17 +72,17 @@ pub(crate) fn fade(distance: f32) -> f32 {
     rest * rest * (3.0 - 2.0 * rest)
 }
 
-/// Sets the value of a vertex to another one that is greater.
+/// Raises the value of a vertex to another one, if that is greater.
 pub(super) fn raise<T: Copy + PartialOrd>(grid: &mut Grid<T>, x: i64, y: i64, value: T) {
     let here = &mut grid.row_mut(y, x, x + 1)[0];
-    // The greater one stays, so that the order in which lines come does not matter.
     if value > *here {
         *here = value;
     }
 }
 
-/// A straight piece of an agent's line, in `f32`: its points lie near the line's origin.
+/// A straight piece of an agent's line, in `f32`: its points lie near the line's origin. Pairs are at its start and its end.
 struct BedPiece {
+    /// The line's origin.
     origin: [i64; 2],
     from: [f32; 2],
     to: [f32; 2],
@@ -122,6 +122,7 @@ impl BedPiece {
         Area { x0, y0, x1: high(0, area.x1).max(x0), y1: high(1, area.y1).max(y0) }
     }
 
+    /// Where a vertex lies by it.
     fn nearest(&self, x: i64, y: i64) -> Nearest {
         let along = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
         let square = along[0] * along[0] + along[1] * along[1];

@@ -1,5 +1,6 @@
 //! The points of a line that suffice to draw it.
 
+use crate::geometry::length;
 use crate::lines::{Line, LinePoint};
 
 /// Metres by which the line of the points that are kept may miss one that is not: about the width of a line on a map
@@ -62,8 +63,7 @@ struct Chord {
 impl Chord {
     fn new(from: &LinePoint, to: &LinePoint, spacing_m: f64) -> Chord {
         let along = [0, 1].map(|axis| (to.place[axis] - from.place[axis]) * spacing_m);
-        let length_m = (along[0] * along[0] + along[1] * along[1]).sqrt();
-        Chord { from: *from, along, rise_m: to.level_m - from.level_m, length_m, spacing_m }
+        Chord { from: *from, along, rise_m: to.level_m - from.level_m, length_m: length(along), spacing_m }
     }
 
     /// Metres from it to a point, in the place that is nearest as seen from above.

@@ -1,6 +1,7 @@
 //! Structures: what carries a line where the land does not.
 
-use crate::lines::{Line, LinePoint};
+use crate::geometry::length;
+use crate::lines::Line;
 use crate::memory::heap_bytes;
 
 /// What carries a road instead of the land.
@@ -28,11 +29,11 @@ impl StructureKind {
 /// A bridge, a tunnel or a ford of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Structure {
-    /// Which of them.
+    /// A bridge, a tunnel or a ford.
     pub kind: StructureKind,
     /// Its first point among the line's.
     pub first: usize,
-    /// Its last point.
+    /// Its last point, which may be its first.
     pub last: usize,
 }
 
@@ -53,7 +54,7 @@ impl Structure {
     /// The place of the line half of the structure's length from its first point, in 1/256 vertex.
     pub fn middle(&self, line: &Line) -> [i64; 2] {
         let points = &line.points[self.first..=self.last];
-        let fixed: Vec<[i64; 2]> = points.iter().map(|point: &LinePoint| line.fixed(point)).collect();
+        let fixed: Vec<[i64; 2]> = points.iter().map(|point| line.fixed(point)).collect();
         halfway(&fixed)
     }
 }
@@ -61,13 +62,9 @@ impl Structure {
 /// The place half of the length along some places.
 fn halfway(places: &[[i64; 2]]) -> [i64; 2] {
     let way = |pair: &[[i64; 2]]| [0, 1].map(|axis| (pair[1][axis] - pair[0][axis]) as f64);
-    let length = |pair: &[[i64; 2]]| {
-        let [x, y] = way(pair);
-        (x * x + y * y).sqrt()
-    };
-    let mut left = places.windows(2).map(length).sum::<f64>() / 2.0;
+    let mut left = places.windows(2).map(|pair| length(way(pair))).sum::<f64>() / 2.0;
     for pair in places.windows(2) {
-        let own = length(pair);
+        let own = length(way(pair));
         if left <= own {
             let share = if own > 0.0 { left / own } else { 0.0 };
             let [x, y] = way(pair).map(|part| (part * share).round() as i64);

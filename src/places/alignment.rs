@@ -1,11 +1,13 @@
 //! The middle line of a road: a way with its corners rounded, as points that lie evenly along it.
 
 use crate::fluvial::survey::Survey;
-use crate::geometry::length;
+use crate::geometry::{bilinear, length};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
-use crate::places::plan_land::{PlanPiece, Scale, distance2};
-use crate::places::route::{Route, bend_m};
+use crate::places::fixed::{FixedSegment, fixed};
+use crate::places::plan_land::{PlanNode, Scale};
+use crate::places::route::Route;
+use crate::places::turn_cost::bend_m;
 
 /// Nodes by which a rounded corner may miss the way's own: less than a half, since the search knows nothing between nodes.
 const MISS: f64 = 0.4;
@@ -21,14 +23,14 @@ const CHUNK: usize = 16;
 /// The middle line of a road, about [`Scale::fine`] vertices from point to point.
 #[derive(Debug)]
 pub(super) struct Alignment {
-    /// In 1/256 vertex from the window's first node.
+    /// Places in 1/256 vertex from the window's first node.
     pub points: Vec<[i64; 2]>,
     /// Whether a point lies on a leg that goes over a lake or the sea.
     pub bridged: Vec<bool>,
     /// Metres from a point to the next.
     pub lengths_m: Vec<f64>,
-    /// Metres between vertices.
-    spacing_m: f64,
+    /// The scale of the plan on which the way was found.
+    pub scale: Scale,
 }
 
 impl Alignment {
@@ -39,8 +41,8 @@ impl Alignment {
         let mut path = vec![(corners[0], legs[0])];
         for index in 1..corners.len() - 1 {
             let (before, here, after) = (corners[index - 1], corners[index], corners[index + 1]);
-            let (to, away) = (direction(before, here), direction(here, after));
-            let cos = to.0[0] * away.0[0] + to.0[1] * away.0[1];
+            let ((to, to_length), (away, away_length)) = (direction(before, here), direction(here, after));
+            let cos = to[0] * away[0] + to[1] * away[1];
             // Of half of the angle by which the line turns.
             let [half_sin, half_cos] = [1.0 - cos, 1.0 + cos].map(|twice| (twice / 2.0).max(0.0).sqrt());
             let least = bend_m(cos, radius_m) / scale.spacing_m;
@@ -49,11 +51,11 @@ impl Alignment {
             // The other half of a leg is the next corner's, so bends do not overlap.
             // A curve's middle misses its corner by its reach times this, the tangent of a quarter of the angle.
             let missed = half_sin / (1.0 + half_cos);
-            let wished = (to.1.min(away.1) / 2.0).min(MISS * scale.step as f64 / missed.max(1e-9)) * soft;
+            let wished = (to_length.min(away_length) / 2.0).min(MISS * scale.step as f64 / missed.max(1e-9)) * soft;
             // `least` fits as well: the search allows no turn that needs more than half of a leg.
             let reach = least.max(wished);
-            let start = [here[0] - to.0[0] * reach, here[1] - to.0[1] * reach];
-            let end = [here[0] + away.0[0] * reach, here[1] + away.0[1] * reach];
+            let start = [here[0] - to[0] * reach, here[1] - to[1] * reach];
+            let end = [here[0] + away[0] * reach, here[1] + away[1] * reach];
             for piece in 0..=BEND_PIECES {
                 let along = piece as f64 / BEND_PIECES as f64;
                 let rest = 1.0 - along;
@@ -77,8 +79,7 @@ impl Alignment {
         let whole: f64 = lengths.iter().sum();
         // There is always a point between the ends, which are the sites'.
         let count = ((whole / scale.fine as f64) as usize).max(2);
-        let spacing_m = scale.spacing_m;
-        let mut line = Alignment { points: Vec::new(), bridged: Vec::new(), lengths_m: Vec::new(), spacing_m };
+        let mut line = Alignment { points: Vec::new(), bridged: Vec::new(), lengths_m: Vec::new(), scale: *scale };
         let (mut piece, mut before) = (0, 0.0);
         for index in 0..=count {
             // From the whole each time, since a sum of steps would drift away from the end.
@@ -89,40 +90,36 @@ impl Alignment {
             }
             let share = if lengths[piece] > 0.0 { ((at - before) / lengths[piece]).clamp(0.0, 1.0) } else { 0.0 };
             let (from, to) = (path[piece].0, path[piece + 1].0);
-            let fixed = |axis: usize| {
-                let place = from[axis] + (to[axis] - from[axis]) * share;
-                // Halves go up on both sides of 0; `round` would send them away from it.
-                (place * FIXED as f64 + 0.5).floor() as i64
-            };
-            line.points.push([fixed(0), fixed(1)]);
+            line.points.push(fixed([0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * share)));
             line.bridged.push(path[piece].1);
         }
         // The ends lie on the sites exactly, whatever the sums above have rounded to.
-        let first = path[0].0.map(|at| (at * FIXED as f64 + 0.5).floor() as i64);
-        line.points[0] = first;
-        line.points[count] = path[path.len() - 1].0.map(|at| (at * FIXED as f64 + 0.5).floor() as i64);
+        line.points[0] = fixed(path[0].0);
+        line.points[count] = fixed(path[path.len() - 1].0);
         // Of the points as they have been rounded: grades are measured on those.
-        let metres = |pair: &[[i64; 2]]| length_m(pair[0], pair[1], spacing_m);
-        line.lengths_m = line.points.windows(2).map(metres).collect();
+        line.lengths_m = (0..count).map(|index| line.piece(index).length_m(scale.spacing_m)).collect();
         line
+    }
+
+    /// The piece from a point to the next.
+    pub fn piece(&self, index: usize) -> FixedSegment {
+        FixedSegment { from: self.points[index], to: self.points[index + 1] }
     }
 
     /// The first two pieces, by their first points, of which one crosses the other.
     pub fn crosses_itself(&self) -> Option<[usize; 2]> {
         let longest_m = self.lengths_m.iter().copied().fold(0.0, f64::max);
-        let piece = |first: usize| (self.points[first], self.points[first + 1]);
         (0..self.lengths_m.len()).find_map(|first| {
-            let (from, to) = piece(first);
-            let own = PlanPiece { from, to, width_m: 0.0, level_m: [0.0; 2] };
+            let own = self.piece(first);
             // The next piece shares a point with it.
             let mut second = first + 2;
             while second < self.lengths_m.len() {
-                let (a, b) = piece(second);
-                if own.is_crossed(a, b) {
+                let other = self.piece(second);
+                if own.crosses(&other) {
                     return Some([first, second]);
                 }
                 // No piece is nearer than the way back to this one is long.
-                let apart_m = length_m(from, a, self.spacing_m);
+                let apart_m = FixedSegment { from: own.from, to: other.from }.length_m(self.scale.spacing_m);
                 second += ((apart_m / longest_m) as usize).saturating_sub(2).max(1);
             }
             None
@@ -130,17 +127,19 @@ impl Alignment {
     }
 
     /// The leg of the way that a point lies next to.
-    pub fn leg(&self, point: usize, route: &Route, scale: &Scale) -> usize {
-        let fixed = |node: [i64; 2]| node.map(|at| at * scale.step * FIXED);
-        let far = |leg: usize| distance2(self.points[point], fixed(route.nodes[leg]), fixed(route.nodes[leg + 1]));
+    pub fn leg(&self, point: usize, route: &Route) -> usize {
+        let far = |leg: usize| {
+            let [from, to] = [route.nodes[leg], route.nodes[leg + 1]].map(|node| self.scale.fixed(node));
+            FixedSegment { from, to }.distance2(self.points[point])
+        };
         (0..route.bridges.len()).min_by(|a, b| far(*a).total_cmp(&far(*b))).expect("a way has legs")
     }
 
-    /// What each point lies in, or the line to the next one may: what any corner of its cell does, [`Scale::fine`] vertices a
-    /// side. `origin` is the window's first vertex.
-    pub fn waters(&self, land: &dyn Survey, origin: [i64; 2], scale: &Scale) -> Vec<WaterKind> {
-        self.asked(origin, scale, |x0, y0, cols, rows| {
-            let waters = land.waters(x0, y0, scale.fine, cols, rows);
+    /// The water that each point lies in, or that the line to the next one may cross: that of any corner of its cell,
+    /// [`Scale::fine`] vertices a side, lakes and the sea before rivers. `origin` is the window's first vertex.
+    pub fn waters(&self, land: &dyn Survey, origin: [i64; 2]) -> Vec<WaterKind> {
+        self.asked(origin, |x0, y0, cols, rows| {
+            let waters = land.waters(x0, y0, self.scale.fine, cols, rows);
             move |corners: [usize; 4], _| {
                 let waters = corners.map(|corner| waters[corner]);
                 let river = || waters.iter().find(|water| **water == WaterKind::River);
@@ -149,15 +148,11 @@ impl Alignment {
         })
     }
 
-    /// The height of the land at each point in metres.
-    pub fn heights_m(&self, land: &dyn Survey, origin: [i64; 2], scale: &Scale) -> Vec<f64> {
-        self.asked(origin, scale, |x0, y0, cols, rows| {
-            let heights_m = land.heights_m(x0, y0, scale.fine, cols, rows);
-            move |corners: [usize; 4], [east, south]: [f64; 2]| {
-                let [a, b, c, d] = corners.map(|corner| heights_m[corner] as f64);
-                let (north, below) = (a + (b - a) * east, c + (d - c) * east);
-                north + (below - north) * south
-            }
+    /// The height of the land at each point in metres. `origin` is the window's first vertex.
+    pub fn heights_m(&self, land: &dyn Survey, origin: [i64; 2]) -> Vec<f64> {
+        self.asked(origin, |x0, y0, cols, rows| {
+            let heights_m = land.heights_m(x0, y0, self.scale.fine, cols, rows);
+            move |corners: [usize; 4], share| bilinear(corners.map(|corner| heights_m[corner] as f64), share)
         })
     }
 
@@ -166,10 +161,10 @@ impl Alignment {
     fn asked<T, R: Fn([usize; 4], [f64; 2]) -> T>(
         &self,
         origin: [i64; 2],
-        scale: &Scale,
         ask: impl Fn(i64, i64, usize, usize) -> R,
     ) -> Vec<T> {
-        let side = scale.fine * FIXED;
+        let fine = self.scale.fine;
+        let side = fine * FIXED;
         let mut values = Vec::with_capacity(self.points.len());
         for chunk in self.points.chunks(CHUNK) {
             // Cells of the world: the land is asked at the same vertices from any window, and in any chunk.
@@ -180,7 +175,7 @@ impl Alignment {
             let (x0, y0, x1, y1) = (end(0, -1), end(1, -1), end(0, 1), end(1, 1));
             // One since both ends count, and one for the far corners of the last cells.
             let (cols, rows) = ((x1 - x0 + 2) as usize, (y1 - y0 + 2) as usize);
-            let read = ask(x0 * scale.fine, y0 * scale.fine, cols, rows);
+            let read = ask(x0 * fine, y0 * fine, cols, rows);
             for at in chunk {
                 let [x, y] = cells(at);
                 let corner = (y - y0) as usize * cols + (x - x0) as usize;
@@ -192,14 +187,9 @@ impl Alignment {
     }
 }
 
-/// Metres between two places in 1/256 vertex.
-pub(super) fn length_m(a: [i64; 2], b: [i64; 2], spacing_m: f64) -> f64 {
-    length([0, 1].map(|axis| (b[axis] - a[axis]) as f64)) * (spacing_m / FIXED as f64)
-}
-
 /// A way's ends and turning points in vertices, and for each leg between them whether it is bridged.
 fn corners(route: &Route, scale: &Scale) -> (Vec<[f64; 2]>, Vec<bool>) {
-    let place = |node: [i64; 2]| node.map(|at| (at * scale.step) as f64);
+    let place = |node: PlanNode| scale.vertex(node).map(|at| at as f64);
     let (mut corners, mut legs) = (vec![place(route.nodes[0])], vec![route.bridges[0]]);
     for index in 1..route.nodes.len() - 1 {
         let [before, here, after] = [route.nodes[index - 1], route.nodes[index], route.nodes[index + 1]];

@@ -19,9 +19,11 @@ const CUT_M: Tolerance = Tolerance { carried_m: 25.0, end_m: 8.0 };
 /// Metres of a cut that may fall to a tunnel: a ditch beside the road is as deep. Chosen by eye.
 const MOUTH_M: f64 = 0.5;
 
-/// From how far off the land a road needs a structure, and how near it comes to it before that ends.
+/// How far off the land a road may lie: thresholds with hysteresis, so that a structure does not come and go.
 struct Tolerance {
+    /// Metres off the land from which on a road needs a structure.
     carried_m: f64,
+    /// Metres off the land at which that ends.
     end_m: f64,
 }
 
@@ -51,7 +53,8 @@ pub(super) fn wished_m(heights_m: &[f64], lengths_m: &[f64], grade: f64, most_m:
     wished_m
 }
 
-/// Replaces the heights of runs of points by straight lines between the points before and after.
+/// Replaces the heights of runs of points by straight lines between the points before and after, but for runs longer than
+/// `most_m` and those at an end.
 fn straighten(heights_m: &mut [f64], lengths_m: &[f64], runs: &[(usize, usize)], most_m: f64) {
     for &(first, last) in runs {
         let (Some(before), after) = (first.checked_sub(1), last + 1) else { continue };
@@ -67,33 +70,35 @@ fn straighten(heights_m: &mut [f64], lengths_m: &[f64], runs: &[(usize, usize)],
     }
 }
 
-/// What carries a road whose levels are given, with the heights of the land under it: where it lies on the ground and too
-/// far above or below the land, that becomes a bridge or a tunnel.
-pub(super) fn carry(kinds: &mut [Option<StructureKind>], levels_m: &[f64], heights_m: &[f64]) {
+/// Adds viaducts and tunnels to what carries the points of a road, given its levels and the heights of the land under it: where
+/// it would lie on the ground, but too far above or below the land.
+pub(super) fn carry(carriers: &mut [Option<StructureKind>], levels_m: &[f64], heights_m: &[f64]) {
     let structures = [
-        (Some(StructureKind::Bridge), FILL_M.runs(&off_m(levels_m, heights_m))),
-        (Some(StructureKind::Tunnel), CUT_M.runs(&off_m(heights_m, levels_m))),
+        (StructureKind::Bridge, FILL_M.runs(&off_m(levels_m, heights_m))),
+        (StructureKind::Tunnel, CUT_M.runs(&off_m(heights_m, levels_m))),
     ];
     for (kind, runs) in structures {
         for (mut first, mut last) in runs {
             // A cut that falls to a tunnel's mouth would gather water there: it is covered, as far as it is one.
-            if kind == Some(StructureKind::Tunnel) {
+            if kind == StructureKind::Tunnel {
                 let is_cut = |point: usize| heights_m[point] - levels_m[point] > MOUTH_M;
                 while first > 0 && levels_m[first - 1] > levels_m[first] && is_cut(first - 1) {
                     first -= 1;
                 }
-                while last + 1 < kinds.len() && levels_m[last + 1] > levels_m[last] && is_cut(last + 1) {
+                while last + 1 < carriers.len() && levels_m[last + 1] > levels_m[last] && is_cut(last + 1) {
                     last += 1;
                 }
             }
             // A point alone would carry nothing.
-            let last = if first == last { (last + 1).min(kinds.len() - 1) } else { last };
-            let ground = kinds[first..=last].iter_mut().filter(|kind| kind.is_none());
-            ground.for_each(|ground| *ground = kind);
+            let last = if first == last { (last + 1).min(carriers.len() - 1) } else { last };
+            for carrier in &mut carriers[first..=last] {
+                carrier.get_or_insert(kind);
+            }
         }
     }
 }
 
+/// How far the upper heights lie above the lower ones.
 fn off_m(upper_m: &[f64], lower_m: &[f64]) -> Vec<f64> {
     upper_m.iter().zip(lower_m).map(|(upper_m, lower_m)| upper_m - lower_m).collect()
 }

@@ -12,30 +12,36 @@ use crate::places::site::Site;
 /// wider than 2; the land that a tile looks at for its roads grows with the square of this.
 pub(super) const CELLS: i64 = 2;
 
-/// The square of the distance of two sites in vertices.
-pub(super) fn distance2(a: &Site, b: &Site) -> i128 {
-    apart2(a.at, b.at)
-}
-
-fn apart2(a: [i64; 2], b: [i64; 2]) -> i128 {
-    let (dx, dy) = ((a[0] - b[0]) as i128, (a[1] - b[1]) as i128);
-    dx * dx + dy * dy
-}
-
 /// Whether two sites are near enough for an edge; `side` is that of a site cell in vertices.
 pub(super) fn within_cap(a: &Site, b: &Site, side: i64) -> bool {
     let most = (CELLS * side) as i128;
-    distance2(a, b) <= most * most
-}
-
-/// Whether a third site keeps another one from being the neighbour of any on the vertices of `area`.
-pub(super) fn parts_all(third: &Site, a: &Site, area: Area) -> bool {
-    let corners = [[area.x0, area.y0], [area.x1 - 1, area.y0], [area.x0, area.y1 - 1], [area.x1 - 1, area.y1 - 1]];
-    // The difference of the squares below is linear in b, so it is largest at a corner.
-    third.id != a.id && corners.iter().all(|b| apart2(third.at, a.at) + apart2(third.at, *b) < apart2(a.at, *b))
+    apart2(a.at, b.at) <= most * most
 }
 
 /// Whether a third site keeps two others from being neighbours.
-pub(super) fn parts(third: &Site, a: &Site, b: &Site) -> bool {
-    third.id != a.id && third.id != b.id && distance2(third, a) + distance2(third, b) < distance2(a, b)
+pub(super) fn separates(third: &Site, a: &Site, b: &Site) -> bool {
+    third.id != a.id && third.id != b.id && is_inside(third.at, [a.at, b.at])
+}
+
+/// Whether a third site keeps another one from being the neighbour of any on the vertices of `area`.
+pub(super) fn separates_all(third: &Site, a: &Site, area: Area) -> bool {
+    let corners = [[area.x0, area.y0], [area.x1 - 1, area.y0], [area.x0, area.y1 - 1], [area.x1 - 1, area.y1 - 1]];
+    // The difference of the squares is linear in the other end, so it is largest at a corner.
+    third.id != a.id && corners.iter().all(|b| is_inside(third.at, [a.at, *b]))
+}
+
+/// Whether a vertex lies inside the circle whose diameter is the line between two others: by Thales, where the angle that it
+/// sees them at is obtuse.
+fn is_inside(at: [i64; 2], [a, b]: [[i64; 2]; 2]) -> bool {
+    apart2(at, a) + apart2(at, b) < apart2(a, b)
+}
+
+fn apart2(a: [i64; 2], b: [i64; 2]) -> i128 {
+    length2([a[0] - b[0], a[1] - b[1]])
+}
+
+/// The square of the length of a way in vertices: exact at any length.
+pub(super) fn length2(way: [i64; 2]) -> i128 {
+    let [x, y] = way.map(i128::from);
+    x * x + y * y
 }

@@ -4,6 +4,8 @@
 //! left are parts, from one junction to the next, whose ends lie on the middle of the road that they join, at its level.
 //! The parts of a road are a function of it and of the roads above it whose ways may come near it, whoever asks.
 
+use std::cmp::Reverse;
+use std::ops::{Range, RangeInclusive};
 use std::sync::Arc;
 
 use crate::area::Area;
@@ -11,8 +13,10 @@ use crate::geometry::{LineSegment, length, lerp};
 use crate::lines::{
     self, Bed, FIXED, Line, LineClass, LineEnd, LineId, LinePoint, RoadClass, Structure, StructureKind,
 };
+use crate::places::buckets::Buckets;
+use crate::places::fixed::fixed;
 use crate::places::plan_land::Scale;
-use crate::places::profile::between;
+use crate::places::profile::pinned_at_ends;
 use crate::places::settings::PlacesSettings;
 
 /// Metres between the edges of two roads that are so near that they are one, and vertices.
@@ -33,10 +37,14 @@ const AHEAD: usize = 3;
 /// Directive 96/53/EC), and need some air.
 const OVER_M: f64 = 4.5;
 
-/// What roads are ranked by: the least ranks highest.
-pub(super) fn rank(road: &Line) -> (std::cmp::Reverse<RoadClass>, LineId) {
+/// The rank of a road among those of a world, by class and then by id: the least ranks highest.
+pub(super) fn rank(road: &Line) -> (Reverse<RoadClass>, LineId) {
+    (Reverse(class(road)), road.id)
+}
+
+fn class(road: &Line) -> RoadClass {
     let LineClass::Road(class) = road.class else { unreachable!("places make roads only") };
-    (std::cmp::Reverse(class), road.id)
+    class
 }
 
 /// Vertices that a part may lie outside of the bounds of its road, for it ends on another one.
@@ -73,9 +81,8 @@ struct RoadNetwork<'a> {
     settings: &'a PlacesSettings,
     area: Area,
     pieces: Vec<Piece>,
-    /// The numbers of the pieces near each bucket, row by row.
-    buckets: Vec<Vec<u32>>,
-    cols: i64,
+    /// By which the pieces near a place are found.
+    buckets: Buckets,
 }
 
 /// A piece of a road. Places are in metres from the network's corner.
@@ -108,9 +115,8 @@ const BUCKET: i64 = 16;
 impl<'a> RoadNetwork<'a> {
     fn new(area: Area, scale: &'a Scale, settings: &'a PlacesSettings) -> RoadNetwork<'a> {
         let count = |vertices: usize| vertices as i64 / BUCKET + 1;
-        let (cols, rows) = (count(area.width()), count(area.height()));
-        let buckets = vec![Vec::new(); (cols * rows) as usize];
-        RoadNetwork { scale, settings, area, pieces: Vec::new(), buckets, cols }
+        let buckets = Buckets::new(count(area.width()), count(area.height()));
+        RoadNetwork { scale, settings, area, pieces: Vec::new(), buckets }
     }
 
     /// Metres from the network's corner to a point of a road. The whole numbers are exact, so that it is the same anywhere.
@@ -128,22 +134,18 @@ impl<'a> RoadNetwork<'a> {
         ASIDE * self.scale.step_m()
     }
 
+    /// The column and row of the bucket that a place in metres lies in.
+    fn bucket(&self, at_m: [f64; 2]) -> [i64; 2] {
+        at_m.map(|at_m| (at_m / (BUCKET as f64 * self.scale.spacing_m)).floor() as i64)
+    }
+
+    /// Adds the pieces of a road, or of a part of one.
     fn add(&mut self, road: &Line) {
-        let places = self.places_m(road);
-        let (rows, cols) = (self.buckets.len() as i64 / self.cols, self.cols);
-        let (side_m, aside_m) = (BUCKET as f64 * self.scale.spacing_m, self.aside_m());
-        let bucket = |at_m: f64, count: i64| ((at_m / side_m).floor() as i64).clamp(-1, count);
+        let (places, aside_m) = (self.places_m(road), self.aside_m());
         for ((ends, places), carrier) in road.points.windows(2).zip(places.windows(2)).zip(road.carriers()) {
-            let number = self.pieces.len() as u32;
-            let span = |axis: usize, count: i64| {
-                let (low_m, high_m) = (places[0][axis].min(places[1][axis]), places[0][axis].max(places[1][axis]));
-                bucket(low_m - aside_m, count).max(0)..=bucket(high_m + aside_m, count).min(count - 1)
-            };
-            for row in span(1, rows) {
-                for col in span(0, cols) {
-                    self.buckets[(row * cols + col) as usize].push(number);
-                }
-            }
+            let low_m = [0, 1].map(|axis| places[0][axis].min(places[1][axis]) - aside_m);
+            let high_m = [0, 1].map(|axis| places[0][axis].max(places[1][axis]) + aside_m);
+            self.buckets.put(self.pieces.len() as u32, self.bucket(low_m), self.bucket(high_m));
             self.pieces.push(Piece {
                 line: LineSegment::between(places[0], places[1]),
                 level_m: [ends[0].level_m, ends[1].level_m - ends[0].level_m],
@@ -156,13 +158,9 @@ impl<'a> RoadNetwork<'a> {
 
     /// The nearest place on any piece that will do. Of equals it is that of the highest rank.
     fn foot(&self, at: [f64; 2], will_do: impl Fn(&Piece, &Foot) -> bool) -> Option<Foot> {
-        let [col, row] = at.map(|at_m| (at_m / (BUCKET as f64 * self.scale.spacing_m)).floor() as i64);
         // Past the edge are none that matter.
-        if !(0..self.cols).contains(&col) {
-            return None;
-        }
-        let bucket = self.buckets.get(usize::try_from(row * self.cols + col).ok()?)?;
-        let feet = bucket.iter().map(|number| &self.pieces[*number as usize]).map(|piece| {
+        let near = self.buckets.at(self.bucket(at)).iter();
+        let feet = near.map(|number| &self.pieces[*number as usize]).map(|piece| {
             let (share, square) = piece.line.nearest(at);
             let place = [0, 1].map(|axis| lerp([piece.line.from[axis], piece.line.along[axis]], share));
             let level_m = lerp(piece.level_m, share);
@@ -173,7 +171,7 @@ impl<'a> RoadNetwork<'a> {
         feet.reduce(|best, foot| if foot.distance_m < best.distance_m { foot } else { best })
     }
 
-    /// What is left of a road beside those that are here.
+    /// The parts of a road that do not lie on those that are in the network, in the order of its points.
     fn parts(&self, road: &Line) -> Vec<Line> {
         let places = self.places_m(road);
         let feet: Vec<Option<Foot>> = (0..places.len()).map(|index| self.touched(road, index, places[index])).collect();
@@ -190,7 +188,7 @@ impl<'a> RoadNetwork<'a> {
         parts
     }
 
-    /// Where a point of a road lies on one that is here already.
+    /// The place on a road of the network that a point of another one lies on, if it does.
     fn touched(&self, road: &Line, index: usize, at: [f64; 2]) -> Option<Foot> {
         let (point, carrier) = (&road.points[index], road.carrier(index));
         let is_off = |carrier| matches!(carrier, Some(StructureKind::Bridge | StructureKind::Tunnel));
@@ -211,38 +209,21 @@ impl<'a> RoadNetwork<'a> {
     }
 
     /// The part of a road that holds some of its points, and ends on others.
-    fn part(&self, road: &Line, points: std::ops::RangeInclusive<usize>, ends: [Option<Foot>; 2], part: u32) -> Line {
+    fn part(&self, road: &Line, own: RangeInclusive<usize>, ends: [Option<Foot>; 2], part: u32) -> Line {
         let LineId::Road { from, to, .. } = road.id else { unreachable!("places make roads only") };
-        let id = LineId::Road { from, to, part };
-        let inner = points.clone().map(|index| (road.points[index], road.carrier(index)));
-        let beyond = |end: usize, beside: usize| {
-            let foot = ends[end]?;
-            let fixed = |axis: usize| {
-                let corner = [self.area.x0, self.area.y0][axis] - road.origin[axis];
-                let vertices = foot.at[axis] / self.scale.spacing_m;
-                corner as f64 + (vertices * FIXED as f64 + 0.5).floor() / FIXED as f64
-            };
-            let (level_m, beside_point) = (foot.level_m, &road.points[beside]);
-            let point = LinePoint { place: [fixed(0), fixed(1)], level_m, floor_m: level_m, ..*beside_point };
-            // What carries it, would have carried it next, or carries the other road there, does so as far as that.
-            let next = if end == 0 { beside.saturating_sub(AHEAD)..beside } else { beside + 1..beside + 1 + AHEAD };
-            let carrier = road.carrier(beside).or_else(|| next.into_iter().find_map(|index| road.carrier(index)));
-            (point.place != beside_point.place).then(|| (point, carrier.or(foot.carrier)))
-        };
-        let (start, end) = (beyond(0, *points.start()), beyond(1, *points.end()));
-        let is_carried = [&start, &end].map(|joined| joined.as_ref().and_then(|(_, carrier)| *carrier));
-        let (first, last) = (usize::from(start.is_some()), points.clone().count() - 1 + usize::from(start.is_some()));
-        let (mut points, mut carriers): (Vec<LinePoint>, Vec<_>) = start.into_iter().chain(inner).chain(end).unzip();
-        // A structure carries the way between two of its points.
-        for (point, carrier) in [first, last].into_iter().zip(is_carried) {
-            carriers[point] = carriers[point].or(carrier);
+        let (first, last) = (*own.start(), *own.end());
+        let start = ends[0].and_then(|foot| self.end_on(foot, road, first, first.saturating_sub(AHEAD)..first));
+        let end = ends[1].and_then(|foot| self.end_on(foot, road, last, last + 1..last + 1 + AHEAD));
+        let mut own: Vec<_> = own.map(|index| (road.points[index], road.carrier(index))).collect();
+        // A structure carries the way between two of its points, so what carries an end carries the point beside it.
+        for (beside, joined) in [(0, &start), (own.len() - 1, &end)] {
+            own[beside].1 = own[beside].1.or(joined.and_then(|(_, carrier)| carrier));
         }
+        let (mut points, carriers): (Vec<LinePoint>, Vec<_>) = start.into_iter().chain(own).chain(end).unzip();
         let lengths_m: Vec<f64> = points.windows(2).map(|pair| lines::piece_m(pair, road.spacing_m)).collect();
         let levels_m: Vec<f64> = points.iter().map(|point| point.level_m).collect();
-        let LineClass::Road(class) = road.class else { unreachable!("places make roads only") };
-        for (point, level_m) in
-            points.iter_mut().zip(between(&lengths_m, &levels_m, self.settings.standard(class).profile_grade()))
-        {
+        let grade = self.settings.standard(class(road)).profile_grade();
+        for (point, level_m) in points.iter_mut().zip(pinned_at_ends(&lengths_m, &levels_m, grade)) {
             // As precise as heights are.
             point.level_m = f64::from(level_m as f32);
             point.floor_m = point.level_m;
@@ -251,7 +232,7 @@ impl<'a> RoadNetwork<'a> {
         let reach = (points[0].half_width_m + bank_m) / road.spacing_m;
         let is_end = points[points.len() - 1].place == road.points[road.points.len() - 1].place;
         Line {
-            id,
+            id: LineId::Road { from, to, part },
             course: road.course,
             name: road.name.clone(),
             bounds: lines::bounds(road.origin, &points, reach),
@@ -260,6 +241,24 @@ impl<'a> RoadNetwork<'a> {
             points,
             ..*road
         }
+    }
+
+    /// The point at which a part of a road ends on another one, past its point `beside`, and what carries it; none where the
+    /// two are one. `next` are the points that the road itself goes on with.
+    fn end_on(
+        &self,
+        foot: Foot,
+        road: &Line,
+        beside: usize,
+        mut next: Range<usize>,
+    ) -> Option<(LinePoint, Option<StructureKind>)> {
+        let corner = [self.area.x0 - road.origin[0], self.area.y0 - road.origin[1]];
+        let from_corner = fixed(foot.at.map(|at_m| at_m / self.scale.spacing_m));
+        let place = [0, 1].map(|axis| corner[axis] as f64 + from_corner[axis] as f64 / FIXED as f64);
+        let point = LinePoint { place, level_m: foot.level_m, floor_m: foot.level_m, ..road.points[beside] };
+        // What carries the road, would have carried it next, or carries the other road there, does so as far as that.
+        let carrier = road.carrier(beside).or_else(|| next.find_map(|index| road.carrier(index)));
+        (place != road.points[beside].place).then(|| (point, carrier.or(foot.carrier)))
     }
 }
 

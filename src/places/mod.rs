@@ -3,15 +3,15 @@
 //! ```text
 //! Survey --> plan_land.rs heights, waters and rivers on the nodes of the plan, about 64 m apart; remembered by blocks
 //!             |
-//!          site.rs     the best of 40 hashed positions of each site cell      crate::names  what it is called
+//!          site.rs     the best of 40 hashed positions of each site cell: suitability.rs     crate::names  what it is called
 //!             |
 //!          graph.rs    which sites are neighbours: the Gabriel graph, 2 site cells at most
 //!             |
 //!          route.rs    the way of least cost between two neighbours, within an ellipse
-//!             |
-//!          alignment.rs  rounded, build.rs  carried over rivers, profile.rs  given heights,
-//!                      bridging.rs   and carried over dips and bored through ridges: a line
-//!             |
+//!             |          move_cost.rs, turn_cost.rs  what it costs; route_land.rs  the land that it sees
+//!          build.rs    a line along that way:
+//!             |          alignment.rs  rounded, spans.rs  carried over waters, levels.rs, profile.rs  given heights,
+//!             |          bridging.rs   carried over dips and bored through ridges
 //!          junction.rs   cut where it would lie on a road that ranks above it
 //! ```
 //!
@@ -20,13 +20,24 @@
 //! within two cells; and what is left of it, of those above it whose ellipses it enters, as they are before they are cut.
 
 mod alignment;
+mod bridging;
+mod buckets;
 mod build;
+mod ellipse;
+mod fixed;
 mod graph;
 mod junction;
+mod levels;
+mod move_cost;
+mod moves;
 mod plan_land;
 mod profile;
+mod river_index;
 mod route;
-mod bridging;
+mod route_land;
+mod spans;
+mod suitability;
+mod turn_cost;
 
 pub mod settings;
 pub mod site;
@@ -43,8 +54,8 @@ use crate::fluvial::survey::Survey;
 use crate::lines::{Line, LineId, Lines, SiteId};
 use crate::memory::{Memory, Usage};
 use crate::places::build::Builder;
+use crate::places::ellipse::Ellipse;
 use crate::places::plan_land::{PlanLand, Scale};
-use crate::places::route::Domain;
 use crate::places::settings::PlacesSettings;
 use crate::places::site::Site;
 use crate::recipe::fault::KeyPath;
@@ -86,8 +97,7 @@ impl Places {
 
     /// How full its memories are.
     pub(crate) fn usages(&self) -> Vec<Usage> {
-        [self.plan.usages(), vec![self.sites.usage(), self.edges.usage(), self.roads.usage(), self.parts.usage()]]
-            .concat()
+        vec![self.plan.usage(), self.sites.usage(), self.edges.usage(), self.roads.usage(), self.parts.usage()]
     }
 
     /// Side of a site cell in vertices.
@@ -101,21 +111,21 @@ impl Places {
         SiteId { i, j }
     }
 
-    /// Vertices from a site to the furthest vertex that a road of it may have an effect on, at most.
+    /// Vertices from the middle between two neighbours to the furthest vertex that their road may have an effect on, at most.
     pub fn reach(&self) -> i64 {
-        self.road_reach() + junction::reach(&self.settings, self.plan.scale.spacing_m)
+        let Scale { step, spacing_m, .. } = self.plan.scale;
+        let effect = (self.settings.effect_m() / spacing_m) as i64;
+        self.widest_radius() * step + effect + 2 + junction::reach(&self.settings, spacing_m)
     }
 
-    /// Vertices from a site to the furthest that a road of it may have an effect on before it is cut, at most.
-    fn road_reach(&self) -> i64 {
-        let Scale { side, step, spacing_m, .. } = self.plan.scale;
-        let nodes = Domain::radius((graph::CELLS * side) as f64) as i64 + 1;
-        nodes * step + ((self.settings.widest_m() / 2.0 + self.settings.bank_m) / spacing_m) as i64 + 2
+    /// Nodes from the middle of the widest ellipse to its furthest, at most.
+    fn widest_radius(&self) -> i64 {
+        Ellipse::radius((graph::CELLS * self.plan.scale.side) as f64) as i64 + 1
     }
 
     /// All settlements that stand on a vertex of `area`, sorted by id.
     pub fn sites(&self, land: &dyn Survey, area: &Area) -> Vec<Arc<Site>> {
-        let inside = |site: &Arc<Site>| area.contains(&Area::new(site.at[0], site.at[1], 1, 1));
+        let inside = |site: &Arc<Site>| area.contains(&site.area());
         let mut sites: Vec<Arc<Site>> = self.sites_of_cells(land, self.cells(area, 0)).filter(inside).collect();
         sites.sort_by_key(|site| site.id);
         sites
@@ -157,8 +167,8 @@ impl Places {
     fn edges(&self, land: &dyn Survey, areas: &[Area]) -> Vec<(Arc<Site>, Arc<Site>)> {
         let Some(hull) = areas.iter().copied().reduce(|hull, area| hull.hull(&area)) else { return Vec::new() };
         // No site of an edge is further from a place in its ellipse.
-        let Scale { side, step, .. } = self.plan.scale;
-        let cells = (Domain::radius((graph::CELLS * side) as f64) as i64 + 1) / side + 1 + graph::CELLS;
+        let side = self.plan.scale.side;
+        let cells = self.widest_radius() / side + 1 + graph::CELLS;
         let mut edges = Vec::new();
         for first in self.cells(&hull, cells) {
             for second in self.cells_around(first, graph::CELLS).filter(|second| first < *second) {
@@ -167,15 +177,15 @@ impl Places {
                 if !self.may_touch([a, b], areas) {
                     continue;
                 }
-                let nearer = if distance2(a, hull) <= distance2(b, hull) { [first, second] } else { [second, first] };
+                let nearer = if nearest2(a, hull) <= nearest2(b, hull) { [first, second] } else { [second, first] };
                 let Some(near) = self.site(land, nearer[0]) else { continue };
                 let there = site::positions(nearer[1], &self.plan.scale);
-                if !self.may_touch([near.area(), there], areas) || self.is_parted(land, &near, there, hull) {
+                if !self.may_touch([near.area(), there], areas) || self.is_separated(land, &near, there, hull) {
                     continue;
                 }
                 let Some(far) = self.site(land, nearer[1]) else { continue };
                 let (a, b) = if near.id < far.id { (near, far) } else { (far, near) };
-                if graph::within_cap(&a, &b, side * step)
+                if graph::within_cap(&a, &b, self.site_side())
                     && self.may_touch([a.area(), b.area()], areas)
                     && self.are_neighbours(land, &a, &b)
                 {
@@ -188,13 +198,13 @@ impl Places {
 
     /// Whether a site that is nearer to `hull` than a cell keeps another one from being a neighbour of any in that cell: for
     /// most that are far off that is so, and they need not be found.
-    fn is_parted(&self, land: &dyn Survey, site: &Site, cell: Area, hull: Area) -> bool {
+    fn is_separated(&self, land: &dyn Survey, site: &Site, cell: Area, hull: Area) -> bool {
         let is_nearer = |id: &SiteId| {
             let own = site::positions(*id, &self.plan.scale);
-            own != cell && distance2(own, hull) <= distance2(cell, hull)
+            own != cell && nearest2(own, hull) <= nearest2(cell, hull)
         };
         let between = self.cells_around(site.id, 1).filter(is_nearer);
-        self.sites_of_cells(land, between).any(|third| graph::parts_all(&third, site, cell))
+        self.sites_of_cells(land, between).any(|third| graph::separates_all(&third, site, cell))
     }
 
     /// The settlement of a site cell, if it has one.
@@ -206,7 +216,7 @@ impl Places {
     /// The road between two neighbours before others cut it, if there is a way.
     fn road(&self, land: &dyn Survey, a: &Site, b: &Site) -> Option<Arc<Line>> {
         let road = self.roads.get((a.id, b.id), || {
-            let builder = Builder { settings: &self.settings, seed: self.seed, plan: &self.plan, land };
+            let builder = Builder { settings: &self.settings, seed: self.seed, plan: &self.plan, survey: land };
             builder.road(a, b).map(Arc::new)
         });
         road.as_ref().clone()
@@ -215,19 +225,18 @@ impl Places {
     /// Whether the ellipse of a road between a vertex of one area and one of another, and its effect, may touch one of some
     /// others.
     fn may_touch(&self, [a, b]: [Area; 2], areas: &[Area]) -> bool {
-        let Scale { side, step, spacing_m, .. } = self.plan.scale;
-        let cap = (graph::CELLS * side * step) as f64;
-        let apart = [distance2(a, b), furthest2(a, b)].map(|square| (square as f64).sqrt());
+        let Scale { step, spacing_m, .. } = self.plan.scale;
+        let cap = (graph::CELLS * self.site_side()) as f64;
+        let apart = [nearest2(a, b), furthest2(a, b)].map(|square| (square as f64).sqrt());
         if apart[0] > cap {
             return false;
         }
         // The bounds of a road are a rectangle with a few vertices to spare.
-        let reach = (self.settings.widest_m() / 2.0 + self.settings.bank_m) / spacing_m + 8.0;
-        let axis = Domain::axis(apart[1].min(cap) / step as f64) * step as f64;
+        let reach = self.settings.effect_m() / spacing_m + 8.0;
+        let axis = Ellipse::axis(apart[1].min(cap) / step as f64) * step as f64;
         // The places nearest to the two may differ, so the sum is too small if anything: no road is missed, though
         // some are looked at in vain. Twice to each corner of its bounds.
-        let ways = |area: &Area| (distance2(a, *area) as f64).sqrt() + (distance2(b, *area) as f64).sqrt();
-        areas.iter().any(|area| ways(area) <= axis + 4.0 * reach)
+        areas.iter().any(|area| way_by(*area, [a, b]) <= axis + 4.0 * reach)
     }
 
     /// Whether two sites within the cap are neighbours in the graph.
@@ -237,7 +246,7 @@ impl Places {
             let middle = [0, 1].map(|axis| (a.at[axis] + b.at[axis]).div_euclid(2));
             let half = (a.at[0] - b.at[0]).abs().max((a.at[1] - b.at[1]).abs()) * 3 / 4 + 2;
             let circle = Area::new(middle[0], middle[1], 1, 1).padded(half as usize);
-            !self.sites_of_cells(land, self.cells(&circle, 0)).any(|third| graph::parts(&third, a, b))
+            !self.sites_of_cells(land, self.cells(&circle, 0)).any(|third| graph::separates(&third, a, b))
         })
     }
 
@@ -263,15 +272,17 @@ impl Places {
     }
 }
 
-/// The square of the vertices from an area to the next vertex of another one, and to the furthest.
-fn distance2(a: Area, b: Area) -> i128 {
-    square((b.x0 - a.x1 + 1).max(a.x0 - b.x1 + 1).max(0), (b.y0 - a.y1 + 1).max(a.y0 - b.y1 + 1).max(0))
+/// Vertices from an area to another one and on to a third, at least, as the crow flies.
+fn way_by(area: Area, ends: [Area; 2]) -> f64 {
+    ends.map(|end| (nearest2(end, area) as f64).sqrt()).iter().sum()
 }
 
+/// The square of the vertices from one area to the next vertex of another, 0 where they touch.
+fn nearest2(a: Area, b: Area) -> i128 {
+    graph::length2([(b.x0 - a.x1 + 1).max(a.x0 - b.x1 + 1).max(0), (b.y0 - a.y1 + 1).max(a.y0 - b.y1 + 1).max(0)])
+}
+
+/// The square of the vertices from a vertex of one area to one of another, at most.
 fn furthest2(a: Area, b: Area) -> i128 {
-    square((b.x1 - 1 - a.x0).max(a.x1 - 1 - b.x0), (b.y1 - 1 - a.y0).max(a.y1 - 1 - b.y0))
-}
-
-fn square(x: i64, y: i64) -> i128 {
-    i128::from(x) * i128::from(x) + i128::from(y) * i128::from(y)
+    graph::length2([(b.x1 - 1 - a.x0).max(a.x1 - 1 - b.x0), (b.y1 - 1 - a.y0).max(a.y1 - 1 - b.y0)])
 }

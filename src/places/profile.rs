@@ -1,7 +1,7 @@
 //! The heights of a road: near the land's, never steeper than allowed.
 //!
-//! A function is no steeper than g if it rises by no more than g times the distance between any two points. The highest
-//! such function under the land and the lowest above it are found in two sweeps each; their mean is one, too, and cuts
+//! A function is no steeper than g if it rises by no more than g times the distance between any two points: g is its
+//! Lipschitz constant. The highest such function under the land and the lowest above it are found in two sweeps each; their mean is one, too, and cuts
 //! about as much as it fills. So is any such function after it has been clamped between two others. At last dips that lie
 //! in cuttings are raised, where water would stand.
 
@@ -36,19 +36,18 @@ impl Demands {
             return None;
         }
         // This moves the ends off their sites, too; the bounds, which are exact there, take them back below.
-        let wished_m = averaged(&averaged(&self.wished_m));
+        let wished_m = smoothed(&self.wished_m);
         let under_m = swept(&wished_m, grade, f64::min);
         let above_m = swept(&wished_m, -grade, f64::max);
         let mean_m = under_m.iter().zip(&above_m).map(|(under_m, above_m)| f64::midpoint(*under_m, *above_m));
         // By the swept bounds, which are no steeper than the grade; clamped to the demands themselves it could jump.
-        let levels_m = mean_m.zip(least_m.iter().zip(&most_m)).map(|(z, (least, most))| z.max(*least).min(*most));
-        Some(self.drained(levels_m.collect(), &most_m, grade))
+        Some(self.drained(clamped(mean_m, &least_m, &most_m), &most_m, grade))
     }
 
     /// Levels without dips in cuttings, where water would stand: what lies under the land there is raised to the dip's
     /// lower end, or to the land if that is lower, as far as the bounds and the grade let it.
     fn drained(&self, levels_m: Vec<f64>, most_m: &[f64], grade: f64) -> Vec<f64> {
-        let land_m = averaged(&averaged(&self.land_m));
+        let land_m = smoothed(&self.land_m);
         // Water from a point runs off over the lower one of the highest points to each side.
         let highest = |most_m: &mut f64, z: &f64| {
             *most_m = most_m.max(*z);
@@ -80,31 +79,39 @@ pub(super) fn swept(lengths_m: &[f64], mut values: Vec<f64>, grade: f64, extreme
     values
 }
 
-/// Levels that keep to those at both ends, and else are those given as far as the grade lets them. Ends that no grade joins
-/// miss by the same at both.
-pub(super) fn between(lengths_m: &[f64], levels_m: &[f64], grade: f64) -> Vec<f64> {
+/// The levels given, bent as little as keeps them within the grade of those at both ends. Ends too far apart for the grade are
+/// both missed by the same.
+pub(super) fn pinned_at_ends(lengths_m: &[f64], levels_m: &[f64], grade: f64) -> Vec<f64> {
     let last = levels_m.len() - 1;
     let length_m: f64 = lengths_m.iter().sum();
     let (start_m, end_m) = (levels_m[0], levels_m[last]);
     let miss_m = ((end_m - start_m).abs() - grade * length_m).max(0.0) / 2.0;
     let ends_m = [start_m + miss_m.copysign(end_m - start_m), end_m - miss_m.copysign(end_m - start_m)];
-    let pinned = |free_m: f64| {
+    let pins = |free_m: f64| {
         let mut values = vec![free_m; levels_m.len()];
         (values[0], values[last]) = (ends_m[0], ends_m[1]);
         values
     };
-    let most_m = swept(lengths_m, pinned(f64::INFINITY), grade, f64::min);
-    let least_m = swept(lengths_m, pinned(f64::NEG_INFINITY), -grade, f64::max);
-    levels_m.iter().zip(least_m.iter().zip(&most_m)).map(|(z, (least, most))| z.max(*least).min(*most)).collect()
+    let most_m = swept(lengths_m, pins(f64::INFINITY), grade, f64::min);
+    let least_m = swept(lengths_m, pins(f64::NEG_INFINITY), -grade, f64::max);
+    clamped(levels_m.iter().copied(), &least_m, &most_m)
 }
 
-fn averaged(values: &[f64]) -> Vec<f64> {
-    let last = values.len() - 1;
-    let around = |index: usize| {
-        let window = &values[index.saturating_sub(SMOOTHING)..=(index + SMOOTHING).min(last)];
-        window.iter().sum::<f64>() / window.len() as f64
+/// Levels between the least and the most of each point.
+fn clamped(levels_m: impl Iterator<Item = f64>, least_m: &[f64], most_m: &[f64]) -> Vec<f64> {
+    levels_m.zip(least_m.iter().zip(most_m)).map(|(z, (least, most))| z.max(*least).min(*most)).collect()
+}
+
+/// Values averaged over the points around each, twice.
+fn smoothed(values: &[f64]) -> Vec<f64> {
+    let averaged = |values: &[f64]| -> Vec<f64> {
+        let around = |index: usize| {
+            let window = &values[index.saturating_sub(SMOOTHING)..=(index + SMOOTHING).min(values.len() - 1)];
+            window.iter().sum::<f64>() / window.len() as f64
+        };
+        (0..values.len()).map(around).collect()
     };
-    (0..values.len()).map(around).collect()
+    averaged(&averaged(values))
 }
 
 #[cfg(test)]

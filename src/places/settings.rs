@@ -89,7 +89,12 @@ impl PlacesSettings {
         self.width_m.into_iter().fold(0.0, f64::max)
     }
 
-    /// What is asked of roads of a class.
+    /// Metres from the middle of the widest roads to where nothing of their cuts and fills is left.
+    pub(super) fn effect_m(&self) -> f64 {
+        self.widest_m() / 2.0 + self.bank_m
+    }
+
+    /// The widths, grades, curves and crossings of roads of a class.
     pub(super) fn standard(&self, class: RoadClass) -> Standard {
         let index = class as usize;
         Standard {

@@ -8,10 +8,8 @@ use crate::fluvial::survey::RiverPiece;
 use crate::grid::Grid;
 use crate::hash;
 use crate::land::WaterKind;
-use crate::lines::built::Built;
-use crate::lines::{FIXED, LineClass, LineId, LinePoint, StructureKind};
-use crate::places::alignment::length_m;
-use crate::places::plan_land::{self, PlanPiece};
+use crate::lines::{Built, FIXED, LineClass, LineId, LinePoint, StructureKind};
+use crate::places::fixed::FixedSegment;
 
 /// A land without an end, the same at any distance.
 #[expect(clippy::struct_field_names, reason = "the unit is a part of the name")]
@@ -330,7 +328,7 @@ fn roads_are_never_too_steep_and_end_at_their_sites_or_on_other_roads() {
         assert!(road.max_grade() <= most);
         let at = places_of(road);
         for (pair, ends) in road.points.windows(2).zip(at.windows(2)) {
-            let piece_m = length_m(ends[0], ends[1], SPACING_M);
+            let piece_m = FixedSegment { from: ends[0], to: ends[1] }.length_m(SPACING_M);
             assert!((pair[1].level_m - pair[0].level_m).abs() <= most * piece_m, "{} {pair:?}", road.id);
         }
         for (id, index) in [(from, 0), (to, at.len() - 1)] {
@@ -354,7 +352,7 @@ fn roads_are_never_too_steep_and_end_at_their_sites_or_on_other_roads() {
 fn nearest(road: &Line, at: [i64; 2]) -> Option<(f64, &'static Line)> {
     let far_m = |other: &Line| {
         let ways = places_of(other);
-        let squares = ways.windows(2).map(|ends| plan_land::distance2(at, ends[0], ends[1]));
+        let squares = ways.array_windows().map(|[from, to]| FixedSegment { from: *from, to: *to }.distance2(at));
         squares.fold(f64::INFINITY, f64::min).sqrt() * SPACING_M / FIXED as f64
     };
     let vertex = at.map(|at| at.div_euclid(FIXED));
@@ -375,8 +373,9 @@ fn no_road_lies_on_another_or_crosses_itself() {
             doubled += usize::from(far_m < road.points[index].half_width_m + other.points[0].half_width_m && !is_over);
         }
         for (first, [a, b]) in at.array_windows().enumerate() {
-            let piece = PlanPiece { from: *a, to: *b, width_m: 0.0, level_m: [0.0; 2] };
-            let crosses = at.array_windows().skip(first + 2).any(|[from, to]| piece.is_crossed(*from, *to));
+            let piece = FixedSegment { from: *a, to: *b };
+            let mut others = at.array_windows().skip(first + 2);
+            let crosses = others.any(|[from, to]| piece.crosses(&FixedSegment { from: *from, to: *to }));
             assert!(!crosses, "{} crosses itself at {a:?}", road.id);
         }
     }
@@ -394,8 +393,8 @@ fn a_road_that_is_cut_still_leads_from_one_site_to_the_other() {
         for end in [at[0], at[at.len() - 1]] {
             for (other, way) in places.iter().enumerate().filter(|(other, _)| *other != one) {
                 let square = way
-                    .windows(2)
-                    .map(|ends| plan_land::distance2(end, ends[0], ends[1]))
+                    .array_windows()
+                    .map(|[from, to]| FixedSegment { from: *from, to: *to }.distance2(end))
                     .fold(f64::INFINITY, f64::min);
                 if square <= 8.0 {
                     let (old, new) = (net[other], net[one]);
@@ -444,7 +443,8 @@ fn curves_are_as_wide_as_their_class_asks() {
 /// The least radius in metres of the circles through three points that follow on each other.
 fn sharpest_m(at: &[[i64; 2]]) -> f64 {
     let radius_m = |[a, b, c]: &[[i64; 2]; 3]| {
-        let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(a, b)| length_m(*a, *b, SPACING_M));
+        let length_m = |(from, to): (&[i64; 2], &[i64; 2])| FixedSegment { from: *from, to: *to }.length_m(SPACING_M);
+        let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(length_m);
         let cross = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         let twice_m2 = cross.abs() as f64 * (SPACING_M / FIXED as f64) * (SPACING_M / FIXED as f64);
         ab * bc * ca / (2.0 * twice_m2)
@@ -475,7 +475,7 @@ fn roads_keep_out_of_lakes_and_are_carried_over_rivers() {
             let relative = |at: [i64; 2]| [at[0] - ends[0][0], at[1] - ends[0][1]];
             pieces.iter().any(|piece| {
                 let (from, to) = (relative(piece.from), relative(piece.to));
-                PlanPiece { from, to, width_m: 0.0, level_m: [0.0; 2] }.is_crossed([0, 0], relative(ends[1]))
+                FixedSegment { from, to }.crosses(&FixedSegment { from: [0, 0], to: relative(ends[1]) })
             })
         };
         for (pair, carrier) in at.windows(2).zip(road.carriers()) {
@@ -568,7 +568,7 @@ fn any_spacing_has_roads_within_their_grades() {
 fn steep_land_has_roads_that_wind() {
     let straight_m = |road: &Line| {
         let at = places_of(road);
-        length_m(at[0], at[at.len() - 1], SPACING_M)
+        FixedSegment { from: at[0], to: at[at.len() - 1] }.length_m(SPACING_M)
     };
     let steep = TestLand { relief_m: 2400.0, ..land() };
     let roads = places().roads(&steep, &near());
@@ -602,7 +602,7 @@ fn a_side_too_steep_for_a_straight_road_is_climbed_by_hairpins() {
         let height_m = slope.heights_m(at[0], at[1], 1, 1, 1)[0];
         Site { id, at, height_m, class: site::SiteClass::Hamlet, population: 50, name: String::new() }
     };
-    let builder = Builder { settings: &settings, seed: 7, plan: &places.plan, land: &slope };
+    let builder = Builder { settings: &settings, seed: 7, plan: &places.plan, survey: &slope };
     let road = builder.road(&site(0), &site(1)).expect("hairpins climb it");
     let at = places_of(&road);
     let eastward: Vec<bool> = at.windows(2).map(|ends| ends[1][0] > ends[0][0]).collect();
@@ -658,7 +658,7 @@ fn beds_agree_where_areas_overlap_and_end_at_their_reach() {
                     let at = road.fixed(point);
                     [at[0] - x * FIXED, at[1] - y * FIXED]
                 });
-                let parts = plan_land::distance2([0, 0], from, to).sqrt();
+                let parts = FixedSegment { from, to }.distance2([0, 0]).sqrt();
                 let reach_m = road.points[0].half_width_m + PlacesSettings::default().bank_m;
                 (parts * SPACING_M / FIXED as f64 - reach_m, carrier == Some(StructureKind::Bridge))
             };

@@ -1,0 +1,34 @@
+//! Moves: the ways that a route may take from a node of the plan, by their numbers.
+//!
+//! A move goes along any vector of whole numbers up to 3 without a common divisor. Numbers rise with the angle, clockwise
+//! from east.
+
+use crate::places::plan_land::PlanNode;
+
+/// The moves of a quarter turn, by angle; the others are these, turned.
+const QUARTER: [[i64; 2]; 8] = [[1, 0], [3, 1], [2, 1], [3, 2], [1, 1], [2, 3], [1, 2], [1, 3]];
+
+/// Moves from a node.
+pub(super) const MOVES: usize = 4 * QUARTER.len();
+
+/// The vector of a move: nodes east and south.
+pub(super) fn vector(number: usize) -> [i64; 2] {
+    let [x, y] = QUARTER[number % QUARTER.len()];
+    match number / QUARTER.len() {
+        0 => [x, y],
+        1 => [-y, x],
+        2 => [-x, -y],
+        _ => [y, -x],
+    }
+}
+
+/// The number of the move back: the one half of all moves on, since the quarters follow each other.
+pub(super) fn back(number: usize) -> usize {
+    (number + MOVES / 2) % MOVES
+}
+
+/// The node at which so many equal moves end.
+pub(super) fn moved(node: PlanNode, number: usize, times: i64) -> PlanNode {
+    let [dx, dy] = vector(number);
+    [node[0] + dx * times, node[1] + dy * times]
+}
