@@ -24,7 +24,7 @@ use crate::places::settings::PlacesSettings;
 const BESIDE_M: f64 = 12.0;
 const BESIDE_VERTICES: f64 = 1.2;
 
-/// Nodes of the plan that a road may be away from one that it leaves and comes back to, and the length of that way: a
+/// Steps of the plan that a road may be away from one that it leaves and comes back to, and the length of that way: a
 /// second road would serve nobody. Chosen by eye.
 const ASIDE: f64 = 1.0;
 const ASIDE_LENGTH: f64 = 8.0;
@@ -52,15 +52,21 @@ pub(super) fn reach(settings: &PlacesSettings, spacing_m: f64) -> i64 {
     (touch_m([settings.widest_m() / 2.0; 2], spacing_m) / spacing_m) as i64 + 2
 }
 
+/// Vertices from a road within which others are looked for: a detour's, or those that wide roads touch.
+fn aside(scale: &Scale, settings: &PlacesSettings) -> i64 {
+    ((ASIDE * scale.step as f64) as i64).max(reach(settings, scale.spacing_m))
+}
+
 /// The areas around a road's pieces in which other roads matter to its parts.
-pub(super) fn areas(road: &Line, scale: &Scale) -> Vec<Area> {
-    let pad = 2 * scale.step as usize;
+pub(super) fn areas(road: &Line, scale: &Scale, settings: &PlacesSettings) -> Vec<Area> {
+    let pad = 2 * aside(scale, settings) as usize;
     road.points.chunks(CHUNK).map(|points| lines::bounds(road.origin, points, 0.0).padded(pad)).collect()
 }
 
 /// The parts of a road, given those that rank above it, from the highest on.
 pub(super) fn parts(road: &Line, above: &[Arc<Line>], scale: &Scale, settings: &PlacesSettings) -> Vec<Line> {
-    let hull = areas(road, scale).into_iter().reduce(|hull, area| hull.hull(&area)).expect("a road has points");
+    let hull =
+        areas(road, scale, settings).into_iter().reduce(|hull, area| hull.hull(&area)).expect("a road has points");
     let mut network = RoadNetwork::new(hull, scale, settings);
     for other in above {
         for part in network.parts(other) {
@@ -131,7 +137,7 @@ impl<'a> RoadNetwork<'a> {
 
     /// Metres within which pieces are found.
     fn aside_m(&self) -> f64 {
-        ASIDE * self.scale.step_m()
+        aside(self.scale, self.settings) as f64 * self.scale.spacing_m
     }
 
     /// The column and row of the bucket that a place in metres lies in.
@@ -204,7 +210,8 @@ impl<'a> RoadNetwork<'a> {
         let [Some(before), Some(after)] = ends else { return false };
         let piece_m = |pair: &[[f64; 2]]| length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]);
         let length_m: f64 = places.windows(2).map(piece_m).sum();
-        let is_near = |at: &[f64; 2]| self.foot(*at, |_, foot| foot.distance_m <= self.aside_m()).is_some();
+        let is_near =
+            |at: &[f64; 2]| self.foot(*at, |_, foot| foot.distance_m <= ASIDE * self.scale.step_m()).is_some();
         before.course == after.course && length_m <= ASIDE_LENGTH * self.scale.step_m() && places.iter().all(is_near)
     }
 

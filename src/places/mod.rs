@@ -155,7 +155,7 @@ impl Places {
             let id = LineId::Road { from: a.id, to: b.id, part: 0 };
             (Reverse(build::class_between(a, b)), id) < rank
         };
-        let near = junction::areas(road, &self.plan.scale);
+        let near = junction::areas(road, &self.plan.scale, &self.settings);
         let edges = self.edges(land, &near).into_iter().filter(may_rank_above);
         let mut above: Lines = edges.filter_map(|(a, b)| self.road(land, &a, &b)).collect();
         above.retain(|other| junction::rank(other) < rank && near.iter().any(|area| other.concerns(area)));
