@@ -4,7 +4,6 @@
 //! that run to the coast ask the same lattice ([`Fields::in_lowstand`], [`Fields::is_drowned`]).
 
 use super::fields::{COAST_STEP, Fields};
-use super::point::Point;
 use super::warp::Displaced;
 use crate::area::Area;
 
@@ -37,8 +36,7 @@ impl CoastWindow {
         let mut inland_m = Vec::with_capacity(columns * lines);
         for j in 0..lines as i64 {
             for i in 0..columns as i64 {
-                let at = Point::at_vertex((first[0] + i) * COAST_STEP, (first[1] + j) * COAST_STEP);
-                inland_m.push(fields.inland_m(at) as f32);
+                inland_m.push(fields.inland_of_lattice_m(first[0] + i, first[1] + j) as f32);
             }
         }
         CoastWindow { first, columns, inland_m }

@@ -29,7 +29,7 @@ struct Sea {
     /// How far the potential is moved east and south, as shares of the most, so that shores are not smooth. What is
     /// moved has no hollow that it had not, as octaves of its own would have by the dozen: each would be a sea without a
     /// way out.
-    bends: [Bend; 2],
+    bends: Vec<Bend>,
 }
 
 /// A displacement of the plane that does not fold it.
@@ -112,10 +112,11 @@ const LEFT_OPEN: f64 = 0.25;
 /// it. Chosen by eye.
 const LEAST_LAKE_M: f64 = 1.0;
 
-/// Wavelength of the bends of shores, as a share of the basins'; their octaves; and how far they go at most, as a share of
-/// their own wavelength: further, and more than a few places would fold.
-const BEND_WAVE: f64 = 0.5;
-const SHORT_BEND_WAVE: f64 = 0.125;
+/// Wavelengths of the bends of shores, as shares of the basins', but for those that are shorter than so many steps of the
+/// lattice by which rasters know the shore; their octaves; and how far they go at most, as a share of their own wavelength:
+/// further, and more than a few places would fold.
+const BEND_WAVES: [f64; 3] = [0.03125, 0.125, 0.5];
+const LEAST_BEND: f64 = 8.0;
 const BEND_OCTAVES: u32 = 2;
 const MOST_BEND: f64 = 0.4;
 
@@ -153,13 +154,18 @@ impl Fields {
                 metres_a_unit: basin_m / 2.0,
                 // The short ones first: what is bent twice is folded no more than either folds.
                 bends: [
-                    (SHORT_BEND_WAVE, [Stream::ShortCoastEast, Stream::ShortCoastSouth]),
-                    (BEND_WAVE, [Stream::CoastEast, Stream::CoastSouth]),
+                    (BEND_WAVES[0], [Stream::LeastCoastEast, Stream::LeastCoastSouth]),
+                    (BEND_WAVES[1], [Stream::ShortCoastEast, Stream::ShortCoastSouth]),
+                    (BEND_WAVES[2], [Stream::CoastEast, Stream::CoastSouth]),
                 ]
-                .map(|(share, streams)| Bend {
-                    axes: streams.map(|stream| noise(share * basin_m, BEND_OCTAVES, stream)),
-                    most: MOST_BEND * share * basin_m / metres_a_grain,
-                }),
+                .map(|(share, streams)| (share * basin_m, streams))
+                .into_iter()
+                .filter(|(wave_m, _)| *wave_m >= LEAST_BEND * COAST_STEP as f64 * spacing_m)
+                .map(|(wave_m, streams)| Bend {
+                    axes: streams.map(|stream| noise(wave_m, BEND_OCTAVES, stream)),
+                    most: MOST_BEND * wave_m / metres_a_grain,
+                })
+                .collect(),
             }),
             base_m: match sea_level_m {
                 Some(level_m) => level_m + settings.base_m.max(LEAST_LAKE_M),
@@ -396,10 +402,38 @@ impl Fields {
         let step = COAST_STEP * GRAINS;
         let (i, j) = (at.x.div_euclid(step), at.y.div_euclid(step));
         let [u, v] = [at.x, at.y].map(|grains| grains.rem_euclid(step) as f64 / step as f64);
-        let inland_m = |i: i64, j: i64| self.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
-        let row = |j: i64| inland_m(i, j) + (inland_m(i + 1, j) - inland_m(i, j)) * u;
+        let row = |j: i64| {
+            let [west, east] = [i, i + 1].map(|i| self.inland_of_lattice_m(i, j));
+            west + (east - west) * u
+        };
         let north = row(j);
         north + (row(j + 1) - north) * v
+    }
+
+    /// [`Fields::inland_m`] at a point of the lattice that the rasters have the coast from; in hollows of the potential
+    /// that do not lead to the sea, as far inland as the coast takes nothing of the land, for it would cut pits there.
+    pub fn inland_of_lattice_m(&self, i: i64, j: i64) -> f64 {
+        // So many steps downhill at most, of which one or two lead to nearly all shores.
+        const STEPS: usize = 32;
+        let inland_m = |(i, j): (i64, i64)| self.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
+        let (mut at, here_m) = ((i, j), inland_m((i, j)));
+        let most_m = (COAST_STEP * GRAINS) as f64 * self.metres_a_grain;
+        if here_m <= 0.0 || here_m > most_m {
+            return here_m;
+        }
+        let mut lowest_m = here_m;
+        for _ in 0..STEPS {
+            let around = (-1..=1).flat_map(|v| (-1..=1).map(move |u| (at.0 + u, at.1 + v)));
+            let lower = around.map(|at| (inland_m(at), at)).min_by(|a, b| a.0.total_cmp(&b.0)).expect("nine points");
+            if lower.0 >= lowest_m {
+                return most_m;
+            }
+            (lowest_m, at) = lower;
+            if lowest_m <= 0.0 {
+                break;
+            }
+        }
+        here_m
     }
 
     /// Height that the coast alone gives a place so far inland: the edge of the land, or the sea's floor.

@@ -452,3 +452,19 @@ fn vertices_lie_on_the_terraces_of_their_valleys() {
     }
     assert!(on_terraces > 100, "{on_terraces} vertices");
 }
+
+#[test]
+fn the_coast_cuts_no_pits_into_the_land() {
+    // Here the potential has hollows that are hardly above the sea's, each around a few points of the lattice.
+    let fluvial = seeded("archipelago", 73002);
+    for (x0, y0, side) in [(-10_824, -366, 24), (-10_713, -457, 96)] {
+        let area = Area::new(x0, y0, side, side);
+        let land = fluvial.land(area, &Clock::default());
+        let inner = Area::new(x0 + 1, y0 + 1, side - 2, side - 2);
+        for (x, y) in inner.vertices() {
+            let around = (-1..=1).flat_map(|v| (-1..=1).map(move |u| (x + u, y + v)));
+            let is_pit = around.filter(|at| *at != (x, y)).all(|(u, v)| land.heights.at(u, v) > land.heights.at(x, y));
+            assert!(!is_pit, "{x}, {y} is a pit");
+        }
+    }
+}
