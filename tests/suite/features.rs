@@ -311,15 +311,16 @@ fn rivers_lie_on_the_ground() {
     // Where beds of the same level, of lakes and of dry brooks beside them once left them up to 47 metres in the air; and
     // where a glacier's valley goes up in a step, at which it was 29; and where a head lies beyond a divide, at which it was 35.
     let mut count = 0;
-    for (name, seed, x, y, most_m) in [
-        ("highlands", 1732, 5, 5005, 2.0),
+    let places = [
         ("highlands", 90210, -608, -3020, 2.0),
+        ("alps", 31001, -321, 14, 2.0),
+        ("highlands", 1732, 5, 5005, 2.0),
         ("highlands", 90210, -611, -3019, 2.0),
         ("highlands", 5077, 60, -4321, 2.0),
         ("alps", 20301, 1004, -1, 4.0),
-        ("alps", 31001, -321, 14, 2.0),
         ("alps", 31001, -321, 13, 2.0),
-    ] {
+    ];
+    for (name, seed, x, y, most_m) in places.into_iter().take(if IS_LONG { 7 } else { 2 }) {
         let (_, preset) = Preset::load(name).unwrap();
         let world = World::new(preset, Some(seed)).unwrap();
         let area = TileId { x, y }.area(world.tile_cells());
@@ -341,7 +342,7 @@ fn rivers_lie_on_the_ground() {
             }
         }
     }
-    assert!(count > 100, "{count} points");
+    assert!(count > 50, "{count} points");
 }
 
 #[test]
