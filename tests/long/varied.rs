@@ -13,7 +13,7 @@ fn every_preset_makes_varied_land_within_a_fine_range() {
         let world = World::new(preset, None).unwrap();
         let (min_m, max_m) = world.height_range_m();
         // A look every so many vertices over 20,000 x 20,000: the whole of a region, thinly.
-        let looks = if world.relief().fluvial().is_some() { 30 } else { 200 };
+        let looks = if world.relief().fluvial().is_some() { 20 } else { 200 };
         let step = 20_000 / looks;
         let area = |look: i64| Area::new(look % looks * step, look / looks * step, 1, 1);
         let heights: Vec<f32> =
