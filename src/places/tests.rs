@@ -384,6 +384,21 @@ fn no_road_lies_on_another_or_crosses_itself() {
 }
 
 #[test]
+fn wide_roads_that_touch_are_one_however_near_the_nodes_of_the_plan_are() {
+    // Once roads were looked for within a step of the plan, 16 metres here, where these touch from 52 metres on.
+    let settings = PlacesSettings { site_m: 1000.0, width_m: [50.0; 3], ..PlacesSettings::default() };
+    let scale = Scale::new(settings.site_m, SPACING_M);
+    let mut higher = roads()[0].as_ref().clone();
+    higher.structures.clear();
+    for point in &mut higher.points {
+        point.half_width_m = 25.0;
+    }
+    let mut beside = higher.clone();
+    beside.origin[0] += 22;
+    assert!(junction::parts(&beside, &[Arc::new(higher)], &scale, &settings).is_empty());
+}
+
+#[test]
 fn a_road_that_is_cut_still_leads_from_one_site_to_the_other() {
     // Roads that touch at an end of one of them are of one net.
     let roads: Vec<&Line> = roads().iter().map(AsRef::as_ref).collect();
