@@ -159,7 +159,7 @@ fn channels_keep_away_from_what_they_run_to_until_they_end() {
                 });
                 let (off, left) = (off.fold(f64::INFINITY, f64::min), knot.at.distance(end.at));
                 assert!(
-                    off > 0.01 * left,
+                    off > 0.05 * left,
                     "{name}, seed {seed}: {:?} lies {off:.1} grains beside {:?}, {left:.0} above its mouth",
                     channel.id,
                     other.id,
