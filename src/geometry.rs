@@ -11,6 +11,16 @@ pub fn lerp([start, change]: [f64; 2], share: f64) -> f64 {
     start + change * share
 }
 
+/// The dot product of two ways.
+pub fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// The cross product of two ways: positive if the second turns clockwise from the first, where y is down.
+pub fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
 /// The value at a place in a cell, from those at its north-western, north-eastern, south-western and south-eastern corner:
 /// shares of the cell east and south.
 pub fn bilinear([a, b, c, d]: [f64; 4], [east, south]: [f64; 2]) -> f64 {
@@ -53,7 +63,7 @@ impl LineSegment {
     /// other: to touch is not to cross, and ends that are rounded to whole units may cross by that.
     pub fn crosses(&self, other: &LineSegment) -> bool {
         let apart = |line: &LineSegment, by: &LineSegment| {
-            let side = |off: [f64; 2]| line.along[0] * off[1] - line.along[1] * off[0];
+            let side = |off: [f64; 2]| cross(line.along, off);
             let start = [by.from[0] - line.from[0], by.from[1] - line.from[1]];
             let (a, b) = (side(start), side([start[0] + by.along[0], start[1] + by.along[1]]));
             let least = 1.5 * length(line.along);

@@ -145,12 +145,12 @@ register! {
     ShortCoastEast = 28 << 32, 1;
     /// Short bends of the shores of fluvial relief, south.
     ShortCoastSouth = 29 << 32, 1;
-    /// How far the shortest bends of a coast move it east.
-    LeastCoastEast = 31 << 32, 1;
-    /// How far the shortest bends of a coast move it south.
-    LeastCoastSouth = 32 << 32, 1;
     /// How far flood plains reach.
     FloodPlain = 30 << 32, 1;
+    /// The shortest bends of the shores of fluvial relief, east.
+    LeastCoastEast = 31 << 32, 1;
+    /// The shortest bends of the shores of fluvial relief, south.
+    LeastCoastSouth = 32 << 32, 1;
 }
 
 /// The number of a stream, or of a part of one.

@@ -9,7 +9,7 @@
 use std::f64::consts::TAU;
 
 use super::point::GRAINS;
-use crate::geometry::length;
+use crate::geometry::{cross, dot, length};
 
 /// Widths of a river from one meander to the next, at least.
 ///
@@ -171,8 +171,7 @@ fn fair(places: &mut [LinePlace], width: f64) {
 
 /// The angle from one way to another, in radians, positive clockwise where y is down.
 fn turn(before: [f64; 2], after: [f64; 2]) -> f64 {
-    let (cross, dot) = (before[0] * after[1] - before[1] * after[0], before[0] * after[0] + before[1] * after[1]);
-    libm::atan2(cross, dot)
+    libm::atan2(cross(before, after), dot(before, after))
 }
 
 fn way(from: [f64; 2], to: [f64; 2]) -> [f64; 2] {

@@ -5,7 +5,7 @@ use super::fields::Fields;
 use super::lake::NO_LAKE;
 use super::point::Point;
 use super::trunk::{Drained, NodeId, Trunks, neighbours};
-use crate::geometry::{LineSegment, length, lines};
+use crate::geometry::{LineSegment, cross, dot, length, lines};
 
 /// How steep a bed is that goes on under the sea: enough that it falls. Chosen by eye.
 pub const DROWNED_SLOPE: f64 = 0.002;
@@ -146,14 +146,6 @@ fn between(way: [f64; 2], other: [f64; 2], share: f64) -> [f64; 2] {
 
 fn unit(way: [f64; 2]) -> [f64; 2] {
     way.map(|part| part / length(way).max(1e-9))
-}
-
-fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
 }
 
 /// Hermite's cubic from the origin to a place, by its tangents at both ends: the shorter these are the straighter it
