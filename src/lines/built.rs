@@ -1,7 +1,8 @@
 //! What built roads do to an area: cutting and filling.
 //!
 //! Each piece of a road limits the heights around it: at a distance d beyond the road's edge they lie at most d/2 under
-//! it, which is the batter of a fill, and at most d/1.5 above it, that of a cut. Limits are combined by maximum and
+//! it, which is the batter of a fill, and at most d/1.5 above it, that of a cut. What a fill would bury too deeply, as a gorge
+//! beside the road, it leaves as it is: it ends at a wall. Limits are combined by maximum and
 //! minimum, and where they contradict each other, as between two roads, their mean holds: so the order of roads and of
 //! pieces does not matter. Between two points of a bridge, or of a tunnel, the land stays as it is.
 
@@ -15,6 +16,9 @@ use crate::lines::{Bed, Line, StructureKind};
 const FILL: f32 = 2.0;
 /// Metres along for a metre of height of a cut: firm ground stands at 34 degrees.
 const CUT: f32 = 1.5;
+
+/// Metres that a fill is high at most beside the road: on a higher one no road is built, but on a viaduct.
+const WALL_M: f32 = 12.0;
 
 /// Share of the bank from which on a road's effect fades, to exactly nothing at the bank's end; chosen by eye.
 const FADE: f32 = 0.6;
@@ -38,10 +42,13 @@ struct HeightLimits {
     high_m: f32,
     /// How much of that is done, 0 to 1.
     weight: f32,
+    /// Metres that the land is filled at most: what lies deeper stays as it is.
+    most_fill_m: f32,
 }
 
 /// Nothing is demanded.
-const FREE: HeightLimits = HeightLimits { low_m: f32::NEG_INFINITY, high_m: f32::INFINITY, weight: 0.0 };
+const FREE: HeightLimits =
+    HeightLimits { low_m: f32::NEG_INFINITY, high_m: f32::INFINITY, weight: 0.0, most_fill_m: 0.0 };
 
 impl HeightLimits {
     /// Both at once: what either demands.
@@ -50,12 +57,13 @@ impl HeightLimits {
             low_m: self.low_m.max(other.low_m),
             high_m: self.high_m.min(other.high_m),
             weight: self.weight.max(other.weight),
+            most_fill_m: self.most_fill_m.max(other.most_fill_m),
         }
     }
 
     /// A height in metres as it is demanded.
     fn applied(self, height_m: f32) -> f32 {
-        if self.weight <= 0.0 {
+        if self.weight <= 0.0 || self.low_m - height_m > self.most_fill_m {
             return height_m;
         }
         let limit_m = match self.low_m > self.high_m {
@@ -181,7 +189,9 @@ fn gathered(line: &Line, area: Area, bank_m: f32) -> Grid<Here> {
                         let level_m = from_m + rise_m * along;
                         let weight = ((1.0 - beyond_m / bank_m) / (1.0 - FADE)).min(1.0);
                         let (low_m, high_m) = (level_m - beyond_m / FILL, level_m + beyond_m / CUT);
-                        here.limits = here.limits.and(HeightLimits { low_m, high_m, weight });
+                        // The road itself lies on its fill, however deep, as far as the vertices next to its edge.
+                        let most_fill_m = if beyond_m < line.spacing_m as f32 { f32::INFINITY } else { WALL_M };
+                        here.limits = here.limits.and(HeightLimits { low_m, high_m, weight, most_fill_m });
                     }
                 }
             }
@@ -243,6 +253,26 @@ impl RoadPiece {
 mod tests {
     use super::*;
     use crate::lines::tests::road;
+
+    #[test]
+    fn a_fill_ends_at_a_wall_where_it_would_bury_a_gorge() {
+        // A road at 50 m in land at 45 m, with a gorge beside it.
+        let line = road((0..=30).map(|x| ([x as f64, 10.0], 50.0, None)), 8.0);
+        let area = Area::new(0, 0, 31, 21);
+        for (gorge_m, is_filled) in [(36.0, true), (20.0, false)] {
+            let mut built = Built::blank(area);
+            built.add(&line);
+            let land_m = |y: i64| if (12..=13).contains(&y) { gorge_m } else { 45.0 };
+            let mut heights = Grid::filled(area, 45.0);
+            for (x, y) in area.vertices() {
+                heights.row_mut(y, x, x + 1)[0] = land_m(y);
+            }
+            built.shape(&mut heights);
+            assert_eq!((heights.at(15, 10), heights.at(15, 9)), (50.0, heights.at(15, 11)));
+            assert!(heights.at(15, 11) > 45.0);
+            assert_eq!(heights.at(15, 12) > gorge_m, is_filled, "{gorge_m}");
+        }
+    }
 
     #[test]
     fn under_viaducts_and_over_tunnels_the_land_stays_as_it_is() {
