@@ -22,6 +22,10 @@ use crate::memory::{Memory, Usage, heap_bytes};
 /// Grains from one point of a river to the next at most: the world bends what is straight between two knots.
 const STEP: f64 = 3.0 * GRAINS as f64;
 
+/// Grains below the place from which on its channel holds water at which a river begins, at most: so the rasters' nearest
+/// vertex is wet.
+const PAST_SPRING: f64 = GRAINS as f64;
+
 /// Grains that a river runs on into the sea: else the rasters' nearest vertex of the sea could be more than one away.
 const PAST_COAST: f64 = 0.5 * GRAINS as f64;
 
@@ -258,11 +262,12 @@ impl Fluvial {
                 {
                     // From one channel to the next there is nothing to halve: where one ends the other begins.
                     let edge = if before.place.0 == number { between(before, sample, ground) } else { sample };
-                    open.push(edge);
+                    // At least a grain is left, for the sample may lie on the edge.
+                    let left = edge.at.distance(sample.at).max(1.0);
+                    let past_edge = |grains: f64| edge.towards(&sample, (grains / left).min(1.0));
+                    open.push(if was == LiesIn::Dry { past_edge(PAST_SPRING) } else { edge });
                     if here == LiesIn::Sea {
-                        let left = edge.at.distance(sample.at);
-                        // At least a grain, for the sample may lie on the edge.
-                        open.push(edge.towards(&sample, (PAST_COAST / left.max(1.0)).min(1.0)));
+                        open.push(past_edge(PAST_COAST));
                     }
                     if here != LiesIn::Channel {
                         // What it is cut by is known just behind the edge.

@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 use super::*;
 use crate::geometry::{LineSegment, length, lines};
 use crate::grid::Grid;
+use crate::land::WaterKind;
 use crate::preset::Preset;
 use channel::Channel;
 use point::GRAINS;
@@ -466,5 +467,31 @@ fn the_coast_cuts_no_pits_into_the_land() {
             let is_pit = around.filter(|at| *at != (x, y)).all(|(u, v)| land.heights.at(u, v) > land.heights.at(x, y));
             assert!(!is_pit, "{x}, {y} is a pit");
         }
+    }
+}
+
+#[test]
+fn springs_lie_on_the_ground_and_in_their_water() {
+    // Beside one, dry brooks are cut down to the coast; another lies on a bed so steep that the land beside it is lower.
+    for (preset, seed, [x, y]) in [
+        ("archipelago", 81002, [-777 * 256 + 1438, 4 * 256 + 1505]),
+        ("alps", 101001, [4321 * 256 + 1430, 765 * 256 + 149]),
+    ] {
+        let fluvial = seeded(preset, seed);
+        let area = Area::new(x - 40, y - 40, 80, 80);
+        let land = fluvial.land(area, &Clock::default());
+        let water = land.water.as_ref().unwrap();
+        let mut springs = 0;
+        for river in fluvial.rivers(&area) {
+            let [x, y] = [0, 1].map(|axis| river.origin[axis] + river.points[0].place[axis].round() as i64);
+            if !area.contains(&Area::new(x, y, 1, 1)) {
+                continue;
+            }
+            springs += 1;
+            let (level_m, height_m) = (river.points[0].level_m, land.heights.at(x, y));
+            assert!(level_m - height_m as f64 <= 2.0, "{preset} {:?}: {level_m} m over {height_m} m", river.id);
+            assert_ne!(water.kind.at(x, y), WaterKind::Dry, "{preset} {:?}", river.id);
+        }
+        assert!(springs > 0, "{preset}");
     }
 }

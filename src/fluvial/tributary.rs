@@ -320,6 +320,10 @@ impl Tributaries {
             if !is_wet {
                 ground_m = ground_m.max(beside_m);
             }
+            // Where the coast is lower than that, a dry brook begins only below.
+            if !is_wet && step > 1 && coast_m[segments - step] < beside_m {
+                break;
+            }
             let level_m = ground_m.min(coast_m[segments - step]);
             // Across a lake or the floor of a larger valley it rises no more than that does, but always a little.
             let least_m = |share: f64| step_m * share * LEAST_SLOPE.min(rise_m / step_m);
