@@ -375,18 +375,26 @@ fn steepest_upstream(fields: &Fields, channel: &Channel, knot: usize, trough: f6
     slopes.fold(0.0, f64::max)
 }
 
-/// Lowers a bed, from its mouth up, to below the sides of other valleys: those of segments that are relative to an origin.
-/// Where it is straight for long, it has a knot more at each place that is lowered.
-pub fn cut_into(fields: &Fields, knots: &mut Vec<Knot>, hill_slope: f64, segments: &[&Segment], origin: Point) {
-    // Of all segments those that may be lower than it anywhere.
+/// Of segments those whose sides may be below a bed somewhere, where hillsides rise so many metres a grain at least.
+pub fn below_bed<'a>(knots: &[Knot], least_slope: f64, segments: &[&'a Segment], origin: Point) -> Vec<&'a Segment> {
     let places: Vec<[f64; 2]> = knots.iter().map(|knot| knot.at.from(origin)).collect();
     let around = Circle::around(&places);
     let highest_m = knots.iter().map(|knot| knot.level_m).fold(f64::NEG_INFINITY, f64::max);
-    let least_slope = INCISION * hill_slope.min(fields.least_hill_slope()) * fields.metres_a_grain();
     let may_be_below = |segment: &&Segment| {
         highest_m > segment.lowest_m() && segment.may_be_below(around.least(segment).powi(2), least_slope, highest_m)
     };
-    let near: Vec<&Segment> = segments.iter().copied().filter(may_be_below).collect();
+    segments.iter().copied().filter(may_be_below).collect()
+}
+
+/// Lowers a bed, from its mouth up, to below the sides of other valleys: those of segments that are relative to an origin.
+/// Where it is straight for long, it has a knot more at each place that is lowered.
+pub fn cut_into(fields: &Fields, knots: &mut Vec<Knot>, hill_slope: f64, segments: &[&Segment], origin: Point) {
+    let near = below_bed(
+        knots,
+        INCISION * hill_slope.min(fields.least_hill_slope()) * fields.metres_a_grain(),
+        segments,
+        origin,
+    );
     // From the mouth up, so that each knot knows what it must stay above.
     let mut cut: Vec<Knot> = knots.last().copied().into_iter().collect();
     for pair in knots.windows(2).rev() {

@@ -7,7 +7,7 @@ use super::chunk::ChunkId;
 use super::fields::{BESIDE, Fields, most_area};
 use super::lake::{self, Hollow, NO_LAKE};
 use super::point::{Point, chance};
-use super::segment::{Circle, INCISION, Segment, cut_into, rise, segments_of};
+use super::segment::{Circle, INCISION, Segment, below_bed, cut_into, rise, segments_of};
 use super::segment_index::IndexedSegments;
 use super::tributary_course::{Courses, JOIN_CELLS, TributaryCourse, TributaryEnd};
 use super::trunk::{LEAST_SLOPE, NodeId};
@@ -355,6 +355,8 @@ impl Tributaries {
 /// Lets a tributary begin below all places where its bed hangs in the air, given the segments of other valleys near it: these
 /// are so much lower there that they have captured what comes from above.
 fn leave_to_captors(fields: &Fields, channel: &mut Channel, others: &[&Segment], origin: Point) {
+    let least_slope = channel.hill_slope.min(fields.least_hill_slope()) * fields.metres_a_grain();
+    let others = below_bed(&channel.knots, least_slope, others, origin);
     let hangs = |knot: &Knot| {
         let at = knot.at.from(origin);
         let gentlest = fields.hill_slope(fields.uplift(knot.at)).min(channel.hill_slope);
