@@ -1,6 +1,6 @@
 //! Channels: the middle lines of valleys, from a head down to a mouth.
 
-use super::point::Point;
+use super::point::{self, Point};
 use super::trunk::NodeId;
 use crate::lines::{ChannelId, LakeId};
 use crate::memory::heap_bytes;
@@ -91,10 +91,5 @@ impl Channel {
 }
 
 fn bounds(knots: &[Knot]) -> [Point; 2] {
-    let mut bounds = [knots[0].at; 2];
-    for Knot { at, .. } in knots {
-        bounds[0] = Point { x: bounds[0].x.min(at.x), y: bounds[0].y.min(at.y) };
-        bounds[1] = Point { x: bounds[1].x.max(at.x), y: bounds[1].y.max(at.y) };
-    }
-    bounds
+    point::around(knots.iter().map(|knot| knot.at), 0.0).expect("a channel has knots")
 }

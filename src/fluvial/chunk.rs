@@ -15,21 +15,19 @@ pub struct ChunkId {
     pub y: i64,
 }
 
-/// Cells a side of a chunk: of trunks, which are long and cost much, and of tributaries, whose neighbours must be
-/// within the next chunk.
-const fn side(level: u32) -> i64 {
-    if level == 0 { 2 } else { 8 }
-}
+/// Cells a side of a chunk: in larger ones more channels would be made that nobody asks for, and for each of single cells what is
+/// above it would be gathered anew.
+const SIDE: i64 = 2;
 
 impl ChunkId {
     /// The chunk that holds a cell.
     pub fn of_cell(level: u32, (x, y): NodeId) -> ChunkId {
-        ChunkId { level, x: x.div_euclid(side(level)), y: y.div_euclid(side(level)) }
+        ChunkId { level, x: x.div_euclid(SIDE), y: y.div_euclid(SIDE) }
     }
 
     /// The chunks of a level that touch a rectangle.
     pub fn touching(fields: &Fields, level: u32, [low, high]: [Point; 2]) -> impl Iterator<Item = ChunkId> {
-        let grains = side(level) * fields.side(level);
+        let grains = SIDE * fields.side(level);
         let columns = low.x.div_euclid(grains)..=high.x.div_euclid(grains);
         let rows = low.y.div_euclid(grains)..=high.y.div_euclid(grains);
         rows.flat_map(move |y| columns.clone().map(move |x| ChunkId { level, x, y }))
@@ -37,20 +35,13 @@ impl ChunkId {
 
     /// The corners of its square.
     pub fn square(self, fields: &Fields) -> [Point; 2] {
-        let grains = side(self.level) * fields.side(self.level);
+        let grains = SIDE * fields.side(self.level);
         let low = Point { x: self.x * grains, y: self.y * grains };
         [low, Point { x: low.x + grains, y: low.y + grains }]
     }
 
     /// Its cells.
     pub fn cells(self) -> impl Iterator<Item = NodeId> {
-        let side = side(self.level);
-        (0..side * side).map(move |n| (self.x * side + n % side, self.y * side + n / side))
-    }
-
-    /// It and the eight around it.
-    pub fn with_neighbours(self) -> impl Iterator<Item = ChunkId> {
-        let ChunkId { level, x, y } = self;
-        (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| ChunkId { level, x: x + dx, y: y + dy }))
+        (0..SIDE * SIDE).map(move |n| (self.x * SIDE + n % SIDE, self.y * SIDE + n / SIDE))
     }
 }

@@ -53,7 +53,7 @@ pub const COAST_STEP: i64 = 16;
 
 /// Vertices that a brook runs on into the sea where there is room: there its bed is deeper than the sea's floor at
 /// first.
-const INTO_SEA: f64 = 6.0;
+pub const INTO_SEA: f64 = 6.0;
 
 /// Share of what the land's edge rises that a bed has at most, so that it lies in a valley. Chosen by eye.
 const COAST_INCISION: f64 = 0.7;

@@ -17,7 +17,7 @@ use std::sync::Arc;
 use super::channel::Channel;
 use super::chunk::ChunkId;
 use super::fields::Fields;
-use super::point::Point;
+use super::point::{Point, overlap};
 use super::segment::{Reach, Segment, Segments, segments_of, widened};
 use super::segment_index::IndexedSegments;
 use super::tributary::Tributaries;
@@ -76,13 +76,18 @@ impl Network {
 
     /// Calls `take` with all channels of a level that may touch a rectangle, in the order of their chunks and ids.
     pub fn channels(&self, level: u32, [low, high]: [Point; 2], mut take: impl FnMut(&Arc<Channel>)) {
-        for chunk in ChunkId::touching(&self.fields, level, self.input(level, [low, high])) {
-            for channel in &self.chunk(chunk).channels {
-                let [from, to] = channel.bounds();
-                if from.x <= high.x && to.x >= low.x && from.y <= high.y && to.y >= low.y {
-                    take(channel);
-                }
+        let rectangle = [low, high];
+        let heads = self.input(level, rectangle);
+        for chunk in ChunkId::touching(&self.fields, level, heads) {
+            // Where courses begin and end is known long before how channels run.
+            if level > 0 && !self.bounds(chunk).is_some_and(|bounds| overlap(bounds, rectangle)) {
+                continue;
             }
+            self.chunk(chunk)
+                .channels
+                .iter()
+                .filter(|channel| overlap(channel.bounds(), rectangle))
+                .for_each(&mut take);
         }
     }
 
@@ -133,9 +138,47 @@ impl Network {
         })
     }
 
+    /// A rectangle that no tributary of a chunk leaves; `None` where there are none.
+    fn bounds(&self, id: ChunkId) -> Option<[Point; 2]> {
+        self.tributaries.bounds(id, &|id, cells| self.above(id, cells))
+    }
+
     /// The segments of the levels above a chunk's that matter so many cells around it, relative to its corner.
     fn above(&self, id: ChunkId, cells: f64) -> IndexedSegments {
         let (square, cell) = (id.square(&self.fields), self.fields.side(id.level) as f64);
         IndexedSegments::new(self.segments(id.level, square, square[0], Reach::even(cells * cell)), cell)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::fluvial::Fluvial;
+    use crate::fluvial::chunk::ChunkId;
+    use crate::fluvial::point::Point;
+    use crate::preset::Preset;
+
+    #[test]
+    fn no_tributary_leaves_the_bounds_of_its_chunk() {
+        for name in ["alps", "archipelago"] {
+            let (_, preset) = Preset::load(name).unwrap();
+            let sea_level_m = preset.sea_level_m;
+            let fluvial = Fluvial::new(preset.fluvial.as_ref().unwrap(), preset.spacing_m, sea_level_m, 4, None);
+            let network = fluvial.network();
+            let mut known = 0;
+            for level in 1..fluvial.fields().levels() {
+                let side = fluvial.fields().side(level);
+                let corner = Point { x: -7 * side, y: 5 * side };
+                for id in ChunkId::touching(fluvial.fields(), level, [corner, corner.moved([12.0 * side as f64; 2])]) {
+                    let bounds = network.bounds(id);
+                    for channel in &network.chunk(id).channels {
+                        let ([low, high], [from, to]) = (bounds.unwrap(), channel.bounds());
+                        let inside = low.x <= from.x && low.y <= from.y && to.x <= high.x && to.y <= high.y;
+                        assert!(inside, "{name}: {:?} from {from:?} to {to:?}", channel.id);
+                        known += 1;
+                    }
+                }
+            }
+            assert!(known > 200, "{name}: {known} tributaries");
+        }
     }
 }

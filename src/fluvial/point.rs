@@ -40,6 +40,21 @@ impl Point {
     }
 }
 
+/// Whether two rectangles, each given by its corners, have a point in common.
+pub fn overlap(a: [Point; 2], b: [Point; 2]) -> bool {
+    a[0].x <= b[1].x && a[1].x >= b[0].x && a[0].y <= b[1].y && a[1].y >= b[0].y
+}
+
+/// The least rectangle around points, of which there is one at least, and so many grains more to each side.
+pub fn around(points: impl IntoIterator<Item = Point>, grains: f64) -> Option<[Point; 2]> {
+    let mut points = points.into_iter();
+    let first = points.next()?;
+    let [low, high] = points.fold([first; 2], |[low, high], at| {
+        [Point { x: low.x.min(at.x), y: low.y.min(at.y) }, Point { x: high.x.max(at.x), y: high.y.max(at.y) }]
+    });
+    Some([low.moved([-grains; 2]), high.moved([grains; 2])])
+}
+
 /// To the nearest whole number, halves up.
 fn round(value: f64) -> i64 {
     (value + 0.5).floor() as i64

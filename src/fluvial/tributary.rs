@@ -6,10 +6,10 @@ use super::channel::{Channel, Knot, Mouth};
 use super::chunk::ChunkId;
 use super::fields::{BESIDE, Fields, most_area};
 use super::lake::{self, Hollow, NO_LAKE};
-use super::point::{Point, chance};
+use super::point::{self, Point, chance, overlap};
 use super::segment::{Circle, INCISION, Segment, below_bed, cut_into, rise, segments_of};
 use super::segment_index::IndexedSegments;
-use super::tributary_course::{Courses, JOIN_CELLS, TributaryCourse, TributaryEnd};
+use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};
 use super::trunk::{LEAST_SLOPE, NodeId};
 use super::trunk_curve::DROWNED_SLOPE;
 use super::wander;
@@ -24,10 +24,6 @@ const AREA_FALL: f64 = 0.75;
 /// How far from the middle of its course channels are looked for that a tributary may be under: in lengths of the
 /// course, and in cells more.
 const NEAR: f64 = 1.5;
-
-/// Cells around a chunk beyond which no channel of the levels above it matters to the beds of its tributaries: further
-/// than one may end, it may be under the valley side of what is still further.
-const ABOVE_CELLS: f64 = JOIN_CELLS + 3.0;
 
 /// Shares of a step up a tributary at which its bed is compared with the sides of larger valleys: its end, then more
 /// closely towards where it comes from, as floors are flattest there.
@@ -52,8 +48,8 @@ pub struct Tributaries {
     free: Memory<ChunkId, Vec<Arc<Channel>>>,
 }
 
-/// What is around the tributaries of a chunk: the segments of the levels above, and the straight courses of this one's
-/// and its neighbours' tributaries, relative to the segments' origin.
+/// What is around the tributaries of a chunk: the segments of the levels above, and the straight courses of its and others'
+/// tributaries, relative to the segments' origin.
 struct Surroundings {
     above: IndexedSegments,
     courses: Vec<(NodeId, LineSegment)>,
@@ -90,6 +86,12 @@ impl Tributaries {
         [self.courses.usages(), vec![self.free.usage()]].concat()
     }
 
+    /// A rectangle that no tributary of a chunk leaves, given whom to ask for the segments of the levels above one that matter so
+    /// many cells around it; `None` where there are none.
+    pub fn bounds(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Option<[Point; 2]> {
+        self.courses.bounds(id, above)
+    }
+
     /// The tributaries whose heads are in the cells of a chunk, given whom to ask for the segments of the levels above
     /// one that matter so many cells around it.
     pub fn of(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Vec<Arc<Channel>> {
@@ -97,8 +99,13 @@ impl Tributaries {
         if !self.fields.is_wet(most_area(id.level)) {
             return self.make_free(id, above);
         }
-        let cell = self.fields.side(id.level);
-        let around: Vec<Arc<Vec<Arc<Channel>>>> = id.with_neighbours().map(|chunk| self.free(chunk, above)).collect();
+        let own = self.free(id, above);
+        let cell = self.fields.side(id.level) as f64;
+        let Some(seen) = point::around(own.iter().flat_map(|channel| channel.bounds()), cell) else {
+            return Vec::new();
+        };
+        let around: Vec<Arc<Vec<Arc<Channel>>>> =
+            self.courses.touching(id.level, seen, above, false).map(|chunk| self.free(chunk, above)).collect();
         let surroundings = self.surroundings(id, above);
         let origin = surroundings.above.segments.origin;
         let segments_of = |channel| segments_of(&self.fields, channel, 0, origin, |_| true).collect();
@@ -106,11 +113,9 @@ impl Tributaries {
             around.iter().flat_map(|channels| channels.iter()).map(|channel| (channel, segments_of(channel))).collect();
         let settle = |own: &Arc<Channel>| {
             let [low, high] = own.bounds();
-            let (low, high) = (low.moved([-cell as f64; 2]), high.moved([cell as f64; 2]));
-            let is_near = |(other, _): &&(&Arc<Channel>, Vec<Segment>)| {
-                let [from, to] = other.bounds();
-                other.id != own.id && from.x <= high.x && to.x >= low.x && from.y <= high.y && to.y >= low.y
-            };
+            let seen = [low.moved([-cell; 2]), high.moved([cell; 2])];
+            let is_near =
+                |(other, _): &&(&Arc<Channel>, Vec<Segment>)| other.id != own.id && overlap(other.bounds(), seen);
             let segments: Vec<&Segment> = around.iter().filter(is_near).flat_map(|(_, segments)| segments).collect();
             let mut channel = own.as_ref().clone();
             cut_into(&self.fields, &mut channel.knots, channel.hill_slope, &segments, origin);
@@ -120,7 +125,7 @@ impl Tributaries {
             }
             Arc::new(channel.bounded())
         };
-        self.free(id, above).iter().map(settle).collect()
+        own.iter().map(settle).collect()
     }
 
     /// The tributaries of a chunk, but for what others of their level do to their beds, and without lakes on their way.
@@ -129,17 +134,24 @@ impl Tributaries {
     }
 
     fn make_free(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Vec<Arc<Channel>> {
-        let surroundings = self.surroundings(id, above);
         let own = self.courses.of(id, above);
+        if own.is_empty() {
+            return Vec::new();
+        }
+        let surroundings = self.surroundings(id, above);
         own.iter().map(|course| Arc::new(self.tributary(id.level, course, &surroundings))).collect()
     }
 
     /// What is around the tributaries of a chunk.
     fn surroundings(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Surroundings {
-        let above_here = above(id, ABOVE_CELLS);
+        let (own, cell) = (self.courses.of(id, above), self.fields.side(id.level) as f64);
+        let longest = own.iter().map(|course| course.head.distance(course.end.shore)).fold(0.0, f64::max);
+        // From its middle, which lies half of its length from its head, as far as it asks.
+        let above_here = above(id, (longest / 2.0 + NEAR * (longest + cell)) / cell);
         let origin = above_here.segments.origin;
+        let seen = point::around(own.iter().flat_map(|course| [course.head, course.end.shore]), longest);
         let mut courses = Vec::new();
-        for chunk in id.with_neighbours() {
+        for chunk in seen.into_iter().flat_map(|seen| self.courses.touching(id.level, seen, above, true)) {
             let lines = self.courses.of(chunk, above);
             courses.extend(lines.iter().map(|course| (course.cell, course.line(origin))));
         }

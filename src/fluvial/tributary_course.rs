@@ -7,11 +7,12 @@ use std::sync::Arc;
 
 use super::channel::Mouth;
 use super::chunk::ChunkId;
-use super::fields::{Fields, most_area};
-use super::point::{GRAINS, Point, chance};
+use super::fields::{Fields, INTO_SEA, most_area};
+use super::point::{self, GRAINS, Point, chance, overlap};
 use super::segment::{Segment, downstream, rise};
 use super::segment_index::IndexedSegments;
 use super::trunk::NodeId;
+use super::wander;
 use crate::geometry::{LineSegment, length, lerp};
 use crate::hash::{self, Draw};
 use crate::lines::LakeId;
@@ -19,7 +20,7 @@ use crate::memory::{Memory, Usage, heap_bytes};
 
 /// Cells that a tributary is long at most, before it runs aslant: a head that is further from all channels has none, so
 /// that what a channel depends on stays near.
-pub const JOIN_CELLS: f64 = 3.0;
+const JOIN_CELLS: f64 = 3.0;
 
 /// Cells that lie between a head and the nearest channel at least: at the finest level, and more at each level above
 /// it. What begins nearer would be a short stub. Chosen by eye.
@@ -114,6 +115,15 @@ pub struct TributaryEnd {
     pub lake: Option<(f64, LakeId)>,
 }
 
+/// The drafts of a chunk.
+#[derive(Debug)]
+struct Drafts {
+    all: Vec<Draft>,
+    /// A rectangle that no channel along any of them leaves; `None` where there are none.
+    bounds: Option<[Point; 2]>,
+}
+
+heap_bytes!(Drafts: all);
 heap_bytes!(Draft);
 heap_bytes!(TributaryCourse);
 
@@ -147,6 +157,30 @@ impl DraftLines {
     }
 }
 
+impl Draft {
+    /// The ends of its ways.
+    fn points(&self) -> impl Iterator<Item = Point> {
+        [self.head, self.direct.foot].into_iter().chain(self.aslant.map(|end| end.foot))
+    }
+
+    /// The length in grains of the longer one of its ways.
+    fn longest(&self) -> f64 {
+        self.points().map(|point| point.distance(self.head)).fold(0.0, f64::max)
+    }
+}
+
+impl Drafts {
+    fn new(all: Vec<Draft>) -> Drafts {
+        let bounds = point::around(all.iter().flat_map(Draft::points), wander::MOST_ASIDE * longest(&all));
+        Drafts { all, bounds }
+    }
+}
+
+/// The length in grains of the longest way of some drafts.
+fn longest(drafts: &[Draft]) -> f64 {
+    drafts.iter().map(Draft::longest).fold(0.0, f64::max)
+}
+
 impl TributaryCourse {
     /// The line along it, from its foot up.
     pub fn line(&self, origin: Point) -> LineSegment {
@@ -166,7 +200,7 @@ impl TributaryEnd {
 pub struct Courses {
     seed: u64,
     fields: Arc<Fields>,
-    drafts: Memory<ChunkId, Vec<Draft>>,
+    drafts: Memory<ChunkId, Drafts>,
     taken: Memory<ChunkId, Vec<TributaryCourse>>,
 }
 
@@ -181,19 +215,46 @@ impl Courses {
         vec![self.drafts.usage(), self.taken.usage()]
     }
 
+    /// The chunks of a level whose tributaries may touch a rectangle, or whose courses may, which are straight.
+    pub fn touching<'a>(
+        &'a self,
+        level: u32,
+        rectangle: [Point; 2],
+        above: &'a impl Fn(ChunkId, f64) -> IndexedSegments,
+        are_straight: bool,
+    ) -> impl Iterator<Item = ChunkId> + 'a {
+        let cell = self.fields.side(level) as f64;
+        let reach =
+            if are_straight { JOIN_CELLS * cell + (INTO_SEA + 1.0) * GRAINS as f64 } else { REACH_CELLS * cell };
+        let heads = [rectangle[0].moved([-reach; 2]), rectangle[1].moved([reach; 2])];
+        let chunks = ChunkId::touching(&self.fields, level, heads);
+        chunks.filter(move |chunk| self.bounds(*chunk, above).is_some_and(|bounds| overlap(bounds, rectangle)))
+    }
+
+    /// A rectangle that no tributary of a chunk leaves; `None` where there are none.
+    pub fn bounds(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Option<[Point; 2]> {
+        self.drafts(id, above).bounds
+    }
+
     /// Where the tributaries of a chunk's cells begin and end.
     pub fn of(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Arc<Vec<TributaryCourse>> {
         self.taken.get(id, || {
             let own = self.drafts(id, above);
-            let around: Vec<Arc<Vec<Draft>>> = id.with_neighbours().map(|chunk| self.drafts(chunk, above)).collect();
+            // Those that may come across a draft's lines, or run beside them, come so near to its head, in its length.
+            let near = 1.0 + 2.0 * NEEDLE;
+            let heads = own.all.iter().map(|draft| draft.head);
+            let Some(seen) = point::around(heads, near * longest(&own.all)) else { return Vec::new() };
+            let around: Vec<Arc<Drafts>> =
+                self.touching(id.level, seen, above, true).map(|chunk| self.drafts(chunk, above)).collect();
             let origin = id.square(&self.fields)[0];
-            let all: Vec<DraftLines> =
-                around.iter().flat_map(|drafts| drafts.iter()).map(|draft| DraftLines::new(draft, origin)).collect();
+            let all: Vec<DraftLines> = around
+                .iter()
+                .flat_map(|drafts| drafts.all.iter())
+                .map(|draft| DraftLines::new(draft, origin))
+                .collect();
             let course = |draft: &Draft| {
                 let lines = DraftLines::new(draft, origin);
-                // Those that may come across its lines, or run beside them.
-                let longest = lines.all().map(|line| length(line.along)).fold(0.0, f64::max);
-                let (head, reach) = (draft.head.from(origin), longest * (1.0 + 2.0 * NEEDLE));
+                let (head, reach) = (draft.head.from(origin), near * draft.longest());
                 let near =
                     |other: &&DraftLines| other.cell != draft.cell && other.all().any(|line| line.touches(head, reach));
                 let others: Vec<&DraftLines> = all.iter().filter(near).collect();
@@ -203,15 +264,15 @@ impl Courses {
                 };
                 Some(TributaryCourse { cell: draft.cell, head: draft.head, end })
             };
-            own.iter().filter_map(course).collect()
+            own.all.iter().filter_map(course).collect()
         })
     }
 
     /// Where the tributaries of a chunk's cells begin and may end.
-    fn drafts(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Arc<Vec<Draft>> {
+    fn drafts(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Arc<Drafts> {
         self.drafts.get(id, || {
             let above = above(id, JOIN_CELLS);
-            id.cells().filter_map(|cell| self.draft(id.level, cell, &above)).collect()
+            Drafts::new(id.cells().filter_map(|cell| self.draft(id.level, cell, &above)).collect())
         })
     }
 

@@ -16,6 +16,10 @@ use crate::hash::Draw;
 /// Hack's law. Half is a corner of 90 degrees, at most.
 const SWING: f64 = 0.5;
 
+/// How far a channel lies to the side of its course at most, as a share of its length: what each halving adds to half of what
+/// two have before, 1/2 + 1/8 + 1/32 and so on.
+pub const MOST_ASIDE: f64 = 2.0 / 3.0;
+
 /// How much of the way to the next course a channel may take: less than a half, so that two never meet, with some room
 /// for their widths.
 const TUBE: f64 = 0.4;
