@@ -33,6 +33,23 @@ impl Knot {
     }
 }
 
+/// What the land across a channel is like at a knot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CrossSection {
+    /// Slope of its side, as a share of the hillside's.
+    pub cross: f32,
+    /// How steep its floor is beside the river, as a share of its side.
+    pub lean: f32,
+    /// Half width of the rounded floor in grains.
+    pub trough: f32,
+    /// Half width of the river in grains.
+    pub river: f32,
+    /// Half width in grains of the flood plain, from which terraces rise.
+    pub flood_plain: f32,
+    /// Grains that a terrace rises, on a side whose slope is 1.
+    pub riser: f32,
+}
+
 /// What a channel runs into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mouth {
@@ -60,23 +77,26 @@ pub struct Channel {
     pub next: Option<(NodeId, bool)>,
     /// The lake that its knots know of: its own, or that of the channel that it runs into.
     pub lake: Option<LakeId>,
+    /// One for each knot, once the channel has been [measured](super::segment::measured).
+    pub sections: Vec<CrossSection>,
     bounds: [Point; 2],
 }
 
 heap_bytes!(Knot);
-heap_bytes!(Channel: knots);
+heap_bytes!(CrossSection);
+heap_bytes!(Channel: knots, sections);
 
 impl Channel {
     /// The channel through these knots.
     pub fn new(id: ChannelId, knots: Vec<Knot>, mouth: Mouth, hill_slope: f64) -> Channel {
         let bounds = bounds(&knots);
-        Channel { id, knots, mouth, hill_slope, next: None, lake: None, bounds }
+        Channel { id, knots, mouth, hill_slope, next: None, lake: None, sections: Vec::new(), bounds }
     }
 
-    /// The same channel once its knots have moved.
+    /// The same channel once its knots have moved, with the cross-sections at them.
     #[must_use]
-    pub fn bounded(self) -> Channel {
-        Channel { bounds: bounds(&self.knots), ..self }
+    pub fn with_sections(self, sections: Vec<CrossSection>) -> Channel {
+        Channel { bounds: bounds(&self.knots), sections, ..self }
     }
 
     /// The corners of the least rectangle around its knots.

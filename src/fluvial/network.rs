@@ -168,7 +168,7 @@ mod tests {
             for level in 1..fluvial.fields().levels() {
                 let side = fluvial.fields().side(level);
                 let corner = Point { x: -7 * side, y: 5 * side };
-                for id in ChunkId::touching(fluvial.fields(), level, [corner, corner.moved([12.0 * side as f64; 2])]) {
+                for id in ChunkId::touching(fluvial.fields(), level, [corner, corner.moved([20.0 * side as f64; 2])]) {
                     let bounds = network.bounds(id);
                     for channel in &network.chunk(id).channels {
                         let ([low, high], [from, to]) = (bounds.unwrap(), channel.bounds());

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::channel::{Channel, Knot};
+use super::channel::{Channel, CrossSection, Knot};
 use super::fields::{Fields, across};
 use super::point::{GRAINS, Point};
 use crate::geometry::{LineSegment, length, lerp};
@@ -278,17 +278,34 @@ impl Circle {
     }
 }
 
-/// What a segment has of the knot at one of its ends.
-struct End {
-    cross: f64,
-    lean: f64,
-    trough: f64,
-    river: f64,
-    flood_plain: f64,
-    riser: f64,
+/// A channel whose knots are what they will be, with the cross-sections at them.
+pub fn measured(fields: &Fields, channel: Channel) -> Channel {
+    let sections = (0..channel.knots.len()).map(|knot| section(fields, &channel, knot)).collect();
+    channel.with_sections(sections)
 }
 
-/// The segments of a channel that has that number, but for those without a length, of those whose ends are wanted.
+/// The cross-section at a knot of a channel.
+fn section(fields: &Fields, channel: &Channel, knot: usize) -> CrossSection {
+    let Knot { at, area, level_m, .. } = channel.knots[knot];
+    let steep = steepness(fields, channel, knot);
+    let trough = fields.trough(channel.id.0, area, level_m);
+    let upstream = steepest_upstream(fields, channel, knot, trough);
+    let (share, riser_m) = fields.terrace(at, area);
+    // A lake has drowned them.
+    let is_lake = channel.knots[knot.max(1) - 1..=knot].iter().any(|knot| knot.pool_m > f64::NEG_INFINITY);
+    let riser_m = if is_lake { 0.0 } else { riser_m };
+    CrossSection {
+        cross: across(steep) as f32,
+        lean: (LEAN * steep.abs()).max(ABOVE_OWN * upstream).min(MOST_LEAN) as f32,
+        trough: trough as f32,
+        river: (fields.river_width_m(area) / 2.0 / fields.metres_a_grain()) as f32,
+        flood_plain: (share * LEVEL * trough) as f32,
+        riser: (riser_m / (channel.hill_slope * fields.metres_a_grain())) as f32,
+    }
+}
+
+/// The segments of a [measured] channel that has that number, but for those without a length, of those whose ends are
+/// wanted.
 pub fn segments_of(
     fields: &Fields,
     channel: &Channel,
@@ -296,40 +313,20 @@ pub fn segments_of(
     origin: Point,
     wanted: impl Fn([[f64; 2]; 2]) -> bool,
 ) -> impl Iterator<Item = Segment> {
-    let end = move |knot: usize| {
-        let Knot { at, area, level_m, .. } = channel.knots[knot];
-        let steep = steepness(fields, channel, knot);
-        let trough = fields.trough(channel.id.0, area, level_m);
-        let upstream = steepest_upstream(fields, channel, knot, trough);
-        let (share, riser_m) = fields.terrace(at, area);
-        // A lake has drowned them.
-        let is_lake = channel.knots[knot.max(1) - 1..=knot].iter().any(|knot| knot.pool_m > f64::NEG_INFINITY);
-        let riser_m = if is_lake { 0.0 } else { riser_m };
-        End {
-            cross: across(steep),
-            lean: (LEAN * steep.abs()).max(ABOVE_OWN * upstream).min(MOST_LEAN),
-            trough,
-            river: fields.river_width_m(area) / 2.0 / fields.metres_a_grain(),
-            flood_plain: share * LEVEL * trough,
-            riser: riser_m / (channel.hill_slope * fields.metres_a_grain()),
-        }
-    };
+    debug_assert_eq!(channel.sections.len(), channel.knots.len(), "a channel is measured before it has segments");
     let mut before = channel.knots[0].at.from(origin);
-    // What is known of the knot where the next segment begins, if the one before it was wanted.
-    let mut known = None;
-    channel.knots.windows(2).enumerate().filter_map(move |(knot, pair)| {
+    channel.knots.windows(2).zip(channel.sections.windows(2)).enumerate().filter_map(move |(knot, (pair, sections))| {
         let (from, to) = (before, pair[1].at.from(origin));
         before = to;
         let along = [to[0] - from[0], to[1] - from[1]];
         let square = along[0] * along[0] + along[1] * along[1];
         if square == 0.0 || !wanted([from, to]) {
-            known = None;
             return None;
         }
-        let (upper, lower) = (known.take().unwrap_or_else(|| end(knot)), end(knot + 1));
         let values = |upper: f64, lower: f64| [upper, lower - upper];
+        let section = |of: fn(&CrossSection) -> f32| values(of(&sections[0]).into(), of(&sections[1]).into());
         let sunk_m = pair[0].pool_m - pair[0].level_m.min(pair[1].level_m);
-        let segment = Segment {
+        Some(Segment {
             channel: number,
             knot: knot as u32,
             from,
@@ -339,18 +336,16 @@ pub fn segments_of(
             is_trunk: channel.id.0 == 0,
             level_m: values(pair[0].level_m, pair[1].level_m),
             area: values(pair[0].area, pair[1].area),
-            cross: values(upper.cross, lower.cross),
-            trough: values(upper.trough, lower.trough),
-            lean: values(upper.lean, lower.lean),
-            river: values(upper.river, lower.river),
+            cross: section(|section| section.cross),
+            trough: section(|section| section.trough),
+            lean: section(|section| section.lean),
+            river: section(|section| section.river),
             terraces: fields.settings().terraces,
-            flood_plain: values(upper.flood_plain, lower.flood_plain),
-            riser: values(upper.riser, lower.riser),
+            flood_plain: section(|section| section.flood_plain),
+            riser: section(|section| section.riser),
             pool_m: pair[0].pool_m,
             sunk: (sunk_m / (channel.hill_slope * fields.metres_a_grain())).clamp(0.0, fields.lake_half_width()),
-        };
-        known = Some(lower);
-        Some(segment)
+        })
     })
 }
 
@@ -479,6 +474,7 @@ mod tests {
         let (head, foot) = (knot(50, 10, 1010.0), knot(50, 60, 900.0));
         let other = Channel::new((3, 0, 0), vec![head, foot], Mouth::Sea, 0.6);
         let origin = Point::at_vertex(0, 0);
+        let other = measured(&fields, other);
         let segments: Vec<Segment> = segments_of(&fields, &other, 0, origin, |_| true).collect();
         cut_into(&fields, &mut bed, 0.6, &segments.iter().collect::<Vec<_>>(), origin);
         assert!(bed.len() > 2 && bed.windows(2).all(|pair| pair[0].level_m > pair[1].level_m), "{bed:?}");
@@ -504,6 +500,7 @@ mod tests {
                 pool_m: f64::NEG_INFINITY,
             };
             let river = Channel::new((0, 0, 0), vec![knot(0, 100.0), knot(50, 99.9)], Mouth::Sea, slope);
+            let river = measured(&fields, river);
             segments_of(&fields, &river, 0, Point::at_vertex(0, 0), |_| true).next().unwrap()
         };
         let (bare, mut stepped) = (segment(0), segment(2));

@@ -7,7 +7,7 @@ use super::chunk::ChunkId;
 use super::fields::{BESIDE, Fields, most_area};
 use super::lake::{self, Hollow, NO_LAKE};
 use super::point::{self, Point, chance, overlap};
-use super::segment::{Circle, INCISION, Segment, below_bed, cut_into, rise, segments_of};
+use super::segment::{Circle, INCISION, Segment, below_bed, cut_into, measured, rise, segments_of};
 use super::segment_index::IndexedSegments;
 use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};
 use super::trunk::{LEAST_SLOPE, NodeId};
@@ -123,7 +123,7 @@ impl Tributaries {
             if channel.lake.is_none() && channel.mouth != Mouth::Sea {
                 self.dig_lake(&mut channel, &surroundings, &segments);
             }
-            Arc::new(channel.bounded())
+            Arc::new(measured(&self.fields, channel))
         };
         own.iter().map(settle).collect()
     }
@@ -139,7 +139,9 @@ impl Tributaries {
             return Vec::new();
         }
         let surroundings = self.surroundings(id, above);
-        own.iter().map(|course| Arc::new(self.tributary(id.level, course, &surroundings))).collect()
+        own.iter()
+            .map(|course| Arc::new(measured(&self.fields, self.tributary(id.level, course, &surroundings))))
+            .collect()
     }
 
     /// What is around the tributaries of a chunk.

@@ -12,7 +12,7 @@ use super::fields::Fields;
 use super::lake::{self, Hollow};
 use super::meander::{self, CONFINED_TURN, LinePlace, MOST_TURN, Meander, WAVE_WIDTHS};
 use super::point::{GRAINS, Point, chance};
-use super::segment::{LEVEL, Segment, cut_into, segments_of};
+use super::segment::{LEVEL, Segment, cut_into, measured, segments_of};
 use super::trunk::{LEAST_SLOPE, NodeId, Trunks, neighbours};
 use super::trunk_curve::{bend_share, curve, directions, too_close};
 use super::wander;
@@ -116,7 +116,7 @@ impl TrunkCourses {
             others.iter().flat_map(|other| segments_of(&self.fields, other, 0, origin, |_| true)).collect();
         cut_into(&self.fields, &mut trunk.knots, trunk.hill_slope, &segments.iter().collect::<Vec<_>>(), origin);
         lake::fill(&mut trunk.knots);
-        Some(Arc::new(trunk))
+        Some(Arc::new(measured(&self.fields, trunk)))
     }
 
     /// The trunk from a node to the next one, but for what the sides of other valleys do to it.
@@ -129,7 +129,7 @@ impl TrunkCourses {
             }
             self.cut_into_coast(&mut trunk.knots);
             self.dig_lake(id, &mut trunk);
-            Some(Arc::new(trunk.bounded()))
+            Some(Arc::new(measured(&self.fields, trunk)))
         };
         self.free.get(id, make).as_ref().clone()
     }
