@@ -77,17 +77,13 @@ impl Network {
     /// Calls `take` with all channels of a level that may touch a rectangle, in the order of their chunks and ids.
     pub fn channels(&self, level: u32, [low, high]: [Point; 2], mut take: impl FnMut(&Arc<Channel>)) {
         let rectangle = [low, high];
-        let heads = self.input(level, rectangle);
-        for chunk in ChunkId::touching(&self.fields, level, heads) {
-            // Where courses begin and end is known long before how channels run.
-            if level > 0 && !self.bounds(chunk).is_some_and(|bounds| overlap(bounds, rectangle)) {
-                continue;
-            }
-            self.chunk(chunk)
-                .channels
-                .iter()
-                .filter(|channel| overlap(channel.bounds(), rectangle))
-                .for_each(&mut take);
+        let chunks: Vec<ChunkId> = match level {
+            0 => ChunkId::touching(&self.fields, level, self.input(level, rectangle)).collect(),
+            _ => self.tributaries.touching(level, rectangle, &|id, cells| self.above(id, cells)).collect(),
+        };
+        for chunk in chunks {
+            let chunk = self.chunk(chunk);
+            chunk.channels.iter().filter(|channel| overlap(channel.bounds(), rectangle)).for_each(&mut take);
         }
     }
 
@@ -138,11 +134,6 @@ impl Network {
         })
     }
 
-    /// A rectangle that no tributary of a chunk leaves; `None` where there are none.
-    fn bounds(&self, id: ChunkId) -> Option<[Point; 2]> {
-        self.tributaries.bounds(id, &|id, cells| self.above(id, cells))
-    }
-
     /// The segments of the levels above a chunk's that matter so many cells around it, relative to its corner.
     fn above(&self, id: ChunkId, cells: f64) -> IndexedSegments {
         let (square, cell) = (id.square(&self.fields), self.fields.side(id.level) as f64);
@@ -158,7 +149,7 @@ mod tests {
     use crate::preset::Preset;
 
     #[test]
-    fn no_tributary_leaves_the_bounds_of_its_chunk() {
+    fn a_tributary_is_found_wherever_it_runs() {
         for name in ["alps", "archipelago"] {
             let (_, preset) = Preset::load(name).unwrap();
             let sea_level_m = preset.sea_level_m;
@@ -169,11 +160,12 @@ mod tests {
                 let side = fluvial.fields().side(level);
                 let corner = Point { x: -7 * side, y: 5 * side };
                 for id in ChunkId::touching(fluvial.fields(), level, [corner, corner.moved([20.0 * side as f64; 2])]) {
-                    let bounds = network.bounds(id);
                     for channel in &network.chunk(id).channels {
-                        let ([low, high], [from, to]) = (bounds.unwrap(), channel.bounds());
-                        let inside = low.x <= from.x && low.y <= from.y && to.x <= high.x && to.y <= high.y;
-                        assert!(inside, "{name}: {:?} from {from:?} to {to:?}", channel.id);
+                        for knot in &channel.knots {
+                            let mut is_found = false;
+                            network.channels(level, [knot.at; 2], |other| is_found |= other.id == channel.id);
+                            assert!(is_found, "{name}: {:?} at {:?}", channel.id, knot.at);
+                        }
                         known += 1;
                     }
                 }

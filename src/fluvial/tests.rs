@@ -475,7 +475,7 @@ fn springs_lie_on_the_ground_and_in_their_water() {
     // Beside one, dry brooks are cut down to the coast; another lies on a bed so steep that the land beside it is lower.
     for (preset, seed, [x, y]) in [
         ("archipelago", 81002, [-777 * 256 + 1438, 4 * 256 + 1505]),
-        ("alps", 101001, [4321 * 256 + 1430, 765 * 256 + 149]),
+        ("alps", 101_001, [4321 * 256 + 1430, 765 * 256 + 149]),
     ] {
         let fluvial = seeded(preset, seed);
         let area = Area::new(x - 40, y - 40, 80, 80);

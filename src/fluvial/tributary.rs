@@ -86,10 +86,15 @@ impl Tributaries {
         [self.courses.usages(), vec![self.free.usage()]].concat()
     }
 
-    /// A rectangle that no tributary of a chunk leaves, given whom to ask for the segments of the levels above one that matter so
-    /// many cells around it; `None` where there are none.
-    pub fn bounds(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Option<[Point; 2]> {
-        self.courses.bounds(id, above)
+    /// The chunks of a level whose tributaries may touch a rectangle, given whom to ask for the segments of the levels above one
+    /// that matter so many cells around it.
+    pub fn touching<'a>(
+        &'a self,
+        level: u32,
+        rectangle: [Point; 2],
+        above: &'a impl Fn(ChunkId, f64) -> IndexedSegments,
+    ) -> impl Iterator<Item = ChunkId> + 'a {
+        self.courses.touching(level, rectangle, above, false)
     }
 
     /// The tributaries whose heads are in the cells of a chunk, given whom to ask for the segments of the levels above
@@ -105,7 +110,7 @@ impl Tributaries {
             return Vec::new();
         };
         let around: Vec<Arc<Vec<Arc<Channel>>>> =
-            self.courses.touching(id.level, seen, above, false).map(|chunk| self.free(chunk, above)).collect();
+            self.touching(id.level, seen, above).map(|chunk| self.free(chunk, above)).collect();
         let surroundings = self.surroundings(id, above);
         let origin = surroundings.above.segments.origin;
         let segments_of = |channel| segments_of(&self.fields, channel, 0, origin, |_| true).collect();

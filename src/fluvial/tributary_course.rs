@@ -228,12 +228,8 @@ impl Courses {
             if are_straight { JOIN_CELLS * cell + (INTO_SEA + 1.0) * GRAINS as f64 } else { REACH_CELLS * cell };
         let heads = [rectangle[0].moved([-reach; 2]), rectangle[1].moved([reach; 2])];
         let chunks = ChunkId::touching(&self.fields, level, heads);
-        chunks.filter(move |chunk| self.bounds(*chunk, above).is_some_and(|bounds| overlap(bounds, rectangle)))
-    }
-
-    /// A rectangle that no tributary of a chunk leaves; `None` where there are none.
-    pub fn bounds(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Option<[Point; 2]> {
-        self.drafts(id, above).bounds
+        // Where courses begin and end is known long before how channels run.
+        chunks.filter(move |chunk| self.drafts(*chunk, above).bounds.is_some_and(|bounds| overlap(bounds, rectangle)))
     }
 
     /// Where the tributaries of a chunk's cells begin and end.
