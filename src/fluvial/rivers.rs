@@ -394,8 +394,9 @@ impl Fluvial {
     }
 }
 
-/// Grains from where a tributary joins within which a river's line has no other point: an eighth of a vertex.
-const BESIDE_JOIN: f64 = GRAINS as f64 / 8.0;
+/// Grains from where a tributary joins within which a river's line has no other point: one that comes in along it would come
+/// across a bend as short.
+const BESIDE_JOIN: f64 = 1.5 * GRAINS as f64;
 
 /// Places along a channel, a few vertices apart, both its ends among them and where tributaries join it: as a number of a
 /// knot, with the share of the way to the next, and as a point.
@@ -453,6 +454,7 @@ fn close(parts: &mut Vec<RiverPart>, channels: &[Arc<Channel>], samples: Vec<Cou
 mod tests {
     use super::*;
     use crate::fluvial::channel::Knot;
+    use crate::geometry::LineSegment;
 
     #[test]
     fn a_line_does_not_turn_back_where_a_tributary_joins() {
@@ -465,6 +467,23 @@ mod tests {
         assert!(line.windows(2).all(|pair| pair[0].at.x < pair[1].at.x), "{line:?}");
         assert!(joins.iter().all(|(_, at)| line.iter().any(|sample| sample.at == *at)));
         assert_eq!([line[0].at, line[line.len() - 1].at], [knot(0).at, knot(2 * length).at]);
+    }
+
+    #[test]
+    fn a_line_is_straight_where_a_tributary_joins_along_it() {
+        // A bend one vertex above the mouth of a tributary that comes in on the outer side.
+        let knot = |x: i64, y: i64| Knot { at: Point { x, y }, level_m: -(x as f64), area: 1.0, pool_m: NO_LAKE };
+        let knots = vec![knot(0, 0), knot(2 * GRAINS, 0), knot(8 * GRAINS, 3 * GRAINS)];
+        let channel = Channel::new((0, 0, 0), knots, Mouth::Sea, 1.0);
+        let mouth = Point { x: 3 * GRAINS, y: GRAINS / 2 };
+        let line = samples(0, &channel, &[(1.0 + 1.0 / 6.0, mouth)]);
+        let from = Point { x: 0, y: -GRAINS / 8 };
+        let tributary = LineSegment { from: [0.0; 2], along: mouth.from(from) };
+        let crosses = |pair: &[CoursePoint]| {
+            LineSegment { from: pair[0].at.from(from), along: pair[1].at.from(pair[0].at) }.crosses(&tributary)
+        };
+        assert!(line.iter().any(|sample| sample.at == mouth));
+        assert!(!line.windows(2).any(crosses), "{line:?}");
     }
 
     #[test]
