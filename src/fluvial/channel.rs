@@ -1,9 +1,20 @@
 //! Channels: the middle lines of valleys, from a head down to a mouth.
 
-use super::point::{self, Point};
+use super::point::{self, GRAINS, Point};
 use super::trunk::NodeId;
 use crate::lines::{ChannelId, LakeId};
 use crate::memory::heap_bytes;
+
+/// Grains from one of the places by which a channel is drawn to the next at most: the world bends what is straight between
+/// two knots.
+const LINE_STEP: f64 = 3.0 * GRAINS as f64;
+
+/// Grains within which a place where rivers join a channel has no other by which it is drawn: one that comes in along it would
+/// come across a bend as short.
+const BESIDE_LANDING: f64 = 1.5 * GRAINS as f64;
+
+/// A place of a channel: the number of a knot, and the share of the way to the next one, 0 to 1.
+pub type ChannelPlace = (usize, f64);
 
 /// A point of a channel's middle line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,6 +83,9 @@ pub struct Channel {
     pub mouth: Mouth,
     /// Slope of the hillsides around.
     pub hill_slope: f64,
+    /// How steep its floor must rise towards what it runs into near its mouth, so that this does not lie above it: metres a
+    /// grain.
+    pub joined_slope: f64,
     /// For a trunk, the next node and whether this is that river's own upper course; not for one that the sea cuts
     /// short.
     pub next: Option<(NodeId, bool)>,
@@ -90,7 +104,17 @@ impl Channel {
     /// The channel through these knots.
     pub fn new(id: ChannelId, knots: Vec<Knot>, mouth: Mouth, hill_slope: f64) -> Channel {
         let bounds = bounds(&knots);
-        Channel { id, knots, mouth, hill_slope, next: None, lake: None, sections: Vec::new(), bounds }
+        Channel {
+            id,
+            knots,
+            mouth,
+            hill_slope,
+            joined_slope: 0.0,
+            next: None,
+            lake: None,
+            sections: Vec::new(),
+            bounds,
+        }
     }
 
     /// The same channel once its knots have moved, with the cross-sections at them.
@@ -104,6 +128,40 @@ impl Channel {
         self.bounds
     }
 
+    /// The knot at a place.
+    pub fn at(&self, (knot, share): ChannelPlace) -> Knot {
+        match self.knots.get(knot + 1) {
+            Some(next) => self.knots[knot].towards(next, share),
+            None => self.knots[knot],
+        }
+    }
+
+    /// The places by which it is drawn as a line, from a knot down: all knots, and places between them a few vertices apart.
+    pub fn line_places(&self, from: usize) -> impl Iterator<Item = ChannelPlace> {
+        let last = self.knots.len() - 1;
+        let between = (from..last).flat_map(|knot| {
+            // One at least, also where two knots are at one place: no knot is left out.
+            let steps = (self.knots[knot].at.distance(self.knots[knot + 1].at) / LINE_STEP).ceil().max(1.0) as usize;
+            (0..steps).map(move |step| (knot, step as f64 / steps as f64))
+        });
+        between.chain([(last, 0.0)])
+    }
+
+    /// The first place at or below one at which rivers may join it: one by which it is drawn, so that the two lines share a
+    /// point, and with no other close by.
+    pub fn landing(&self, place: ChannelPlace) -> Option<ChannelPlace> {
+        let mut places = self.line_places(place.0.max(1) - 1).map(|place| (place, self.at(place).at));
+        let (mut before, mut here) = (places.next()?, places.next()?);
+        for after in places {
+            let is_clear = [before, after].iter().all(|other| other.1.distance(here.1) > BESIDE_LANDING);
+            if here.0 >= place && is_clear {
+                return Some(here.0);
+            }
+            (before, here) = (here, after);
+        }
+        None
+    }
+
     /// Where its knots are, relative to an origin.
     pub fn course(&self, origin: Point) -> Vec<[f64; 2]> {
         self.knots.iter().map(|knot| knot.at.from(origin)).collect()
@@ -112,4 +170,35 @@ impl Channel {
 
 fn bounds(knots: &[Knot]) -> [Point; 2] {
     point::around(knots.iter().map(|knot| knot.at), 0.0).expect("a channel has knots")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fluvial::lake::NO_LAKE;
+
+    fn channel(places: &[[i64; 2]]) -> Channel {
+        let knot = |[x, y]: [i64; 2]| Knot { at: Point { x, y }, level_m: -(x as f64), area: 1.0, pool_m: NO_LAKE };
+        Channel::new((0, 0, 0), places.iter().copied().map(knot).collect(), Mouth::Sea, 1.0)
+    }
+
+    #[test]
+    fn a_channel_is_drawn_through_its_knots_and_places_between_them() {
+        let channel = channel(&[[0, 0], [8 * GRAINS, 0], [8 * GRAINS, 0], [9 * GRAINS, 0]]);
+        let places: Vec<ChannelPlace> = channel.line_places(0).collect();
+        assert_eq!(places, [(0, 0.0), (0, 1.0 / 3.0), (0, 2.0 / 3.0), (1, 0.0), (2, 0.0), (3, 0.0)]);
+        assert_eq!(channel.line_places(1).collect::<Vec<_>>(), places[3..]);
+    }
+
+    #[test]
+    fn rivers_join_where_the_line_has_a_point_and_no_other_close_by() {
+        // A bend of a vertex between two long straights.
+        let channel = channel(&[[0, 0], [9 * GRAINS, 0], [10 * GRAINS, GRAINS / 2], [19 * GRAINS, GRAINS / 2]]);
+        assert_eq!(channel.landing((0, 0.1)), Some((0, 1.0 / 3.0)));
+        assert_eq!(channel.landing((0, 1.0 / 3.0)), Some((0, 1.0 / 3.0)));
+        // The two ends of the bend are too close to each other.
+        assert_eq!(channel.landing((0, 0.7)), Some((2, 1.0 / 3.0)));
+        // Others end where the channel ends.
+        assert_eq!(channel.landing((2, 0.7)), None);
+    }
 }

@@ -51,6 +51,10 @@ impl Bend {
 /// and to ask for it at each vertex would cost more than all else.
 pub const COAST_STEP: i64 = 16;
 
+/// Cells that a tributary is long at most, before it wanders: a head that is further from all channels has none, so that what
+/// a channel depends on stays near.
+pub const JOIN_CELLS: f64 = 2.0;
+
 /// Vertices that a brook runs on into the sea where there is room: there its bed is deeper than the sea's floor at
 /// first.
 pub const INTO_SEA: f64 = 6.0;
@@ -202,6 +206,19 @@ impl Fields {
     /// Straight segments of a channel of a level, each about as long as the finest level's cells.
     pub fn segments_a_channel(&self, level: u32) -> usize {
         1 << (self.levels() - 1 - level).max(2)
+    }
+
+    /// Grains that no straight segment of a channel of a level is longer than.
+    pub fn longest_segment(&self, level: u32) -> f64 {
+        let (cell, segments) = (self.side(level) as f64, self.segments_a_channel(level) as f64);
+        match level {
+            // Trunks turn little from one of their places to the next.
+            0 => 8.0 * cell / segments,
+            // Each halving of its course moves the middle aside by half a stretch at most, and all of them add up. Those that
+            // come to the sea run straight on.
+            _ => (JOIN_CELLS * cell * length([1.0, f64::from(self.segments_a_channel(level).ilog2())]) / segments)
+                .max((INTO_SEA + 1.0) * GRAINS as f64),
+        }
     }
 
     /// Water flows from high potential to low, -1 to 1.

@@ -33,7 +33,7 @@ pub mod trunk;
 pub mod channel;
 mod chunk;
 pub mod segment;
-mod segment_index;
+mod above;
 mod lake;
 mod trunk_curve;
 mod trunk_course;

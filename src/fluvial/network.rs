@@ -14,12 +14,12 @@
 
 use std::sync::Arc;
 
+use super::above::{self, Above, Asked, Patch, PatchId};
 use super::channel::Channel;
 use super::chunk::ChunkId;
 use super::fields::Fields;
 use super::point::{Point, overlap};
 use super::segment::{Reach, Segment, Segments, segments_of, widened};
-use super::segment_index::IndexedSegments;
 use super::tributary::Tributaries;
 use super::tributary_course;
 use super::trunk::Trunks;
@@ -34,6 +34,7 @@ pub struct Network {
     trunks: TrunkCourses,
     tributaries: Tributaries,
     chunks: Memory<ChunkId, Chunk>,
+    patches: Memory<PatchId, Patch>,
 }
 
 /// The channels whose heads are in a square of cells.
@@ -54,12 +55,13 @@ impl Network {
             // Measured on a tile of badlands with roads, which plans with 8,000 chunks in 100 MiB: with three quarters of the
             // room for these, and half of it for what makes them, each is made three times, and it takes four times as long.
             chunks: Memory::new(128 << 20),
+            patches: Memory::new(96 << 20),
         }
     }
 
     /// How full its memories are.
     pub(super) fn usages(&self) -> Vec<Usage> {
-        [self.trunks.usages(), self.tributaries.usages(), vec![self.chunks.usage()]].concat()
+        [self.trunks.usages(), self.tributaries.usages(), vec![self.chunks.usage(), self.patches.usage()]].concat()
     }
 
     /// The trunk lattice.
@@ -78,8 +80,12 @@ impl Network {
     pub fn channels(&self, level: u32, [low, high]: [Point; 2], mut take: impl FnMut(&Arc<Channel>)) {
         let rectangle = [low, high];
         let chunks: Vec<ChunkId> = match level {
-            0 => ChunkId::touching(&self.fields, level, self.input(level, rectangle)).collect(),
-            _ => self.tributaries.touching(level, rectangle, &|id, cells| self.above(id, cells)).collect(),
+            0 => {
+                let touches = |node| self.trunks.bounds(node).is_some_and(|bounds| overlap(bounds, rectangle));
+                let chunks = ChunkId::touching(&self.fields, level, self.input(level, rectangle));
+                chunks.filter(|chunk| chunk.cells().any(touches)).collect()
+            }
+            _ => self.tributaries.touching(level, rectangle, &self.asker()).collect(),
         };
         for chunk in chunks {
             let chunk = self.chunk(chunk);
@@ -128,35 +134,48 @@ impl Network {
         self.chunks.get(id, || {
             let channels = match id.level {
                 0 => id.cells().filter_map(|node| self.trunks.trunk(node)).collect(),
-                _ => self.tributaries.of(id, &|id, cells| self.above(id, cells)),
+                _ => self.tributaries.of(id, &self.asker()),
             };
             Chunk { channels }
         })
     }
 
-    /// The segments of the levels above a chunk's that matter so many cells around it, relative to its corner.
-    fn above(&self, id: ChunkId, cells: f64) -> IndexedSegments {
-        let (square, cell) = (id.square(&self.fields), self.fields.side(id.level) as f64);
-        IndexedSegments::new(self.segments(id.level, square, square[0], Reach::even(cells * cell)), cell)
+    /// How tributaries ask for what is above them.
+    fn asker(&self) -> impl Fn(u32, [Point; 2], Asked) -> Above {
+        |level, rectangle, asked| self.above(level, rectangle, asked)
+    }
+
+    /// What of the levels above one is asked for in a rectangle.
+    pub(super) fn above(&self, level: u32, rectangle: [Point; 2], asked: Asked) -> Above {
+        let origin = above::origin(&self.fields, rectangle[0]);
+        let ids = (0..level).flat_map(|level| above::patches(&self.fields, level, rectangle, asked, origin));
+        let patches = ids.map(|id| self.patch(id)).collect();
+        Above { origin, patches }
+    }
+
+    fn patch(&self, id: PatchId) -> Arc<Patch> {
+        let channels_in = |take: &mut dyn FnMut(&Arc<Channel>)| self.channels(id.level, id.square(&self.fields), take);
+        self.patches.get(id, || Patch::new(&self.fields, id, channels_in))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use crate::fluvial::Fluvial;
+    use crate::fluvial::channel::Mouth;
     use crate::fluvial::chunk::ChunkId;
     use crate::fluvial::point::Point;
     use crate::preset::Preset;
 
     #[test]
-    fn a_tributary_is_found_wherever_it_runs() {
+    fn a_channel_is_found_wherever_it_runs_and_joins_another_where_that_is_drawn() {
         for name in ["alps", "archipelago"] {
             let (_, preset) = Preset::load(name).unwrap();
             let sea_level_m = preset.sea_level_m;
             let fluvial = Fluvial::new(preset.fluvial.as_ref().unwrap(), preset.spacing_m, sea_level_m, 4, None);
             let network = fluvial.network();
-            let mut known = 0;
-            for level in 1..fluvial.fields().levels() {
+            let (mut known, mut joins) = (0, 0);
+            for level in 0..fluvial.fields().levels() {
                 let side = fluvial.fields().side(level);
                 let corner = Point { x: -7 * side, y: 5 * side };
                 for id in ChunkId::touching(fluvial.fields(), level, [corner, corner.moved([20.0 * side as f64; 2])]) {
@@ -167,10 +186,22 @@ mod tests {
                             assert!(is_found, "{name}: {:?} at {:?}", channel.id, knot.at);
                         }
                         known += 1;
+                        // Rivers end where the line of what they join has a point.
+                        if let Mouth::Channel(joined) = channel.mouth
+                            && fluvial.has_rivers(level)
+                        {
+                            let (joined, mouth) = (network.channel(joined).unwrap(), channel.knots.last().unwrap().at);
+                            assert!(
+                                joined.line_places(0).any(|place| joined.at(place).at == mouth),
+                                "{:?}",
+                                channel.id
+                            );
+                            joins += 1;
+                        }
                     }
                 }
             }
-            assert!(known > 200, "{name}: {known} tributaries");
+            assert!(known > 200 && joins > 20, "{name}: {known} channels, {joins} rivers that join others");
         }
     }
 }

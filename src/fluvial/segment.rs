@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::channel::{Channel, CrossSection, Knot};
+use super::channel::{Channel, ChannelPlace, CrossSection, Knot};
 use super::fields::{Fields, across};
 use super::point::{GRAINS, Point};
 use crate::geometry::{LineSegment, length, lerp};
@@ -74,7 +74,7 @@ const LEAN: f64 = 3.0;
 const ABOVE_OWN: f64 = 1.5;
 
 /// The share that this slope has of the hillside's, at most: of steep brooks the whole side is as steep.
-const MOST_LEAN: f64 = 0.95;
+pub const MOST_LEAN: f64 = 0.95;
 
 /// Share of the half width of a valley's floor that is level across, but for how it leans; the rest rounds the foot of its
 /// side. Chosen by eye.
@@ -84,11 +84,16 @@ pub(super) const LEVEL: f64 = 0.7;
 /// into it, and is not lost on it. Chosen by eye.
 pub const INCISION: f64 = 0.65;
 
-/// Metres that a bed which is cut into the side of another valley falls from knot to knot at least.
+/// Metres that a bed which is cut into the side of another valley falls from knot to knot at least, and metres a metre: from
+/// one vertex to the next so much that heights in `f32` show it.
 const LEAST_FALL_M: f64 = 0.01;
+const LEAST_FALL: f64 = 1e-4;
 
 /// Grains between the places at which a bed is compared with the sides of other valleys, about: eight vertices.
 const LONGEST_CUT: f64 = (8 * GRAINS) as f64;
+
+/// Knots of a bed that are compared with the sides of other valleys together.
+const CUT_RUN: usize = 8;
 
 /// How far the side of a channel goes on that has no brooks, in distances to the next channel of its level.
 const OWN_SIDES: f64 = 1.0;
@@ -357,17 +362,30 @@ fn steepness(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
     (above.level_m - below.level_m) / (way_m * channel.hill_slope).max(1e-9)
 }
 
-/// How steep it is from a knot to those upstream within the width of its floor, at most, as a share of the hillside's slope.
+/// How steep it is from a knot to those upstream within the width of its floor, at most, as a share of the hillside's slope;
+/// near its mouth also of the channel that it joins.
 /// Trunks are never so much steeper further up that it matters.
 fn steepest_upstream(fields: &Fields, channel: &Channel, knot: usize, trough: f64) -> f64 {
     if channel.id.0 == 0 {
         return 0.0;
     }
-    let Knot { at, level_m, .. } = channel.knots[knot];
-    let above = channel.knots[..knot].iter().rev().map(|above| (at.distance(above.at), above.level_m - level_m));
-    let within = above.take_while(|(way, _)| *way < trough);
-    let slopes = within.map(|(way, rise_m)| rise_m / (way * fields.metres_a_grain() * channel.hill_slope).max(1e-9));
-    slopes.fold(0.0, f64::max)
+    let last = channel.knots.len() - 1;
+    let (here, next, mouth) = (&channel.knots[knot], &channel.knots[last.min(knot + 1)], &channel.knots[last]);
+    // Where its floor comes beside the channel that it joins, on the way to the next knot, that must not lie on it either.
+    let joined = if next.at.distance(mouth.at) < trough { channel.joined_slope } else { 0.0 };
+    let (mut steepest, mut before) = (joined, [0.0; 2]);
+    for above in channel.knots[..knot].iter().rev() {
+        let beyond = [here.at.distance(above.at), above.level_m - here.level_m];
+        // Of the step that leads out of the floor's width, what is still within.
+        let share = ((trough - before[0]) / (beyond[0] - before[0]).max(1e-9)).clamp(0.0, 1.0);
+        let [way, rise_m] = [0, 1].map(|part| before[part] + (beyond[part] - before[part]) * share);
+        steepest = steepest.max(rise_m / way.max(1e-9));
+        if beyond[0] >= trough {
+            break;
+        }
+        before = beyond;
+    }
+    steepest / (fields.metres_a_grain() * channel.hill_slope)
 }
 
 /// Of segments those whose sides may be below a bed somewhere, where hillsides rise so many metres a grain at least.
@@ -384,73 +402,73 @@ pub fn below_bed<'a>(knots: &[Knot], least_slope: f64, segments: &[&'a Segment],
 /// Lowers a bed, from its mouth up, to below the sides of other valleys: those of segments that are relative to an origin.
 /// Where it is straight for long, it has a knot more at each place that is lowered.
 pub fn cut_into(fields: &Fields, knots: &mut Vec<Knot>, hill_slope: f64, segments: &[&Segment], origin: Point) {
-    let near = below_bed(
-        knots,
-        INCISION * hill_slope.min(fields.least_hill_slope()) * fields.metres_a_grain(),
-        segments,
-        origin,
-    );
-    // From the mouth up, so that each knot knows what it must stay above.
+    let least_slope = INCISION * hill_slope.min(fields.least_hill_slope()) * fields.metres_a_grain();
+    let near = below_bed(knots, least_slope, segments, origin);
     let mut cut: Vec<Knot> = knots.last().copied().into_iter().collect();
-    for pair in knots.windows(2).rev() {
-        let (mut here, mut below) = (pair[0], cut[cut.len() - 1]);
-        let gentlest = fields.hill_slope(fields.uplift(here.at)).min(hill_slope);
-        let slope = INCISION * gentlest * fields.metres_a_grain();
-        // Those that may be lower than it somewhere on the way.
-        let middle = here.towards(&pair[1], 0.5).at.from(origin);
-        let half = here.at.distance(pair[1].at) / 2.0;
-        let highest_m = here.level_m.max(pair[1].level_m);
-        let may_be_below = |segment: &&Segment| {
-            highest_m > segment.lowest_m() && {
-                let least = (segment.nearest(middle).1.sqrt() - half).max(0.0);
-                segment.may_be_below(least * least, slope, highest_m)
+    // From the mouth up, so that each knot knows what it must stay above; and in runs, of which each has few segments near.
+    for end in (1..knots.len()).rev().step_by(CUT_RUN) {
+        let run = &knots[end.saturating_sub(CUT_RUN)..=end];
+        let near = below_bed(run, least_slope, &near, origin);
+        for pair in run.windows(2).rev() {
+            let (mut here, mut below) = (pair[0], cut[cut.len() - 1]);
+            let gentlest = fields.hill_slope(fields.uplift(here.at)).min(hill_slope);
+            let slope = INCISION * gentlest * fields.metres_a_grain();
+            // Those that may be lower than it somewhere on the way.
+            let middle = here.towards(&pair[1], 0.5).at.from(origin);
+            let half = here.at.distance(pair[1].at) / 2.0;
+            let highest_m = here.level_m.max(pair[1].level_m);
+            let may_be_below = |segment: &&Segment| {
+                highest_m > segment.lowest_m() && {
+                    let least = (segment.nearest(middle).1.sqrt() - half).max(0.0);
+                    segment.may_be_below(least * least, slope, highest_m)
+                }
+            };
+            let lower: Vec<&Segment> = near.iter().copied().filter(may_be_below).collect();
+            let cut_m = |knot: &Knot| {
+                let at = knot.at.from(origin);
+                lower
+                    .iter()
+                    .fold(knot.level_m, |most_m, segment| segment.side_below_m(at, slope, most_m).unwrap_or(most_m))
+            };
+            // It goes on falling, by a little at least where it did; in a lake the bed rises to its sill.
+            let whole = (2.0 * half).max(1.0);
+            let least_fall_m = LEAST_FALL_M.max(LEAST_FALL * whole * fields.metres_a_grain());
+            let least_fall_m = (here.level_m - below.level_m).min(least_fall_m);
+            let least_m = |at: Point, below: &Knot| below.level_m + least_fall_m * (at.distance(below.at) / whole);
+            here.level_m = cut_m(&here).max(least_m(here.at, &below));
+            let parts = (here.at.distance(below.at) / LONGEST_CUT).ceil();
+            for part in (1..parts as usize).rev().filter(|_| least_fall_m > 0.0) {
+                // What is left of the way down from here is straight, from the last knot that was lowered.
+                let straight = here.towards(&pair[1], part as f64 / parts);
+                let left = straight.at.distance(below.at) / here.at.distance(below.at);
+                let straight = Knot { level_m: below.level_m + (here.level_m - below.level_m) * left, ..straight };
+                let level_m = cut_m(&straight).max(least_m(straight.at, &below));
+                if level_m < straight.level_m {
+                    below = Knot { level_m, ..straight };
+                    cut.push(below);
+                }
             }
-        };
-        let lower: Vec<&Segment> = near.iter().copied().filter(may_be_below).collect();
-        let cut_m = |knot: &Knot| {
-            let at = knot.at.from(origin);
-            lower.iter().fold(knot.level_m, |most_m, segment| segment.side_below_m(at, slope, most_m).unwrap_or(most_m))
-        };
-        // It goes on falling, by a centimetre at least where it did; in a lake the bed rises to its sill.
-        let least_fall_m = (here.level_m - below.level_m).min(LEAST_FALL_M);
-        here.level_m = cut_m(&here).max(below.level_m + least_fall_m);
-        let parts = (here.at.distance(below.at) / LONGEST_CUT).ceil();
-        for part in (1..parts as usize).rev().filter(|_| least_fall_m > 0.0) {
-            // What is left of the way down from here is straight, from the last knot that was lowered.
-            let straight = here.towards(&pair[1], part as f64 / parts);
-            let left = straight.at.distance(below.at) / here.at.distance(below.at);
-            let straight = Knot { level_m: below.level_m + (here.level_m - below.level_m) * left, ..straight };
-            let level_m = cut_m(&straight).max(below.level_m + least_fall_m / parts);
-            if level_m < straight.level_m {
-                below = Knot { level_m, ..straight };
-                cut.push(below);
-            }
+            here.level_m = here.level_m.max(least_m(here.at, &below));
+            cut.push(here);
         }
-        here.level_m = here.level_m.max(below.level_m + least_fall_m / parts.max(1.0));
-        cut.push(here);
     }
     cut.reverse();
     *knots = cut;
 }
 
-/// The place some grains downstream of one in the segment of that number: the segment's number and the share of it;
-/// `None` past the end of the channel or of the known segments.
-pub fn downstream(segments: &[Segment], mut number: usize, mut t: f64, mut grains: f64) -> Option<(usize, f64)> {
-    loop {
-        let segment = &segments[number];
-        let whole = length(segment.along);
+/// The place of a channel some grains downstream of one; `None` past its end.
+pub fn downstream(channel: &Channel, (mut knot, mut t): ChannelPlace, mut grains: f64) -> Option<ChannelPlace> {
+    while let [here, next, ..] = &channel.knots[knot..] {
+        let whole = here.at.distance(next.at);
         let left = (1.0 - t) * whole;
-        if grains <= left {
-            return Some((number, t + grains / whole));
+        // Two knots may be at one place.
+        if grains <= left && whole > 0.0 {
+            return Some((knot, t + grains / whole));
         }
         grains -= left;
-        // Those of a channel come one after the other; some may be left out.
-        let follows = |next: &Segment| next.knot == segment.knot + 1 && next.channel == segment.channel;
-        if !segments.get(number + 1).is_some_and(follows) {
-            return None;
-        }
-        (number, t) = (number + 1, 0.0);
+        (knot, t) = (knot + 1, 0.0);
     }
+    None
 }
 
 #[cfg(test)]

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
+use super::above::{Above, Asked};
 use super::channel::{Channel, Knot, Mouth};
 use super::chunk::ChunkId;
 use super::fields::{BESIDE, Fields, most_area};
 use super::lake::{self, Hollow, NO_LAKE};
 use super::point::{self, Point, chance, overlap};
 use super::segment::{Circle, INCISION, Segment, below_bed, cut_into, measured, rise, segments_of};
-use super::segment_index::IndexedSegments;
 use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};
 use super::trunk::{LEAST_SLOPE, NodeId};
 use super::trunk_curve::DROWNED_SLOPE;
@@ -51,7 +51,7 @@ pub struct Tributaries {
 /// What is around the tributaries of a chunk: the segments of the levels above, and the straight courses of its and others'
 /// tributaries, relative to the segments' origin.
 struct Surroundings {
-    above: IndexedSegments,
+    above: Above,
     courses: Vec<(NodeId, LineSegment)>,
 }
 
@@ -92,14 +92,14 @@ impl Tributaries {
         &'a self,
         level: u32,
         rectangle: [Point; 2],
-        above: &'a impl Fn(ChunkId, f64) -> IndexedSegments,
+        above: &'a impl Fn(u32, [Point; 2], Asked) -> Above,
     ) -> impl Iterator<Item = ChunkId> + 'a {
         self.courses.touching(level, rectangle, above, false)
     }
 
     /// The tributaries whose heads are in the cells of a chunk, given whom to ask for the segments of the levels above
     /// one that matter so many cells around it.
-    pub fn of(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Vec<Arc<Channel>> {
+    pub fn of(&self, id: ChunkId, above: &impl Fn(u32, [Point; 2], Asked) -> Above) -> Vec<Arc<Channel>> {
         // Whether a dry bed lies on the ground nobody sees.
         if !self.fields.is_wet(most_area(id.level)) {
             return self.make_free(id, above);
@@ -112,7 +112,7 @@ impl Tributaries {
         let around: Vec<Arc<Vec<Arc<Channel>>>> =
             self.touching(id.level, seen, above).map(|chunk| self.free(chunk, above)).collect();
         let surroundings = self.surroundings(id, above);
-        let origin = surroundings.above.segments.origin;
+        let origin = surroundings.above.origin;
         let segments_of = |channel| segments_of(&self.fields, channel, 0, origin, |_| true).collect();
         let around: Vec<(&Arc<Channel>, Vec<Segment>)> =
             around.iter().flat_map(|channels| channels.iter()).map(|channel| (channel, segments_of(channel))).collect();
@@ -134,11 +134,11 @@ impl Tributaries {
     }
 
     /// The tributaries of a chunk, but for what others of their level do to their beds, and without lakes on their way.
-    fn free(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Arc<Vec<Arc<Channel>>> {
+    fn free(&self, id: ChunkId, above: &impl Fn(u32, [Point; 2], Asked) -> Above) -> Arc<Vec<Arc<Channel>>> {
         self.free.get(id, || self.make_free(id, above))
     }
 
-    fn make_free(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Vec<Arc<Channel>> {
+    fn make_free(&self, id: ChunkId, above: &impl Fn(u32, [Point; 2], Asked) -> Above) -> Vec<Arc<Channel>> {
         let own = self.courses.of(id, above);
         if own.is_empty() {
             return Vec::new();
@@ -150,12 +150,15 @@ impl Tributaries {
     }
 
     /// What is around the tributaries of a chunk.
-    fn surroundings(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Surroundings {
+    fn surroundings(&self, id: ChunkId, above: &impl Fn(u32, [Point; 2], Asked) -> Above) -> Surroundings {
         let (own, cell) = (self.courses.of(id, above), self.fields.side(id.level) as f64);
         let longest = own.iter().map(|course| course.head.distance(course.end.shore)).fold(0.0, f64::max);
-        // From its middle, which lies half of its length from its head, as far as it asks.
-        let above_here = above(id, (longest / 2.0 + NEAR * (longest + cell)) / cell);
-        let origin = above_here.segments.origin;
+        // Each asks from its middle, half of its length from its head.
+        let reach = longest / 2.0 + NEAR * (longest + cell);
+        let asked = point::around(own.iter().map(|course| course.head), reach)
+            .expect("a chunk without courses has no surroundings");
+        let above_here = above(id.level, asked, Asked::Sides);
+        let origin = above_here.origin;
         let seen = point::around(own.iter().flat_map(|course| [course.head, course.end.shore]), longest);
         let mut courses = Vec::new();
         for chunk in seen.into_iter().flat_map(|seen| self.courses.touching(id.level, seen, above, true)) {
@@ -168,8 +171,9 @@ impl Tributaries {
     /// A tributary along its course, before others of its level cut into its valley.
     fn tributary(&self, level: u32, course: &TributaryCourse, surroundings: &Surroundings) -> Channel {
         let fields = &self.fields;
-        let origin = surroundings.above.segments.origin;
-        let &TributaryCourse { cell: id, head, end: TributaryEnd { foot, shore, level_m, mouth, lake } } = course;
+        let origin = surroundings.above.origin;
+        let &TributaryCourse { cell: id, head, end } = course;
+        let TributaryEnd { foot, shore, level_m, mouth, lake, joined_slope } = end;
         let pool_m = lake.map_or(NO_LAKE, |(level_m, _)| level_m);
         let way = head.from(shore);
         let from = shore.from(origin);
@@ -191,6 +195,7 @@ impl Tributaries {
         }
         let mut channel = Channel::new((level, id.0, id.1), knots, mouth, fields.hill_slope(uplift));
         channel.lake = lake.map(|(_, id)| id);
+        channel.joined_slope = joined_slope;
         if fields.is_wet(most_area(level)) {
             leave_to_captors(fields, &mut channel, &near, origin);
         }
@@ -205,7 +210,7 @@ impl Tributaries {
             return;
         }
         let hollow = Hollow::new(fields, seed, level, (x, y));
-        let origin = surroundings.above.segments.origin;
+        let origin = surroundings.above.origin;
         let (head, mouth) = (channel.knots[0].at, channel.knots[channel.knots.len() - 1].at);
         let (way, mouth) = (head.from(mouth), mouth.from(origin));
         let (mut near, around) = surroundings.of(fields, level, (x, y), [mouth, way]);

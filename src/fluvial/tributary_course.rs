@@ -5,12 +5,12 @@
 
 use std::sync::Arc;
 
-use super::channel::Mouth;
+use super::above::{Above, Asked, Near};
+use super::channel::{ChannelPlace, Knot, Mouth};
 use super::chunk::ChunkId;
-use super::fields::{Fields, INTO_SEA, most_area};
+use super::fields::{Fields, INTO_SEA, JOIN_CELLS, most_area};
 use super::point::{self, GRAINS, Point, chance, overlap};
-use super::segment::{Segment, downstream, rise};
-use super::segment_index::IndexedSegments;
+use super::segment::{MOST_LEAN, Segment, downstream, rise};
 use super::trunk::NodeId;
 use super::wander;
 use crate::geometry::{LineSegment, length, lerp};
@@ -18,9 +18,8 @@ use crate::hash::{self, Draw};
 use crate::lines::LakeId;
 use crate::memory::{Memory, Usage, heap_bytes};
 
-/// Cells that a tributary is long at most, before it runs aslant: a head that is further from all channels has none, so
-/// that what a channel depends on stays near.
-const JOIN_CELLS: f64 = 3.0;
+/// Cells around a head in which it knows of channels: further than it may join one, for what is beside its mouth.
+const KNOWN_CELLS: f64 = 2.0;
 
 /// Cells that lie between a head and the nearest channel at least: at the finest level, and more at each level above
 /// it. What begins nearer would be a short stub. Chosen by eye.
@@ -78,7 +77,7 @@ const EDGE: f64 = 0.1;
 const INNER: f64 = 0.8;
 
 /// Cells that a tributary sticks out of the cell of its head at most: it ends within `JOIN_CELLS`, and wanders by less.
-pub const REACH_CELLS: f64 = 5.0;
+pub const REACH_CELLS: f64 = 3.5;
 
 /// Where a tributary begins, and where it ends if it runs straight to the nearest channel or if it runs aslant.
 #[derive(Debug)]
@@ -113,6 +112,8 @@ pub struct TributaryEnd {
     pub mouth: Mouth,
     /// Height in metres of the lake in which it ends, and the lake's id.
     pub lake: Option<(f64, LakeId)>,
+    /// How steep its floor must rise there towards the channel that it comes to, upstream of where it does: metres a grain.
+    pub joined_slope: f64,
 }
 
 /// The drafts of a chunk.
@@ -220,7 +221,7 @@ impl Courses {
         &'a self,
         level: u32,
         rectangle: [Point; 2],
-        above: &'a impl Fn(ChunkId, f64) -> IndexedSegments,
+        above: &'a impl Fn(u32, [Point; 2], Asked) -> Above,
         are_straight: bool,
     ) -> impl Iterator<Item = ChunkId> + 'a {
         let cell = self.fields.side(level) as f64;
@@ -233,7 +234,7 @@ impl Courses {
     }
 
     /// Where the tributaries of a chunk's cells begin and end.
-    pub fn of(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Arc<Vec<TributaryCourse>> {
+    pub fn of(&self, id: ChunkId, above: &impl Fn(u32, [Point; 2], Asked) -> Above) -> Arc<Vec<TributaryCourse>> {
         self.taken.get(id, || {
             let own = self.drafts(id, above);
             // Those that may come across a draft's lines, or run beside them, come so near to its head, in its length.
@@ -265,16 +266,19 @@ impl Courses {
     }
 
     /// Where the tributaries of a chunk's cells begin and may end.
-    fn drafts(&self, id: ChunkId, above: &impl Fn(ChunkId, f64) -> IndexedSegments) -> Arc<Drafts> {
+    fn drafts(&self, id: ChunkId, above: &impl Fn(u32, [Point; 2], Asked) -> Above) -> Arc<Drafts> {
         self.drafts.get(id, || {
-            let above = above(id, JOIN_CELLS);
+            // Heads lie in the chunk.
+            let [low, high] = id.square(&self.fields);
+            let reach = KNOWN_CELLS * self.fields.side(id.level) as f64;
+            let above = above(id.level, [low.moved([-reach; 2]), high.moved([reach; 2])], Asked::Lines);
             Drafts::new(id.cells().filter_map(|cell| self.draft(id.level, cell, &above)).collect())
         })
     }
 
     /// Where the tributary of a cell begins and may end, if there is one, given the segments of the levels above around
     /// it.
-    fn draft(&self, level: u32, id: NodeId, above: &IndexedSegments) -> Option<Draft> {
+    fn draft(&self, level: u32, id: NodeId, above: &Above) -> Option<Draft> {
         let (fields, cell) = (&self.fields, self.fields.side(level));
         let seed = hash::network_level(self.seed, level);
         if chance(seed, id, Draw::Choice, 0) < LEFT_OUT {
@@ -286,13 +290,13 @@ impl Courses {
         if fields.potential(head) < fields.sea_potential() {
             return None;
         }
-        let origin = above.segments.origin;
+        let origin = above.origin;
         let from = head.from(origin);
         // Of all that is known around the chunk, what may matter to this head.
-        let near: Vec<(usize, &Segment)> = above.around(from, JOIN_CELLS * cell as f64).collect();
+        let near: Vec<Near> = above.around(from, KNOWN_CELLS * cell as f64).collect();
         // At the nearest channel, or at the coast if that is nearer.
         let coasts = if fields.has_sea() { &near[..] } else { &[] };
-        let nearest = coasts.iter().map(|(_, segment)| segment.nearest(from).1).fold(f64::INFINITY, f64::min).sqrt();
+        let nearest = coasts.iter().map(|near| near.segment.nearest(from).1).fold(f64::INFINITY, f64::min).sqrt();
         let most = JOIN_CELLS * cell as f64;
         if let Some(direct) = self.sea_end(level, head, nearest.min(most), above) {
             return Some(Draft { cell: id, head, direct, aslant: None });
@@ -308,29 +312,29 @@ impl Courses {
     }
 
     /// Where a tributary of a level ends in the sea, if the coast is no further from its head than `most` grains.
-    fn sea_end(&self, level: u32, head: Point, most: f64, above: &IndexedSegments) -> Option<TributaryEnd> {
+    fn sea_end(&self, level: u32, head: Point, most: f64, above: &Above) -> Option<TributaryEnd> {
         let [shore, beyond] = self.fields.coast_near(head, most)?;
         // On into the sea where no channel is in the way.
-        let line = LineSegment { from: beyond.from(above.segments.origin), along: head.from(beyond) };
+        let line = LineSegment { from: beyond.from(above.origin), along: head.from(beyond) };
         let crosses = |segment: &Segment| segment.line().crosses(&line);
         let foot = if beside(above, &line, 0.0).any(crosses) { shore } else { beyond };
-        Some(TributaryEnd { foot, shore, level_m: self.fields.filled_m(level), mouth: Mouth::Sea, lake: None })
+        Some(TributaryEnd {
+            foot,
+            shore,
+            level_m: self.fields.filled_m(level),
+            mouth: Mouth::Sea,
+            lake: None,
+            joined_slope: 0.0,
+        })
     }
 
     /// Where the tributary of a cell begins and may end if it runs to a channel, given those near its head.
-    fn draft_to_channel(
-        &self,
-        level: u32,
-        id: NodeId,
-        head: Point,
-        near: &[(usize, &Segment)],
-        above: &IndexedSegments,
-    ) -> Option<Draft> {
+    fn draft_to_channel(&self, level: u32, id: NodeId, head: Point, near: &[Near], above: &Above) -> Option<Draft> {
         let fields = &self.fields;
         let hill_slope = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
-        let from = head.from(above.segments.origin);
+        let from = head.from(above.origin);
         let (head_m, owner) = owner(near, from, hill_slope)?;
-        let segment = &above.segments.all[owner];
+        let segment = owner.segment;
         // Nothing begins in a lake.
         if head_m < segment.pool_m {
             return None;
@@ -343,9 +347,9 @@ impl Courses {
         // Not to the nearest channel but to the one whose valley it lies in, and down the fall line of its side. Where a
         // nearer one is in the way, which comes to it on the floor of a lake, to that.
         self.draft_to(level, id, (head, head_m), owner, near, above).or_else(|| {
-            let nearest = near.iter().min_by(|a, b| a.1.nearest(from).1.total_cmp(&b.1.nearest(from).1));
-            let (number, _) = nearest.filter(|(_, nearest)| nearest.channel != segment.channel)?;
-            self.draft_to(level, id, (head, head_m), *number, near, above)
+            let nearest = near.iter().min_by(|a, b| a.segment.nearest(from).1.total_cmp(&b.segment.nearest(from).1));
+            let nearest = nearest.filter(|nearest| nearest.channel.id != owner.channel.id)?;
+            self.draft_to(level, id, (head, head_m), *nearest, near, above)
         })
     }
 
@@ -355,17 +359,16 @@ impl Courses {
         level: u32,
         id: NodeId,
         (head, head_m): (Point, f64),
-        number: usize,
-        near: &[(usize, &Segment)],
-        above: &IndexedSegments,
+        Near { channel, segment }: Near,
+        near: &[Near],
+        above: &Above,
     ) -> Option<Draft> {
         let (fields, cell) = (&self.fields, self.fields.side(level));
         let hill_slope = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
-        let origin = above.segments.origin;
+        let origin = above.origin;
         // By how many levels there is room for finer ones in between.
         let finer = (fields.levels() - 1 - level) as f64;
         let (least, most) = ((LEAST_CELLS.0 + LEAST_CELLS.1 * finer) * cell as f64, JOIN_CELLS * cell as f64);
-        let segment = &above.segments.all[number];
         let (t, square) = segment.nearest(head.from(origin));
         let distance = square.sqrt();
         let shift = distance * segment.bed_slope().max(0.0) / (hill_slope * segment.gentlest_cross());
@@ -374,12 +377,17 @@ impl Courses {
         let apart = if t == 0.0 || t == 1.0 { 1.0 + APART * luck() } else { 0.0 };
         let shift = shift + apart * CLEAR * GRAINS as f64;
         let is_clear = |end: &TributaryEnd| is_clear(&end.line(head, origin), above);
-        let end = |segment: &Segment, t: f64| {
-            let foot = origin.moved([0, 1].map(|axis| segment.from[axis] + segment.along[axis] * t));
-            let channel = &above.segments.channels[segment.channel as usize];
-            let level_m = lerp(segment.level_m, t);
-            let lake = channel.lake.filter(|_| level_m < segment.pool_m).map(|id| (segment.pool_m, id));
-            TributaryEnd { foot, shore: foot, level_m, mouth: Mouth::Channel(channel.id), lake }
+        let end = |place: ChannelPlace| {
+            let Knot { at: foot, level_m, pool_m, .. } = channel.at(place);
+            // What it joins is higher upstream, and may lie beside its own floor there.
+            let trough = fields.trough(level, most_area(level), level_m);
+            let line = LineSegment { from: [0.0; 2], along: head.from(foot) };
+            let upstream = channel.knots[..=place.0].iter();
+            let above = upstream.map(|knot| (line.distance(knot.at.from(foot)), knot.level_m - level_m));
+            let beside = above.filter(|(way, _)| *way < trough).map(|(way, rise_m)| rise_m / way.max(1.0));
+            let joined_slope = beside.fold(0.0, f64::max);
+            let lake = channel.lake.filter(|_| level_m < pool_m).map(|id| (pool_m, id));
+            TributaryEnd { foot, shore: foot, level_m, mouth: Mouth::Channel(channel.id), lake, joined_slope }
         };
         // Only where the land is higher than its end all the way: the coast may be lower.
         let falls = |end: &TributaryEnd| {
@@ -392,7 +400,7 @@ impl Courses {
         // Nor does it end under a steep channel beside it, whose water it would take.
         let is_free = |end: &TributaryEnd| {
             let foot = end.foot.from(origin);
-            near.iter().filter(|(_, beside)| beside.channel != segment.channel).all(|(_, segment)| {
+            near.iter().filter(|beside| beside.channel.id != channel.id).all(|Near { segment, .. }| {
                 let most_m = segment.level_m[0] - end.level_m - BESIDE_M;
                 let steep = hill_slope * UNDER;
                 most_m <= 0.0 || !segment.line().touches(foot, most_m / steep) || {
@@ -403,18 +411,24 @@ impl Courses {
         };
         let fits = |end: &TributaryEnd| {
             let way = length(head.from(end.foot));
-            falls(end) && least <= way && way <= most && end.level_m < head_m && is_free(end)
+            end.joined_slope <= MOST_LEAN * hill_slope
+                && falls(end)
+                && least <= way
+                && way <= most
+                && end.level_m < head_m
+                && is_free(end)
         };
         let at = |shift: f64, left: f64| {
             let clear = CLEAR * GRAINS as f64;
-            let down = |number: usize, t: f64, grains: f64| downstream(&above.segments.all, number, t, grains);
-            let (mut number, mut t) = down(number, t, shift)?;
-            let segment = &above.segments.all[number];
-            if segment.knot == 0 && t * length(segment.along) < clear {
-                (number, t) = down(number, t, clear)?;
+            let mut place = downstream(channel, (segment.knot as usize, t), shift)?;
+            if place.0 == 0 && place.1 * channel.knots[0].at.distance(channel.knots[1].at) < clear {
+                place = downstream(channel, place, clear)?;
             }
-            down(number, t, clear.max(left))?;
-            Some(end(&above.segments.all[number], t)).filter(fits)
+            if fields.is_wet(most_area(level)) {
+                place = channel.landing(place)?;
+            }
+            downstream(channel, place, clear.max(left))?;
+            Some(end(place)).filter(fits)
         };
         let slant = (SLANT.0 + SLANT.1 * finer).min(SLANT.2) * distance;
         // Where the fall line leads is the best end; where that is taken, one further down is better than no valley.
@@ -455,7 +469,7 @@ fn is_needle(line: &LineSegment, longer: &LineSegment) -> bool {
 }
 
 /// The segments that may come so near to a line, as a share of its length.
-fn beside<'a>(above: &'a IndexedSegments, line: &LineSegment, share: f64) -> impl Iterator<Item = &'a Segment> {
+fn beside<'a>(above: &'a Above, line: &LineSegment, share: f64) -> impl Iterator<Item = &'a Segment> {
     let (middle, whole) = ([0, 1].map(|axis| line.from[axis] + line.along[axis] / 2.0), length(line.along));
     let half = line.along.map(|along| 0.5 * along.abs() + share * whole);
     let is_beside = move |segment: &&Segment| {
@@ -466,11 +480,11 @@ fn beside<'a>(above: &'a IndexedSegments, line: &LineSegment, share: f64) -> imp
         };
         beside(0) & beside(1)
     };
-    above.around(middle, (0.5 + share) * whole).map(|(_, segment)| segment).filter(is_beside)
+    above.around(middle, (0.5 + share) * whole).map(|near| near.segment).filter(is_beside)
 }
 
 /// Whether a line from a foot up neither crosses nor [grazes] the channels that it may come near to.
-fn is_clear(line: &LineSegment, above: &IndexedSegments) -> bool {
+fn is_clear(line: &LineSegment, above: &Above) -> bool {
     !beside(above, line, GRAZES).any(|segment| segment.line().crosses(line) || grazes(line, segment))
 }
 
@@ -487,11 +501,11 @@ fn grazes(line: &LineSegment, segment: &Segment) -> bool {
 }
 
 /// The channel whose side is lowest at a place, of those near it, where hillsides rise so many metres a grain: the height
-/// of that side in metres, and the number of the segment that it rises from.
-fn owner(near: &[(usize, &Segment)], at: [f64; 2], slope: f64) -> Option<(f64, usize)> {
-    near.iter().fold(None, |lowest, (number, segment)| {
+/// of that side in metres, and the segment that it rises from.
+fn owner<'a>(near: &[Near<'a>], at: [f64; 2], slope: f64) -> Option<(f64, Near<'a>)> {
+    near.iter().fold(None, |lowest, near| {
         let most_m = lowest.map_or(f64::INFINITY, |(side_m, _)| side_m);
-        segment.side_below_m(at, slope, most_m).map(|side_m| (side_m, *number)).or(lowest)
+        near.segment.side_below_m(at, slope, most_m).map(|side_m| (side_m, *near)).or(lowest)
     })
 }
 

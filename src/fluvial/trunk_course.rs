@@ -11,10 +11,10 @@ use super::channel::{Channel, Knot};
 use super::fields::Fields;
 use super::lake::{self, Hollow};
 use super::meander::{self, CONFINED_TURN, LinePlace, MOST_TURN, Meander, WAVE_WIDTHS};
-use super::point::{GRAINS, Point, chance};
+use super::point::{self, GRAINS, Point, chance};
 use super::segment::{LEVEL, Segment, cut_into, measured, segments_of};
 use super::trunk::{LEAST_SLOPE, NodeId, Trunks, neighbours};
-use super::trunk_curve::{bend_share, curve, directions, too_close};
+use super::trunk_curve::{BULGE, bend_share, curve, directions, too_close};
 use super::wander;
 use crate::geometry::{LineSegment, lerp, lines, smooth};
 use crate::hash::{self, Draw};
@@ -99,6 +99,12 @@ impl TrunkCourses {
     /// The lattice that they run on.
     pub fn nodes(&self) -> &Trunks {
         &self.nodes
+    }
+
+    /// A rectangle that the trunk from a node does not leave, which is known long before how it runs; `None` for a sink.
+    pub fn bounds(&self, id: NodeId) -> Option<[Point; 2]> {
+        let (from, to) = (self.nodes.node(id).at, self.nodes.node(self.nodes.drained(id).to?).at);
+        point::around([from, to], (BULGE + MOST_ROOM) * from.distance(to))
     }
 
     /// The trunk from a node to the next one downstream; `None` for a sink.

@@ -21,7 +21,7 @@ const TANGENT: f64 = 0.8;
 const SPRING_AREA: f64 = 0.25;
 
 /// How far a trunk bulges to the side at most, as a share of its length: a bound for the cubic.
-const BULGE: f64 = 0.2;
+pub const BULGE: f64 = 0.2;
 
 /// How far apart two trunks that share a node are at least, as a share of the way from the node, and from which share
 /// of the trunk's length on. Closer ones could come across each other where the warp draws them together. Chosen by
