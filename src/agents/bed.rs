@@ -2,7 +2,7 @@
 
 use crate::agents::search::Node;
 use crate::agents::settings::{RiverAgents, RoadAgents};
-use crate::lines::{self, Bed, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
+use crate::lines::{self, Bed, Line, LineEnd, LineId, LineKind, LinePoint};
 
 /// How much of the depth of a river's bed is water.
 const FILLED: f32 = 0.75;
@@ -103,7 +103,7 @@ fn along(
     Line {
         id,
         kind,
-        class: LineClass::Plain,
+        class: None,
         name: None,
         course: id,
         origin,

@@ -5,9 +5,7 @@ use std::sync::Arc;
 use crate::area::{Area, TileId};
 use crate::features::layer::{Column, Kind, Layer, Shape, flat, point};
 use crate::features::plane::{length_m, metres};
-use crate::lines::{
-    FIXED, Line, LineClass, LineEnd, LineId, LineKind, LinePoint, Lines, RoadClass, SiteId, StructureKind,
-};
+use crate::lines::{FIXED, Line, LineEnd, LineId, LineKind, LinePoint, Lines, RoadClass, SiteId, StructureKind};
 use crate::world::World;
 
 /// A river of a fluvial world, from source to end. Pairs are at its start and at its end.
@@ -75,13 +73,13 @@ fn ends<T>(line: &Line, value: impl Fn(&LinePoint) -> T) -> [T; 2] {
     [&line.points[0], &line.points[line.points.len() - 1]].map(value)
 }
 
-fn of_river(_: &World, river: &Arc<Line>) -> RiverFeature {
+fn of_river(world: &World, river: &Arc<Line>) -> RiverFeature {
     let line = line_m(river, &river.points);
     RiverFeature {
         id: river.id,
         name: river.name.clone(),
         course: river.course,
-        order: if let LineClass::Order(order) = river.class { order } else { 0 },
+        order: world.relief().fluvial().map_or(0, |land| land.order(river)),
         length_m: length_m(&line),
         width_m: ends(river, |point| 2.0 * point.half_width_m),
         discharge_m3s: ends(river, |point| point.discharge_m3s),
@@ -137,7 +135,7 @@ pub(super) fn roads_through(world: &World, area: &Area) -> Lines {
 }
 
 fn of_road(_: &World, road: &Arc<Line>) -> RoadFeature {
-    let (LineId::Road { from, to, .. }, LineClass::Road(class)) = (road.id, road.class) else {
+    let (LineId::Road { from, to, .. }, Some(class)) = (road.id, road.class) else {
         unreachable!("roads of fluvial worlds join settlements")
     };
     let line = line_m(road, &road.outline());

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Fluvial;
-use super::channel::{Channel, Mouth};
+use super::channel::{Channel, Knot, Mouth};
 use super::fields::{COAST_STEP, most_area, river_depth_m};
 use super::lake::{Hollow, NO_LAKE};
 use super::point::{GRAINS, Point};
@@ -16,11 +16,8 @@ use super::strahler::{Strahler, locate};
 use super::trunk::neighbours;
 use super::valley;
 use crate::area::Area;
-use crate::lines::{self, Bed, ChannelId, LakeId, Line, LineClass, LineEnd, LineId, LineKind, LinePoint};
+use crate::lines::{self, Bed, ChannelId, LakeId, Line, LineEnd, LineId, LineKind, LinePoint};
 use crate::memory::{Memory, Usage, heap_bytes};
-
-/// Grains from one point of a river to the next at most: the world bends what is straight between two knots.
-const STEP: f64 = 3.0 * GRAINS as f64;
 
 /// Grains below the place from which on its channel holds water at which a river begins, at most: so the rasters' nearest
 /// vertex is wet.
@@ -163,6 +160,19 @@ impl Fluvial {
             .map(|part| part.id)
     }
 
+    /// Strahler's order of a river at its end, among the channels that hold water.
+    ///
+    /// All that comes to the river is made for that, so it is not part of the river's line.
+    pub fn order(&self, river: &Line) -> u32 {
+        let LineId::River { channel: top, .. } = river.course else {
+            unreachable!("rivers of the land run in channels")
+        };
+        let course = self.course(top);
+        let part = course.parts.iter().find(|part| part.id == river.id).expect("a course has all of its rivers");
+        let (number, place) = part.samples[part.samples.len() - 1].place;
+        self.rivers.strahler.orders(self, &course.channels[number]).at(place)
+    }
+
     /// The points of the network that a channel must touch to touch an area in the world, with some grains to spare.
     fn network_around(&self, area: &Area, spare: i64) -> [Point; 2] {
         let [low, high] = self.warp.input(*area, 1);
@@ -253,9 +263,7 @@ impl Fluvial {
         let mut last: Option<(CoursePoint, LiesIn)> = None;
         for (number, channel) in channels.iter().enumerate() {
             let ground = |sample: &CoursePoint| self.ground(sample, channel);
-            let joins = self.rivers.strahler.joins(self, channel);
-            let joins: Vec<(f64, Point)> = joins.iter().map(|join| (join.place, join.at)).collect();
-            for sample in samples(number, channel, &joins) {
+            for sample in samples(number, channel) {
                 let here = ground(&sample);
                 if let Some((before, was)) = last
                     && (was == LiesIn::Channel) != (here == LiesIn::Channel)
@@ -328,7 +336,6 @@ impl Fluvial {
         let points: Vec<LinePoint> = samples.iter().map(point).collect();
         let end = part.samples[part.samples.len() - 1];
         let channel = &course.channels[end.place.0];
-        let order = self.rivers.strahler.orders(self, channel).at(end.place.1);
         let widest_m = points.iter().map(|point| point.half_width_m).fold(0.0, f64::max);
         // The head's cell and not the first point, which depends on what is cut off above.
         let (level, x, y) = whole;
@@ -337,7 +344,7 @@ impl Fluvial {
         Some(Line {
             id: part.id,
             kind: LineKind::River,
-            class: LineClass::Order(order),
+            class: None,
             // All parts of a course have one name.
             name: self.names.as_ref().map(|names| names.river(source, &[i64::from(level), x, y])),
             course: LineId::River { channel: whole, part: 0 },
@@ -394,36 +401,12 @@ impl Fluvial {
     }
 }
 
-/// Grains from where a tributary joins within which a river's line has no other point: one that comes in along it would come
-/// across a bend as short.
-const BESIDE_JOIN: f64 = 1.5 * GRAINS as f64;
-
-/// Places along a channel, a few vertices apart, both its ends among them and where tributaries join it: as a number of a
-/// knot, with the share of the way to the next, and as a point.
-fn samples(number: usize, channel: &Channel, joins: &[(f64, Point)]) -> Vec<CoursePoint> {
-    let at_knot = |knot: usize| {
-        let values = &channel.knots[knot];
-        CoursePoint { place: (number, knot as f64), at: values.at, level_m: values.level_m, area: values.area }
-    };
-    let mut samples = Vec::new();
-    for knot in 0..channel.knots.len() - 1 {
-        let (from, to) = (at_knot(knot), at_knot(knot + 1));
-        // One at least, also where two knots are at one place: no knot is left out.
-        let steps = (from.at.distance(to.at) / STEP).ceil().max(1.0) as usize;
-        samples.extend((0..steps).map(|step| from.towards(&to, step as f64 / steps as f64)));
-        // To the grain where the tributary ends, so that the two lines share a point.
-        let inside = joins.iter().filter(|(place, _)| (knot as f64..(knot + 1) as f64).contains(place));
-        samples.extend(inside.map(|(place, at)| CoursePoint { at: *at, ..from.towards(&to, place - knot as f64) }));
-    }
-    samples.push(at_knot(channel.knots.len() - 1));
-    // Stable, so that a knot stays before what joins right there.
-    samples.sort_by(|a, b| a.place.1.total_cmp(&b.place.1));
-    // What is rounded may lie before a point and yet come after it: next to a mouth the line would turn back, across it.
-    let ends = [0, channel.knots.len() - 1].map(|knot| channel.knots[knot].at);
-    let is_join = |at: Point| joins.iter().any(|(_, join)| *join == at);
-    let is_clear = |at: Point| joins.iter().all(|(_, join)| join.distance(at) > BESIDE_JOIN);
-    samples.retain(|sample| ends.contains(&sample.at) || is_join(sample.at) || is_clear(sample.at));
-    samples
+/// The places by which a channel of a course is drawn, both its ends among them.
+fn samples(number: usize, channel: &Channel) -> impl Iterator<Item = CoursePoint> {
+    channel.line_places(0).map(move |place| {
+        let Knot { at, level_m, area, .. } = channel.at(place);
+        CoursePoint { place: (number, place.0 as f64 + place.1), at, level_m, area }
+    })
 }
 
 /// The last place of the bed between two of which one is in it.
@@ -448,50 +431,4 @@ fn close(parts: &mut Vec<RiverPart>, channels: &[Arc<Channel>], samples: Vec<Cou
     let begun = |part: &&RiverPart| matches!(part.id, LineId::River { channel: other, .. } if other == channel);
     let part = parts.iter().filter(begun).count() as u32;
     parts.push(RiverPart { id: LineId::River { channel, part }, samples, end });
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::fluvial::channel::Knot;
-    use crate::geometry::LineSegment;
-
-    #[test]
-    fn a_line_does_not_turn_back_where_a_tributary_joins() {
-        let knot = |x: i64| Knot { at: Point { x, y: 0 }, level_m: -(x as f64), area: 1.0, pool_m: NO_LAKE };
-        let length = 2 * STEP as i64;
-        let channel = Channel::new((0, 0, 0), vec![knot(0), knot(length), knot(2 * length)], Mouth::Sea, 1.0);
-        // Just before a knot, but rounded to a place beyond it; and half way between two other samples.
-        let joins = [(0.999, Point { x: length + 2, y: 1 }), (1.25, Point { x: length * 5 / 4, y: 0 })];
-        let line = samples(0, &channel, &joins);
-        assert!(line.windows(2).all(|pair| pair[0].at.x < pair[1].at.x), "{line:?}");
-        assert!(joins.iter().all(|(_, at)| line.iter().any(|sample| sample.at == *at)));
-        assert_eq!([line[0].at, line[line.len() - 1].at], [knot(0).at, knot(2 * length).at]);
-    }
-
-    #[test]
-    fn a_line_is_straight_where_a_tributary_joins_along_it() {
-        // A bend one vertex above the mouth of a tributary that comes in on the outer side.
-        let knot = |x: i64, y: i64| Knot { at: Point { x, y }, level_m: -(x as f64), area: 1.0, pool_m: NO_LAKE };
-        let knots = vec![knot(0, 0), knot(2 * GRAINS, 0), knot(8 * GRAINS, 3 * GRAINS)];
-        let channel = Channel::new((0, 0, 0), knots, Mouth::Sea, 1.0);
-        let mouth = Point { x: 3 * GRAINS, y: GRAINS / 2 };
-        let line = samples(0, &channel, &[(1.0 + 1.0 / 6.0, mouth)]);
-        let from = Point { x: 0, y: -GRAINS / 8 };
-        let tributary = LineSegment { from: [0.0; 2], along: mouth.from(from) };
-        let crosses = |pair: &[CoursePoint]| {
-            LineSegment { from: pair[0].at.from(from), along: pair[1].at.from(pair[0].at) }.crosses(&tributary)
-        };
-        assert!(line.iter().any(|sample| sample.at == mouth));
-        assert!(!line.windows(2).any(crosses), "{line:?}");
-    }
-
-    #[test]
-    fn a_line_has_each_of_two_places_close_together_at_which_tributaries_join() {
-        let knot = |x: i64| Knot { at: Point { x, y: 0 }, level_m: -(x as f64), area: 1.0, pool_m: NO_LAKE };
-        let channel = Channel::new((0, 0, 0), vec![knot(0), knot(8 * GRAINS)], Mouth::Sea, 1.0);
-        let joins = [2 * GRAINS, 2 * GRAINS + GRAINS / 10].map(|x| (x as f64 / (8 * GRAINS) as f64, Point { x, y: 0 }));
-        let line = samples(0, &channel, &joins);
-        assert!(joins.iter().all(|(_, at)| line.iter().any(|sample| sample.at == *at)), "{line:?}");
-    }
 }

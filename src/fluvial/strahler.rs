@@ -16,11 +16,9 @@ use crate::memory::{Memory, Usage, heap_bytes};
 
 /// A tributary that holds water, where it joins a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Join {
+struct Join {
     /// Where, as [`locate`] has it.
-    pub place: f64,
-    /// Where it ends.
-    pub at: Point,
+    place: f64,
     id: ChannelId,
     order: u32,
 }
@@ -116,7 +114,7 @@ impl Strahler {
     }
 
     /// Where the tributaries that hold water join a channel, from its head down.
-    pub fn joins(&self, fluvial: &Fluvial, channel: &Channel) -> Arc<Vec<Join>> {
+    fn joins(&self, fluvial: &Fluvial, channel: &Channel) -> Arc<Vec<Join>> {
         self.joins.get(channel.id, || self.find_joins(fluvial, channel))
     }
 
@@ -132,7 +130,7 @@ impl Strahler {
                 if tributary.mouth == Mouth::Channel(channel.id) {
                     let order = self.orders(fluvial, tributary).end();
                     let at = tributary.knots[tributary.knots.len() - 1].at;
-                    joins.push(Join { place: locate(channel, at), at, id: tributary.id, order });
+                    joins.push(Join { place: locate(channel, at), id: tributary.id, order });
                 }
             });
         }
@@ -175,7 +173,7 @@ mod tests {
     fn the_order_grows_on_the_way_down() {
         // A spring that meets two brooks, then a river of order 2, then one of order 1, then one of order 4.
         let joins = [(0.5, 1), (1.25, 1), (2.0, 2), (2.5, 1), (3.0, 4)];
-        let join = |(place, order)| Join { place, at: Point::default(), id: (1, 0, 0), order };
+        let join = |(place, order)| Join { place, id: (1, 0, 0), order };
         let orders = Orders { start: 1, joins: Arc::new(joins.map(join).to_vec()) };
         let along: Vec<u32> = [0.0, 0.5, 1.5, 2.0, 2.75, 3.0].map(|place| orders.at(place)).to_vec();
         assert_eq!(along, [1, 2, 2, 3, 3, 4]);

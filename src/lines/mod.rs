@@ -77,17 +77,6 @@ impl RoadClass {
     }
 }
 
-/// How large a line is among those of its kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LineClass {
-    /// Strahler's order of a river at its end, among the channels that hold water.
-    Order(u32),
-    /// How well a road between settlements is built.
-    Road(RoadClass),
-    /// Agents make no difference between their lines.
-    Plain,
-}
-
 /// What a line leads to with its last point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineEnd {
@@ -178,8 +167,8 @@ pub struct Line {
     pub id: LineId,
     /// A river or a road.
     pub kind: LineKind,
-    /// How large it is.
-    pub class: LineClass,
+    /// How well it is built, if it is a road between settlements.
+    pub class: Option<RoadClass>,
     /// What maps call it, if it has a name.
     pub name: Option<String>,
     /// The first part of its course, which lakes cut into parts if it is a river, and other roads if it is a road; of agents'
@@ -303,7 +292,7 @@ pub(crate) mod tests {
         Line {
             id,
             kind: LineKind::Road,
-            class: LineClass::Road(RoadClass::Road),
+            class: Some(RoadClass::Road),
             name: None,
             course: id,
             origin: [0, 0],

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use crate::area::Area;
 use crate::fluvial::survey::Survey;
-use crate::lines::{self, Bed, FIXED, Line, LineClass, LineEnd, LineId, LineKind, LinePoint, RoadClass, Structure};
+use crate::lines::{self, Bed, FIXED, Line, LineEnd, LineId, LineKind, LinePoint, RoadClass, Structure};
 use crate::places::alignment::Alignment;
 use crate::places::bridging::carry;
 use crate::places::ellipse::{Ellipse, apart};
@@ -142,7 +142,7 @@ impl Builder<'_> {
         Line {
             id,
             kind: LineKind::Road,
-            class: LineClass::Road(class),
+            class: Some(class),
             name: None,
             course: id,
             origin: a.at,

@@ -10,9 +10,7 @@ use std::sync::Arc;
 
 use crate::area::Area;
 use crate::geometry::{LineSegment, length, lerp};
-use crate::lines::{
-    self, Bed, FIXED, Line, LineClass, LineEnd, LineId, LinePoint, RoadClass, Structure, StructureKind,
-};
+use crate::lines::{self, Bed, FIXED, Line, LineEnd, LineId, LinePoint, RoadClass, Structure, StructureKind};
 use crate::places::buckets::Buckets;
 use crate::places::fixed::fixed;
 use crate::places::plan_land::Scale;
@@ -43,8 +41,7 @@ pub(super) fn rank(road: &Line) -> (Reverse<RoadClass>, LineId) {
 }
 
 fn class(road: &Line) -> RoadClass {
-    let LineClass::Road(class) = road.class else { unreachable!("places make roads only") };
-    class
+    road.class.expect("places make roads only")
 }
 
 /// Vertices that a part may lie outside of the bounds of its road, for it ends on another one.

@@ -8,7 +8,7 @@ use crate::fluvial::survey::RiverPiece;
 use crate::grid::Grid;
 use crate::hash;
 use crate::land::WaterKind;
-use crate::lines::{Built, FIXED, LineClass, LineId, LinePoint, StructureKind};
+use crate::lines::{Built, FIXED, LineId, LinePoint, StructureKind};
 use crate::places::fixed::FixedSegment;
 
 /// A land without an end, the same at any distance.
@@ -296,10 +296,7 @@ fn settlements_stand_where_rivers_meet_and_above_their_floods() {
 
 /// How well a road is built, as the index of lists of three.
 fn class(road: &Line) -> usize {
-    match road.class {
-        LineClass::Road(class) => class as usize,
-        other => panic!("{other:?} is no road's"),
-    }
+    road.class.expect("a road between settlements has a class") as usize
 }
 
 /// The places of a road's points in 1/256 vertex.

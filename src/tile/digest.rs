@@ -5,7 +5,7 @@ use std::fmt;
 use crate::area::Area;
 use crate::grid::Grid;
 use crate::land::WaterKind;
-use crate::lines::{Line, LineClass, LineEnd};
+use crate::lines::{Line, LineEnd, RoadClass};
 use crate::places::site::Site;
 use crate::tile::Tile;
 
@@ -151,11 +151,7 @@ fn of_texts(texts: impl Iterator<Item = Vec<u8>>) -> blake3::Hash {
 }
 
 fn bytes_of_line(line: &Line) -> Vec<u8> {
-    let class = match line.class {
-        LineClass::Plain => String::new(),
-        LineClass::Order(order) => order.to_string(),
-        LineClass::Road(class) => class.name().to_owned(),
-    };
+    let class = line.class.map(RoadClass::name).unwrap_or_default();
     let end = match line.end {
         LineEnd::Nothing => String::new(),
         end => end.id().unwrap_or_else(|| end.name().to_owned()),

@@ -14,7 +14,7 @@ use terrane::clock::Clock;
 use terrane::fluvial::landforms::lakes::Lake;
 use terrane::geometry::LineSegment;
 use terrane::land::WaterKind;
-use terrane::lines::{Line, LineClass, LineEnd, LineKind, Lines};
+use terrane::lines::{Line, LineEnd, LineKind, Lines};
 use terrane::preset::Preset;
 use terrane::world::World;
 
@@ -236,14 +236,6 @@ fn distance(line: &Line, to: [f64; 2]) -> f64 {
     })
 }
 
-/// Strahler's order of a river.
-fn order(river: &Line) -> u32 {
-    match river.class {
-        LineClass::Order(order) => order,
-        other => panic!("{other:?} is no river's"),
-    }
-}
-
 /// Vertices from a point to a lake, 0 on it.
 fn from_lake(lake: &Lake, to: [f64; 2]) -> f64 {
     let (mut inside, mut least) = (false, f64::INFINITY);
@@ -260,6 +252,7 @@ fn from_lake(lake: &Lake, to: [f64; 2]) -> f64 {
 #[test]
 fn rivers_fall_and_end_in_what_they_say() {
     let (world, ..) = baked();
+    let land = world.relief().fluvial().unwrap();
     let area = Area::new(-512, -512, 1025, 1025);
     let rivers = rivers_of(world, &area);
     let by_id: BTreeMap<_, &Line> = rivers.iter().map(|river| (river.id, &**river)).collect();
@@ -273,7 +266,7 @@ fn rivers_fall_and_end_in_what_they_say() {
             assert!(pair[0].half_width_m <= pair[1].half_width_m, "{id} narrows");
             assert!(pair[0].discharge_m3s <= pair[1].discharge_m3s, "{id} shrinks");
         }
-        highest = highest.max(order(river));
+        highest = highest.max(land.order(river));
         let last = river.points[river.points.len() - 1];
         let end = river.place_from([0, 0], &last);
         match river.end {
@@ -283,7 +276,7 @@ fn rivers_fall_and_end_in_what_they_say() {
                 let Some(other) = by_id.get(&other) else { continue };
                 assert!(distance(other, end) < 1.0 / 256.0, "{id} ends beside {}", other.id);
                 let mouth = other.points[other.points.len() - 1];
-                let is_larger = order(other) >= order(river) && mouth.half_width_m >= last.half_width_m;
+                let is_larger = land.order(other) >= land.order(river) && mouth.half_width_m >= last.half_width_m;
                 assert!(is_larger && last.level_m >= mouth.level_m, "{id} and {}", other.id);
             }
             LineEnd::Lake(node) => {

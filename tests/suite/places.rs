@@ -6,7 +6,7 @@ use terrane::area::{Area, TileId};
 use terrane::fluvial::survey::Survey;
 use terrane::geometry::LineSegment;
 use terrane::land::WaterKind;
-use terrane::lines::{FIXED, Line, LineClass, LineId, LineKind, Lines, Structure, StructureKind};
+use terrane::lines::{FIXED, Line, LineId, LineKind, Lines, Structure, StructureKind};
 use terrane::preset::Preset;
 use terrane::tile::Tile;
 use terrane::world::World;
@@ -161,9 +161,7 @@ fn roads_join_settlements_and_keep_to_their_grade() {
     let land = world.relief().fluvial().unwrap();
     let settings = world.preset().places.as_ref().unwrap();
     for road in roads {
-        let (LineId::Road { from, to, .. }, LineClass::Road(class)) = (road.id, road.class) else {
-            panic!("{}", road.id)
-        };
+        let (LineId::Road { from, to, .. }, Some(class)) = (road.id, road.class) else { panic!("{}", road.id) };
         let most = settings.max_grade[class as usize];
         assert!(road.max_grade() <= most, "{} climbs by {}", road.id, road.max_grade());
         for (id, end) in [(from, road.points.first()), (to, road.points.last())] {
