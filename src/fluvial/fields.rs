@@ -4,6 +4,7 @@ use super::point::{GRAINS, Point, PointNoise};
 use super::settings::FluvialSettings;
 use crate::geometry::length;
 use crate::hash::{self, Stream};
+use crate::memory::{Memory, Usage};
 
 /// The slowly varying fields, and the laws that make slopes and widths of them.
 #[derive(Debug)]
@@ -30,6 +31,8 @@ struct Sea {
     /// moved has no hollow that it had not, as octaves of its own would have by the dozen: each would be a sea without a
     /// way out.
     bends: Vec<Bend>,
+    /// How far inland points of the rasters' lattice are: rasters and channels ask for each many times.
+    lattice_m: Memory<(i64, i64), f64>,
 }
 
 /// A displacement of the plane that does not fold it.
@@ -170,6 +173,7 @@ impl Fields {
                     most: MOST_BEND * wave_m / metres_a_grain,
                 })
                 .collect(),
+                lattice_m: Memory::new(8 << 20),
             }),
             base_m: match sea_level_m {
                 Some(level_m) => level_m + settings.base_m.max(LEAST_LAKE_M),
@@ -186,6 +190,11 @@ impl Fields {
     /// The recipe.
     pub fn settings(&self) -> &FluvialSettings {
         &self.settings
+    }
+
+    /// How full its memories are.
+    pub(super) fn usages(&self) -> Vec<Usage> {
+        self.sea.iter().map(|sea| sea.lattice_m.usage()).collect()
     }
 
     /// Metres a grain.
@@ -430,6 +439,13 @@ impl Fields {
     /// [`Fields::inland_m`] at a point of the lattice that the rasters have the coast from; in hollows of the potential
     /// that do not lead to the sea, as far inland as the coast takes nothing of the land, for it would cut pits there.
     pub fn inland_of_lattice_m(&self, i: i64, j: i64) -> f64 {
+        match &self.sea {
+            Some(sea) => *sea.lattice_m.get((i, j), || self.find_inland_of_lattice_m(i, j)),
+            None => f64::INFINITY,
+        }
+    }
+
+    fn find_inland_of_lattice_m(&self, i: i64, j: i64) -> f64 {
         // So many steps downhill at most, of which one or two lead to nearly all shores.
         const STEPS: usize = 32;
         let inland_m = |(i, j): (i64, i64)| self.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));

@@ -115,7 +115,8 @@ impl Fluvial {
 
     /// How full its memories are.
     pub(crate) fn usages(&self) -> Vec<Usage> {
-        [self.network.usages(), self.warp.usages(), self.rivers.usages(), self.survey.usages()].concat()
+        let all = [self.fields.usages(), self.network.usages(), self.warp.usages()];
+        [all.concat(), self.rivers.usages(), self.survey.usages()].concat()
     }
 
     /// The fields that it grows from.
