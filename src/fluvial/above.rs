@@ -82,6 +82,11 @@ pub enum Asked {
     Sides,
 }
 
+/// Whom to ask for what is above a level: with the level, a rectangle, and what of it.
+pub trait AsksAbove: Fn(u32, [Point; 2], Asked) -> Above {}
+
+impl<T: Fn(u32, [Point; 2], Asked) -> Above> AsksAbove for T {}
+
 /// Where places near a point are told from.
 pub fn origin(fields: &Fields, at: Point) -> Point {
     let grains = ORIGIN_CELLS * fields.side(0);

@@ -14,7 +14,7 @@
 
 use std::sync::Arc;
 
-use super::above::{self, Above, Asked, Patch, PatchId};
+use super::above::{self, Above, Asked, AsksAbove, Patch, PatchId};
 use super::channel::Channel;
 use super::chunk::ChunkId;
 use super::fields::Fields;
@@ -141,7 +141,7 @@ impl Network {
     }
 
     /// How tributaries ask for what is above them.
-    fn asker(&self) -> impl Fn(u32, [Point; 2], Asked) -> Above {
+    fn asker(&self) -> impl AsksAbove {
         |level, rectangle, asked| self.above(level, rectangle, asked)
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::above::{Above, Asked};
+use super::above::{Above, Asked, AsksAbove};
 use super::channel::{Channel, Knot, Mouth};
 use super::chunk::ChunkId;
 use super::fields::{BESIDE, Fields, most_area};
@@ -86,20 +86,18 @@ impl Tributaries {
         [self.courses.usages(), vec![self.free.usage()]].concat()
     }
 
-    /// The chunks of a level whose tributaries may touch a rectangle, given whom to ask for the segments of the levels above one
-    /// that matter so many cells around it.
+    /// The chunks of a level whose tributaries may touch a rectangle.
     pub fn touching<'a>(
         &'a self,
         level: u32,
         rectangle: [Point; 2],
-        above: &'a impl Fn(u32, [Point; 2], Asked) -> Above,
+        above: &'a impl AsksAbove,
     ) -> impl Iterator<Item = ChunkId> + 'a {
         self.courses.touching(level, rectangle, above, false)
     }
 
-    /// The tributaries whose heads are in the cells of a chunk, given whom to ask for the segments of the levels above
-    /// one that matter so many cells around it.
-    pub fn of(&self, id: ChunkId, above: &impl Fn(u32, [Point; 2], Asked) -> Above) -> Vec<Arc<Channel>> {
+    /// The tributaries whose heads are in the cells of a chunk.
+    pub fn of(&self, id: ChunkId, above: &impl AsksAbove) -> Vec<Arc<Channel>> {
         // Whether a dry bed lies on the ground nobody sees.
         if !self.fields.is_wet(most_area(id.level)) {
             return self.make_free(id, above);
@@ -134,11 +132,11 @@ impl Tributaries {
     }
 
     /// The tributaries of a chunk, but for what others of their level do to their beds, and without lakes on their way.
-    fn free(&self, id: ChunkId, above: &impl Fn(u32, [Point; 2], Asked) -> Above) -> Arc<Vec<Arc<Channel>>> {
+    fn free(&self, id: ChunkId, above: &impl AsksAbove) -> Arc<Vec<Arc<Channel>>> {
         self.free.get(id, || self.make_free(id, above))
     }
 
-    fn make_free(&self, id: ChunkId, above: &impl Fn(u32, [Point; 2], Asked) -> Above) -> Vec<Arc<Channel>> {
+    fn make_free(&self, id: ChunkId, above: &impl AsksAbove) -> Vec<Arc<Channel>> {
         let own = self.courses.of(id, above);
         if own.is_empty() {
             return Vec::new();
@@ -150,7 +148,7 @@ impl Tributaries {
     }
 
     /// What is around the tributaries of a chunk.
-    fn surroundings(&self, id: ChunkId, above: &impl Fn(u32, [Point; 2], Asked) -> Above) -> Surroundings {
+    fn surroundings(&self, id: ChunkId, above: &impl AsksAbove) -> Surroundings {
         let (own, cell) = (self.courses.of(id, above), self.fields.side(id.level) as f64);
         let longest = own.iter().map(|course| course.head.distance(course.end.shore)).fold(0.0, f64::max);
         // Each asks from its middle, half of its length from its head.
@@ -325,14 +323,15 @@ impl Tributaries {
                 }
             };
             let lower: Vec<&Segment> = near.iter().copied().filter(may_be_below).collect();
+            // What is dry has run out on a floor, and leaves no bed there, in no valley's side.
+            let has_run_out = !is_wet && lower.iter().any(|segment| segment.has_on_floor(here));
             // It cuts into the side of a larger valley, but not below what its own is filled to.
             let side_below_m = |segment: &Segment, place: [f64; 2], most_m: f64| {
                 let cut_m = segment.side_below_m(place, side_slope, most_m)?;
-                let ground_m = match (cut_m < filled_m, is_wet) {
-                    (true, _) => segment.side_m(place, hillside).min(filled_m),
-                    // What is dry has run out on a floor, and leaves no bed there.
-                    (false, false) if segment.has_on_floor(place) => segment.side_m(place, hillside),
-                    (false, _) => cut_m,
+                let ground_m = match cut_m < filled_m {
+                    true => segment.side_m(place, hillside).min(filled_m),
+                    false if has_run_out => segment.side_m(place, hillside),
+                    false => cut_m,
                 };
                 Some(ground_m).filter(|ground_m| *ground_m < most_m)
             };

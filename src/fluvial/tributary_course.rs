@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::above::{Above, Asked, Near};
+use super::above::{Above, Asked, AsksAbove, Near};
 use super::channel::{ChannelPlace, Knot, Mouth};
 use super::chunk::ChunkId;
 use super::fields::{Fields, INTO_SEA, JOIN_CELLS, most_area};
@@ -19,7 +19,7 @@ use crate::lines::LakeId;
 use crate::memory::{Memory, Usage, heap_bytes};
 
 /// Cells around a head in which it knows of channels: further than it may join one, for what is beside its mouth.
-const KNOWN_CELLS: f64 = 2.0;
+const KNOWN_CELLS: f64 = 2.5;
 
 /// Cells that lie between a head and the nearest channel at least: at the finest level, and more at each level above
 /// it. What begins nearer would be a short stub. Chosen by eye.
@@ -195,8 +195,7 @@ impl TributaryEnd {
     }
 }
 
-/// The courses of a world's tributaries. What they join, the segments of the levels above a chunk that matter so many
-/// cells around it, relative to its corner, is asked of whoever asks for them.
+/// The courses of a world's tributaries. What they join is asked of whoever asks for them.
 #[derive(Debug)]
 pub struct Courses {
     seed: u64,
@@ -221,7 +220,7 @@ impl Courses {
         &'a self,
         level: u32,
         rectangle: [Point; 2],
-        above: &'a impl Fn(u32, [Point; 2], Asked) -> Above,
+        above: &'a impl AsksAbove,
         are_straight: bool,
     ) -> impl Iterator<Item = ChunkId> + 'a {
         let cell = self.fields.side(level) as f64;
@@ -234,7 +233,7 @@ impl Courses {
     }
 
     /// Where the tributaries of a chunk's cells begin and end.
-    pub fn of(&self, id: ChunkId, above: &impl Fn(u32, [Point; 2], Asked) -> Above) -> Arc<Vec<TributaryCourse>> {
+    pub fn of(&self, id: ChunkId, above: &impl AsksAbove) -> Arc<Vec<TributaryCourse>> {
         self.taken.get(id, || {
             let own = self.drafts(id, above);
             // Those that may come across a draft's lines, or run beside them, come so near to its head, in its length.
@@ -266,7 +265,7 @@ impl Courses {
     }
 
     /// Where the tributaries of a chunk's cells begin and may end.
-    fn drafts(&self, id: ChunkId, above: &impl Fn(u32, [Point; 2], Asked) -> Above) -> Arc<Drafts> {
+    fn drafts(&self, id: ChunkId, above: &impl AsksAbove) -> Arc<Drafts> {
         self.drafts.get(id, || {
             // Heads lie in the chunk.
             let [low, high] = id.square(&self.fields);
