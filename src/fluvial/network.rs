@@ -71,8 +71,10 @@ impl Network {
 
     /// The rectangle that holds the heads of all channels of a level that may touch a rectangle.
     pub fn input(&self, level: u32, [low, high]: [Point; 2]) -> [Point; 2] {
-        let cells = if level == 0 { trunk_course::REACH_CELLS } else { tributary_course::REACH_CELLS };
-        let reach = cells * self.fields.side(level) as f64;
+        let reach = match level {
+            0 => trunk_course::REACH_CELLS * self.fields.side(level) as f64,
+            _ => tributary_course::reach(&self.fields, level),
+        };
         [low.moved([-reach; 2]), high.moved([reach; 2])]
     }
 

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::above::{Above, Asked, AsksAbove, Near};
 use super::channel::{ChannelPlace, Knot, Mouth};
 use super::chunk::ChunkId;
-use super::fields::{Fields, INTO_SEA, JOIN_CELLS, most_area};
+use super::fields::{Fields, INTO_SEA, most_area};
 use super::point::{self, GRAINS, Point, chance, overlap};
 use super::segment::{MOST_LEAN, Segment, downstream, rise};
 use super::trunk::NodeId;
@@ -18,8 +18,8 @@ use crate::hash::{self, Draw};
 use crate::lines::LakeId;
 use crate::memory::{Memory, Usage, heap_bytes};
 
-/// Cells around a head in which it knows of channels: further than it may join one, for what is beside its mouth.
-const KNOWN_CELLS: f64 = 2.5;
+/// Cells further than it may join one in which a head knows of channels, for what is beside its mouth.
+const BESIDE_CELLS: f64 = 0.5;
 
 /// Cells that lie between a head and the nearest channel at least: at the finest level, and more at each level above
 /// it. What begins nearer would be a short stub. Chosen by eye.
@@ -76,8 +76,20 @@ const BESIDE_M: f64 = 0.5;
 const EDGE: f64 = 0.1;
 const INNER: f64 = 0.8;
 
-/// Cells that a tributary sticks out of the cell of its head at most: it ends within `JOIN_CELLS`, and wanders by less.
-pub const REACH_CELLS: f64 = 3.5;
+/// Grains from its head that a tributary of a level does not leave.
+pub fn reach(fields: &Fields, level: u32) -> f64 {
+    (1.0 + wander::MOST_ASIDE) * fields.longest_tributary(level) + into_sea()
+}
+
+/// Grains that a tributary is longer than its course where it runs on into the sea, at most.
+fn into_sea() -> f64 {
+    (INTO_SEA + 1.0) * GRAINS as f64
+}
+
+/// Grains around a head of a level in which channels matter to where it ends.
+fn known(fields: &Fields, level: u32) -> f64 {
+    fields.longest_tributary(level) + BESIDE_CELLS * fields.side(level) as f64
+}
 
 /// Where a tributary begins, and where it ends if it runs straight to the nearest channel or if it runs aslant.
 #[derive(Debug)]
@@ -223,9 +235,10 @@ impl Courses {
         above: &'a impl AsksAbove,
         are_straight: bool,
     ) -> impl Iterator<Item = ChunkId> + 'a {
-        let cell = self.fields.side(level) as f64;
-        let reach =
-            if are_straight { JOIN_CELLS * cell + (INTO_SEA + 1.0) * GRAINS as f64 } else { REACH_CELLS * cell };
+        let reach = match are_straight {
+            true => self.fields.longest_tributary(level) + into_sea(),
+            false => reach(&self.fields, level),
+        };
         let heads = [rectangle[0].moved([-reach; 2]), rectangle[1].moved([reach; 2])];
         let chunks = ChunkId::touching(&self.fields, level, heads);
         // Where courses begin and end is known long before how channels run.
@@ -269,7 +282,7 @@ impl Courses {
         self.drafts.get(id, || {
             // Heads lie in the chunk.
             let [low, high] = id.square(&self.fields);
-            let reach = KNOWN_CELLS * self.fields.side(id.level) as f64;
+            let reach = known(&self.fields, id.level);
             let above = above(id.level, [low.moved([-reach; 2]), high.moved([reach; 2])], Asked::Lines);
             Drafts::new(id.cells().filter_map(|cell| self.draft(id.level, cell, &above)).collect())
         })
@@ -292,11 +305,11 @@ impl Courses {
         let origin = above.origin;
         let from = head.from(origin);
         // Of all that is known around the chunk, what may matter to this head.
-        let near: Vec<Near> = above.around(from, KNOWN_CELLS * cell as f64).collect();
+        let near: Vec<Near> = above.around(from, known(fields, level)).collect();
         // At the nearest channel, or at the coast if that is nearer.
         let coasts = if fields.has_sea() { &near[..] } else { &[] };
         let nearest = coasts.iter().map(|near| near.segment.nearest(from).1).fold(f64::INFINITY, f64::min).sqrt();
-        let most = JOIN_CELLS * cell as f64;
+        let most = fields.longest_tributary(level);
         if let Some(direct) = self.sea_end(level, head, nearest.min(most), above) {
             return Some(Draft { cell: id, head, direct, aslant: None });
         }
@@ -367,7 +380,8 @@ impl Courses {
         let origin = above.origin;
         // By how many levels there is room for finer ones in between.
         let finer = (fields.levels() - 1 - level) as f64;
-        let (least, most) = ((LEAST_CELLS.0 + LEAST_CELLS.1 * finer) * cell as f64, JOIN_CELLS * cell as f64);
+        let least = (LEAST_CELLS.0 + LEAST_CELLS.1 * finer) * cell as f64;
+        let most = fields.longest_tributary(level);
         let (t, square) = segment.nearest(head.from(origin));
         let distance = square.sqrt();
         let shift = distance * segment.bed_slope().max(0.0) / (hill_slope * segment.gentlest_cross());
