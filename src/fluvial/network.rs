@@ -52,8 +52,7 @@ impl Network {
             trunks: TrunkCourses::new(Arc::clone(&fields), seed),
             tributaries: Tributaries::new(Arc::clone(&fields), seed),
             fields,
-            // Measured on a tile of badlands with roads, which plans with 8,000 chunks in 100 MiB: with three quarters of the
-            // room for these, and half of it for what makes them, each is made three times, and it takes four times as long.
+            // Roads are planned over far more land than a tile has, and what is forgotten too soon is made again with all around it.
             chunks: Memory::new(128 << 20),
             patches: Memory::new(96 << 20),
         }
