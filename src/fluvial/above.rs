@@ -11,6 +11,7 @@ use super::point::{Point, overlap};
 use super::segment::{Reach, Segment, segments_of, widened};
 use super::trunk::NodeId;
 use crate::geometry::length;
+use crate::lines::ChannelId;
 use crate::memory::heap_bytes;
 
 /// Cells of the trunk lattice a side of the squares from whose corners places in patches are told: small numbers, with room
@@ -34,7 +35,7 @@ pub struct PatchId {
 #[derive(Debug)]
 pub struct Patch {
     /// The channels that they belong to.
-    channels: Vec<Arc<Channel>>,
+    channels: Vec<ChannelId>,
     /// The segments, in the order of the raster's cells, and in each of the channels' and from their heads down.
     segments: Vec<Segment>,
     raster: Raster,
@@ -46,6 +47,7 @@ pub struct Patch {
     widest: [f64; 2],
 }
 
+heap_bytes!(ChannelId);
 heap_bytes!(Patch: channels, segments, starts);
 
 /// A square of square cells; what lies beside it counts as in the cell at its edge.
@@ -82,10 +84,14 @@ pub enum Asked {
     Sides,
 }
 
-/// Whom to ask for what is above a level: with the level, a rectangle, and what of it.
-pub trait AsksAbove: Fn(u32, [Point; 2], Asked) -> Above {}
+/// Whom to ask for what is above a level.
+pub trait AsksAbove {
+    /// What of the levels above one is asked for in a rectangle.
+    fn above(&self, level: u32, rectangle: [Point; 2], asked: Asked) -> Above;
 
-impl<T: Fn(u32, [Point; 2], Asked) -> Above> AsksAbove for T {}
+    /// The channel of an id, if there is one.
+    fn channel(&self, id: ChannelId) -> Option<Arc<Channel>>;
+}
 
 /// Where places near a point are told from.
 pub fn origin(fields: &Fields, at: Point) -> Point {
@@ -144,7 +150,7 @@ impl Patch {
             let before = segments.len();
             segments.extend(segments_of(fields, channel, channels.len() as u32, id.origin, is_own));
             if segments.len() > before {
-                channels.push(Arc::clone(channel));
+                channels.push(channel.id);
             }
         });
         let side = segments.len().div_ceil(SEGMENTS_A_CELL).isqrt().clamp(1, MOST_CELLS);
@@ -184,15 +190,15 @@ impl Patch {
             })
         });
         let near = segments.filter(move |segment| segment.line().touches(place, distance));
-        near.map(|segment| Near { channel: &self.channels[segment.channel as usize], segment })
+        near.map(|segment| Near { channel: self.channels[segment.channel as usize], segment })
     }
 }
 
 /// A segment with its channel.
 #[derive(Clone, Copy, Debug)]
 pub struct Near<'a> {
-    /// The channel.
-    pub channel: &'a Arc<Channel>,
+    /// The channel's id.
+    pub channel: ChannelId,
     /// The segment.
     pub segment: &'a Segment,
 }
@@ -240,7 +246,7 @@ mod tests {
         let square = [corner, corner.moved([6.0 * cell; 2])];
         let origin = origin(fluvial.fields(), corner);
         let all = fluvial.network().segments(2, square, origin, Reach::even(3.0 * cell));
-        let names = |segment: &Segment, channel: &Channel| (channel.id, segment.knot);
+        let names = |segment: &Segment, channel: ChannelId| (channel, segment.knot);
         // In the square, at its edge, and where hardly a segment is.
         for place in [[0.4, 0.7], [3.1, 2.2], [5.9, 0.0], [0.0, 6.0], [4.5, 1.0]] {
             let at = corner.moved(place.map(|at| at * cell));
@@ -252,7 +258,7 @@ mod tests {
                 above.around(place, distance).map(|near| names(near.segment, near.channel)).collect();
             found.sort_unstable();
             let touches = |segment: &&Segment| segment.line().touches(place, distance);
-            let name = |segment: &Segment| names(segment, &all.channels[segment.channel as usize]);
+            let name = |segment: &Segment| names(segment, all.channels[segment.channel as usize].id);
             let mut expected: Vec<_> = all.all.iter().filter(touches).map(name).collect();
             expected.sort_unstable();
             assert_eq!(found, expected, "around {place:?}");

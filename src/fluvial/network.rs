@@ -86,18 +86,12 @@ impl Network {
                 let chunks = ChunkId::touching(&self.fields, level, self.input(level, rectangle));
                 chunks.filter(|chunk| chunk.cells().any(touches)).collect()
             }
-            _ => self.tributaries.touching(level, rectangle, &self.asker()).collect(),
+            _ => self.tributaries.touching(level, rectangle, self).collect(),
         };
         for chunk in chunks {
             let chunk = self.chunk(chunk);
             chunk.channels.iter().filter(|channel| overlap(channel.bounds(), rectangle)).for_each(&mut take);
         }
-    }
-
-    /// The channel of an id, if there is one.
-    pub fn channel(&self, (level, x, y): ChannelId) -> Option<Arc<Channel>> {
-        let chunk = self.chunk(ChunkId::of_cell(level, (x, y)));
-        chunk.channels.iter().find(|channel| channel.id == (level, x, y)).cloned()
     }
 
     /// The segments of the first `levels` levels whose [reach](Segment::reach) touches a rectangle,
@@ -135,23 +129,10 @@ impl Network {
         self.chunks.get(id, || {
             let channels = match id.level {
                 0 => id.cells().filter_map(|node| self.trunks.trunk(node)).collect(),
-                _ => self.tributaries.of(id, &self.asker()),
+                _ => self.tributaries.of(id, self),
             };
             Chunk { channels }
         })
-    }
-
-    /// How tributaries ask for what is above them.
-    fn asker(&self) -> impl AsksAbove {
-        |level, rectangle, asked| self.above(level, rectangle, asked)
-    }
-
-    /// What of the levels above one is asked for in a rectangle.
-    pub(super) fn above(&self, level: u32, rectangle: [Point; 2], asked: Asked) -> Above {
-        let origin = above::origin(&self.fields, rectangle[0]);
-        let ids = (0..level).flat_map(|level| above::patches(&self.fields, level, rectangle, asked, origin));
-        let patches = ids.map(|id| self.patch(id)).collect();
-        Above { origin, patches }
     }
 
     fn patch(&self, id: PatchId) -> Arc<Patch> {
@@ -160,9 +141,24 @@ impl Network {
     }
 }
 
+impl AsksAbove for Network {
+    fn above(&self, level: u32, rectangle: [Point; 2], asked: Asked) -> Above {
+        let origin = above::origin(&self.fields, rectangle[0]);
+        let ids = (0..level).flat_map(|level| above::patches(&self.fields, level, rectangle, asked, origin));
+        let patches = ids.map(|id| self.patch(id)).collect();
+        Above { origin, patches }
+    }
+
+    fn channel(&self, (level, x, y): ChannelId) -> Option<Arc<Channel>> {
+        let chunk = self.chunk(ChunkId::of_cell(level, (x, y)));
+        chunk.channels.iter().find(|channel| channel.id == (level, x, y)).cloned()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use crate::fluvial::Fluvial;
+    use crate::fluvial::above::AsksAbove;
     use crate::fluvial::channel::Mouth;
     use crate::fluvial::chunk::ChunkId;
     use crate::fluvial::point::Point;

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Fluvial;
+use super::above::AsksAbove;
 use super::channel::{Channel, Knot, Mouth};
 use super::fields::{COAST_STEP, most_area, river_depth_m};
 use super::lake::{Hollow, NO_LAKE};

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Fluvial;
+use super::above::AsksAbove;
 use super::channel::{Channel, Mouth};
 use super::point::Point;
 use super::trunk::{NodeId, neighbours};

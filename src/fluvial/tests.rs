@@ -9,6 +9,7 @@ use crate::geometry::{LineSegment, length, lines};
 use crate::grid::Grid;
 use crate::land::WaterKind;
 use crate::preset::Preset;
+use above::AsksAbove;
 use channel::Channel;
 use point::GRAINS;
 use segment::Segment;

@@ -155,7 +155,7 @@ impl Tributaries {
         let reach = longest / 2.0 + NEAR * (longest + cell);
         let asked = point::around(own.iter().map(|course| course.head), reach)
             .expect("a chunk without courses has no surroundings");
-        let above_here = above(id.level, asked, Asked::Sides);
+        let above_here = above.above(id.level, asked, Asked::Sides);
         let origin = above_here.origin;
         let seen = point::around(own.iter().flat_map(|course| [course.head, course.end.shore]), longest);
         let mut courses = Vec::new();

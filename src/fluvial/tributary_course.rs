@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::above::{Above, Asked, AsksAbove, Near};
-use super::channel::{ChannelPlace, Knot, Mouth};
+use super::channel::{Channel, ChannelPlace, Knot, Mouth};
 use super::chunk::ChunkId;
 use super::fields::{Fields, INTO_SEA, most_area};
 use super::point::{self, GRAINS, Point, chance, overlap};
@@ -283,14 +283,14 @@ impl Courses {
             // Heads lie in the chunk.
             let [low, high] = id.square(&self.fields);
             let reach = known(&self.fields, id.level);
-            let above = above(id.level, [low.moved([-reach; 2]), high.moved([reach; 2])], Asked::Lines);
-            Drafts::new(id.cells().filter_map(|cell| self.draft(id.level, cell, &above)).collect())
+            let known = above.above(id.level, [low.moved([-reach; 2]), high.moved([reach; 2])], Asked::Lines);
+            Drafts::new(id.cells().filter_map(|cell| self.draft(id.level, cell, &known, above)).collect())
         })
     }
 
     /// Where the tributary of a cell begins and may end, if there is one, given the segments of the levels above around
     /// it.
-    fn draft(&self, level: u32, id: NodeId, above: &Above) -> Option<Draft> {
+    fn draft(&self, level: u32, id: NodeId, above: &Above, asker: &impl AsksAbove) -> Option<Draft> {
         let (fields, cell) = (&self.fields, self.fields.side(level));
         let seed = hash::network_level(self.seed, level);
         if chance(seed, id, Draw::Choice, 0) < LEFT_OUT {
@@ -313,7 +313,7 @@ impl Courses {
         if let Some(direct) = self.sea_end(level, head, nearest.min(most), above) {
             return Some(Draft { cell: id, head, direct, aslant: None });
         }
-        let to_channel = self.draft_to_channel(level, id, head, &near, above);
+        let to_channel = self.draft_to_channel(level, id, head, &near, above, asker);
         // Where no channel can be come to the coast may, also if it is further: else a shore between mouths would be
         // the bare side of far valleys.
         let is_clear = |end: &TributaryEnd| is_clear(&end.line(head, origin), above);
@@ -341,7 +341,15 @@ impl Courses {
     }
 
     /// Where the tributary of a cell begins and may end if it runs to a channel, given those near its head.
-    fn draft_to_channel(&self, level: u32, id: NodeId, head: Point, near: &[Near], above: &Above) -> Option<Draft> {
+    fn draft_to_channel(
+        &self,
+        level: u32,
+        id: NodeId,
+        head: Point,
+        near: &[Near],
+        above: &Above,
+        asker: &impl AsksAbove,
+    ) -> Option<Draft> {
         let fields = &self.fields;
         let hill_slope = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
         let from = head.from(above.origin);
@@ -358,10 +366,13 @@ impl Courses {
         }
         // Not to the nearest channel but to the one whose valley it lies in, and down the fall line of its side. Where a
         // nearer one is in the way, which comes to it on the floor of a lake, to that.
-        self.draft_to(level, id, (head, head_m), owner, near, above).or_else(|| {
+        let to = |beside: Near| {
+            let channel = asker.channel(beside.channel)?;
+            self.draft_to(level, id, (head, head_m), (&channel, beside.segment), near, above)
+        };
+        to(owner).or_else(|| {
             let nearest = near.iter().min_by(|a, b| a.segment.nearest(from).1.total_cmp(&b.segment.nearest(from).1));
-            let nearest = nearest.filter(|nearest| nearest.channel.id != owner.channel.id)?;
-            self.draft_to(level, id, (head, head_m), *nearest, near, above)
+            to(*nearest.filter(|nearest| nearest.channel != owner.channel)?)
         })
     }
 
@@ -371,7 +382,7 @@ impl Courses {
         level: u32,
         id: NodeId,
         (head, head_m): (Point, f64),
-        Near { channel, segment }: Near,
+        (channel, segment): (&Channel, &Segment),
         near: &[Near],
         above: &Above,
     ) -> Option<Draft> {
@@ -413,7 +424,7 @@ impl Courses {
         // Nor does it end under a steep channel beside it, whose water it would take.
         let is_free = |end: &TributaryEnd| {
             let foot = end.foot.from(origin);
-            near.iter().filter(|beside| beside.channel.id != channel.id).all(|Near { segment, .. }| {
+            near.iter().filter(|beside| beside.channel != channel.id).all(|Near { segment, .. }| {
                 let most_m = segment.level_m[0] - end.level_m - BESIDE_M;
                 let steep = hill_slope * UNDER;
                 most_m <= 0.0 || !segment.line().touches(foot, most_m / steep) || {
