@@ -221,7 +221,7 @@ impl<'a> RoadNetwork<'a> {
         let mut own: Vec<_> = own.map(|index| (road.points[index], road.carrier(index))).collect();
         // A structure carries the way between two of its points, so what carries an end carries the point beside it.
         for (beside, joined) in [(0, &start), (own.len() - 1, &end)] {
-            own[beside].1 = own[beside].1.or(joined.and_then(|(_, carrier)| carrier));
+            own[beside].1 = carrier_at_joint(own[beside].1, joined.and_then(|(_, carrier)| carrier));
         }
         let (mut points, carriers): (Vec<LinePoint>, Vec<_>) = start.into_iter().chain(own).chain(end).unzip();
         let lengths_m: Vec<f64> = points.windows(2).map(|pair| lines::piece_m(pair, road.spacing_m)).collect();
@@ -262,7 +262,16 @@ impl<'a> RoadNetwork<'a> {
         let point = LinePoint { place, level_m: foot.level_m, floor_m: foot.level_m, ..road.points[beside] };
         // What carries the road, would have carried it next, or carries the other road there, does so as far as that.
         let carrier = road.carrier(beside).or_else(|| next.find_map(|index| road.carrier(index)));
-        (place != road.points[beside].place).then(|| (point, carrier.or(foot.carrier)))
+        (place != road.points[beside].place).then(|| (point, carrier_at_joint(carrier, foot.carrier)))
+    }
+}
+
+/// What carries a road where it joins another, given what would carry each of them there.
+fn carrier_at_joint(own: Option<StructureKind>, joined: Option<StructureKind>) -> Option<StructureKind> {
+    match (own, joined) {
+        // The water that the other one goes through is in the way of both: the tunnel begins beyond.
+        (Some(StructureKind::Tunnel), Some(StructureKind::Ford)) => joined,
+        _ => own.or(joined),
     }
 }
 

@@ -8,7 +8,7 @@ use crate::fluvial::survey::RiverPiece;
 use crate::grid::Grid;
 use crate::hash;
 use crate::land::WaterKind;
-use crate::lines::{Built, FIXED, LineId, LinePoint, StructureKind};
+use crate::lines::{Built, FIXED, LineId, LinePoint, Structure, StructureKind};
 use crate::places::fixed::FixedSegment;
 
 /// A land without an end, the same at any distance.
@@ -393,6 +393,30 @@ fn wide_roads_that_touch_are_one_however_near_the_nodes_of_the_plan_are() {
     let mut beside = higher.clone();
     beside.origin[0] += 22;
     assert!(junction::parts(&beside, &[Arc::new(higher)], &scale, &settings).is_empty());
+}
+
+#[test]
+fn a_tunnel_that_comes_out_at_the_ford_of_another_road_ends_before_the_water() {
+    let settings = PlacesSettings::default();
+    let scale = Scale::new(settings.site_m, SPACING_M);
+    let mut higher = roads()[0].as_ref().clone();
+    let middle = higher.points.len() / 2;
+    higher.structures = vec![Structure { kind: StructureKind::Ford, first: middle - 8, last: middle + 8 }];
+    // As long, bored all the way, and at right angles across the ford.
+    let mut bored = higher.clone();
+    let [x, y] = higher.points[middle].place;
+    for point in &mut bored.points {
+        point.place = [x - (point.place[1] - y), y + (point.place[0] - x)];
+        point.level_m = higher.points[middle].level_m;
+    }
+    bored.structures = vec![Structure { kind: StructureKind::Tunnel, first: 0, last: bored.points.len() - 1 }];
+    let parts = junction::parts(&bored, &[Arc::new(higher)], &scale, &settings);
+    let [before, after] = &parts[..] else { panic!("{} parts", parts.len()) };
+    for (part, at_ford) in [(before, before.points.len() - 1), (after, 0)] {
+        let beside = at_ford.abs_diff(1).min(part.points.len() - 2);
+        assert_eq!([at_ford, beside].map(|at| part.carrier(at)), [Some(StructureKind::Ford); 2], "{}", part.id);
+        assert_eq!(part.carrier(part.points.len() / 2), Some(StructureKind::Tunnel), "{}", part.id);
+    }
 }
 
 #[test]
