@@ -311,7 +311,9 @@ impl Courses {
         let nearest = coasts.iter().map(|near| near.segment.nearest(from).1).fold(f64::INFINITY, f64::min).sqrt();
         let most = fields.longest_tributary(level);
         if let Some(direct) = self.sea_end(level, head, nearest.min(most), above) {
-            return Some(Draft { cell: id, head, direct, aslant: None });
+            // A head on the shore itself has no way to go.
+            let has_way = head.distance(direct.shore) >= CLEAR * GRAINS as f64;
+            return has_way.then_some(Draft { cell: id, head, direct, aslant: None });
         }
         let to_channel = self.draft_to_channel(level, id, head, &near, above, asker);
         // Where no channel can be come to the coast may, also if it is further: else a shore between mouths would be
