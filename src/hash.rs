@@ -198,6 +198,8 @@ register! {
     MeanderTurn = 10, 1;
     /// Of a tributary, whether it has a lake.
     Lake = 11, 1;
+    /// Of a place of a trunk, by the knot: which branch it has, where, how large it is and what its shape is.
+    Branch = 12, 4;
     /// How far it swings to the side, by the knot.
     Swing = 16, PARTS;
 }

@@ -91,6 +91,8 @@ pub struct Channel {
     pub next: Option<(NodeId, bool)>,
     /// The lake that its knots know of: its own, or that of the channel that it runs into.
     pub lake: Option<LakeId>,
+    /// Grains from it beyond which its sides do not matter: of a branch, whose trunk has the land beyond. Infinite for others.
+    pub near: f64,
     /// One for each knot, once the channel has been [measured](super::segment::measured).
     pub sections: Vec<CrossSection>,
     bounds: [Point; 2],
@@ -112,6 +114,7 @@ impl Channel {
             joined_slope: 0.0,
             next: None,
             lake: None,
+            near: f64::INFINITY,
             sections: Vec::new(),
             bounds,
         }

@@ -8,6 +8,7 @@
 
 use std::f64::consts::TAU;
 
+use super::fields::Fields;
 use super::point::GRAINS;
 use crate::geometry::{cross, dot, length};
 
@@ -16,6 +17,10 @@ use crate::geometry::{cross, dot, length};
 /// Half as many again as those of L. B. Leopold, M. G. Wolman, River meanders, 1960: so bends stay rounder than two widths
 /// where the warp tightens them, and where a long river is still narrower than it is on the whole.
 pub const WAVE_WIDTHS: f64 = 18.0;
+
+/// Width in vertices of the narrowest river as far as meanders go: those of a brook would be ripples beside the bends of its
+/// valley, and take many knots. Chosen by eye.
+const NARROWEST: f64 = 7.0;
 
 /// How far a river turns from its course at most, in radians: on a wide floor, where it is 1.3 times as long as its course,
 /// and in a valley without one.
@@ -37,6 +42,11 @@ const FAIR_PASSES: u32 = 4;
 const LOOKS_A_WAVE: f64 = 64.0;
 const LOOKS: f64 = 8.0;
 const MOST_LOOKS: f64 = 384.0;
+
+/// Width in grains of a river that drains an area, as far as meanders go.
+pub fn meander_width(fields: &Fields, area: f64) -> f64 {
+    (fields.river_width_m(area) / fields.metres_a_grain()).max(NARROWEST * GRAINS as f64)
+}
 
 /// The meanders at a place of a course.
 #[derive(Clone, Copy, Debug)]

@@ -19,7 +19,8 @@
 //! `input`.
 //!
 //! The rooms, in the order of that way: `fields` and `lift` have the laws; `trunk` the lattice of the largest rivers,
-//! `trunk_curve`, `meander` and `trunk_course` their lines; `lake` their lakes; `tributary_course` and `tributary` all others; `network` finds channels
+//! `trunk_curve`, `meander` and `trunk_course` their lines; `lake` their lakes, and `branches` their old arms;
+//! `tributary_course` and `tributary` all others; `network` finds channels
 //! and their `segment`s by place, in chunks; `warp`, `valley` and `valley_side`, `gullies`, `coast`, `breach` and
 //! `water` make rasters of them; `rivers` and `strahler` know whole rivers, and `survey` the land as roads ask for it.
 
@@ -39,6 +40,7 @@ mod trunk_curve;
 mod trunk_course;
 mod tributary_course;
 mod tributary;
+mod branches;
 pub mod network;
 mod warp;
 mod valley_side;

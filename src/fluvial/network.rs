@@ -15,9 +15,10 @@
 use std::sync::Arc;
 
 use super::above::{self, Above, Asked, AsksAbove, Patch, PatchId};
+use super::branches::Branches;
 use super::channel::Channel;
 use super::chunk::ChunkId;
-use super::fields::Fields;
+use super::fields::{Fields, most_area};
 use super::point::{Point, overlap};
 use super::segment::{Reach, Segment, Segments, segments_of, widened};
 use super::tributary::Tributaries;
@@ -32,6 +33,7 @@ use crate::memory::{Memory, Usage, heap_bytes};
 pub struct Network {
     fields: Arc<Fields>,
     trunks: TrunkCourses,
+    branches: Branches,
     tributaries: Tributaries,
     chunks: Memory<ChunkId, Chunk>,
     patches: Memory<PatchId, Patch>,
@@ -50,6 +52,7 @@ impl Network {
     pub fn new(fields: Arc<Fields>, seed: u64) -> Network {
         Network {
             trunks: TrunkCourses::new(Arc::clone(&fields), seed),
+            branches: Branches::new(Arc::clone(&fields), seed),
             tributaries: Tributaries::new(Arc::clone(&fields), seed),
             fields,
             // Roads are planned over far more land than a tile has, and what is forgotten too soon is made again with all around it.
@@ -60,7 +63,13 @@ impl Network {
 
     /// How full its memories are.
     pub(super) fn usages(&self) -> Vec<Usage> {
-        [self.trunks.usages(), self.tributaries.usages(), vec![self.chunks.usage(), self.patches.usage()]].concat()
+        [
+            self.trunks.usages(),
+            self.branches.usages(),
+            self.tributaries.usages(),
+            vec![self.chunks.usage(), self.patches.usage()],
+        ]
+        .concat()
     }
 
     /// The trunk lattice.
@@ -105,13 +114,13 @@ impl Network {
             let widest = widened(own / gentlest, self.fields.widest_trough(level));
             let widest = widest + self.fields.lake_half_width();
             let around = [rectangle[0].moved([-widest; 2]), rectangle[1].moved([widest; 2])];
-            self.channels(level, around, |channel| {
+            let touches = |[from, to]: [[f64; 2]; 2], reach: f64| {
+                [0, 1].into_iter().all(|axis| {
+                    from[axis].max(to[axis]) + reach >= low[axis] && from[axis].min(to[axis]) - reach <= high[axis]
+                })
+            };
+            let mut take = |channel: &Arc<Channel>| {
                 let before = all.len();
-                let touches = |[from, to]: [[f64; 2]; 2], reach: f64| {
-                    [0, 1].into_iter().all(|axis| {
-                        from[axis].max(to[axis]) + reach >= low[axis] && from[axis].min(to[axis]) - reach <= high[axis]
-                    })
-                };
                 // Most are further than any may be.
                 let segments =
                     segments_of(&self.fields, channel, channels.len() as u32, origin, |ends| touches(ends, widest));
@@ -120,9 +129,30 @@ impl Network {
                 if all.len() > before {
                     channels.push(Arc::clone(channel));
                 }
+            };
+            self.channels(level, around, |channel| {
+                take(channel);
+                if level == 0 {
+                    // No further from its trunk than the floor of that is wide.
+                    let is_wanted = |branch: &Channel| touches(branch.bounds().map(|at| at.from(origin)), branch.near);
+                    self.branches(channel, is_wanted).iter().for_each(&mut take);
+                }
             });
         }
         Segments { origin, channels, all }
+    }
+
+    /// The branches of a trunk that are wanted, in their order.
+    pub(super) fn branches(&self, trunk: &Channel, is_wanted: impl Fn(&Channel) -> bool) -> Vec<Arc<Channel>> {
+        self.branches.of(trunk, is_wanted, |rectangle, take| self.wet_channels(rectangle, take))
+    }
+
+    /// Calls `take` with all channels that may touch a rectangle, of the levels that hold water.
+    pub(super) fn wet_channels(&self, rectangle: [Point; 2], take: &mut dyn FnMut(&Arc<Channel>)) {
+        let holds_water = |level: &u32| *level == 0 || self.fields.is_wet(most_area(*level));
+        for level in (0..self.fields.levels()).take_while(holds_water) {
+            self.channels(level, rectangle, &mut *take);
+        }
     }
 
     fn chunk(&self, id: ChunkId) -> Arc<Chunk> {

@@ -34,6 +34,8 @@ pub struct Segment {
     per_square: f64,
     /// Grains from a channel of its level to the next, about.
     side: f64,
+    /// Grains beyond which it does not matter, whatever its side is.
+    near: f64,
     /// Whether its channel is a trunk: these are never so steep that it shows across them.
     is_trunk: bool,
     /// Heights of the water in metres.
@@ -197,7 +199,8 @@ impl Segment {
     #[inline]
     pub fn reach(&self, reach: Reach) -> f64 {
         let cross = if self.is_trunk { 1.0 } else { self.gentlest_cross().max(reach.least_cross) };
-        widened(reach.of(self.side) / cross, self.widest_trough().max(self.shore())) + self.sunk
+        let risen = widened(reach.of(self.side) / cross, self.widest_trough().max(self.shore())) + self.sunk;
+        risen.min(self.near)
     }
 
     /// Its lowest water in metres.
@@ -338,6 +341,7 @@ pub fn segments_of(
             along,
             per_square: 1.0 / square,
             side: fields.side(channel.id.0) as f64,
+            near: channel.near,
             is_trunk: channel.id.0 == 0,
             level_m: values(pair[0].level_m, pair[1].level_m),
             area: values(pair[0].area, pair[1].area),

@@ -88,6 +88,13 @@ pub struct FluvialSettings {
     /// Half width in metres of the largest lakes between their bays, 0 to 5,120,000 and at most an eighth of `trunk_m`. Default: a sixteenth of `trunk_m`.
     #[schemars(range(min = 0, max = 5_120_000))]
     pub lake_m: Option<f64>,
+    /// Share of the bends of trunks beside which there is an old arm, where the flood plain has room for one and no other river
+    /// comes across it, 0 to 1. Default: 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub old_arms: f64,
+    /// Share of the reaches of trunks that are braided, likewise: they have side arms around low islands; 0 to 1. Default: 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub braids: f64,
     /// The coast; needs `sea_level_m`. Default: as of [`CoastSettings`].
     pub coast: CoastSettings,
 }
@@ -117,6 +124,8 @@ impl Default for FluvialSettings {
             spring_m3s: 0.05,
             lakes: 0.1,
             lake_m: None,
+            old_arms: 0.0,
+            braids: 0.0,
             coast: CoastSettings::default(),
         }
     }

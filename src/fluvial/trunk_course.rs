@@ -10,8 +10,8 @@ use std::sync::Arc;
 use super::channel::{Channel, Knot};
 use super::fields::Fields;
 use super::lake::{self, Hollow};
-use super::meander::{self, CONFINED_TURN, LinePlace, MOST_TURN, Meander, WAVE_WIDTHS};
-use super::point::{self, GRAINS, Point, chance};
+use super::meander::{self, CONFINED_TURN, LinePlace, MOST_TURN, Meander, WAVE_WIDTHS, meander_width};
+use super::point::{self, Point, chance};
 use super::segment::{LEVEL, Segment, cut_into, measured, segments_of};
 use super::trunk::{LEAST_SLOPE, NodeId, Trunks, neighbours};
 use super::trunk_curve::{BULGE, bend_share, curve, directions, too_close};
@@ -35,10 +35,6 @@ const BENDS: [f64; 2] = [1.0, 0.4];
 
 /// Slope from which on a river does not meander. Chosen by eye.
 const STEEPEST_MEANDER: f64 = 0.008;
-
-/// Width in vertices of the narrowest river as far as meanders go: those of a brook would be ripples beside the bends of its
-/// valley, and take many knots. Chosen by eye.
-const NARROWEST: f64 = 7.0;
 
 /// Segments of a course, and meanders, from which on a trunk wanders: what is shorter is left to meanders.
 const WANDER_SEGMENTS: usize = 4;
@@ -211,7 +207,7 @@ impl TrunkCourses {
             offsets[step] = (offsets[step] * whole * free).clamp(-left, left);
         }
         wander::draw_in(&mut offsets, MOST_SKEW * from.distance(to) / last as f64);
-        let width = self.meander_width(trunk.knots[last].area);
+        let width = meander_width(&self.fields, trunk.knots[last].area);
         let course = wander::moved(&course, &offsets);
         let ends = trunk.next.map(|(to, _)| directions(&self.nodes, id, to));
         let ends = [0, 1].map(|end| ends.map(|ends| ends[end]));
@@ -247,7 +243,7 @@ impl TrunkCourses {
                 let of = |wave: usize| chance(hash::network_knot(self.seed, wave), id, draw, 0);
                 of(wave) + (of(wave + 1) - of(wave)) * within
             };
-            let wave = WAVE_WIDTHS * self.meander_width(knot.area);
+            let wave = WAVE_WIDTHS * meander_width(&self.fields, knot.area);
             let wave = wave * (WAVE_LENGTHS.0 + WAVE_LENGTHS.1 * luck(Draw::MeanderWave));
             // As far as the floor holds the belt of its meanders, it swings further.
             let floor = LEVEL * self.fields.trough(trunk.id.0, knot.area, knot.level_m);
@@ -258,11 +254,6 @@ impl TrunkCourses {
             phase += segment / meanders[step].wave;
         }
         meanders
-    }
-
-    /// Width in grains of a river that drains an area, as far as meanders go.
-    fn meander_width(&self, area: f64) -> f64 {
-        (self.fields.river_width_m(area) / self.fields.metres_a_grain()).max(NARROWEST * GRAINS as f64)
     }
 
     /// Lowers the bed of a trunk on land to where it cuts into the coast.

@@ -1,0 +1,526 @@
+//! Branches of trunks: old arms that a river has left, and side arms where it is braided.
+//!
+//! On a wide flood plain a river leaves loops: what was cut off is a crescent of water beside it, silted up where it began and
+//! open where it comes back to the river. And here and there it runs in two or three arms around low islands.
+//!
+//! To the rasters, and to whoever plans on them, a branch is one more channel. Rivers as lines and what joins them know
+//! nothing of it: so it is only where no other river crosses it.
+
+use std::sync::Arc;
+
+use super::channel::{Channel, CrossSection, Knot};
+use super::fields::Fields;
+use super::lake::NO_LAKE;
+use super::meander::meander_width;
+use super::point::{GRAINS, Point, chance};
+use super::segment::{LEVEL, measured};
+use super::trunk::NodeId;
+use crate::geometry::{LineSegment, cross, length, smooth};
+use crate::hash::{self, Draw};
+use crate::memory::{Memory, Usage, heap_bytes};
+
+/// Widths of its river from one place where a trunk may have a branch to the next: about a meander, so that none meets another.
+const SLOT_WIDTHS: f64 = 18.0;
+
+/// Places in each of these that are compared for where the river bends most.
+const LOOKS: u32 = 8;
+
+/// Places of a trunk that may have a branch at most.
+const MOST_SLOTS: usize = 200;
+
+/// Widths from a trunk's ends within which there is none: others come to it there.
+const END_WIDTHS: f64 = 8.0;
+
+/// Width in vertices of the narrowest river that has branches: what is narrower than that shows as brooks.
+const LEAST_VERTICES: f64 = 2.0;
+
+/// Widths before and after a place by whose directions the bend there is told.
+const BEND_WIDTHS: f64 = 2.5;
+
+/// Radius of an old arm in widths, and how far its middle lies from the river: least, and so much more by chance. Chosen by
+/// eye, so that its apex is two to four widths away from the river's banks.
+const LOOP_RADIUS: (f64, f64) = (1.9, 0.9);
+const LOOP_MIDDLE: (f64, f64) = (1.4, 0.5);
+
+/// How far an old arm goes round from its apex, in radians: down to where it turns back to the river, and up to where it is
+/// silted up; and from one knot to the next.
+const LOOP_DOWN: f64 = 1.9;
+const LOOP_UP: (f64, f64) = (1.0, 0.6);
+const LOOP_STEP: f64 = 0.16;
+
+/// Widths that an old arm keeps clear of its river, but for where it comes back to it; and from so far away at most.
+const LOOP_CLEAR: f64 = 1.1;
+const LOOP_OPENS: f64 = 1.8;
+
+/// How wide an old arm is as a share of its river's width where it is open, and how much less where it is silted up.
+const LOOP_WIDTH: (f64, f64) = (0.85, 0.5);
+
+/// Length of a side arm along the river in widths, and how far aside it runs: least, and so much more by chance.
+const BRAID_LENGTH: (f64, f64) = (7.0, 6.0);
+const BRAID_ASIDE: (f64, f64) = (1.5, 0.8);
+
+/// How wide a side arm is, as a share of its river's width; and on which share of braided reaches there is one on the other
+/// side, too, so much further down as a share of its length.
+const BRAID_WIDTH: f64 = 0.45;
+const BRAID_PAIRS: f64 = 0.6;
+const BRAID_SHIFT: f64 = 0.45;
+
+/// Share of a side arm's length in which it comes to run beside the river, and widths that it keeps clear of it there.
+const BRAID_ENDS: f64 = 0.45;
+const BRAID_CLEAR: f64 = 0.9;
+
+/// Knots of a side arm.
+const BRAID_KNOTS: usize = 24;
+
+/// Widths that a branch keeps clear of other channels that hold water.
+const OTHERS_CLEAR: f64 = 0.8;
+
+/// What the water of an old arm rises from where it is open at most, in metres a metre: so much that heights in `f32` show it;
+/// and as a share of what its river does.
+const MOST_RISE: f64 = 1e-4;
+const RISE_SHARE: f64 = 0.5;
+
+/// Metres that the floor may rise to where a branch is: what lies higher is no flood plain.
+const MOST_BANK_M: f64 = 2.0;
+
+/// Half width of a branch's own floor, as a share of that of its water: no more than rounds its banks.
+const OWN_FLOOR: f64 = 1.5;
+
+/// A branch of a trunk.
+#[derive(Debug)]
+pub struct Branch {
+    /// As a channel, by the name of its trunk.
+    pub channel: Arc<Channel>,
+    /// Grains that other channels keep clear of it.
+    clear: f64,
+}
+
+heap_bytes!(Branch);
+
+/// The branch of a trunk that has that number.
+type BranchId = (NodeId, usize);
+
+/// The branches of a world's trunks.
+#[derive(Debug)]
+pub struct Branches {
+    seed: u64,
+    fields: Arc<Fields>,
+    of_trunks: Memory<NodeId, Vec<Branch>>,
+    free: Memory<BranchId, bool>,
+}
+
+impl Branches {
+    /// The branches of a world with these fields.
+    pub fn new(fields: Arc<Fields>, seed: u64) -> Branches {
+        Branches { seed, fields, of_trunks: Memory::new(4 << 20), free: Memory::new(1 << 20) }
+    }
+
+    /// How full its memories are.
+    pub fn usages(&self) -> Vec<Usage> {
+        vec![self.of_trunks.usage(), self.free.usage()]
+    }
+
+    /// The branches of a trunk that may be wanted, in their order: those that no other channel comes near, which `channels`
+    /// says of a rectangle.
+    pub fn of(
+        &self,
+        trunk: &Channel,
+        wanted: impl Fn(&Channel) -> bool,
+        channels: impl Fn([Point; 2], &mut dyn FnMut(&Arc<Channel>)),
+    ) -> Vec<Arc<Channel>> {
+        let settings = self.fields.settings();
+        if settings.old_arms + settings.braids <= 0.0 {
+            return Vec::new();
+        }
+        let id = (trunk.id.1, trunk.id.2);
+        let all = self.of_trunks.get(id, || Trunk::new(&self.fields, trunk).branches(self.seed));
+        let is_free = |number: usize, branch: &Branch| {
+            *self.free.get((id, number), || {
+                let [low, high] = branch.channel.bounds();
+                let around = [low.moved([-branch.clear; 2]), high.moved([branch.clear; 2])];
+                let mut is_free = true;
+                channels(around, &mut |other| is_free = is_free && !branch.meets(other));
+                is_free
+            })
+        };
+        let free =
+            all.iter().enumerate().filter(|(number, branch)| wanted(&branch.channel) && is_free(*number, branch));
+        free.map(|(_, branch)| Arc::clone(&branch.channel)).collect()
+    }
+}
+
+impl Branch {
+    /// Whether another channel than its trunk comes near it.
+    fn meets(&self, other: &Channel) -> bool {
+        let origin = self.channel.knots[0].at;
+        let own = self.channel.course(origin);
+        let lines = |places: &[[f64; 2]]| -> Vec<LineSegment> {
+            places.windows(2).map(|pair| LineSegment::between(pair[0], pair[1])).collect()
+        };
+        let own_lines = lines(&own);
+        let is_near = |line: &LineSegment| {
+            let to = [0, 1].map(|axis| line.from[axis] + line.along[axis]);
+            let crosses = || own_lines.iter().any(|own| own.crosses(line));
+            let is_beside = |place: &[f64; 2]| line.distance(*place) < self.clear;
+            own.iter().any(is_beside) || own_lines.iter().any(|own| own.distance(to) < self.clear) || crosses()
+        };
+        other.id != self.channel.id && lines(&other.course(origin)).iter().any(is_near)
+    }
+}
+
+/// A trunk whose branches are looked for, in grains from its first knot.
+struct Trunk<'a> {
+    fields: &'a Fields,
+    channel: &'a Channel,
+    course: Vec<[f64; 2]>,
+    /// Grains along it to each of its knots.
+    come: Vec<f64>,
+}
+
+/// The side of a river to which a branch lies, 1 for the right and -1 for the left.
+type Side = f64;
+
+impl<'a> Trunk<'a> {
+    fn new(fields: &'a Fields, channel: &'a Channel) -> Trunk<'a> {
+        let course = channel.course(channel.knots[0].at);
+        let mut come = vec![0.0];
+        for pair in course.windows(2) {
+            come.push(come[come.len() - 1] + length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]));
+        }
+        Trunk { fields, channel, course, come }
+    }
+
+    /// All that it may have.
+    fn branches(&self, seed: u64) -> Vec<Branch> {
+        let settings = self.fields.settings();
+        let id = (self.channel.id.1, self.channel.id.2);
+        let whole = self.come[self.come.len() - 1];
+        let widest = meander_width(self.fields, self.channel.knots[self.channel.knots.len() - 1].area);
+        let slot = SLOT_WIDTHS * widest;
+        let slots = ((whole / slot) as usize).min(MOST_SLOTS);
+        let mut branches = Vec::new();
+        for number in 0..slots {
+            let luck = |part| chance(hash::network_knot(seed, number), id, Draw::Branch, part);
+            let from = number as f64 * slot;
+            let kind = luck(0);
+            if kind < settings.old_arms {
+                // Where the river bends most of where there is room: there it has cut off what was bent more.
+                let looks = (0..LOOKS).map(|look| from + slot * (f64::from(look) + luck(1)) / f64::from(LOOKS));
+                let mut bends: Vec<(f64, f64)> = looks.map(|at| (self.bend(at, widest), at)).collect();
+                bends.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+                let shape = [luck(2), luck(3)];
+                branches.extend(bends.iter().find_map(|(bend, at)| self.old_arm(*at, outside(*bend), shape)));
+            } else if kind >= 1.0 - settings.braids {
+                let at = from + slot * (0.35 + 0.3 * luck(1));
+                let side = outside(self.bend(at, widest));
+                let (by, length_widths) = (BRAID_ASIDE.0 + BRAID_ASIDE.1 * luck(3), luck(2));
+                branches.extend(self.side_arm(at, side, length_widths, by));
+                if luck(3) < BRAID_PAIRS {
+                    let shift = BRAID_SHIFT * (BRAID_LENGTH.0 + BRAID_LENGTH.1 * length_widths) * widest;
+                    branches.extend(self.side_arm(at + shift, -side, length_widths, by));
+                }
+            }
+        }
+        branches
+    }
+
+    /// The number of the knot before a place so far along it, and the share of the way to the next one.
+    fn place(&self, along: f64) -> (usize, f64) {
+        let knot = self.come.partition_point(|come| *come <= along).clamp(1, self.come.len() - 1) - 1;
+        let step = self.come[knot + 1] - self.come[knot];
+        (knot, ((along - self.come[knot]) / step.max(1e-9)).clamp(0.0, 1.0))
+    }
+
+    fn at(&self, along: f64) -> [f64; 2] {
+        let (knot, share) = self.place(along);
+        [0, 1].map(|axis| self.course[knot][axis] + (self.course[knot + 1][axis] - self.course[knot][axis]) * share)
+    }
+
+    fn knot(&self, along: f64) -> Knot {
+        self.channel.at(self.place(along))
+    }
+
+    /// The unit vector in which it runs on the whole from half a length before a place to half of it after.
+    fn direction(&self, along: f64, over: f64) -> [f64; 2] {
+        let (from, to) = (self.at(along - over / 2.0), self.at(along + over / 2.0));
+        let way = [to[0] - from[0], to[1] - from[1]];
+        way.map(|part| part / length(way).max(1e-9))
+    }
+
+    /// The sine of the angle by which it turns about a place, above 0 to the right.
+    fn bend(&self, along: f64, width: f64) -> f64 {
+        let over = BEND_WIDTHS * width;
+        cross(self.direction(along - over / 2.0, over), self.direction(along + over / 2.0, over))
+    }
+
+    /// Grains from its middle line to a place, and how far along it that is nearest, in a part of it.
+    fn nearest(&self, place: [f64; 2], [from, to]: [f64; 2]) -> (f64, f64) {
+        let (first, last) = (self.place(from).0, self.place(to).0);
+        let of = |knot: usize| {
+            let line = LineSegment::between(self.course[knot], self.course[knot + 1]);
+            let (share, square) = line.nearest(place);
+            (square.sqrt(), self.come[knot] + (self.come[knot + 1] - self.come[knot]) * share)
+        };
+        (first..=last).map(of).min_by(|a, b| a.0.total_cmp(&b.0)).expect("a part has a segment")
+    }
+
+    /// Whether branches may lie beside a part of it, as far away as some grains, and their own floors so much further.
+    fn has_room(&self, [from, to]: [f64; 2], away: f64, floor: f64) -> bool {
+        let (fields, metres) = (self.fields, self.fields.metres_a_grain());
+        let least = LEAST_VERTICES * GRAINS as f64;
+        let is_wide = |section: &CrossSection| {
+            let riser = f64::from(section.riser) * f64::from(fields.settings().terraces);
+            let bank_m = f64::from(section.lean) * away * self.channel.hill_slope * metres;
+            away - floor <= f64::from(section.flood_plain)
+                && away + floor + riser <= LEVEL * f64::from(section.trough)
+                && 2.0 * f64::from(section.river) >= least
+                && bank_m <= MOST_BANK_M
+        };
+        let (first, last) = (self.place(from).0, self.place(to).0 + 1);
+        let is_land = |knot: &Knot| knot.pool_m == NO_LAKE && !fields.is_drowned(knot.at, knot.level_m);
+        self.channel.sections[first..=last].iter().all(is_wide) && self.channel.knots[first..=last].iter().all(is_land)
+    }
+
+    /// An old arm beside a bend, to that side; `None` where there is no room for one.
+    fn old_arm(&self, along: f64, side: Side, [size, shape]: [f64; 2]) -> Option<Branch> {
+        let width = meander_width(self.fields, self.knot(along).area);
+        let radius = width * (LOOP_RADIUS.0 + LOOP_RADIUS.1 * size);
+        let middle = width * (LOOP_MIDDLE.0 + LOOP_MIDDLE.1 * shape);
+        let whole = self.come[self.come.len() - 1];
+        let part = [along - radius - 3.0 * width, along + radius + 3.0 * width];
+        let end = END_WIDTHS * width;
+        if part[0] < end || part[1] > whole - end {
+            return None;
+        }
+        let (river, forward) = (self.at(along), self.direction(along, 2.0 * BEND_WIDTHS * width));
+        let aside = [-side * forward[1], side * forward[0]];
+        // From where it is silted up, round its apex, to where it turns back to the river.
+        let up = LOOP_UP.0 + LOOP_UP.1 * shape;
+        let steps = ((LOOP_DOWN + up) / LOOP_STEP).ceil();
+        let place = |step: usize| {
+            let angle = -up + (LOOP_DOWN + up) * step as f64 / steps;
+            let (on, off) = (radius * libm::sin(angle), middle + radius * libm::cos(angle));
+            [0, 1].map(|axis| river[axis] + forward[axis] * on + aside[axis] * off)
+        };
+        let mut places: Vec<[f64; 2]> = (0..=steps as usize).map(place).collect();
+        let open = places[places.len() - 1];
+        let (off, beside) = self.nearest(open, part);
+        let clear = |place: &[f64; 2]| self.nearest(*place, [0.0, whole]).0;
+        let rounds = places.len() - (0.6 / LOOP_STEP) as usize;
+        if off > LOOP_OPENS * width || places[..rounds].iter().map(clear).any(|off| off < LOOP_CLEAR * width) {
+            return None;
+        }
+        // It comes back to the river a little downstream, without a corner.
+        let mouth = beside + 0.6 * width;
+        let (end_at, tangent) = (self.at(mouth), [libm::cos(LOOP_DOWN), -libm::sin(LOOP_DOWN)]);
+        let ahead = [0, 1].map(|axis| open[axis] + 0.5 * off * (forward[axis] * tangent[0] + aside[axis] * tangent[1]));
+        for part in 1..=4 {
+            let t = f64::from(part) / 4.0;
+            let [a, b, c] = [(1.0 - t) * (1.0 - t), 2.0 * t * (1.0 - t), t * t];
+            places.push([0, 1].map(|axis| a * open[axis] + b * ahead[axis] + c * end_at[axis]));
+        }
+        let away = places.iter().map(clear).fold(0.0, f64::max) + width;
+        let river = self.knot(mouth);
+        let slope = (self.knot(part[0]).level_m - self.knot(part[1]).level_m)
+            / ((part[1] - part[0]) * self.fields.metres_a_grain());
+        let rise = (RISE_SHARE * slope).clamp(0.0, MOST_RISE) * self.fields.metres_a_grain();
+        let lengths = lengths(&places);
+        let long = lengths[lengths.len() - 1];
+        let knots = places.iter().zip(&lengths).map(|(place, come)| {
+            let up = long - come;
+            let share = LOOP_WIDTH.0 * (1.0 - LOOP_WIDTH.1 * (up / long) * (up / long));
+            Knot { level_m: river.level_m + rise * up, area: river.area * share * share, ..self.knot_at(*place) }
+        });
+        self.branch(knots.collect(), part, away, width)
+    }
+
+    /// A side arm around the place, to that side, so long and so many widths aside; `None` where there is no room for one.
+    fn side_arm(&self, along: f64, side: Side, long: f64, by: f64) -> Option<Branch> {
+        let width = meander_width(self.fields, self.knot(along).area);
+        let long = width * (BRAID_LENGTH.0 + BRAID_LENGTH.1 * long);
+        let part = [along - long / 2.0, along + long / 2.0];
+        let whole = self.come[self.come.len() - 1];
+        let end = END_WIDTHS * width;
+        if part[0] < end || part[1] > whole - end {
+            return None;
+        }
+        let place = |knot: usize| {
+            let share = knot as f64 / BRAID_KNOTS as f64;
+            let along = part[0] + long * share;
+            let (at, forward) = (self.at(along), self.direction(along, BEND_WIDTHS * width));
+            let off = by * width * smooth((share.min(1.0 - share) / BRAID_ENDS).min(1.0)) * side;
+            [at[0] - forward[1] * off, at[1] + forward[0] * off]
+        };
+        let places: Vec<[f64; 2]> = (0..=BRAID_KNOTS).map(place).collect();
+        let clear = |place: &[f64; 2]| self.nearest(*place, [0.0, whole]).0;
+        let beside = (BRAID_ENDS * BRAID_KNOTS as f64).ceil() as usize;
+        if places[beside..=BRAID_KNOTS - beside].iter().map(clear).any(|off| off < BRAID_CLEAR * width) {
+            return None;
+        }
+        // It does not fold where its river bends to its side.
+        let turns_back = |three: &[[f64; 2]]| {
+            let [before, after] = [0, 1].map(|step| [0, 1].map(|axis| three[step + 1][axis] - three[step][axis]));
+            before[0] * after[0] + before[1] * after[1] < 0.0
+        };
+        if places.windows(3).any(turns_back) {
+            return None;
+        }
+        let (upper, lower) = (self.knot(part[0]), self.knot(part[1]));
+        let lengths = lengths(&places);
+        let whole = lengths[lengths.len() - 1];
+        let knots = places.iter().zip(&lengths).map(|(place, come)| {
+            let level_m = upper.level_m + (lower.level_m - upper.level_m) * (come / whole);
+            Knot { level_m, area: upper.area * BRAID_WIDTH * BRAID_WIDTH, ..self.knot_at(*place) }
+        });
+        self.branch(knots.collect(), part, (by + 1.0) * width, width)
+    }
+
+    fn knot_at(&self, place: [f64; 2]) -> Knot {
+        Knot { at: self.channel.knots[0].at.moved(place), level_m: 0.0, area: 0.0, pool_m: NO_LAKE }
+    }
+
+    /// The branch through some knots beside a part of the trunk, of which none is further away than that.
+    fn branch(&self, knots: Vec<Knot>, part: [f64; 2], away: f64, width: f64) -> Option<Branch> {
+        let middle = self.channel.sections[self.place(f64::midpoint(part[0], part[1])).0];
+        let floor = OWN_FLOOR * f64::from(middle.river);
+        if !self.has_room(part, away, floor) || knots.windows(2).any(|pair| pair[0].at == pair[1].at) {
+            return None;
+        }
+        let mut channel = Channel::new(self.channel.id, knots, self.channel.mouth, self.channel.hill_slope);
+        // As its own floor is narrow, further away than that its sides have risen more than the floor of the river, and what
+        // rises from it.
+        let risers = f64::from(middle.riser) * f64::from(self.fields.settings().terraces);
+        channel.near = 2.0 * (away + floor + risers);
+        let channel = measured(self.fields, channel);
+        let narrow = |section: &CrossSection| CrossSection {
+            lean: middle.lean,
+            trough: (OWN_FLOOR * f64::from(section.river)) as f32,
+            flood_plain: section.river,
+            riser: 0.0,
+            ..*section
+        };
+        let sections = channel.sections.iter().map(narrow).collect();
+        Some(Branch { channel: Arc::new(channel.with_sections(sections)), clear: OTHERS_CLEAR * width })
+    }
+}
+
+/// The side on which the outside of a bend lies.
+fn outside(bend: f64) -> Side {
+    if bend > 0.0 { -1.0 } else { 1.0 }
+}
+
+/// How far along a line each of its places is.
+fn lengths(places: &[[f64; 2]]) -> Vec<f64> {
+    let steps = places.windows(2).map(|pair| length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]));
+    let sums = steps.scan(0.0, |come, step| {
+        *come += step;
+        Some(*come)
+    });
+    std::iter::once(0.0).chain(sums).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::area::Area;
+    use crate::clock::Clock;
+    use crate::fluvial::Fluvial;
+    use crate::land::WaterKind;
+    use crate::preset::Preset;
+
+    fn plains(old_arms: f64, braids: f64) -> Fluvial {
+        let (_, preset) = Preset::load("plains").unwrap();
+        let mut settings = preset.fluvial.unwrap();
+        (settings.old_arms, settings.braids) = (old_arms, braids);
+        Fluvial::new(&settings, preset.spacing_m, None, 5, None)
+    }
+
+    /// The trunks around the origin, and the branches of each.
+    fn branches(fluvial: &Fluvial) -> Vec<(Arc<Channel>, Vec<Arc<Channel>>)> {
+        let side = 6 * fluvial.fields().side(0);
+        let mut all = Vec::new();
+        fluvial.network().channels(0, [Point { x: -side, y: -side }, Point { x: side, y: side }], |trunk| {
+            all.push((Arc::clone(trunk), fluvial.network().branches(trunk, |_| true)));
+        });
+        all
+    }
+
+    #[test]
+    fn branches_fall_to_their_rivers_and_meet_no_others() {
+        for (old_arms, braids) in [(1.0, 0.0), (0.0, 1.0)] {
+            let fluvial = plains(old_arms, braids);
+            let mut count = 0;
+            for (trunk, branches) in branches(&fluvial) {
+                let shape = Trunk::new(fluvial.fields(), &trunk);
+                let whole = [0.0, shape.come[shape.come.len() - 1]];
+                for branch in branches {
+                    count += 1;
+                    let (first, last) = (&branch.knots[0], &branch.knots[branch.knots.len() - 1]);
+                    assert!(branch.knots.windows(2).all(|pair| pair[0].level_m > pair[1].level_m));
+                    assert!(branch.knots.windows(2).all(|pair| pair[0].area <= pair[1].area), "its bed would be a pit");
+                    let off = |knot: &Knot| shape.nearest(knot.at.from(trunk.knots[0].at), whole);
+                    let (mouth, along) = off(last);
+                    assert!(mouth < 2.0 && (shape.knot(along).level_m - last.level_m).abs() < 0.01, "{mouth} grains");
+                    // Nowhere is its water above the river's beside it by more than what a side arm is longer.
+                    let above = |knot: &Knot| knot.level_m - shape.knot(off(knot).1).level_m;
+                    assert!(branch.knots.iter().map(above).fold(0.0, f64::max) < 0.3);
+                    assert_eq!(off(first).0 < 2.0, braids > 0.0, "old arms are silted up, side arms are not");
+                    fluvial.network().wet_channels(branch.bounds(), &mut |other| {
+                        let crosses = other.knots.windows(2).any(|pair| {
+                            let other = LineSegment::between([0.0; 2], pair[1].at.from(pair[0].at));
+                            branch.knots.windows(2).any(|own| {
+                                let [from, to] = [0, 1].map(|end| own[end].at.from(pair[0].at));
+                                LineSegment::between(from, to).crosses(&other)
+                            })
+                        });
+                        assert!(
+                            other.id == branch.id || !crosses,
+                            "{:?} crosses a branch of {:?}",
+                            other.id,
+                            branch.id
+                        );
+                    });
+                }
+            }
+            assert!(count > 20, "{count} branches");
+        }
+    }
+
+    #[test]
+    fn a_branch_is_water_and_nothing_is_changed_beyond_its_reach() {
+        let (fluvial, bare) = (plains(1.0, 0.0), plains(0.0, 0.0));
+        assert!(branches(&bare).iter().all(|(_, branches)| branches.is_empty()));
+        let all: Vec<Arc<Channel>> = branches(&fluvial).into_iter().flat_map(|(_, branches)| branches).collect();
+        let (mut wetter, mut same) = (0, 0);
+        for branch in all.iter().step_by(all.len() / 4) {
+            let apex = fluvial.in_world(branch.knots[branch.knots.len() / 2].at);
+            let [x, y] = [apex.x, apex.y].map(|grains| grains.div_euclid(GRAINS));
+            let area = Area::new(x - 24, y - 24, 48, 48);
+            let [land, before] = [&fluvial, &bare].map(|fluvial| fluvial.land(area, &Clock::default()));
+            let [water, dry] = [&land, &before].map(|land| land.water.as_ref().unwrap());
+            let is_wet = |x, y| water.kind.at(x, y) == WaterKind::River && dry.kind.at(x, y) == WaterKind::Dry;
+            wetter += usize::from(area.vertices().any(|(x, y)| is_wet(x, y)));
+            let nodes = fluvial.warp.fill(area, 1);
+            for (index, (x, y)) in area.vertices().enumerate() {
+                let metres =
+                    [0, 1].map(|axis| f64::from(nodes.metres[axis][index]) / fluvial.fields().metres_a_grain());
+                let place = Point::at_vertex(x, y).moved(metres);
+                let reaches = |branch: &Arc<Channel>| {
+                    // Patches count as wholes.
+                    let most = branch.near + 16.0 * GRAINS as f64;
+                    branch.knots.iter().any(|knot| knot.at.distance(place) < most)
+                };
+                if !all.iter().any(reaches) {
+                    same += 1;
+                    assert_eq!(land.heights.at(x, y), before.heights.at(x, y), "at {x}, {y}");
+                }
+            }
+        }
+        assert!(wetter >= 3, "{wetter} of four branches are seen");
+        // Far from all branches, too.
+        let far = Area::new(0, 0, 256, 256);
+        let [land, before] = [&fluvial, &bare].map(|fluvial| fluvial.land(far, &Clock::default()));
+        same += land.heights.values().iter().zip(before.heights.values()).filter(|(a, b)| a == b).count();
+        assert!(same > 1000, "{same} vertices are as they were");
+    }
+}
