@@ -139,6 +139,13 @@ impl Channel {
         }
     }
 
+    /// Half width in grains of its river at a place, once it has been measured.
+    pub fn half_width(&self, (knot, share): ChannelPlace) -> f64 {
+        let [upper, lower] =
+            [knot, (knot + 1).min(self.knots.len() - 1)].map(|knot| f64::from(self.sections[knot].river));
+        upper + (lower - upper) * share
+    }
+
     /// The places by which it is drawn as a line, from a knot down: all knots, and places between them a few vertices apart.
     pub fn line_places(&self, from: usize) -> impl Iterator<Item = ChannelPlace> {
         let last = self.knots.len() - 1;

@@ -72,6 +72,8 @@ struct CoursePoint {
     at: Point,
     level_m: f64,
     area: f64,
+    /// Half width of its river in grains.
+    river: f64,
 }
 
 heap_bytes!(Course: channels, parts);
@@ -88,6 +90,7 @@ impl CoursePoint {
             at: self.at.moved(other.at.from(self.at).map(|way| way * share)),
             level_m: mix(self.level_m, other.level_m),
             area: mix(self.area, other.area),
+            river: mix(self.river, other.river),
         }
     }
 }
@@ -320,17 +323,17 @@ impl Fluvial {
         if samples.len() < 2 {
             return None;
         }
-        let first = samples[0].0;
+        let first = samples[0].at;
         // From a vertex near by, places are small numbers with room for fractions, wherever in the world.
         let origin = [first.x, first.y].map(|grains| grains.div_euclid(GRAINS));
         let corner = Point::at_vertex(origin[0], origin[1]);
-        let point = |(at, level_m, area): &(Point, f64, f64)| {
+        let point = |CoursePoint { at, level_m, area, river, .. }: &CoursePoint| {
             let discharge_m3s = self.fields.discharge_m3s(*area);
             LinePoint {
                 place: at.from(corner).map(|grains| grains / GRAINS as f64),
                 level_m: *level_m,
                 floor_m: level_m - river_depth_m(discharge_m3s) as f64,
-                half_width_m: self.fields.river_width_m(*area) / 2.0,
+                half_width_m: river * self.fields.metres_a_grain(),
                 discharge_m3s,
             }
         };
@@ -373,13 +376,13 @@ impl Fluvial {
         }
     }
 
-    /// Where samples lie in the world, the level of their water and the area that they drain: those that fall.
-    fn falling(&self, samples: &[CoursePoint]) -> Vec<(Point, f64, f64)> {
-        let mut line: Vec<(Point, f64, f64)> = Vec::with_capacity(samples.len());
+    /// Samples where they lie in the world, with the level of their water there: those that fall.
+    fn falling(&self, samples: &[CoursePoint]) -> Vec<CoursePoint> {
+        let mut line: Vec<CoursePoint> = Vec::with_capacity(samples.len());
         // What fell in the network need not any more: levels are lifted, and places in the world are rounded to grains.
-        let falls = |from: &(Point, f64, f64), to: &(Point, f64, f64)| from.1 > to.1 && from.0 != to.0;
+        let falls = |from: &CoursePoint, to: &CoursePoint| from.level_m > to.level_m && from.at != to.at;
         for (index, sample) in samples.iter().enumerate() {
-            let point = (self.in_world(sample.at), self.lifted_m(sample.level_m), sample.area);
+            let point = CoursePoint { at: self.in_world(sample.at), level_m: self.lifted_m(sample.level_m), ..*sample };
             // The end stays where it is, whatever must go for it.
             while index + 1 == samples.len() && line.len() > 1 && !falls(&line[line.len() - 1], &point) {
                 line.pop();
@@ -406,7 +409,8 @@ impl Fluvial {
 fn samples(number: usize, channel: &Channel) -> impl Iterator<Item = CoursePoint> {
     channel.line_places(0).map(move |place| {
         let Knot { at, level_m, area, .. } = channel.at(place);
-        CoursePoint { place: (number, place.0 as f64 + place.1), at, level_m, area }
+        let river = channel.half_width(place);
+        CoursePoint { place: (number, place.0 as f64 + place.1), at, level_m, area, river }
     })
 }
 

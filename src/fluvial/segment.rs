@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use super::channel::{Channel, ChannelPlace, CrossSection, Knot};
 use super::fields::{Fields, across};
+use super::meander::meander_width;
 use super::point::{GRAINS, Point};
-use crate::geometry::{LineSegment, length, lerp};
+use crate::geometry::{LineSegment, cross, length, lerp, smooth};
 use crate::memory::heap_bytes;
 
 /// The straight segments of the channels around a place, in a fixed order.
@@ -96,6 +97,18 @@ const LONGEST_CUT: f64 = (8 * GRAINS) as f64;
 
 /// Knots of a bed that are compared with the sides of other valleys together.
 const CUT_RUN: usize = 8;
+
+/// How broad a river is where it is straight, and in a sharp bend, as shares of what is usual for its discharge. Chosen by eye.
+const STRAIGHT: f64 = 0.9;
+const BENT: f64 = 1.2;
+
+/// Widths before and after a place by whose directions a bend is told, and the sine of the angle between them that is sharp: a
+/// bend of three widths.
+const BEND_WIDTHS: f64 = 1.25;
+const SINE: f64 = 0.4;
+
+/// Widths from each end of a trunk, and from its lakes, within which it comes to be as broad as is usual.
+const END_WIDTHS: f64 = 4.0;
 
 /// How far the side of a channel goes on that has no brooks, in distances to the next channel of its level.
 const OWN_SIDES: f64 = 1.0;
@@ -306,10 +319,44 @@ fn section(fields: &Fields, channel: &Channel, knot: usize) -> CrossSection {
         cross: across(steep) as f32,
         lean: (LEAN * steep.abs()).max(ABOVE_OWN * upstream).min(MOST_LEAN) as f32,
         trough: trough as f32,
-        river: (fields.river_width_m(area) / 2.0 / fields.metres_a_grain()) as f32,
+        river: (fields.river_width_m(area) / 2.0 / fields.metres_a_grain() * broadened(fields, channel, knot)) as f32,
         flood_plain: (share * LEVEL * trough) as f32,
         riser: (riser_m / (channel.hill_slope * fields.metres_a_grain())) as f32,
     }
+}
+
+/// How broad a river is at a knot of its channel, as a share of what is usual for its discharge: trunks are broader in bends.
+fn broadened(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
+    let Knot { at: here, area, pool_m, .. } = channel.knots[knot];
+    if channel.id.0 > 0 || pool_m > f64::NEG_INFINITY {
+        return 1.0;
+    }
+    let width = meander_width(fields, area);
+    let way_up = ahead(here, channel.knots[..knot].iter().rev(), width);
+    let way_down = ahead(here, channel.knots[knot + 1..].iter(), width);
+    let ([before, after], come) = ([way_up.0, way_down.0], way_up.1.min(way_down.1));
+    let bend = (cross(before, after) / (length(before) * length(after)).max(1e-9)).abs();
+    let share = STRAIGHT + (BENT - STRAIGHT) * smooth((bend / SINE).min(1.0));
+    // From one trunk to the next they are as broad.
+    1.0 + (share - 1.0) * smooth((come / (END_WIDTHS * width)).min(1.0))
+}
+
+/// Where a channel comes from a place on through some knots, in as many grains as its bend is told by; and how far it goes on, as
+/// far as that matters.
+fn ahead<'a>(from: Point, knots: impl Iterator<Item = &'a Knot>, width: f64) -> ([f64; 2], f64) {
+    let (bend, most) = (BEND_WIDTHS * width, END_WIDTHS * width);
+    let (mut come, mut last, mut place) = (0.0, from, [0.0; 2]);
+    for knot in knots {
+        let way = knot.at.from(last);
+        let share = ((bend - come) / length(way).max(1e-9)).clamp(0.0, 1.0);
+        place = [0, 1].map(|axis| place[axis] + way[axis] * share);
+        (come, last) = (come + length(way), knot.at);
+        // Lakes are ends, too.
+        if come >= most || knot.pool_m > f64::NEG_INFINITY {
+            break;
+        }
+    }
+    (place, come)
 }
 
 /// The segments of a [measured] channel that has that number, but for those without a length, of those whose ends are

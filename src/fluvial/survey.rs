@@ -144,7 +144,7 @@ impl Survey for Fluvial {
                     rivers.push(RiverPiece {
                         from,
                         to,
-                        width_m: fields.river_width_m(drained) as f32,
+                        width_m: (2.0 * lerp(piece.river, middle) * fields.metres_a_grain()) as f32,
                         level_m: [part, part + 1]
                             .map(|end| self.lifted_m(lerp(piece.level_m, end as f64 / parts as f64)) as f32),
                     });

@@ -81,11 +81,7 @@ impl Columns {
         let flood_plain = pair(segment.flood_plain.map(|grains| grains * metres));
         let riser = pair(segment.riser.map(|grains| grains * metres));
         let least_m = LEAST_HALF_WIDTH * GRAINS as f64 * metres;
-        let half_width = |end: f64| {
-            let river_m = fields.river_width_m(lerp(segment.area, end)) / 2.0;
-            river_m.max(least_m)
-        };
-        // A width goes with the root of the area: taken at both ends and straight between them, it needs none a vertex.
+        let half_width = |end: f64| (lerp(segment.river, end) * metres).max(least_m);
         let upper = half_width(0.0);
         let river = pair([upper, half_width(1.0) - upper]);
         let along = segment.along.map(|part| (part * metres) as f32);

@@ -97,16 +97,15 @@ impl SegmentBed {
     fn new(fields: &Fields, segment: &Segment, brook_m: f32) -> SegmentBed {
         let pair = |upper: f32, lower: f32| [upper, lower - upper];
         let [upper, lower] = [0.0, 1.0].map(|share| {
-            let area = lerp(segment.area, share);
-            let half_m = fields.river_width_m(area) as f32 / 2.0;
-            (half_m, river_depth_m(fields.discharge_m3s(area)))
+            let half_m = (lerp(segment.river, share) * fields.metres_a_grain()) as f32;
+            (half_m, river_depth_m(fields.discharge_m3s(lerp(segment.area, share))))
         });
         let discharge_m3s = fields.discharge_m3s(segment.area[0]);
         SegmentBed {
             discharge_m3s: [discharge_m3s, fields.discharge_m3s(lerp(segment.area, 1.0)) - discharge_m3s],
             half_m: pair(upper.0, lower.0),
             deepest_m: pair(upper.1, lower.1),
-            widest_m: (2.0 * lower.0).max(brook_m),
+            widest_m: (2.0 * upper.0.max(lower.0)).max(brook_m),
             pool_m: segment.pool_m,
         }
     }
@@ -156,7 +155,7 @@ impl<'a> FillWater<'a> {
         let is_wet = |bed: &SegmentBed| fields.holds_water(lerp(bed.discharge_m3s, 1.0));
         // A grain more is for what is rounded: this only says what to look at closely.
         let reach = |bed: &SegmentBed| {
-            let half_m = bed.half_m[0] + bed.half_m[1];
+            let half_m = bed.half_m[0].max(bed.half_m[0] + bed.half_m[1]);
             half_m.max(brook_m[1]) as f64 / fields.metres_a_grain() + 1.0
         };
         let wet = beds.iter().enumerate().filter(|(_, bed)| is_wet(bed)).map(|(number, bed)| (number, reach(bed)));

@@ -263,9 +263,14 @@ fn rivers_fall_and_end_in_what_they_say() {
         let id = river.id;
         for pair in river.points.windows(2) {
             assert!(pair[0].level_m > pair[1].level_m && pair[0].floor_m > pair[1].floor_m, "{id} does not fall");
-            assert!(pair[0].half_width_m <= pair[1].half_width_m, "{id} narrows");
             assert!(pair[0].discharge_m3s <= pair[1].discharge_m3s, "{id} shrinks");
         }
+        // As broad as its discharge makes it, and a little less in straights and more in bends.
+        let usual_m = land.fields().settings().river_width_m / 2.0;
+        let shares: Vec<f64> =
+            river.points.iter().map(|point| point.half_width_m / (usual_m * point.discharge_m3s.sqrt())).collect();
+        assert!(shares.iter().all(|share| (0.89..1.21).contains(share)), "{id} is {shares:?} times as broad as usual");
+        assert!(shares.windows(2).all(|pair| (pair[0] / pair[1] - 1.0).abs() < 0.1), "{id} has steps in its banks");
         highest = highest.max(land.order(river));
         let last = river.points[river.points.len() - 1];
         let end = river.place_from([0, 0], &last);
