@@ -151,6 +151,8 @@ register! {
     LeastCoastEast = 31 << 32, 1;
     /// The shortest bends of the shores of fluvial relief, south.
     LeastCoastSouth = 32 << 32, 1;
+    /// Skerries: where they are, their shoals, bays and directions.
+    Skerries = 33 << 32, 5;
 }
 
 /// The number of a stream, or of a part of one.
@@ -202,6 +204,10 @@ register! {
     Branch = 12, 4;
     /// How far it swings to the side, by the knot.
     Swing = 16, PARTS;
+    /// Of a skerry: whether it is there, how large, and where, east and south.
+    Skerry = 2 << 32, 4;
+    /// How long a trunk's delta is.
+    Delta = 3 << 32, 1;
 }
 
 /// Knots for which a level of the network has room.

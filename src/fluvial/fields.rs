@@ -1,7 +1,7 @@
 //! What varies slowly over a fluvial world: where its water flows at large, how fast the land rises, where the sea is.
 
 use super::point::{GRAINS, Point, PointNoise};
-use super::settings::FluvialSettings;
+use super::settings::{CoastSettings, FluvialSettings};
 use crate::geometry::length;
 use crate::hash::{self, Stream};
 use crate::memory::{Memory, Usage};
@@ -423,7 +423,7 @@ impl Fields {
     /// So the sea has all of a channel below one point, for water falls: none of it lies cut off inland.
     pub fn is_drowned(&self, at: Point, level_m: f64) -> bool {
         let sea_m = self.sea_level_m();
-        level_m < sea_m || (self.has_sea() && (self.coast_m(self.inland_of_rasters_m(at) as f32) as f64) < sea_m)
+        level_m < sea_m || (self.has_sea() && (self.edge_m(at) as f64) < sea_m)
     }
 
     /// [`Fields::inland_m`] by the lattice that the rasters have the coast from.
@@ -486,6 +486,19 @@ impl Fields {
             let depth_m = -inland_m * shelf;
             lowstand_m - depth_m / (1.0 + depth_m / deepest_m)
         }
+    }
+
+    /// Vertices off the lowstand's shore at which [`Fields::coast_m`] has the sea's floor so high, about; 0 above.
+    pub fn off_shore(&self, floor_m: f32) -> f64 {
+        let CoastSettings { slope: [_, shelf], depth_m: deepest_m, .. } = self.settings.coast;
+        let depth_m = (self.lowstand_level_m() - floor_m as f64).max(0.0);
+        let left = (1.0 - depth_m / deepest_m).max(1e-3);
+        depth_m / left / shelf / (GRAINS as f64 * self.metres_a_grain)
+    }
+
+    /// [`Fields::coast_m`] of the rasters at a point.
+    pub fn edge_m(&self, at: Point) -> f32 {
+        self.coast_m(self.inland_of_rasters_m(at) as f32)
     }
 
     /// Height in metres that no bed exceeds at a place, so that it cuts into the land's edge above the height to which

@@ -37,6 +37,7 @@ pub mod segment;
 mod above;
 mod lake;
 mod trunk_curve;
+mod delta;
 mod trunk_course;
 mod tributary_course;
 mod tributary;
@@ -47,6 +48,7 @@ mod valley_side;
 mod valley;
 mod gullies;
 mod coast;
+mod skerries;
 mod breach;
 mod water;
 pub mod rivers;
@@ -71,6 +73,7 @@ use point::Point;
 use rivers::RiverMemories;
 use segment::Segments;
 use settings::FluvialSettings;
+use skerries::{AreaSkerries, Skerries};
 use valley::{FillValleys, Valleys};
 use warp::{Displaced, Warp};
 use water::{FillWater, LAKE_DEPTH};
@@ -83,6 +86,7 @@ pub struct Fluvial {
     network: Network,
     warp: Warp,
     gullies: Option<Gullies>,
+    skerries: Option<Skerries>,
     lift: Lift,
     rivers: RiverMemories,
     names: Option<Names>,
@@ -107,6 +111,7 @@ impl Fluvial {
             network: Network::new(Arc::clone(&fields), hash::stream(seed, Stream::Network)),
             warp: Warp::new(&fields, spacing_m, seed),
             gullies: Gullies::new(&fields, spacing_m, seed),
+            skerries: Skerries::new(&fields, seed),
             lift: Lift::new(settings, sea_level_m, seed),
             rivers: RiverMemories::default(),
             names,
@@ -151,7 +156,10 @@ impl Fluvial {
         let floor_m = self.fields.lowstand_level_m() - settings.coast.depth_m;
         // Layers of rock lie below the height that they are made of.
         let lowest_m = self.lift.at(if self.fields.has_sea() { floor_m.min(sink_m) } else { sink_m });
-        let ceiling_m = settings.ceiling_m;
+        // Skerries are no part of the land that is pressed together.
+        let skerry_m =
+            self.skerries.as_ref().map_or(f64::NEG_INFINITY, |_| self.fields.sea_level_m() + skerries::HIGHEST_M);
+        let ceiling_m = settings.ceiling_m.max(skerry_m);
         let lake_m = self.fields.lake_half_width() * self.fields.metres_a_grain() * LAKE_DEPTH as f64;
         // A metre more is for rounding.
         let deepest_m = lake_m.max(DEEPEST_RIVER_M as f64) + 1.0;
@@ -240,6 +248,11 @@ impl Fluvial {
         breach::breach(area, surface_m, may_be_pit, height_m);
     }
 
+    /// The skerries that may lie in an area of nodes, so many vertices apart, if the world has some.
+    fn skerries(&self, area: Area, step: i64) -> Option<AreaSkerries<'_>> {
+        Some(self.skerries.as_ref()?.around(&self.fields, area, step))
+    }
+
     /// What fills in the water at nodes.
     fn water<'a>(
         &'a self,
@@ -248,7 +261,8 @@ impl Fluvial {
         valleys: &'a Valleys,
         coast_m: Option<&'a [f32]>,
     ) -> FillWater<'a> {
-        FillWater::new(&self.fields, &self.lift, self.spacing_m, segments, nodes, valleys, coast_m)
+        let skerries = self.skerries(nodes.area, nodes.step);
+        FillWater::new(&self.fields, &self.lift, self.spacing_m, segments, nodes, valleys, coast_m).with(skerries)
     }
 
     /// The slope of the hillsides at the nodes of an area, from a coarse lattice.

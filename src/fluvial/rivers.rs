@@ -201,6 +201,9 @@ impl Fluvial {
             return false;
         }
         let [low, high] = self.network_around(&area, 0);
+        if self.skerries(area, 1).is_some_and(|skerries| !skerries.is_empty()) {
+            return true;
+        }
         let sea_m = self.fields.sea_level_m();
         // The coast is interpolated between these places: where it is under the sea at all of them all is sea.
         let step = COAST_STEP * GRAINS;

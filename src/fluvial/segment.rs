@@ -415,9 +415,9 @@ fn steepness(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
 
 /// How steep it is from a knot to those upstream within the width of its floor, at most, as a share of the hillside's slope;
 /// near its mouth also of the channel that it joins.
-/// Trunks are never so much steeper further up that it matters.
+/// Trunks are never so much steeper further up that it matters, but for where they fall from a delta into the sea.
 fn steepest_upstream(fields: &Fields, channel: &Channel, knot: usize, trough: f64) -> f64 {
-    if channel.id.0 == 0 {
+    if channel.id.0 == 0 && channel.knots[knot].level_m >= fields.sea_level_m() {
         return 0.0;
     }
     let last = channel.knots.len() - 1;

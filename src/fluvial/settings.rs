@@ -189,11 +189,26 @@ pub struct CoastSettings {
     /// Depth in metres, below the lowstand, that the sea does not reach, 1 to 10,000. Default: 300.
     #[schemars(range(min = 1, max = 10_000))]
     pub depth_m: f64,
+    /// How far the largest rivers have filled their drowned valleys, at most: the length of a delta as a share of the side of
+    /// the area that drains there, 0 to 1. Default: 0.1.
+    #[schemars(range(min = 0, max = 1))]
+    pub deltas: f64,
+    /// How many of the shoals off the coast have skerries, which are small low islands, 0 to 1. Default: 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub skerries: f64,
 }
 
 impl Default for CoastSettings {
     fn default() -> CoastSettings {
-        CoastSettings { below: -0.15, octaves: 2, lowstand_m: 30.0, slope: [0.15, 0.02], depth_m: 300.0 }
+        CoastSettings {
+            below: -0.15,
+            octaves: 2,
+            lowstand_m: 30.0,
+            slope: [0.15, 0.02],
+            depth_m: 300.0,
+            deltas: 0.1,
+            skerries: 0.0,
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use crate::grid::Grid;
 use crate::land::WaterKind;
 use crate::preset::Preset;
 use above::AsksAbove;
-use channel::Channel;
+use channel::{Channel, Knot};
 use point::GRAINS;
 use segment::Segment;
 
@@ -340,8 +340,7 @@ fn glaciers_leave_wide_floors_and_cirques() {
     for channel in tributaries(&fluvial, 2048) {
         let knots = &channel.knots;
         if (2..=4).contains(&channel.id.0) && knots[knots.len() - 1].level_m > high_m {
-            let slope =
-                |from: &channel::Knot, to: &channel::Knot| (from.level_m - to.level_m) / from.at.distance(to.at);
+            let slope = |from: &Knot, to: &Knot| (from.level_m - to.level_m) / from.at.distance(to.at);
             let quarter = knots.len() / 4;
             iced += 1;
             cirques += i32::from(slope(&knots[0], &knots[quarter]) < 0.5 * slope(&knots[quarter], &knots[2 * quarter]));
@@ -497,5 +496,36 @@ fn springs_lie_on_the_ground_and_in_their_water() {
             assert_ne!(water.kind.at(x, y), WaterKind::Dry, "{preset} {:?}", river.id);
         }
         assert!(springs > 0, "{preset}");
+    }
+}
+
+/// A bed that the sea had taken goes on above it, and ends where it did.
+#[test]
+fn deltas_carry_rivers_on_above_the_sea() {
+    for (name, side) in [("archipelago", 24), ("fjords", 32)] {
+        let (_, preset) = Preset::load(name).unwrap();
+        let [bare, built] = [0.0, 0.1].map(|deltas| {
+            let mut settings = preset.fluvial.clone().unwrap();
+            settings.coast.deltas = deltas;
+            Fluvial::new(&settings, preset.spacing_m, preset.sea_level_m, 4, None)
+        });
+        let (mut longer, mut shorter) = (0, 0);
+        for id in (0..side * side).map(|n| (0, n % side, n / side)) {
+            let [Some(bare), Some(built)] = [&bare, &built].map(|fluvial| fluvial.network.channel(id)) else {
+                continue;
+            };
+            assert_eq!(bare.knots.last(), built.knots.last(), "{name}: {id:?} ends elsewhere");
+            let falls = |pair: &[Knot]| pair[1].level_m <= pair[0].level_m || pair[0].pool_m > lake::NO_LAKE;
+            assert!(built.knots.windows(2).all(falls), "{name}: {id:?} rises");
+            let dry = |channel: &Channel| {
+                let dry = channel.knots.windows(2).take_while(|pair| pair[1].level_m > 0.0);
+                dry.map(|pair| pair[0].at.distance(pair[1].at)).sum::<f64>()
+            };
+            let more = (dry(&built) - dry(&bare)) / GRAINS as f64;
+            longer += usize::from(more > 16.0);
+            shorter += usize::from(more < -16.0);
+        }
+        // A few come to the side of another one's valley where that falls from its delta, and cut in deeper.
+        assert!(longer >= 8 && 20 * shorter <= longer, "{name}: {longer} longer and {shorter} shorter");
     }
 }

@@ -8,6 +8,7 @@
 use std::sync::Arc;
 
 use super::channel::{Channel, Knot};
+use super::delta;
 use super::fields::Fields;
 use super::lake::{self, Hollow};
 use super::meander::{self, CONFINED_TURN, LinePlace, MOST_TURN, Meander, WAVE_WIDTHS, meander_width};
@@ -62,6 +63,9 @@ const ENDS: f64 = 8.0;
 /// they may take.
 const END_WAVES: f64 = 1.0;
 const MEANDER_ROOM: f64 = 0.8;
+
+/// How long a delta is, as a share of the most: least, and so much more by chance.
+const DELTA_LENGTHS: (f64, f64) = (0.4, 0.6);
 
 /// The trunks of a world.
 #[derive(Debug)]
@@ -130,10 +134,22 @@ impl TrunkCourses {
                 None => self.end_in_sea(&mut trunk.knots),
             }
             self.cut_into_coast(&mut trunk.knots);
+            self.build_delta(id, &mut trunk.knots);
             self.dig_lake(id, &mut trunk);
             Some(Arc::new(measured(&self.fields, trunk)))
         };
         self.free.get(id, make).as_ref().clone()
+    }
+
+    /// Fills the valley that the sea has drowned, where the trunk comes to it.
+    fn build_delta(&self, id: NodeId, knots: &mut Vec<Knot>) {
+        let deltas = self.fields.settings().coast.deltas;
+        if self.fields.has_sea() && deltas > 0.0 {
+            let area = knots[knots.len() - 1].area;
+            let luck = chance(self.seed, id, Draw::Delta, 0);
+            let share = DELTA_LENGTHS.0 + DELTA_LENGTHS.1 * luck;
+            delta::build(&self.fields, knots, share * deltas * area.sqrt() * self.fields.side(0) as f64);
+        }
     }
 
     /// Digs out the lake that lies on a trunk's way, or at the sink where it ends.

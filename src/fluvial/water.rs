@@ -4,6 +4,7 @@ use super::fields::{Fields, river_depth_m};
 use super::lift::Lift;
 use super::point::Point;
 use super::segment::{Segment, Segments};
+use super::skerries::AreaSkerries;
 use super::valley::Valleys;
 use super::valley_side::LEAST_HALF_WIDTH;
 use super::warp::Displaced;
@@ -58,6 +59,7 @@ pub fn input(area: Area) -> Area {
 pub struct FillWater<'a> {
     fields: &'a Fields,
     lift: &'a Lift,
+    skerries: Option<AreaSkerries<'a>>,
     spacing_m: f32,
     segments: &'a Segments,
     nodes: &'a Displaced,
@@ -165,6 +167,7 @@ impl<'a> FillWater<'a> {
             sea_m: fields.sea_level_m() as f32,
             fields,
             lift,
+            skerries: None,
             spacing_m,
             segments,
             nodes,
@@ -172,6 +175,12 @@ impl<'a> FillWater<'a> {
             coast_m,
             brook_m,
         }
+    }
+
+    /// The same with skerries off the coast.
+    #[must_use]
+    pub fn with(self, skerries: Option<AreaSkerries<'a>>) -> FillWater<'a> {
+        FillWater { skerries, ..self }
     }
 
     /// Heights and water of an area, whose [`input`] must be within the nodes.
@@ -263,7 +272,7 @@ impl<'a> FillWater<'a> {
             if let Some(place) = self.channel(index, place, least_half_m, wet) {
                 return match lake {
                     Some(own) => self.lake(index, own, land_m, self.river_depth_m(place, least_half_m)),
-                    None => self.near_channel(place, least_half_m, lowest_m),
+                    None => self.near_channel(at, place, least_half_m, lowest_m),
                 };
             }
         }
@@ -271,6 +280,13 @@ impl<'a> FillWater<'a> {
             return self.lake(index, own, land_m, 0.0);
         }
         let ground_m = self.lift.at(lowest_m as f64) as f32;
+        if ground_m < self.sea_m { self.off_shore(at, ground_m) } else { dry(ground_m) }
+    }
+
+    /// What there is at a node where the sea's floor is so high: the sea, or a skerry.
+    fn off_shore(&self, at: [i64; 2], floor_m: f32) -> VertexWater {
+        let vertex = at.map(|at| at * self.nodes.step);
+        let ground_m = self.skerries.as_ref().map_or(floor_m, |skerries| skerries.raised_m(vertex, floor_m));
         if ground_m < self.sea_m { self.sea(ground_m) } else { dry(ground_m) }
     }
 
@@ -305,7 +321,7 @@ impl<'a> FillWater<'a> {
     }
 
     /// What there is in a channel, or not far from it, given the height of the land or of the coast that is lower.
-    fn near_channel(&self, place: NearestChannel, least_half_m: f32, lowest_m: f32) -> VertexWater {
+    fn near_channel(&self, at: [i64; 2], place: NearestChannel, least_half_m: f32, lowest_m: f32) -> VertexWater {
         let NearestChannel { segment, share, distance_m } = place;
         let BedAt { discharge_m3s, half_m, deepest_m } = self.beds[segment].at(share);
         let level_m = lerp(self.segments.all[segment].level_m, share);
@@ -323,7 +339,7 @@ impl<'a> FillWater<'a> {
         let is_river = in_bed && wet;
         if ground_m < self.sea_m || (is_river && level_m < self.sea_m as f64) {
             // What a river has cut into the sea's floor is the sea's.
-            return self.sea(if is_river { ground_m.min(river_bed()) } else { ground_m });
+            return if is_river { self.sea(ground_m.min(river_bed())) } else { self.off_shore(at, ground_m) };
         }
         let water = |kind, height_m, depth_m| VertexWater {
             height_m,
