@@ -19,10 +19,10 @@
 //! `input`.
 //!
 //! The rooms, in the order of that way: `fields` and `lift` have the laws; `trunk` the lattice of the largest rivers,
-//! `trunk_curve`, `meander` and `trunk_course` their lines; `lake` their lakes, and `branches` their old arms;
-//! `tributary_course` and `tributary` all others; `network` finds channels
-//! and their `segment`s by place, in chunks; `warp`, `valley` and `valley_side`, `gullies`, `coast`, `breach` and
-//! `water` make rasters of them; `rivers` and `strahler` know whole rivers, and `survey` the land as roads ask for it.
+//! `trunk_curve`, `meander`, `delta` and `trunk_course` their lines, `lake` their lakes, and `branches` their old arms;
+//! `tributary_course` and `tributary` all others; `network` finds channels and their `segment`s by place, in chunks; `warp`,
+//! `valley` and `valley_side`, `gullies`, `coast`, `skerries`, `breach` and `water` make rasters of them; `rivers` and
+//! `strahler` know whole rivers, and `survey` the land as roads ask for it.
 
 pub mod settings;
 pub mod point;

@@ -193,7 +193,8 @@ pub struct CoastSettings {
     /// the area that drains there, 0 to 1. Default: 0.1.
     #[schemars(range(min = 0, max = 1))]
     pub deltas: f64,
-    /// How many of the shoals off the coast have skerries, which are small low islands, 0 to 1. Default: 0.
+    /// How much of the sea near the lowstand's shore has shoals with skerries, which are small low islands, 0 to 1: a few
+    /// vertices to fifteen across. Default: 0.
     #[schemars(range(min = 0, max = 1))]
     pub skerries: f64,
 }

@@ -339,7 +339,7 @@ impl<'a> FillWater<'a> {
         let is_river = in_bed && wet;
         if ground_m < self.sea_m || (is_river && level_m < self.sea_m as f64) {
             // What a river has cut into the sea's floor is the sea's.
-            return if is_river { self.sea(ground_m.min(river_bed())) } else { self.off_shore(at, ground_m) };
+            return self.off_shore(at, if is_river { ground_m.min(river_bed()) } else { ground_m });
         }
         let water = |kind, height_m, depth_m| VertexWater {
             height_m,
