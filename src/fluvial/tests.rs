@@ -529,3 +529,20 @@ fn deltas_carry_rivers_on_above_the_sea() {
         assert!(longer >= 8 && 20 * shorter <= longer, "{name}: {longer} longer and {shorter} shorter");
     }
 }
+
+#[test]
+fn bare_land_ends_without_steps_where_the_reach_of_its_channel_does() {
+    // Below a ridge a hillside falls to the coast on which there is no brook for more than a kilometre.
+    let (_, preset) = Preset::load("archipelago").unwrap();
+    let settings = preset.fluvial.unwrap();
+    let fluvial = Fluvial::new(&settings, preset.spacing_m, preset.sea_level_m, 151_002, None);
+    let area = Area::new(1_085_952, -2_843_360, 96, 72);
+    let heights = fluvial.land(area, &Clock::default()).heights;
+    let inner = Area { x0: area.x0 + 1, y0: area.y0 + 1, ..area };
+    for (x, y) in inner.vertices() {
+        for beside in [heights.at(x - 1, y), heights.at(x, y - 1)] {
+            let step_m = (heights.at(x, y) - beside).abs();
+            assert!(step_m < 1.4 * preset.spacing_m as f32, "a step of {step_m} m at {x},{y}");
+        }
+    }
+}

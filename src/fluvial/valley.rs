@@ -12,7 +12,7 @@
 use super::fields::Fields;
 use super::point::{GRAINS, Point};
 use super::segment::{Reach, Segments};
-use super::valley_side::{CROSS_FALL, Columns, Floor, LEAST_HALF_WIDTH, LaneSegment, LaneSide};
+use super::valley_side::{CROSS_FALL, Columns, FAR_STEEPER, Floor, LEAST_HALF_WIDTH, LaneSegment, LaneSide};
 use crate::area::Area;
 use crate::simd::{Kernel, MAX_LANES, Simd};
 
@@ -290,7 +290,9 @@ impl FillValleys<'_> {
             let distance = side.distance;
             let (steepness, change) = (simd.load(&segments.steepness[start..]), simd.load(&segments.change[start..]));
             let turned = steep * change * (distance + radius);
-            let slack = (steep + steepness * (simd.splat(1.0) + steep) + turned) * radius;
+            let is_far = simd.lt(segment.far, distance + radius);
+            let across = simd.select(is_far, steep * simd.splat(1.0 + FAR_STEEPER), steep);
+            let slack = (across + steepness * (simd.splat(1.0) + steep) + turned) * radius;
             let left = simd.load(&segments.reach[start..]) - distance;
             // The lowest of the highest: what is always higher than that is never lowest.
             let highest = side.level + steep * side.rise + slack;

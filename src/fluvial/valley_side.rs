@@ -19,6 +19,11 @@ const FLOOR_FALL: f32 = 0.001;
 /// stretches lengths.
 pub const LEAST_HALF_WIDTH: f64 = 1.0;
 
+/// Share of a segment's reach from which on its side is steeper, and how much, as a share of the hillside's slope: so what is
+/// beside bare land has become lowest before the reach ends, where its patches would show as steps. Chosen by eye.
+const FAR: f32 = 0.8;
+pub const FAR_STEEPER: f32 = 1.5;
+
 /// Segments in columns, in metres from the origin of a block.
 #[derive(Debug, Default)]
 pub struct Columns {
@@ -181,6 +186,8 @@ pub struct LaneSegment<S: Simd> {
     river: [S::F32; 2],
     flood_plain: [S::F32; 2],
     riser: [S::F32; 2],
+    /// Metres from it from which on its side is steeper.
+    pub far: S::F32,
     floor: Floor,
 }
 
@@ -221,7 +228,8 @@ impl<S: Simd> Gathered<'_, S> {
 impl<S: Simd> LaneSegment<S> {
     #[inline(always)]
     pub fn load(simd: S, segments: &Columns, start: usize, floor: Floor) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, .. } = segments;
+        let Columns { from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, reach, .. } =
+            segments;
         LaneSegment {
             from: [simd.load(&from[0][start..]), simd.load(&from[1][start..])],
             along: [simd.load(&along[0][start..]), simd.load(&along[1][start..])],
@@ -233,13 +241,15 @@ impl<S: Simd> LaneSegment<S> {
             river: [simd.load(&river[0][start..]), simd.load(&river[1][start..])],
             flood_plain: [simd.load(&flood_plain[0][start..]), simd.load(&flood_plain[1][start..])],
             riser: [simd.load(&riser[0][start..]), simd.load(&riser[1][start..])],
+            far: simd.load(&reach[start..]) * simd.splat(FAR),
             floor,
         }
     }
 
     #[inline(always)]
     pub fn splat(simd: S, segments: &Columns, index: usize, floor: Floor) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, .. } = segments;
+        let Columns { from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, reach, .. } =
+            segments;
         LaneSegment {
             from: [simd.splat(from[0][index]), simd.splat(from[1][index])],
             along: [simd.splat(along[0][index]), simd.splat(along[1][index])],
@@ -251,6 +261,7 @@ impl<S: Simd> LaneSegment<S> {
             river: [simd.splat(river[0][index]), simd.splat(river[1][index])],
             flood_plain: [simd.splat(flood_plain[0][index]), simd.splat(flood_plain[1][index])],
             riser: [simd.splat(riser[0][index]), simd.splat(riser[1][index])],
+            far: simd.splat(reach[index]) * simd.splat(FAR),
             floor,
         }
     }
@@ -258,7 +269,8 @@ impl<S: Simd> LaneSegment<S> {
     /// The segments with these numbers, one in each lane, and nothing where there is none of that number.
     #[inline(always)]
     pub fn gather(simd: S, segments: &Columns, numbers: &[u32], floor: Floor) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, .. } = segments;
+        let Columns { from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, reach, .. } =
+            segments;
         let gathered = Gathered { simd, numbers };
         LaneSegment {
             from: [gathered.of(&from[0]), gathered.of(&from[1])],
@@ -271,6 +283,7 @@ impl<S: Simd> LaneSegment<S> {
             river: [gathered.of(&river[0]), gathered.of(&river[1])],
             flood_plain: [gathered.of(&flood_plain[0]), gathered.of(&flood_plain[1])],
             riser: [gathered.of(&riser[0]), gathered.of(&riser[1])],
+            far: gathered.of(reach) * simd.splat(FAR),
             floor,
         }
     }
@@ -316,6 +329,7 @@ impl<S: Simd> LaneSegment<S> {
         // counts, so that on the level floor, too, vertices differ.
         let sideways = (simd.min(distance, river) - simd.splat(self.floor.level_m)) * simd.splat(CROSS_FALL);
         let rise = rise + simd.max(sideways, distance * simd.splat(FLOOR_FALL));
+        let rise = rise + simd.max(distance - self.far, zero) * simd.splat(FAR_STEEPER);
         // Beyond the ends of the segment it is level along it.
         let fall = self.level[1] * self.per_square;
         let fall = simd.select(simd.lt(zero, share), simd.select(simd.lt(share, one), fall, zero), zero);
