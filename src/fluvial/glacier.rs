@@ -1,0 +1,200 @@
+//! Glaciers: where ice fills the heads of high valleys.
+//!
+//! The surface of the ice is level across and falls as the floor does, by the way from the valley's head: where it is higher
+//! than the land, that is ice. It ends in a steep front where the floor is too low for it, or has a river. It is a ground
+//! and no height: water would stand where it meets brooks, and these run on under it as they did.
+
+use std::sync::Arc;
+
+use super::channel::{Channel, Knot};
+use super::fields::Fields;
+use super::point::{Point, chance};
+use super::segment::{LEVEL, Segments, downstream};
+use super::stamp::{self, Stamp};
+use super::valley::Valleys;
+use super::warp::Displaced;
+use crate::geometry::{dot, length, lerp, smooth};
+use crate::grid::Grid;
+use crate::hash::{self, Draw, Stream};
+
+/// The glaciers of a world.
+#[derive(Debug)]
+pub struct Glaciers {
+    fields: Arc<Fields>,
+    seed: u64,
+    line_m: f64,
+}
+
+/// Metres above the lowest glaciers at which the floor of one begins at least, and within which all end: it is fed by snow
+/// that falls higher up. Chosen by eye.
+const FED_M: f64 = 250.0;
+
+/// Metres that a glacier is long at least and at most: a shorter one would be a patch of snow.
+const LONG_M: [f64; 2] = [450.0, 2200.0];
+
+/// Half width in metres of the narrowest floor that has a glacier.
+const LEAST_FLOOR_M: f64 = 75.0;
+
+/// Places along a glacier at which the height of its floor is known, less one.
+const PARTS: usize = 8;
+
+/// How thick the ice is in the middle, as a share of half the width of its floor. Chosen by eye.
+const THICK: f64 = 0.3;
+const THICK_M: [f64; 2] = [15.0, 50.0];
+
+/// How much lower its tongue is at the sides than in the middle, as a share of its thickness.
+const BOWED: f64 = 0.7;
+
+/// How steep the firn rises at its head, and how steep the ice ends where no side holds it.
+const FIRN: f64 = 0.12;
+const EDGE: f64 = 0.5;
+
+/// Metres below its floor within which the ice ends in another valley.
+const SPILLED_M: (f64, f64) = (25.0, 15.0);
+
+/// A glacier: its head is its fixed point.
+#[derive(Clone, Debug)]
+struct Glacier {
+    head: Point,
+    /// Unit vector from its head to its front.
+    down: [f64; 2],
+    long_m: f64,
+    wide_m: f64,
+    thick_m: f64,
+    /// Height of its floor, from head to front, and of its ice.
+    floor_m: [f64; PARTS + 1],
+    ice_m: [f64; PARTS + 1],
+}
+
+impl Stamp for Glacier {
+    fn reach(&self) -> (Point, f64) {
+        (self.head, self.long_m + 2.0 * self.wide_m)
+    }
+}
+
+impl Glacier {
+    /// Height of its floor and of its ice, so many metres from its head.
+    fn at(&self, off: [f64; 2]) -> [f64; 2] {
+        let (along_m, across_m) = (dot(off, self.down), (off[1] * self.down[0] - off[0] * self.down[1]).abs());
+        let part = (along_m / self.long_m).clamp(0.0, 1.0) * PARTS as f64;
+        let first = (part as usize).min(PARTS - 1);
+        let of = |heights_m: &[f64; PARTS + 1]| {
+            lerp([heights_m[first], heights_m[first + 1] - heights_m[first]], part - first as f64)
+        };
+        // Its tongue is bowed up; at its head it rises, and it ends where nothing holds it.
+        let bowed_m = self.thick_m * BOWED * (part / PARTS as f64) * (across_m / self.wide_m).powi(2);
+        let above_m = (-along_m).max(0.0);
+        let beside_m = (length([above_m, across_m]) - self.wide_m).max(0.0);
+        let beyond_m = beside_m + (along_m - self.long_m).max(0.0);
+        [of(&self.floor_m), of(&self.ice_m) + FIRN * above_m - bowed_m - (EDGE + FIRN) * beyond_m]
+    }
+}
+
+impl Glaciers {
+    /// The glaciers of a world with these fields; `None` if it has none.
+    pub fn new(fields: &Arc<Fields>, seed: u64) -> Option<Glaciers> {
+        let sea_m = if fields.has_sea() { fields.sea_level_m() } else { 0.0 };
+        fields.settings().glacier_m.map(|line_m| Glaciers {
+            fields: Arc::clone(fields),
+            seed: hash::stream(seed, Stream::Glaciers),
+            line_m: line_m + sea_m,
+        })
+    }
+
+    /// Metres of ice at each node.
+    pub fn ice_m(&self, segments: &Segments, nodes: &Displaced, valleys: &Valleys) -> Grid<f32> {
+        let fields = &self.fields;
+        let glaciers: Vec<Glacier> = segments.channels.iter().filter_map(|channel| self.glacier(channel)).collect();
+        let mut ice_m = Grid::filled(nodes.area, 0.0);
+        stamp::nodes_of(fields, &glaciers, nodes, |index, vertex, near| {
+            let land_m = valleys.height_m[index] as f64;
+            let thickest_m = near.iter().fold(0.0, |most_m: f64, glacier| {
+                let off_m = stamp::off_m(fields, nodes, index, vertex, glacier.head);
+                let [floor_m, surface_m] = glacier.at(off_m);
+                let is_beyond = surface_m <= land_m || length(off_m) >= glacier.reach().1;
+                let held = smooth((land_m - floor_m + SPILLED_M.0) / SPILLED_M.1);
+                if is_beyond { most_m } else { most_m.max((surface_m - land_m) * held) }
+            });
+            ice_m.values_mut()[index] = thickest_m as f32;
+        });
+        ice_m
+    }
+
+    /// The glacier in the valley of a channel, if there is one.
+    fn glacier(&self, channel: &Channel) -> Option<Glacier> {
+        let fields = &self.fields;
+        let ((level, x, y), metres) = (channel.id, fields.metres_a_grain());
+        let head = channel.knots[0];
+        // Trunks come from other trunks, and the finest valleys are younger than the ice.
+        if level == 0 || level + 1 >= fields.levels() || head.level_m < self.line_m + FED_M {
+            return None;
+        }
+        let seed = hash::network_level(self.seed, level);
+        let front_m = self.line_m + FED_M * chance(seed, (x, y), Draw::Glacier, 0);
+        // It ends above the first river or lake.
+        let is_iced =
+            |knot: &&Knot| knot.level_m > front_m && !fields.is_wet(knot.area) && knot.pool_m == f64::NEG_INFINITY;
+        let iced = channel.knots.iter().take_while(is_iced).count();
+        let way = |to: usize| channel.knots[..to].windows(2).map(|pair| pair[0].at.distance(pair[1].at)).sum::<f64>();
+        let long = way(iced).min(LONG_M[1] / metres);
+        if long * metres < LONG_M[0] {
+            return None;
+        }
+        let front = channel.at(downstream(channel, (0, 0.0), long)?).at;
+        let chord = front.from(head.at);
+        let long_m = length(chord) * metres;
+        let wide_m = f64::from(channel.sections[0].trough) * metres;
+        let thick_m = (THICK * LEVEL * wide_m).clamp(THICK_M[0], THICK_M[1]);
+        let (mut floor_m, mut ice_m) = ([0.0; PARTS + 1], [0.0; PARTS + 1]);
+        for part in 0..=PARTS {
+            let share = part as f64 / PARTS as f64;
+            let place = downstream(channel, (0, 0.0), share * long * (1.0 - 1e-9))?;
+            floor_m[part] = channel.at(place).level_m;
+            // It falls less and less gently to its front.
+            ice_m[part] = floor_m[part] + thick_m * (1.0 - share * share).sqrt();
+        }
+        // However the floor goes up in steps, the ice falls.
+        for part in (0..PARTS).rev() {
+            ice_m[part] = ice_m[part].max(ice_m[part + 1] + 1.0);
+        }
+        let down = chord.map(|part| part * metres / long_m.max(1e-9));
+        let glacier = Glacier { head: head.at, down, long_m, wide_m, thick_m, floor_m, ice_m };
+        let (_, reach_m) = glacier.reach();
+        let is_narrow = wide_m * LEVEL < LEAST_FLOOR_M;
+        if is_narrow || long_m < LONG_M[0] / 2.0 || reach_m > stamp::known_m(fields) {
+            return None;
+        }
+        Some(glacier)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::area::Area;
+    use crate::clock::Clock;
+    use crate::fluvial::Fluvial;
+    use crate::fluvial::settings::FluvialSettings;
+    use crate::land::WaterKind;
+    use crate::preset::Preset;
+
+    #[test]
+    fn glaciers_lie_high_and_windows_agree_on_them() {
+        let (_, preset) = Preset::load("alps").unwrap();
+        let settings = FluvialSettings { glacier_m: Some(2300.0), ..preset.fluvial.unwrap() };
+        let fluvial = Fluvial::new(&settings, preset.spacing_m, None, 61, None);
+        let area = Area::new(11_008, -22_400, 256, 384);
+        let land = fluvial.land(area, &Clock::default());
+        let water = land.water.unwrap();
+        let ice_m = water.ice_m.unwrap();
+        let iced = area.vertices().filter(|(x, y)| ice_m.at(*x, *y) > 1.0).count();
+        assert!(iced > 500 && iced < area.len() / 4, "{iced} vertices");
+        for (x, y) in area.vertices().filter(|(x, y)| ice_m.at(*x, *y) > 1.0) {
+            assert!(land.heights.at(x, y) > 2250.0, "{} m at {x},{y}", land.heights.at(x, y));
+            assert_ne!(water.kind.at(x, y), WaterKind::Lake);
+        }
+        for part in area.halves() {
+            let of_part = fluvial.land(part, &Clock::default()).water.unwrap().ice_m.unwrap();
+            assert_eq!(of_part, ice_m.part(part));
+        }
+    }
+}

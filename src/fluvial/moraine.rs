@@ -1,0 +1,299 @@
+//! Moraines: the walls around the ends of glaciers that have gone.
+//!
+//! A moraine is an arc across the floor of a valley, furthest down at the river, that goes on up along both sides. It
+//! raises the land by a function of the way from a fixed point, and by nothing beside any channel and on a crest: water
+//! runs on between as it did, and along the wall down to its gap at the river.
+
+use std::sync::Arc;
+
+use super::channel::{Channel, Knot};
+use super::fields::Fields;
+use super::point::{Point, PointNoise, chance};
+use super::segment::{LEVEL, Segments, downstream};
+use super::stamp::{self, Stamp};
+use super::valley::Valleys;
+use super::warp::Displaced;
+use crate::geometry::{dot, length, lerp, smooth};
+use crate::hash::{self, Draw, Stream};
+
+/// The moraines of a world.
+#[derive(Debug)]
+pub struct Moraines {
+    fields: Arc<Fields>,
+    seed: u64,
+    spacing_m: f64,
+    /// What makes them uneven.
+    uneven: PointNoise,
+}
+
+/// Metres that no moraine is higher. Chosen by eye, as all sizes of them, after the walls that the glaciers of 1850 left.
+const HIGHEST_M: f64 = 24.0;
+
+/// Half width in metres of the narrowest and the widest floor that has moraines, and of the narrowest in vertices: on a
+/// narrower one they are no shapes, and from one side of a wider one to the other they would look like dams.
+const FLOOR_M: [f64; 2] = [75.0, 450.0];
+const LEAST_FLOOR: f64 = 7.0;
+
+/// How steep a floor is across that has moraines, at most, as a share of its side: on a steeper one nothing stays.
+const MOST_LEAN: f32 = 0.45;
+
+/// Distances between channels of the finest level along a channel for each chance of moraines.
+const STRETCH: f64 = 5.0;
+
+/// Places of a stretch of which the flattest is taken.
+const TRIES: usize = 4;
+
+/// Arcs one behind the other, at most, and how far apart, in their half widths.
+const MOST_ARCS: usize = 3;
+const APART: [f64; 2] = [3.0, 6.0];
+
+/// Height of a moraine, and half its width, as shares of half that of its floor; and the least and the most half width in
+/// metres.
+const HEIGHT: [f64; 2] = [0.06, 0.13];
+const HALF: f64 = 0.2;
+const HALF_M: [f64; 2] = [30.0, 75.0];
+
+/// Radius of an arc and how far its sides go on up the valley, in half widths of the floor.
+const RADIUS: f64 = 0.95;
+const TAIL: [f64; 2] = [0.8, 2.5];
+
+/// Wavelength in metres by which a moraine is higher here and lower there, and how high it is at least, as a share.
+const WAVE_M: f64 = 240.0;
+const LEAST_SHARE: f64 = 0.2;
+
+/// Heights of a moraine below the next-best side within which it fades, and metres beside the bed of a channel: it is as
+/// steep there as a hillside.
+const CREST_HEIGHTS: f64 = 1.0;
+const BANK_HEIGHTS: f64 = 2.0;
+
+/// Metres below the next-best side from which on moraines do not ask how far it is.
+pub const CREST_READ_M: f32 = (CREST_HEIGHTS * HIGHEST_M) as f32;
+
+/// Half width in vertices of the bed of a channel, at least, which keeps clear.
+const BED: f64 = 3.0;
+
+/// One wall.
+#[derive(Clone, Copy, Debug)]
+struct Moraine {
+    /// The middle of its arc.
+    middle: Point,
+    /// Unit vector down the valley.
+    down: [f64; 2],
+    radius_m: f64,
+    /// Half its width.
+    half_m: f64,
+    /// How far its sides go on up the valley.
+    tail_m: f64,
+    height_m: f64,
+    /// Heights of its two sides, as shares of the whole.
+    sides: [f64; 2],
+}
+
+impl Stamp for Moraine {
+    fn reach(&self) -> (Point, f64) {
+        (self.middle, length([self.radius_m + self.half_m, self.tail_m]))
+    }
+}
+
+impl Moraine {
+    /// Its height so many metres east and south of its middle, where nothing keeps it down.
+    fn height_m(&self, off: [f64; 2]) -> f64 {
+        let along_m = dot(off, self.down);
+        let across_m = off[1] * self.down[0] - off[0] * self.down[1];
+        // Up the valley its sides are straight.
+        let ring_m = if along_m > 0.0 { length(off) } else { across_m.abs() };
+        let beside = (ring_m - self.radius_m) / self.half_m;
+        if beside.abs() >= 1.0 || along_m <= -self.tail_m {
+            return 0.0;
+        }
+        let ridge = 1.0 - beside * beside;
+        let side = between(self.sides, smooth(0.5 + 0.5 * across_m / self.radius_m));
+        self.height_m * side * ridge * ridge * smooth(1.0 + along_m / self.tail_m)
+    }
+}
+
+/// The value at a share of the way from one to another.
+fn between([from, to]: [f64; 2], share: f64) -> f64 {
+    lerp([from, to - from], share)
+}
+
+impl Moraines {
+    /// The moraines of a world with these fields; `None` if it has none.
+    pub fn new(fields: &Arc<Fields>, spacing_m: f64, seed: u64) -> Option<Moraines> {
+        let wave = (WAVE_M / fields.metres_a_grain()).round() as i64;
+        (fields.settings().moraines > 0.0).then(|| Moraines {
+            fields: Arc::clone(fields),
+            seed: hash::stream(seed, Stream::Moraines),
+            spacing_m,
+            uneven: PointNoise::new(wave, 2, hash::stream(seed, Stream::MoraineShape)),
+        })
+    }
+
+    /// Raises the land of an area's nodes. Where two moraines meet the higher one counts.
+    pub fn raise(&self, segments: &Segments, nodes: &Displaced, valleys: &mut Valleys) {
+        let (fields, moraines) = (&self.fields, self.around(segments));
+        stamp::nodes_of(fields, &moraines, nodes, |index, vertex, near| {
+            let raised = near.iter().map(|moraine| {
+                let height_m = moraine.height_m(stamp::off_m(fields, nodes, index, vertex, moraine.middle));
+                // Most nodes near one have nothing of it.
+                if height_m == 0.0 { 0.0 } else { height_m * self.share(segments, valleys, index, moraine.height_m) }
+            });
+            let raised_m = raised.fold(0.0, f64::max);
+            if raised_m > 0.0 {
+                let share = (0.7 + 0.9 * self.uneven.at(vertex)).clamp(LEAST_SHARE, 1.0);
+                valleys.height_m[index] += (raised_m * share) as f32;
+            }
+        });
+    }
+
+    /// How much of a moraine of that height a node takes: nothing beside the bed of its channel and on the crest.
+    fn share(&self, segments: &Segments, valleys: &Valleys, index: usize, height_m: f64) -> f64 {
+        let Some(own) = segments.all.get(valleys.segment[index] as usize) else { return 0.0 };
+        let river_m = lerp(own.river, valleys.share[index] as f64) * self.fields.metres_a_grain();
+        let dry_m = valleys.distance_m[index] as f64 - river_m.max(BED * self.spacing_m);
+        let crest_m = valleys.crest_m[index] as f64;
+        smooth(dry_m / (BANK_HEIGHTS * height_m)) * smooth(crest_m / (CREST_HEIGHTS * height_m))
+    }
+
+    /// All moraines that may matter to an area whose segments these are.
+    fn around(&self, segments: &Segments) -> Vec<Moraine> {
+        // The finest valleys are younger than the ice.
+        let channels = segments.channels.iter().filter(|channel| channel.id.0 + 1 < self.fields.levels());
+        channels.flat_map(|channel| self.of(channel)).collect()
+    }
+
+    /// The moraines on the floor of a channel.
+    fn of(&self, channel: &Channel) -> Vec<Moraine> {
+        let (level, x, y) = channel.id;
+        let seed = hash::network_level(self.seed, level);
+        let metres = self.fields.metres_a_grain();
+        let long: f64 = channel.knots.windows(2).map(|pair| pair[0].at.distance(pair[1].at)).sum();
+        let finest = self.fields.side(self.fields.levels() - 1) as f64;
+        let stretches = (long / (STRETCH * finest)).ceil().max(1.0);
+        let mut moraines = Vec::new();
+        for stretch in 0..stretches as usize {
+            let parts = 3 + TRIES + 2 * MOST_ARCS;
+            let luck = |part: usize| chance(seed, (x, y), Draw::Moraine, (parts * stretch + part) as u64);
+            if luck(0) >= self.fields.settings().moraines {
+                continue;
+            }
+            let lean = |way: &f64| {
+                let place = downstream(channel, (0, 0.0), *way);
+                place.map_or(f32::INFINITY, |(knot, _)| channel.sections[knot].lean)
+            };
+            let ways = (0..TRIES).map(|part| (stretch as f64 + luck(3 + part)) / stretches * long);
+            let mut way = ways.min_by(|one, other| lean(one).total_cmp(&lean(other))).expect("there are some tries");
+            let arcs = 1 + (luck(1) * MOST_ARCS as f64) as usize;
+            for arc in 0..arcs {
+                let [size, side] = [0, 1].map(|part| luck(3 + TRIES + 2 * arc + part));
+                let Some(floor_m) = self.floor_m(channel, way) else { break };
+                let half_m = (HALF * floor_m).clamp(HALF_M[0], HALF_M[1]).max(3.0 * self.spacing_m);
+                moraines.extend(self.moraine(channel, way, [floor_m, half_m], [luck(2), size, side]));
+                // The next one down the valley is an older glacier's.
+                way += between(APART, size) * half_m / metres;
+            }
+        }
+        moraines
+    }
+
+    /// Half width in metres of the level part of the floor so many grains down a channel, if moraines lie there.
+    fn floor_m(&self, channel: &Channel, way: f64) -> Option<f64> {
+        let (knot, _) = downstream(channel, (0, 0.0), way)?;
+        let section = &channel.sections[knot];
+        let floor_m = LEVEL * f64::from(section.trough) * self.fields.metres_a_grain();
+        let is_wide = floor_m >= FLOOR_M[0].max(LEAST_FLOOR * self.spacing_m) && floor_m <= FLOOR_M[1];
+        (is_wide && section.lean <= MOST_LEAN).then_some(floor_m)
+    }
+
+    /// The moraine so many grains down a channel, if there was a glacier: by half the width of the floor and its own, and by
+    /// chance.
+    fn moraine(
+        &self,
+        channel: &Channel,
+        way: f64,
+        [floor_m, half_m]: [f64; 2],
+        [tail, size, side]: [f64; 3],
+    ) -> Option<Moraine> {
+        let metres = self.fields.metres_a_grain();
+        let radius_m = RADIUS * floor_m;
+        let at = |way: f64| Some(channel.at(downstream(channel, (0, 0.0), way.max(0.0))?));
+        let knot = at(way)?;
+        let down = at(way + radius_m / metres)?.at.from(at(way - radius_m / metres)?.at);
+        let down = down.map(|part| part / length(down).max(1.0));
+        let moraine = Moraine {
+            middle: knot.at.moved(down.map(|part| -part * radius_m / metres)),
+            down,
+            radius_m,
+            half_m,
+            tail_m: floor_m * between(TAIL, tail),
+            height_m: (floor_m * between(HEIGHT, size)).min(HIGHEST_M),
+            sides: [1.0 - 0.5 * side, 0.5 + 0.5 * side],
+        };
+        let (middle, reach_m) = moraine.reach();
+        let is_iced = self.fields.settings().ice_m.is_none() || self.fields.iced(knot.level_m) > 0.5;
+        let is_sea = knot.level_m < self.fields.lowest_lake_m();
+        let is_lake = |knot: &Knot| knot.pool_m > f64::NEG_INFINITY && knot.at.distance(middle) * metres < reach_m;
+        // Whoever is within its reach must know the channel's segment there.
+        let is_known = radius_m + reach_m <= stamp::known_m(&self.fields);
+        (is_iced && is_known && !is_sea && !channel.knots.iter().any(is_lake)).then_some(moraine)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::area::Area;
+    use crate::clock::Clock;
+    use crate::fluvial::Fluvial;
+    use crate::fluvial::settings::FluvialSettings;
+    use crate::preset::Preset;
+
+    fn alps(moraines: f64) -> Fluvial {
+        let (_, preset) = Preset::load("alps").unwrap();
+        let settings = FluvialSettings { moraines, ..preset.fluvial.unwrap() };
+        Fluvial::new(&settings, preset.spacing_m, None, 61, None)
+    }
+
+    const AREA: Area = Area { x0: 10_368, y0: -22_464, x1: 10_624, y1: -22_080 };
+
+    #[test]
+    fn there_is_nothing_of_a_moraine_past_its_reach() {
+        let fluvial = alps(1.0);
+        let moraines = fluvial.moraines.as_ref().unwrap().around(&fluvial.segments(AREA, 1));
+        assert!(moraines.len() > 10, "{} moraines", moraines.len());
+        for moraine in &moraines {
+            let (_, reach_m) = moraine.reach();
+            let mut highest_m = 0.0f64;
+            for place in 0..64 * 64 {
+                let off = [place % 64, place / 64].map(|at| (f64::from(at) / 31.5 - 1.0) * 1.1 * reach_m);
+                let height_m = moraine.height_m(off);
+                assert!((0.0..=HIGHEST_M).contains(&height_m), "{moraine:?}");
+                assert!(height_m == 0.0 || length(off) <= reach_m, "{moraine:?} at {off:?}");
+                highest_m = highest_m.max(height_m);
+            }
+            assert!(highest_m > 0.3 * moraine.height_m, "{highest_m} m of {moraine:?}");
+        }
+    }
+
+    #[test]
+    fn moraines_raise_floors_and_no_beds() {
+        let [bare, raised] = [0.0, 1.0].map(|moraines| alps(moraines).land(AREA, &Clock::default()));
+        let (water, mut highest_m) = (bare.water.unwrap(), 0.0f32);
+        for (x, y) in AREA.vertices() {
+            let raised_m = raised.heights.at(x, y) - bare.heights.at(x, y);
+            highest_m = highest_m.max(raised_m);
+            assert!(!water.bed.at(x, y) || raised_m <= 0.0, "a bed is {raised_m} m higher at {x},{y}");
+        }
+        assert!(highest_m > 5.0, "{highest_m} m");
+        assert_eq!(raised.water.unwrap().kind, water.kind);
+    }
+
+    #[test]
+    fn windows_agree_on_moraines() {
+        let fluvial = alps(1.0);
+        let whole = fluvial.land(AREA, &Clock::default()).heights;
+        for part in AREA.halves() {
+            assert_eq!(fluvial.land(part, &Clock::default()).heights, whole.part(part));
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! Stamps: what raises the land around a fixed point of a channel, by a function of the way from there.
+//!
+//! The fixed point is one of the network, so the stamp is the same for whoever knows the channel; and its reach is so short
+//! that whoever is within it does.
+
+use super::fields::Fields;
+use super::point::{GRAINS, Point};
+use super::valley;
+use super::warp::Displaced;
+use crate::area::Area;
+
+/// Vertices a side of the blocks for which stamps are found.
+const BLOCK: usize = 16;
+
+/// Where something is stamped on the land.
+pub trait Stamp {
+    /// Its fixed point, and metres from there beyond which there is nothing of it.
+    fn reach(&self) -> (Point, f64);
+}
+
+/// Metres from a place of a channel beyond which somebody may not know the channel.
+pub fn known_m(fields: &Fields) -> f64 {
+    valley::reach(fields).brook * fields.metres_a_grain()
+}
+
+/// Calls `take` with each node that stamps may reach: its number, its vertex, and these stamps.
+pub fn nodes_of<T: Stamp>(fields: &Fields, stamps: &[T], nodes: &Displaced, mut take: impl FnMut(usize, Point, &[&T])) {
+    let (area, metres) = (nodes.area, fields.metres_a_grain());
+    let index = |x: i64, y: i64| (y - area.y0) as usize * area.width() + (x - area.x0) as usize;
+    for y0 in (area.y0..area.y1).step_by(BLOCK).filter(|_| !stamps.is_empty()) {
+        for x0 in (area.x0..area.x1).step_by(BLOCK) {
+            let block = Area::new(x0, y0, BLOCK, BLOCK).common(&area).expect("it begins in the area");
+            let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+            for (x, y) in block.vertices() {
+                for (axis, at) in [x - x0, y - y0].into_iter().enumerate() {
+                    let at_m = (at * nodes.step * GRAINS) as f64 * metres + nodes.metres[axis][index(x, y)] as f64;
+                    (low[axis], high[axis]) = (low[axis].min(at_m), high[axis].max(at_m));
+                }
+            }
+            let corner = Point::at_vertex(x0 * nodes.step, y0 * nodes.step);
+            let reaches = |stamp: &&T| {
+                let (at, reach_m) = stamp.reach();
+                let at = at.from(corner).map(|grains| grains * metres);
+                // A metre more for what is rounded: this only says what to look at closely.
+                [0, 1]
+                    .iter()
+                    .all(|axis| at[*axis] + reach_m + 1.0 >= low[*axis] && at[*axis] - reach_m - 1.0 <= high[*axis])
+            };
+            let near: Vec<&T> = stamps.iter().filter(reaches).collect();
+            for (x, y) in block.vertices().filter(|_| !near.is_empty()) {
+                take(index(x, y), Point::at_vertex(x * nodes.step, y * nodes.step), &near);
+            }
+        }
+    }
+}
+
+/// Metres east and south from a point to a node of that number and vertex.
+pub fn off_m(fields: &Fields, nodes: &Displaced, index: usize, vertex: Point, from: Point) -> [f64; 2] {
+    // Exact whatever the origin, but for the last sum: no window knows another place.
+    let off = vertex.from(from);
+    [0, 1].map(|axis| off[axis] * fields.metres_a_grain() + nodes.metres[axis][index] as f64)
+}
