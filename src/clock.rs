@@ -16,6 +16,10 @@ pub mod stage {
     pub const VALLEYS: &str = "valleys";
     /// What runs down the hillsides between the channels.
     pub const GULLIES: &str = "gullies";
+    /// Walls around the ends of glaciers that have gone.
+    pub const MORAINES: &str = "moraines";
+    /// Ice in the heads of high valleys.
+    pub const GLACIERS: &str = "glaciers";
     /// The edge of the land and the floor of the sea.
     pub const COAST: &str = "coast";
     /// Cuts through which the land's hollows drain.

@@ -153,6 +153,12 @@ register! {
     LeastCoastSouth = 32 << 32, 1;
     /// Skerries: where they are, their shoals, bays and directions.
     Skerries = 33 << 32, 5;
+    /// Moraines, divided as the network is.
+    Moraines = 34 << 32, 1;
+    /// Where moraines are higher.
+    MoraineShape = 36 << 32, 1;
+    /// Glaciers, divided as the network is.
+    Glaciers = 35 << 32, 1;
 }
 
 /// The number of a stream, or of a part of one.
@@ -208,6 +214,10 @@ register! {
     Skerry = 2 << 32, 4;
     /// How long a trunk's delta is.
     Delta = 3 << 32, 1;
+    /// Where on its floor moraines lie, and how large they are.
+    Moraine = 4 << 32, PARTS;
+    /// How far down a glacier comes.
+    Glacier = 5 << 32, 1;
 }
 
 /// Knots for which a level of the network has room.

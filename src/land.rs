@@ -24,6 +24,8 @@ pub struct Water {
     pub depth_m: Grid<f32>,
     /// Discharge in cubic metres a second of the channel at each vertex; 0 off the channels.
     pub flow_m3s: Grid<f32>,
+    /// Metres of glacier; `None` where the relief has none.
+    pub ice_m: Option<Grid<f32>>,
 }
 
 impl Land {
@@ -34,6 +36,7 @@ impl Land {
             bed: water.bed.part(area),
             depth_m: water.depth_m.part(area),
             flow_m3s: water.flow_m3s.part(area),
+            ice_m: water.ice_m.as_ref().map(|ice_m| ice_m.part(area)),
         });
         Land { heights: self.heights.part(area), water }
     }

@@ -10,7 +10,7 @@
 //!                     valleys: the lowest valley side at each vertex
 //!                                   |
 //!                                   v
-//!                     gullies, coast, breaches, strata, ceiling, beds  -->  Land: heights and water
+//!                     gullies, moraines, glaciers, coast, breaches, strata, ceiling, beds  -->  Land: heights and water
 //! ```
 //!
 //! Everything is a pure function of the seed and of lattice ids. A vertex depends on the segments of channels whose
@@ -21,8 +21,8 @@
 //! The rooms, in the order of that way: `fields` and `lift` have the laws; `trunk` the lattice of the largest rivers,
 //! `trunk_curve`, `meander`, `delta` and `trunk_course` their lines, `lake` their lakes, and `branches` their old arms;
 //! `tributary_course` and `tributary` all others; `network` finds channels and their `segment`s by place, in chunks; `warp`,
-//! `valley` and `valley_side`, `gullies`, `coast`, `skerries`, `breach` and `water` make rasters of them; `rivers` and
-//! `strahler` know whole rivers, and `survey` the land as roads ask for it.
+//! `valley` and `valley_side`, `gullies`, `moraine` and `glacier`, which are `stamp`s, `coast`, `skerries`, `breach` and `water`
+//! make rasters of them; `rivers` and `strahler` know whole rivers, and `survey` the land as roads ask for it.
 
 pub mod settings;
 pub mod point;
@@ -47,6 +47,9 @@ mod warp;
 mod valley_side;
 mod valley;
 mod gullies;
+mod stamp;
+mod moraine;
+mod glacier;
 mod coast;
 mod skerries;
 mod breach;
@@ -66,8 +69,10 @@ use crate::memory::Usage;
 use crate::names::Names;
 use crate::simd::dispatch;
 use fields::{DEEPEST_RIVER_M, Fields};
+use glacier::Glaciers;
 use gullies::Gullies;
 use lift::Lift;
+use moraine::Moraines;
 use network::Network;
 use point::Point;
 use rivers::RiverMemories;
@@ -87,6 +92,8 @@ pub struct Fluvial {
     warp: Warp,
     gullies: Option<Gullies>,
     skerries: Option<Skerries>,
+    moraines: Option<Moraines>,
+    glaciers: Option<Glaciers>,
     lift: Lift,
     rivers: RiverMemories,
     names: Option<Names>,
@@ -112,6 +119,8 @@ impl Fluvial {
             warp: Warp::new(&fields, spacing_m, seed),
             gullies: Gullies::new(&fields, spacing_m, seed),
             skerries: Skerries::new(&fields, seed),
+            moraines: Moraines::new(&fields, spacing_m, seed),
+            glaciers: Glaciers::new(&fields, seed),
             lift: Lift::new(settings, sea_level_m, seed),
             rivers: RiverMemories::default(),
             names,
@@ -195,12 +204,24 @@ impl Fluvial {
         if let Some(gullies) = gullies {
             clock.time(stage::GULLIES, || gullies.carve(&nodes, &slope, &mut valleys));
         }
+        if let Some(moraines) = &self.moraines {
+            clock.time(stage::MORAINES, || moraines.raise(segments, &nodes, &mut valleys));
+        }
+        let ice_m = self
+            .glaciers
+            .as_ref()
+            .map(|glaciers| clock.time(stage::GLACIERS, || glaciers.ice_m(segments, &nodes, &valleys)));
         let coast_m =
             clock.time(stage::COAST, || coast::heights(&self.fields, self.spacing_m, &nodes, &valleys.height_m));
         if gullies.is_some() {
             clock.time(stage::BREACHES, || self.breach(nodes.area, segments, coast_m.as_deref(), &mut valleys));
         }
-        clock.time(stage::WATER, || self.water(segments, &nodes, &valleys, coast_m.as_deref()).fill(area))
+        let mut land =
+            clock.time(stage::WATER, || self.water(segments, &nodes, &valleys, coast_m.as_deref()).fill(area));
+        if let Some(water) = &mut land.water {
+            water.ice_m = ice_m.map(|ice_m| ice_m.part(area));
+        }
+        land
     }
 
     /// The segments of channels that matter to an area of nodes, `step` vertices apart.
@@ -209,11 +230,14 @@ impl Fluvial {
         self.network.segments(self.fields.levels(), self.warp.input(area, step), origin, valley::reach(&self.fields))
     }
 
-    /// Metres above the lowest side up to which somebody asks for the next-best one: who rounds crests does, and gullies.
+    /// Metres above the lowest side up to which somebody asks for the next-best one: who rounds crests does, and gullies
+    /// and moraines.
     fn told_m(&self, gullies: Option<&Gullies>) -> f32 {
         let settings = self.fields.settings();
         let steepest = settings.hill_slope[0].max(settings.hill_slope[1]) as f32;
-        gullies.map_or(0.0, |gullies| gullies.crest_read_m(steepest)).max(settings.crest_m as f32)
+        let by_moraines_m = self.moraines.as_ref().map_or(0.0, |_| moraine::CREST_READ_M);
+        let by_gullies_m = gullies.map_or(0.0, |gullies| gullies.crest_read_m(steepest));
+        by_gullies_m.max(by_moraines_m).max(settings.crest_m as f32)
     }
 
     /// The valleys at nodes, given the slope of their hillsides; crests are told up to so many metres.

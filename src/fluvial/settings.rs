@@ -52,6 +52,14 @@ pub struct FluvialSettings {
     /// heads are cirques, and side valleys hang; 0 to 10,000, above the sea level or above 0. Default: none.
     #[schemars(range(min = 0, max = 10_000))]
     pub ice_m: Option<f64>,
+    /// Share of the stretches of wide floors on which a glacier has left moraines, above `ice_m` where that is given, 0 to 1.
+    /// Default: 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub moraines: f64,
+    /// Height in metres to which glaciers come down in the heads of valleys, about: 0 to 10,000, above the sea level or above 0.
+    /// Default: no glaciers.
+    #[schemars(range(min = 0, max = 10_000))]
+    pub glacier_m: Option<f64>,
     /// Metres of height by which crests are rounded off, 0 to 1000. Default: 20.
     #[schemars(range(min = 0, max = 1000))]
     pub crest_m: f64,
@@ -113,6 +121,8 @@ impl Default for FluvialSettings {
             valley: 0.03,
             terraces: 0,
             ice_m: None,
+            moraines: 0.0,
+            glacier_m: None,
             crest_m: 20.0,
             bend: 0.9,
             gullies: 0.5,

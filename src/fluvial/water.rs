@@ -190,6 +190,7 @@ impl<'a> FillWater<'a> {
             bed: Grid::filled(area, false),
             depth_m: Grid::filled(area, 0.0),
             flow_m3s: Grid::filled(area, 0.0),
+            ice_m: None,
         };
         let (mut heights, mut water) = (Grid::filled(area, 0.0), water);
         let [columns, rows] = [area.width(), area.height()].map(|vertices| vertices.div_ceil(BLOCK));

@@ -72,6 +72,9 @@ impl Material {
 /// Vertices that a meadow is level all around.
 const FLOOR: i64 = 3;
 
+/// Metres of ice that let no ground be seen.
+const WHOLE_ICE_M: f32 = 5.0;
+
 /// The area of land that the weights of an area are made of: mud lies beside water too, and further what the settings say.
 pub(super) fn input(ground: &GroundSettings, area: Area) -> Area {
     if ground.scree.is_some() || ground.wet_m.is_some() {
@@ -105,6 +108,9 @@ impl Blend {
             None => dispatch(Weigh::<false> { rule, heights, normals, surroundings, blend: blend_mut }),
         }
         if let Some(water) = water {
+            if let Some(ice_m) = &water.ice_m {
+                blend.lay_ice(ice_m);
+            }
             blend.wet(rule, water);
         }
         blend
@@ -129,6 +135,20 @@ impl Blend {
             for ((ground, cover), share) in ground.iter_mut().zip(cover).zip(shares.row(y, x0, x1)) {
                 if *share > 0.0 {
                     (*ground, *cover) = covered(*ground, *cover, material, *share);
+                }
+            }
+        }
+    }
+
+    /// Lays snow on glaciers.
+    fn lay_ice(&mut self, ice_m: &Grid<f32>) {
+        let Area { x0, y0, x1, y1 } = self.ground.area();
+        for y in y0..y1 {
+            let ground = self.ground.row_mut(y, x0, x1);
+            let cover = self.cover.row_mut(y, x0, x1);
+            for ((ground, cover), ice_m) in ground.iter_mut().zip(cover).zip(ice_m.row(y, x0, x1)) {
+                if *ice_m > 0.0 {
+                    (*ground, *cover) = covered(*ground, *cover, Material::Snow, (ice_m / WHOLE_ICE_M).min(1.0));
                 }
             }
         }
@@ -352,6 +372,7 @@ mod tests {
             bed: Grid::filled(wide, false),
             depth_m: Grid::filled(wide, 0.0),
             flow_m3s: Grid::filled(wide, 0.0),
+            ice_m: None,
         };
         for (x, y) in wide.vertices() {
             heights.row_mut(y, x, x + 1)[0] = height_m(x, y);
@@ -427,7 +448,7 @@ mod tests {
         let made = |heights: &Grid<f32>, kind: &Grid<WaterKind>| {
             let rule = GroundRule::new(ground, None, 300.0, 1);
             let bed = Grid::filled(wide, false);
-            let water = Water { kind: kind.clone(), bed, depth_m: dry.clone(), flow_m3s: dry.clone() };
+            let water = Water { kind: kind.clone(), bed, depth_m: dry.clone(), flow_m3s: dry.clone(), ice_m: None };
             let blend = Blend::new(&rule, heights, Some(&water), &normals);
             [blend.ground, blend.cover]
         };
