@@ -34,6 +34,20 @@ pub fn smooth(t: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
+/// How far one has come at each place of a way of so long steps: 0 at the first.
+pub fn come(steps: impl Iterator<Item = f64>) -> Vec<f64> {
+    let sums = steps.scan(0.0, |come, step| {
+        *come += step;
+        Some(*come)
+    });
+    std::iter::once(0.0).chain(sums).collect()
+}
+
+/// How far one has come at each of the places of a line.
+pub fn come_along(places: &[[f64; 2]]) -> Vec<f64> {
+    come(places.windows(2).map(|pair| length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]])))
+}
+
 /// The straight line between two places.
 #[derive(Clone, Copy, Debug)]
 pub struct LineSegment {

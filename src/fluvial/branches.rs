@@ -15,7 +15,7 @@ use super::meander::meander_width;
 use super::point::{GRAINS, Point, chance};
 use super::segment::{LEVEL, measured};
 use super::trunk::NodeId;
-use crate::geometry::{LineSegment, cross, length, smooth};
+use crate::geometry::{LineSegment, come_along, cross, length, smooth};
 use crate::hash::{self, Draw};
 use crate::memory::{Memory, Usage, heap_bytes};
 
@@ -183,10 +183,7 @@ type Side = f64;
 impl<'a> Trunk<'a> {
     fn new(fields: &'a Fields, channel: &'a Channel) -> Trunk<'a> {
         let course = channel.course(channel.knots[0].at);
-        let mut come = vec![0.0];
-        for pair in course.windows(2) {
-            come.push(come[come.len() - 1] + length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]));
-        }
+        let come = come_along(&course);
         Trunk { fields, channel, course, come }
     }
 
@@ -324,7 +321,7 @@ impl<'a> Trunk<'a> {
         let slope = (self.knot(part[0]).level_m - self.knot(part[1]).level_m)
             / ((part[1] - part[0]) * self.fields.metres_a_grain());
         let rise = (RISE_SHARE * slope).clamp(0.0, MOST_RISE) * self.fields.metres_a_grain();
-        let lengths = lengths(&places);
+        let lengths = come_along(&places);
         let long = lengths[lengths.len() - 1];
         let knots = places.iter().zip(&lengths).map(|(place, come)| {
             let up = long - come;
@@ -366,7 +363,7 @@ impl<'a> Trunk<'a> {
             return None;
         }
         let (upper, lower) = (self.knot(part[0]), self.knot(part[1]));
-        let lengths = lengths(&places);
+        let lengths = come_along(&places);
         let whole = lengths[lengths.len() - 1];
         let knots = places.iter().zip(&lengths).map(|(place, come)| {
             let level_m = upper.level_m + (lower.level_m - upper.level_m) * (come / whole);
@@ -407,16 +404,6 @@ impl<'a> Trunk<'a> {
 /// The side on which the outside of a bend lies.
 fn outside(bend: f64) -> Side {
     if bend > 0.0 { -1.0 } else { 1.0 }
-}
-
-/// How far along a line each of its places is.
-fn lengths(places: &[[f64; 2]]) -> Vec<f64> {
-    let steps = places.windows(2).map(|pair| length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]));
-    let sums = steps.scan(0.0, |come, step| {
-        *come += step;
-        Some(*come)
-    });
-    std::iter::once(0.0).chain(sums).collect()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::point::{self, GRAINS, Point};
 use super::trunk::NodeId;
+use crate::geometry::come;
 use crate::lines::{ChannelId, LakeId};
 use crate::memory::heap_bytes;
 
@@ -176,6 +177,11 @@ impl Channel {
     pub fn course(&self, origin: Point) -> Vec<[f64; 2]> {
         self.knots.iter().map(|knot| knot.at.from(origin)).collect()
     }
+}
+
+/// The way from the first knot to each, in grains.
+pub fn ways(knots: &[Knot]) -> Vec<f64> {
+    come(knots.windows(2).map(|pair| pair[0].at.distance(pair[1].at)))
 }
 
 fn bounds(knots: &[Knot]) -> [Point; 2] {

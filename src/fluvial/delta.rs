@@ -3,7 +3,7 @@
 //! A bed that passes under the sea goes on above it to the delta's front, and falls from there to where it was. Its
 //! floor follows it, so the valley is a plain from side to side; what joins it there comes to the bed as it is now.
 
-use super::channel::Knot;
+use super::channel::{Knot, ways};
 use super::fields::Fields;
 
 /// Metres that the bed lies above the sea at the front: enough that the plain is none of it.
@@ -36,16 +36,7 @@ pub fn build(fields: &Fields, knots: &mut Vec<Knot>, longest: f64) {
     let (sea_m, metres) = (fields.sea_level_m(), fields.metres_a_grain());
     let Some(wet) = knots.iter().position(|knot| knot.level_m < sea_m + FRONT_M).filter(|wet| *wet > 0) else { return };
     // Grains along the bed from its head to each knot.
-    let along = |knots: &[Knot]| -> Vec<f64> {
-        let steps = knots.windows(2).map(|pair| pair[0].at.distance(pair[1].at));
-        std::iter::once(0.0)
-            .chain(steps.scan(0.0, |sum, step| {
-                *sum += step;
-                Some(*sum)
-            }))
-            .collect()
-    };
-    let places = along(knots);
+    let places = ways(knots);
     let whole = places[places.len() - 1];
     let share = (knots[wet - 1].level_m - sea_m - FRONT_M) / (knots[wet - 1].level_m - knots[wet].level_m);
     let shore = places[wet - 1] + (places[wet] - places[wet - 1]) * share;

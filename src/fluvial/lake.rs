@@ -4,7 +4,7 @@
 //! where it goes on. The valley sides rise from the hollow's floor as from any bed, and tributaries come down to it: so
 //! shores are contours of the land, their bays the lower ends of side valleys, and every lake has one outlet.
 
-use super::channel::{Channel, Knot};
+use super::channel::{Channel, Knot, ways};
 use super::fields::Fields;
 use super::point::{Point, chance};
 use super::segment::rise;
@@ -193,16 +193,6 @@ impl Hollow {
 /// side.
 fn depth_m(fields: &Fields, hill_slope: f64, trough: f64, half_width: f64) -> f64 {
     hill_slope * fields.metres_a_grain() * rise(half_width, 0.0, trough, 0.0)
-}
-
-/// The way from the first knot to each, in grains.
-fn ways(knots: &[Knot]) -> Vec<f64> {
-    let steps = knots.windows(2).map(|pair| pair[0].at.distance(pair[1].at));
-    let sum = steps.scan(0.0, |way, step| {
-        *way += step;
-        Some(*way)
-    });
-    std::iter::once(0.0).chain(sum).collect()
 }
 
 /// The same course with more knots, so that none of its segments is longer than so many grains.

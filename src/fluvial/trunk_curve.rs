@@ -5,7 +5,7 @@ use super::fields::Fields;
 use super::lake::NO_LAKE;
 use super::point::Point;
 use super::trunk::{Drained, NodeId, Trunks, neighbours};
-use crate::geometry::{LineSegment, cross, dot, length, lines};
+use crate::geometry::{LineSegment, come_along, cross, dot, length, lines};
 
 /// How steep a bed is that goes on under the sea: enough that it falls. Chosen by eye.
 pub const DROWNED_SLOPE: f64 = 0.002;
@@ -162,10 +162,7 @@ fn even(segments: usize, curve: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 2]> {
     const PIECES: usize = 4;
     let pieces = PIECES * segments;
     let places: Vec<[f64; 2]> = (0..=pieces).map(|piece| curve(piece as f64 / pieces as f64)).collect();
-    let mut come = vec![0.0];
-    for pair in places.windows(2) {
-        come.push(come[come.len() - 1] + length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]));
-    }
+    let come = come_along(&places);
     let mut piece = 0;
     let inner = (1..segments).map(|step| {
         let wanted = come[pieces] * step as f64 / segments as f64;
