@@ -51,6 +51,8 @@ pub struct Segment {
     pub lean: [f64; 2],
     /// Half widths of the river, in grains.
     pub river: [f64; 2],
+    /// How high its levees are, as a share of the most.
+    pub levees: f64,
     /// The number of the terraces of its floor.
     pub terraces: u32,
     /// Half widths of the flood plain below them, in grains.
@@ -83,6 +85,12 @@ pub const MOST_LEAN: f64 = 0.95;
 /// side. Chosen by eye.
 pub(super) const LEVEL: f64 = 0.7;
 
+/// Height of the highest levees, as a share of the half width of their river; how steep they rise from it, as a share of the
+/// side's slope, and how steep they fall behind. Less steep than most floors lean, so that water stands behind few. Chosen by eye.
+pub(super) const LEVEE: f64 = 0.25;
+pub(super) const LEVEE_RISES: f64 = 0.3;
+pub(super) const LEVEE_FALLS: f64 = 0.05;
+
 /// How steep a river runs down the side of another one's valley at most, as a share of that side's slope: so it cuts
 /// into it, and is not lost on it. Chosen by eye.
 pub const INCISION: f64 = 0.65;
@@ -107,7 +115,7 @@ const BENT: f64 = 1.2;
 const BEND_WIDTHS: f64 = 1.25;
 const SINE: f64 = 0.4;
 
-/// Widths from each end of a trunk, and from its lakes, within which it comes to be as broad as is usual.
+/// Widths from each end of a trunk, from its lakes and from the sea within which it comes to be as broad as is usual.
 const END_WIDTHS: f64 = 4.0;
 
 /// How far the side of a channel goes on that has no brooks, in distances to the next channel of its level.
@@ -119,11 +127,11 @@ pub fn rise(grains: f64, shore: f64, trough: f64, lean: f64) -> f64 {
     rise_over(grains, shore, trough, lean, 0.0)
 }
 
-/// The same where terraces have risen by so many grains.
-fn rise_over(grains: f64, shore: f64, trough: f64, lean: f64, terraces: f64) -> f64 {
+/// The same where levees and terraces have risen by so many grains.
+fn rise_over(grains: f64, shore: f64, trough: f64, lean: f64, raised: f64) -> f64 {
     let round = (1.0 - LEVEL) * trough;
     let beyond = (grains - shore.max(LEVEL * trough)).max(0.0);
-    let risen = (beyond * beyond + round * round).sqrt() - round + terraces;
+    let risen = (beyond * beyond + round * round).sqrt() - round + raised;
     risen + lean * ((grains - shore).max(0.0) - risen)
 }
 
@@ -269,9 +277,19 @@ impl Segment {
         (0..self.terraces).map(|step| (grains - flood_plain - tread * f64::from(step)).clamp(0.0, riser)).sum()
     }
 
+    /// Grains that its levee rises above the floor so far from a place of it: as high as there is room on the level floor.
+    fn levee_risen(&self, t: f64, grains: f64) -> f64 {
+        let river = lerp(self.river, t);
+        let room = (LEVEL * lerp(self.trough, t) - river).max(0.0);
+        let height = (self.levees * LEVEE * river).min(room / (1.0 / LEVEE_RISES + 1.0 / LEVEE_FALLS));
+        let beside = (grains - river).max(0.0);
+        (LEVEE_RISES * beside).min(height - LEVEE_FALLS * (beside - height / LEVEE_RISES)).max(0.0)
+    }
+
     fn side_at_m(&self, t: f64, square: f64, slope: f64) -> f64 {
         let (grains, shore, trough) = (square.sqrt(), lerp(self.river, t), lerp(self.trough, t));
-        let risen = rise_over(grains, shore, trough, lerp(self.lean, t), self.terraces_risen(t, grains));
+        let raised = self.terraces_risen(t, grains) + self.levee_risen(t, grains);
+        let risen = rise_over(grains, shore, trough, lerp(self.lean, t), raised);
         lerp(self.level_m, t) + slope * lerp(self.cross, t) * risen
     }
 }
@@ -327,13 +345,15 @@ fn section(fields: &Fields, channel: &Channel, knot: usize) -> CrossSection {
 
 /// How broad a river is at a knot of its channel, as a share of what is usual for its discharge: trunks are broader in bends.
 fn broadened(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
-    let Knot { at: here, area, pool_m, .. } = channel.knots[knot];
-    if channel.id.0 > 0 || pool_m > f64::NEG_INFINITY {
+    let Knot { at: here, area, .. } = channel.knots[knot];
+    // Lakes and the sea are ends, too.
+    let is_end = |knot: &Knot| knot.pool_m > f64::NEG_INFINITY || fields.is_drowned(knot.at, knot.level_m);
+    if channel.id.0 > 0 || is_end(&channel.knots[knot]) {
         return 1.0;
     }
     let width = meander_width(fields, area);
-    let way_up = ahead(here, channel.knots[..knot].iter().rev(), width);
-    let way_down = ahead(here, channel.knots[knot + 1..].iter(), width);
+    let way_up = ahead(here, channel.knots[..knot].iter().rev(), width, is_end);
+    let way_down = ahead(here, channel.knots[knot + 1..].iter(), width, is_end);
     let ([before, after], come) = ([way_up.0, way_down.0], way_up.1.min(way_down.1));
     let bend = (cross(before, after) / (length(before) * length(after)).max(1e-9)).abs();
     let share = STRAIGHT + (BENT - STRAIGHT) * smooth((bend / SINE).min(1.0));
@@ -343,7 +363,12 @@ fn broadened(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
 
 /// Where a channel comes from a place on through some knots, in as many grains as its bend is told by; and how far it goes on, as
 /// far as that matters.
-fn ahead<'a>(from: Point, knots: impl Iterator<Item = &'a Knot>, width: f64) -> ([f64; 2], f64) {
+fn ahead<'a>(
+    from: Point,
+    knots: impl Iterator<Item = &'a Knot>,
+    width: f64,
+    is_end: impl Fn(&Knot) -> bool,
+) -> ([f64; 2], f64) {
     let (bend, most) = (BEND_WIDTHS * width, END_WIDTHS * width);
     let (mut come, mut last, mut place) = (0.0, from, [0.0; 2]);
     for knot in knots {
@@ -351,8 +376,7 @@ fn ahead<'a>(from: Point, knots: impl Iterator<Item = &'a Knot>, width: f64) -> 
         let share = ((bend - come) / length(way).max(1e-9)).clamp(0.0, 1.0);
         place = [0, 1].map(|axis| place[axis] + way[axis] * share);
         (come, last) = (come + length(way), knot.at);
-        // Lakes are ends, too.
-        if come >= most || knot.pool_m > f64::NEG_INFINITY {
+        if come >= most || is_end(knot) {
             break;
         }
     }
@@ -396,6 +420,7 @@ pub fn segments_of(
             trough: section(|section| section.trough),
             lean: section(|section| section.lean),
             river: section(|section| section.river),
+            levees: fields.settings().levees,
             terraces: fields.settings().terraces,
             flood_plain: section(|section| section.flood_plain),
             riser: section(|section| section.riser),
@@ -560,7 +585,7 @@ mod tests {
         let mut settings = preset.fluvial.unwrap();
         let slope = 0.04;
         let mut segment = |terraces: u32| {
-            settings.terraces = terraces;
+            (settings.terraces, settings.levees) = (terraces, 0.0);
             let fields = Fields::new(&settings, preset.spacing_m, None, 4);
             let knot = |x: i64, level_m: f64| Knot {
                 at: Point::at_vertex(x, 0),
@@ -596,6 +621,33 @@ mod tests {
         assert_eq!(side_m(&stepped, 0.4 * floor), side_m(&bare, 0.4 * floor));
         let risen_m = side_m(&stepped, floor) - side_m(&bare, floor);
         assert!((2.0..10.0).contains(&risen_m), "{risen_m} m");
+    }
+
+    #[test]
+    fn a_levee_rises_beside_its_river_and_leaves_the_rest_as_it_was() {
+        let (_, preset) = Preset::load("plains").unwrap();
+        let mut settings = preset.fluvial.unwrap();
+        let mut segment = |levees: f64| {
+            (settings.terraces, settings.levees) = (0, levees);
+            let fields = Fields::new(&settings, preset.spacing_m, None, 4);
+            let knot = |x: i64, level_m: f64| Knot {
+                at: Point::at_vertex(x, 0),
+                level_m,
+                area: 8.0,
+                pool_m: f64::NEG_INFINITY,
+            };
+            let river = Channel::new((0, 0, 0), vec![knot(0, 100.0), knot(50, 99.9)], Mouth::Sea, 0.04);
+            let river = measured(&fields, river);
+            segments_of(&fields, &river, 0, Point::at_vertex(0, 0), |_| true).next().unwrap()
+        };
+        let (bare, raised) = (segment(0.0), segment(1.0));
+        let more = |grains: f64| raised.side_m([0.0, grains], 1.0) - bare.side_m([0.0, grains], 1.0);
+        let river = raised.river[0];
+        assert_eq!(more(river), 0.0);
+        let (top, height) = (river * (1.0 + LEVEE / LEVEE_RISES), LEVEE * river * raised.cross[0]);
+        assert!((more(top) / height - 1.0).abs() < 0.1, "{} of {height}", more(top));
+        assert!(more(2.0 * top) < more(top) && more(2.0 * top) > 0.0);
+        assert_eq!(more(LEVEL * raised.trough[0]), 0.0);
     }
 
     #[test]

@@ -48,6 +48,10 @@ pub struct FluvialSettings {
     /// is room for them, 0 to 3. Default: 0.
     #[schemars(range(min = 0, max = 3))]
     pub terraces: u32,
+    /// How high the levees are that floods have left along rivers on wide floors, as a share of what the hillside rises over an
+    /// eighth of the river's width, 0 to 1. Default: 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub levees: f64,
     /// Height in metres from which on glaciers have shaped the valleys of tributaries: floors are wide and go up in steps,
     /// heads are cirques, and side valleys hang; 0 to 10,000, above the sea level or above 0. Default: none.
     #[schemars(range(min = 0, max = 10_000))]
@@ -120,6 +124,7 @@ impl Default for FluvialSettings {
             uplift: Uplift::default(),
             valley: 0.03,
             terraces: 0,
+            levees: 0.0,
             ice_m: None,
             moraines: 0.0,
             glacier_m: None,

@@ -255,6 +255,7 @@ impl FillValleys<'_> {
     fn floor(&self) -> Floor {
         Floor {
             level_m: (LEAST_HALF_WIDTH * GRAINS as f64 * self.fields.metres_a_grain()) as f32,
+            levees: self.fields.settings().levees as f32,
             terraces: self.fields.settings().terraces,
         }
     }

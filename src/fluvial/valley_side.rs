@@ -2,7 +2,7 @@
 
 use super::fields::Fields;
 use super::point::GRAINS;
-use super::segment::{LEVEL, Reach, Segment};
+use super::segment::{LEVEE, LEVEE_FALLS, LEVEE_RISES, LEVEL, Reach, Segment};
 use crate::geometry::lerp;
 use crate::simd::{MAX_LANES, Simd};
 
@@ -110,7 +110,9 @@ impl Columns {
         let widest = (segment.widest_trough() * metres) as f32 + river[0].max(river[0] + river[1]);
         let floor = change(trough) + change(lean) * widest + change(river);
         let terraces = segment.terraces as f32 * (change(trough) + change(river) + change(flood_plain) + change(riser));
-        self.steepness.push(change(level) + floor + terraces);
+        // A levee rises and falls less than its river becomes broader.
+        let levees = if segment.levees > 0.0 { change(river) } else { 0.0 };
+        self.steepness.push(change(level) + floor + terraces + levees);
         self.change.push(change(cross));
         self.reach.push((segment.reach(reach) * metres) as f32);
         self.channel.push(segment.channel);
@@ -169,6 +171,8 @@ impl Columns {
 pub struct Floor {
     /// Half width in metres of the part of a river that is level across.
     pub level_m: f32,
+    /// How high levees are, as a share of the most.
+    pub levees: f32,
     /// Terraces from the flood plain to the side.
     pub terraces: u32,
 }
@@ -322,6 +326,15 @@ impl<S: Simd> LaneSegment<S> {
                 let up = simd.max(distance - flood_plain - tread * simd.splat(step as f32), zero);
                 risen = risen + simd.min(up, riser);
             }
+        }
+        if self.floor.levees > 0.0 {
+            // As high as there is room for it to fall again on the level floor.
+            let room =
+                simd.max(level - river, zero) * simd.splat((1.0 / (1.0 / LEVEE_RISES + 1.0 / LEVEE_FALLS)) as f32);
+            let height = simd.min(river * simd.splat(self.floor.levees * LEVEE as f32), room);
+            let behind = dry - height * simd.splat((1.0 / LEVEE_RISES) as f32);
+            let falling = height - behind * simd.splat(LEVEE_FALLS as f32);
+            risen = risen + simd.max(simd.min(dry * simd.splat(LEVEE_RISES as f32), falling), zero);
         }
         let rise = (risen + lean * (dry - risen)) * cross;
         // Water is level, but for next to nothing.
