@@ -159,6 +159,8 @@ register! {
     MoraineShape = 36 << 32, 1;
     /// Glaciers, divided as the network is.
     Glaciers = 35 << 32, 1;
+    /// Where rills are deep.
+    Rills = 37 << 32, 1;
 }
 
 /// The number of a stream, or of a part of one.

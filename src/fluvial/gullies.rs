@@ -30,6 +30,8 @@ struct Wave {
     stripes: Stripes,
     /// Metres from crest to floor where the hillside's slope is 1.
     depth_m: f32,
+    /// Noise by which it is deep here and missing there.
+    patches: Option<Fractal>,
     /// What `flank` is multiplied by to give the slope across the stripes where the hillside's slope is 1.
     slope: f32,
 }
@@ -38,6 +40,12 @@ struct Wave {
 /// times shorter each further one is: not twice, or crests of two octaves would fall together.
 const FIRST_WAVE: f64 = 0.9;
 const WAVE_RATIO: f64 = 2.1;
+
+/// Wavelength of the noise that says where rills are deep, in cells of the finest level. Chosen by eye.
+const PATCH_WAVE: f64 = 1.5;
+
+/// Octaves of gullies, at most.
+const MOST_OCTAVES: usize = 3;
 
 /// Depth of gullies as a share of their wavelength, where the settings ask for whole gullies on a slope of 1: so
 /// shallow that their flanks are less steep than the hillside, and fall along it.
@@ -74,19 +82,29 @@ impl Gullies {
         if strength == 0.0 {
             return None;
         }
+        let rills = fields.settings().rills;
         // Three octaves: a fourth would cost as much as each and be lower than the roughness.
-        let mut octaves = Vec::new();
-        let mut wave_m = FIRST_WAVE * finest_m;
-        while wave_m >= SHORTEST * spacing_m && octaves.len() < 3 {
-            let depth_m = strength * DEPTH * wave_m;
-            octaves.push(Wave {
-                stripes: Stripes::new(wave_m, spacing_m, hash::stream(seed, Stream::Gullies.of(octaves.len() as u64))),
+        let waves_m = std::iter::successors(Some(FIRST_WAVE * finest_m), |wave_m| Some(wave_m / WAVE_RATIO));
+        let waves_m: Vec<f64> =
+            waves_m.take_while(|wave_m| *wave_m >= SHORTEST * spacing_m).take(MOST_OCTAVES).collect();
+        // All over a face they would look combed.
+        let patches = || {
+            let wavelength_m = PATCH_WAVE * finest_m;
+            let spec = FractalSpec { kind: FractalKind::Fbm, octaves: 1, wavelength_m, lacunarity: 2.0, h: 1.0 };
+            Fractal::new(&spec, spacing_m, hash::stream(seed, Stream::Rills))
+        };
+        let octave = |(index, wave_m): (usize, &f64)| {
+            let rills = rills.filter(|_| index + 1 == MOST_OCTAVES);
+            let depth_m = rills.unwrap_or(strength) * DEPTH * wave_m;
+            Wave {
+                stripes: Stripes::new(*wave_m, spacing_m, hash::stream(seed, Stream::Gullies.of(index as u64))),
                 depth_m: depth_m as f32,
+                patches: rills.map(|_| patches()),
                 // Of `depth / 2 * cos(2 pi x / wave)`, along x.
                 slope: (depth_m * std::f64::consts::PI / wave_m) as f32,
-            });
-            wave_m /= WAVE_RATIO;
-        }
+            }
+        };
+        let octaves = waves_m.iter().enumerate().map(octave).collect();
         // As many octaves as the lattice can show.
         let rough_wave_m = (FIRST_WAVE * finest_m).max(spacing_m);
         let count = (1..=5).rev().find(|n| rough_wave_m / f64::from(1 << (n - 1)) >= spacing_m).unwrap_or(1);
@@ -129,7 +147,11 @@ impl Gullies {
         let Valleys { height_m, level_m, crest_m, steepness, .. } = valleys;
         let hillside = Hillside { height_m, level_m, foot_m: &foot_m, crest_m, steepness, slope };
         let mut carved = vec![0.0; len];
+        let mut patches = vec![1.0; len];
         for octave in &self.octaves {
+            if let Some(noise) = &octave.patches {
+                noise.fill(area, &mut patches);
+            }
             dispatch(Across { fall: &fall, across: &mut across });
             octave.stripes.fill(area, &across[0], &across[1], &mut crest, &mut flank);
             dispatch(CarveOctave {
@@ -138,6 +160,7 @@ impl Gullies {
                 across: &across,
                 crest: &crest,
                 flank: &flank,
+                patches: &patches,
                 fall: &mut fall,
                 carved: &mut carved,
             });
@@ -273,6 +296,7 @@ struct CarveOctave<'a> {
     across: &'a [Vec<f32>; 2],
     crest: &'a [f32],
     flank: &'a [f32],
+    patches: &'a [f32],
     fall: &'a mut [Vec<f32>; 2],
     carved: &'a mut [f32],
 }
@@ -285,7 +309,11 @@ impl Kernel for CarveOctave<'_> {
         let half = simd.splat(0.5);
         for at in (0..self.carved.len()).step_by(S::LANES) {
             let depth = simd.splat(self.octave.depth_m) * simd.load(&self.hillside.slope[at..]);
-            let share = share(simd, &self.hillside, at, depth);
+            let mut share = share(simd, &self.hillside, at, depth);
+            if self.octave.patches.is_some() {
+                let patch = half + simd.load(&self.patches[at..]);
+                share = share * simd.min(simd.max(patch, simd.splat(0.0)), simd.splat(1.0));
+            }
             let carved = simd.load(&self.carved[at..]) + depth * share * (half - half * simd.load(&self.crest[at..]));
             simd.store(carved, &mut self.carved[at..]);
             // Relative to the hillside's slope: the slope of the stripes.

@@ -73,6 +73,10 @@ pub struct FluvialSettings {
     /// Gullies on the hillsides: their depth as a share of what slope and spacing allow, 0 to 1. Default: 0.5.
     #[schemars(range(min = 0, max = 1))]
     pub gullies: f64,
+    /// Depth of rills, which are the shortest of three sizes of gullies, a fifth of the distance between brooks wide: as
+    /// `gullies` is that of the larger ones, 0 to 1; without gullies there are none. Default: as `gullies`.
+    #[schemars(range(min = 0, max = 1))]
+    pub rills: Option<f64>,
     /// No land is higher than this many metres, and what comes near is pressed together; 10 to 10,000. Default: 4800.
     #[schemars(range(min = 10, max = 10_000))]
     pub ceiling_m: f64,
@@ -131,6 +135,7 @@ impl Default for FluvialSettings {
             crest_m: 20.0,
             bend: 0.9,
             gullies: 0.5,
+            rills: None,
             ceiling_m: 4800.0,
             knee: 0.6,
             strata: None,

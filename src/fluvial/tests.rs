@@ -546,3 +546,24 @@ fn bare_land_ends_without_steps_where_the_reach_of_its_channel_does() {
         }
     }
 }
+
+#[test]
+fn rills_furrow_some_hillsides_and_no_rivers() {
+    let (_, preset) = Preset::load("alps").unwrap();
+    let [bare, furrowed] = [0.05, 1.0].map(|rills| {
+        let settings = FluvialSettings { rills: Some(rills), ..preset.fluvial.clone().unwrap() };
+        Fluvial::new(&settings, preset.spacing_m, None, 4, None)
+    });
+    let area = Area::new(-300, 1000, 192, 192);
+    let [bare, furrowed] = [&bare, &furrowed].map(|fluvial| fluvial.land(area, &Clock::default()));
+    let (mut deeper, mut same) = (0, 0);
+    for (x, y) in area.vertices() {
+        let deeper_m = bare.heights.at(x, y) - furrowed.heights.at(x, y);
+        deeper += usize::from(deeper_m > 1.0);
+        same += usize::from(deeper_m.abs() < 0.01);
+        let is_river = bare.water.as_ref().unwrap().kind.at(x, y) == WaterKind::River;
+        assert!(!is_river || deeper_m.abs() < 0.5, "a river is {deeper_m} m lower at {x},{y}");
+    }
+    assert!(deeper > area.len() / 20, "{deeper} vertices are in rills");
+    assert!(same > area.len() / 20, "{same} vertices are in none");
+}
