@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 use super::fields::Fields;
 use super::point::GRAINS;
-use crate::geometry::{cross, dot, length};
+use crate::geometry::{LineSegment, cross, dot, length};
 
 /// Widths of a river from one meander to the next, at least.
 ///
@@ -42,6 +42,9 @@ const FAIR_PASSES: u32 = 4;
 const LOOKS_A_WAVE: f64 = 64.0;
 const LOOKS: f64 = 8.0;
 const MOST_LOOKS: f64 = 384.0;
+
+/// Places of a line that a loop in which it crosses itself has at most: in so many it turns round more than once.
+const MOST_LOOP: usize = 24;
 
 /// Width in grains of a river that drains an area, as far as meanders go.
 pub fn meander_width(fields: &Fields, area: f64) -> f64 {
@@ -133,7 +136,22 @@ pub fn line(course: &[[f64; 2]], ends: [Option<[f64; 2]>; 2], meanders: &[Meande
     places[0].at = course[0];
     places.push(LinePlace { segment: last - 1, share: 1.0, at: course[last] });
     fair(&mut places, width);
-    thinned(&places, knot_turn(width))
+    unlooped(&thinned(&places, knot_turn(width)))
+}
+
+/// A line without the small loops in which it crosses itself where its course bends more tightly than it swings.
+fn unlooped(places: &[LinePlace]) -> Vec<LinePlace> {
+    let segment = |index: usize| LineSegment::between(places[index].at, places[index + 1].at);
+    let mut kept = vec![places[0]];
+    let mut index = 0;
+    while index + 1 < places.len() {
+        let far = (index + MOST_LOOP).min(places.len() - 2);
+        let here = segment(index);
+        let crossing = (index + 2..=far).rev().find(|other| segment(*other).crosses(&here));
+        index = crossing.unwrap_or(index) + 1;
+        kept.push(places[index]);
+    }
+    kept
 }
 
 /// How far a line of that width in grains turns, in radians, from one of its knots to the next.
