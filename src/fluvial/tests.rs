@@ -573,7 +573,7 @@ fn meanders_do_not_cross_themselves_in_tight_bends() {
     let fluvial = seeded("badlands", 170_047);
     let trunk = fluvial.network.channel((0, -1400, 1077)).unwrap();
     let course = trunk.course(trunk.knots[0].at);
-    let lines = crate::geometry::lines(&course, 1);
+    let lines = lines(&course, 1);
     for (index, line) in lines.iter().enumerate() {
         let crosses = lines[index + 1..].iter().skip(1).any(|other| other.crosses(line));
         assert!(!crosses, "it crosses itself after knot {index}");
