@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use super::channel::{Channel, Knot};
+use super::channel::{Channel, Knot, ways};
 use super::fields::Fields;
 use super::point::{Point, chance};
 use super::segment::{LEVEL, Segments, downstream};
@@ -135,8 +135,7 @@ impl Glaciers {
         let is_iced =
             |knot: &&Knot| knot.level_m > front_m && !fields.is_wet(knot.area) && knot.pool_m == f64::NEG_INFINITY;
         let iced = channel.knots.iter().take_while(is_iced).count();
-        let way = |to: usize| channel.knots[..to].windows(2).map(|pair| pair[0].at.distance(pair[1].at)).sum::<f64>();
-        let long = way(iced).min(LONG_M[1] / metres);
+        let long = ways(&channel.knots[..iced]).pop().map_or(0.0, |long| long.min(LONG_M[1] / metres));
         if long * metres < LONG_M[0] {
             return None;
         }

@@ -147,9 +147,10 @@ impl Gullies {
         let Valleys { height_m, level_m, crest_m, steepness, .. } = valleys;
         let hillside = Hillside { height_m, level_m, foot_m: &foot_m, crest_m, steepness, slope };
         let mut carved = vec![0.0; len];
-        let mut patches = vec![1.0; len];
+        let mut patches = Vec::new();
         for octave in &self.octaves {
             if let Some(noise) = &octave.patches {
+                patches.resize(len, 0.0);
                 noise.fill(area, &mut patches);
             }
             dispatch(Across { fall: &fall, across: &mut across });
@@ -296,6 +297,7 @@ struct CarveOctave<'a> {
     across: &'a [Vec<f32>; 2],
     crest: &'a [f32],
     flank: &'a [f32],
+    /// Noise, where the octave is patchy.
     patches: &'a [f32],
     fall: &'a mut [Vec<f32>; 2],
     carved: &'a mut [f32],

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use super::channel::{Channel, Knot};
+use super::channel::{Channel, Knot, ways};
 use super::fields::Fields;
 use super::point::{Point, PointNoise, chance};
 use super::segment::{LEVEL, Segments, downstream};
@@ -167,7 +167,7 @@ impl Moraines {
         let (level, x, y) = channel.id;
         let seed = hash::network_level(self.seed, level);
         let metres = self.fields.metres_a_grain();
-        let long: f64 = channel.knots.windows(2).map(|pair| pair[0].at.distance(pair[1].at)).sum();
+        let long = ways(&channel.knots).pop().expect("a channel has knots");
         let finest = self.fields.side(self.fields.levels() - 1) as f64;
         let stretches = (long / (STRETCH * finest)).ceil().max(1.0);
         let mut moraines = Vec::new();
@@ -181,8 +181,8 @@ impl Moraines {
                 let place = downstream(channel, (0, 0.0), *way);
                 place.map_or(f32::INFINITY, |(knot, _)| channel.sections[knot].lean)
             };
-            let ways = (0..TRIES).map(|part| (stretch as f64 + luck(3 + part)) / stretches * long);
-            let mut way = ways.min_by(|one, other| lean(one).total_cmp(&lean(other))).expect("there are some tries");
+            let tries = (0..TRIES).map(|part| (stretch as f64 + luck(3 + part)) / stretches * long);
+            let mut way = tries.min_by(|one, other| lean(one).total_cmp(&lean(other))).expect("there are some tries");
             let arcs = 1 + (luck(1) * MOST_ARCS as f64) as usize;
             for arc in 0..arcs {
                 let [size, side] = [0, 1].map(|part| luck(3 + TRIES + 2 * arc + part));

@@ -551,6 +551,7 @@ pub fn downstream(channel: &Channel, (mut knot, mut t): ChannelPlace, mut grains
 mod tests {
     use super::*;
     use crate::fluvial::channel::Mouth;
+    use crate::fluvial::settings::FluvialSettings;
     use crate::preset::Preset;
 
     #[test]
@@ -579,6 +580,16 @@ mod tests {
         }
     }
 
+    /// The segment of a river half a kilometre long between sides of a slope.
+    fn reach_of_river(settings: &FluvialSettings, spacing_m: f64, hill_slope: f64) -> Segment {
+        let fields = Fields::new(settings, spacing_m, None, 4);
+        let knot =
+            |x: i64, level_m: f64| Knot { at: Point::at_vertex(x, 0), level_m, area: 8.0, pool_m: f64::NEG_INFINITY };
+        let river = Channel::new((0, 0, 0), vec![knot(0, 100.0), knot(50, 99.9)], Mouth::Sea, hill_slope);
+        let river = measured(&fields, river);
+        segments_of(&fields, &river, 0, Point::at_vertex(0, 0), |_| true).next().unwrap()
+    }
+
     #[test]
     fn a_floor_goes_up_to_its_side_in_terraces() {
         let (_, preset) = Preset::load("plains").unwrap();
@@ -586,16 +597,7 @@ mod tests {
         let slope = 0.04;
         let mut segment = |terraces: u32| {
             (settings.terraces, settings.levees) = (terraces, 0.0);
-            let fields = Fields::new(&settings, preset.spacing_m, None, 4);
-            let knot = |x: i64, level_m: f64| Knot {
-                at: Point::at_vertex(x, 0),
-                level_m,
-                area: 8.0,
-                pool_m: f64::NEG_INFINITY,
-            };
-            let river = Channel::new((0, 0, 0), vec![knot(0, 100.0), knot(50, 99.9)], Mouth::Sea, slope);
-            let river = measured(&fields, river);
-            segments_of(&fields, &river, 0, Point::at_vertex(0, 0), |_| true).next().unwrap()
+            reach_of_river(&settings, preset.spacing_m, slope)
         };
         let (bare, mut stepped) = (segment(0), segment(2));
         assert!(stepped.riser[0] > 0.0, "{:?}", stepped.riser);
@@ -629,16 +631,7 @@ mod tests {
         let mut settings = preset.fluvial.unwrap();
         let mut segment = |levees: f64| {
             (settings.terraces, settings.levees) = (0, levees);
-            let fields = Fields::new(&settings, preset.spacing_m, None, 4);
-            let knot = |x: i64, level_m: f64| Knot {
-                at: Point::at_vertex(x, 0),
-                level_m,
-                area: 8.0,
-                pool_m: f64::NEG_INFINITY,
-            };
-            let river = Channel::new((0, 0, 0), vec![knot(0, 100.0), knot(50, 99.9)], Mouth::Sea, 0.04);
-            let river = measured(&fields, river);
-            segments_of(&fields, &river, 0, Point::at_vertex(0, 0), |_| true).next().unwrap()
+            reach_of_river(&settings, preset.spacing_m, 0.04)
         };
         let (bare, raised) = (segment(0.0), segment(1.0));
         let more = |grains: f64| raised.side_m([0.0, grains], 1.0) - bare.side_m([0.0, grains], 1.0);
