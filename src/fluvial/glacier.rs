@@ -169,6 +169,7 @@ impl Glaciers {
 
 #[cfg(test)]
 mod tests {
+    use super::PARTS;
     use crate::area::Area;
     use crate::clock::Clock;
     use crate::fluvial::Fluvial;
@@ -195,5 +196,24 @@ mod tests {
             let of_part = fluvial.land(part, &Clock::default()).water.unwrap().ice_m.unwrap();
             assert_eq!(of_part, ice_m.part(part));
         }
+    }
+
+    #[test]
+    fn glaciers_end_where_they_are_told_to_and_are_longer_where_that_is_lower() {
+        let (_, preset) = Preset::load("alps").unwrap();
+        let whole_m = [2300.0, 2600.0].map(|line_m| {
+            let settings = FluvialSettings { glacier_m: Some(line_m), ..preset.fluvial.clone().unwrap() };
+            let fluvial = Fluvial::new(&settings, preset.spacing_m, None, 61, None);
+            let glaciers = fluvial.glaciers.as_ref().unwrap();
+            let segments = fluvial.segments(Area::new(10_000, -23_400, 2048, 2048), 1);
+            let all: Vec<_> = segments.channels.iter().filter_map(|channel| glaciers.glacier(channel)).collect();
+            assert!(all.len() > 10, "{} glaciers", all.len());
+            for glacier in &all {
+                assert!(glacier.floor_m[PARTS] > line_m, "{glacier:?} comes below {line_m} m");
+                assert!(glacier.ice_m.windows(2).all(|pair| pair[0] > pair[1]), "the ice of {glacier:?} rises");
+            }
+            all.iter().map(|glacier| glacier.long_m).sum::<f64>()
+        });
+        assert!(whole_m[0] > whole_m[1], "{whole_m:?} m of glaciers");
     }
 }
