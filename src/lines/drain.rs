@@ -1,14 +1,19 @@
-//! Drains: ditches and culverts for the water that cuts and fills would dam.
+//! Drains: ditches and culverts for the water that cuts and fills would dam, and fills where there is no way for one.
 //!
 //! Where they leave a vertex without a lower neighbour, water goes on as on the bare land, from each vertex to the lowest
 //! one next to it, and through a shallow pit of that: along that way the land is cut, evenly down to the first vertex that
-//! is low enough. Drains only lower the land, and none sees what another has cut: their order does not matter.
+//! is low enough. Where there is none, as above a wide bank or beside a river that stands higher than the cut, the hollow is
+//! filled until it runs over. None sees what another has cut or filled, and drains have the last word: their order does not
+//! matter.
 
 use crate::area::Area;
 use crate::grid::Grid;
 
 /// Vertices that a drain is long at most: most are shorter, and what needs longer ones is a gorge. Chosen by eye.
 const REACH: usize = 8;
+
+/// Vertices from its lowest one that a hollow is filled at most: with what lies next to that no further than drains.
+const FILL_REACH: usize = REACH / 2;
 
 /// Metres above its start that the bare land may be along a drain: so deep are the pits that gullies leave here and there.
 const CLIMB_M: f32 = 1.5;
@@ -27,23 +32,19 @@ pub(super) fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
     let area = heights.area();
     assert_eq!(bare.area(), area, "bare land and heights are those of one area");
     assert_eq!(wet.len(), area.len(), "every vertex is wet or not");
-    // A copy is read, and what is written only falls: no drain sees what another has cut.
+    // A copy is read: no drain sees what another has cut.
     let (bare, shaped, width) = (bare.values(), heights.values().to_vec(), area.width());
-    let drains = heights.values_mut();
+    let (mut drains, mut fills) = (Vec::new(), Vec::new());
     // At the edge neighbours are missing; those vertices are the pad, of which nothing is kept.
     let is_inside = |at: usize| (1..width - 1).contains(&(at % width)) && (width..shaped.len() - width).contains(&at);
-    let around = |at: usize| {
-        let rows = [at - width, at, at + width];
-        rows.into_iter().flat_map(|middle| middle - 1..=middle + 1).filter(move |other| *other != at)
-    };
-    let is_pit = |at: usize| around(at).all(|other| shaped[other] >= shaped[at]);
+    let is_pit = |at: usize| around(at, width).all(|other| shaped[other] >= shaped[at]);
     for start in (0..shaped.len()).filter(|at| is_inside(*at) && !wet[*at]) {
         if !is_pit(start) {
             continue;
         }
         let mut way = vec![start];
         while way.len() <= REACH && is_inside(way[way.len() - 1]) {
-            let others = around(way[way.len() - 1]).filter(|other| !way.contains(other));
+            let others = around(way[way.len() - 1], width).filter(|other| !way.contains(other));
             // Of equal ones the first, wherever the area begins.
             let next = others.reduce(|low, other| if bare[other] < bare[low] { other } else { low });
             let Some(next) = next.filter(|next| bare[*next] < bare[start] + CLIMB_M) else { break };
@@ -57,14 +58,55 @@ pub(super) fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
             continue;
         }
         let (top_m, end_m) = (shaped[start], shaped[way[way.len() - 1]]);
-        // A way that finds nothing lower in its reach is left alone: a cut would lead nowhere.
         if end_m < top_m {
             let fall_m = (end_m - top_m) / (way.len() - 1) as f32;
-            for (step, at) in way.iter().enumerate().take(way.len() - 1) {
-                drains[*at] = drains[*at].min(top_m + fall_m * step as f32);
-            }
+            drains.extend((0..way.len() - 1).map(|step| (way[step], top_m + fall_m * step as f32)));
+        } else if let Some((hollow, level_m)) = hollow(start, &shaped, wet, width) {
+            // A cut would lead nowhere.
+            fills.extend(hollow.into_iter().map(|at| (at, level_m)));
         }
     }
+    let heights = heights.values_mut();
+    for (at, level_m) in fills {
+        heights[at] = heights[at].max(level_m);
+    }
+    for (at, level_m) in drains {
+        heights[at] = heights[at].min(level_m).min(shaped[at]);
+    }
+}
+
+/// The vertices of the hollow around a pit, and the height in metres at which it runs over; `None` where it is larger than
+/// what is filled.
+fn hollow(pit: usize, heights: &[f32], wet: &[bool], width: usize) -> Option<(Vec<usize>, f32)> {
+    let (mut hollow, mut level_m) = (vec![pit], heights[pit]);
+    let mut shore: Vec<usize> = Vec::new();
+    loop {
+        let last = hollow[hollow.len() - 1];
+        let is_near = (last % width).abs_diff(pit % width).max((last / width).abs_diff(pit / width)) < FILL_REACH;
+        let is_inside = (1..width - 1).contains(&(last % width)) && (width..heights.len() - width).contains(&last);
+        if !is_near || !is_inside {
+            return None;
+        }
+        let next = around(last, width).filter(|at| !hollow.contains(at));
+        shore.extend(next.filter(|at| !shore.contains(at)).collect::<Vec<_>>());
+        // Of equally low ones the first, wherever the area begins.
+        let low = (0..shore.len()).min_by(|one, other| {
+            let [one, other] = [one, other].map(|at| shore[*at]);
+            heights[one].total_cmp(&heights[other]).then(one.cmp(&other))
+        })?;
+        let next = shore.swap_remove(low);
+        if heights[next] < level_m || wet[next] {
+            return Some((hollow, level_m.max(heights[next])));
+        }
+        level_m = heights[next];
+        hollow.push(next);
+    }
+}
+
+/// The eight vertices around one that is not at the edge.
+fn around(at: usize, width: usize) -> impl Iterator<Item = usize> {
+    let rows = [at - width, at, at + width];
+    rows.into_iter().flat_map(|middle| middle - 1..=middle + 1).filter(move |other| *other != at)
 }
 
 #[cfg(test)]
@@ -72,7 +114,7 @@ mod tests {
     use super::*;
 
     /// A hollow that runs down to the east, and a dam or a trench across it, wholly in the land.
-    fn hollow(area: Area, dam_m: f32) -> (Grid<f32>, Grid<f32>) {
+    fn hollow_land(area: Area, dam_m: f32) -> (Grid<f32>, Grid<f32>) {
         let (mut bare, mut shaped) = (Grid::filled(area, 0.0), Grid::filled(area, 0.0));
         for y in area.y0..area.y1 {
             for x in area.x0..area.x1 {
@@ -99,7 +141,7 @@ mod tests {
     fn what_a_road_dams_runs_through_it() {
         let area = Area::new(0, -10, 24, 26);
         for dam_m in [5.0, -1.5] {
-            let (bare, mut heights) = hollow(area, dam_m);
+            let (bare, mut heights) = hollow_land(area, dam_m);
             assert!(pits(&bare) == 0 && pits(&heights) > 0, "{dam_m}");
             drain(&bare, &vec![false; area.len()], &mut heights);
             assert_eq!(pits(&heights), 0, "{dam_m}");
@@ -109,7 +151,7 @@ mod tests {
     #[test]
     fn a_shallow_pit_of_the_bare_land_does_not_stop_a_drain() {
         let area = Area::new(0, -10, 24, 26);
-        let (mut bare, mut heights) = hollow(area, 5.0);
+        let (mut bare, mut heights) = hollow_land(area, 5.0);
         // What lies beyond the road is a little higher than what lies under it.
         for grid in [&mut bare, &mut heights] {
             grid.row_mut(3, 12, 13)[0] += 1.3;
@@ -120,10 +162,28 @@ mod tests {
     }
 
     #[test]
+    fn what_no_drain_leads_out_of_is_filled() {
+        let area = Area::new(0, -10, 24, 26);
+        let (bare, mut heights) = hollow_land(area, 0.0);
+        let mut wet = vec![false; area.len()];
+        for (at, (x, y)) in area.vertices().enumerate() {
+            // A cut of three vertices that goes deeper than the river beside it.
+            wet[at] = x >= 13;
+            if (10..13).contains(&x) && y == 3 {
+                heights.row_mut(y, x, x + 1)[0] = -20.0;
+            }
+        }
+        assert!(pits(&heights) > 0);
+        drain(&bare, &wet, &mut heights);
+        assert_eq!((10..14).map(|x| heights.at(x, 3)).collect::<Vec<_>>(), [-13.0; 4]);
+        assert_eq!(pits(&heights.part(Area::new(0, -10, 10, 26))), 0);
+    }
+
+    #[test]
     fn nothing_outside_the_input_matters() {
         let area = Area::new(7, -1, 10, 8);
         let drained = |outside_m: Option<f32>| {
-            let (mut bare, mut heights) = hollow(Area::new(-10, -20, 44, 46), 5.0);
+            let (mut bare, mut heights) = hollow_land(Area::new(-10, -20, 44, 46), 5.0);
             for grid in [&mut bare, &mut heights] {
                 outside_m.inspect(|height_m| grid.fill_outside(input(area), *height_m));
             }
