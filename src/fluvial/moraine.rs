@@ -57,6 +57,9 @@ const HALF_M: [f64; 2] = [30.0, 75.0];
 const RADIUS: f64 = 0.95;
 const TAIL: [f64; 2] = [0.8, 2.5];
 
+/// Cosine of the angle between the sides of a moraine and its river, above and below its middle, at least. Chosen by eye.
+const MOST_BEND: f64 = 0.94;
+
 /// Wavelength in metres by which a moraine is higher here and lower there, and how high it is at least, as a share.
 const WAVE_M: f64 = 240.0;
 const LEAST_SHARE: f64 = 0.2;
@@ -218,14 +221,21 @@ impl Moraines {
         let radius_m = RADIUS * floor_m;
         let at = |way: f64| Some(channel.at(downstream(channel, (0, 0.0), way.max(0.0))?));
         let knot = at(way)?;
-        let down = at(way + radius_m / metres)?.at.from(at(way - radius_m / metres)?.at);
-        let down = down.map(|part| part / length(down).max(1.0));
+        let unit = |way: [f64; 2]| way.map(|part| part / length(way).max(1.0));
+        let front = at(way + radius_m / metres)?.at;
+        let down = unit(front.from(at(way - radius_m / metres)?.at));
+        let tail_m = floor_m * between(TAIL, tail);
+        // Behind a straight wall in a bend water would have no way out.
+        let [came, goes] = [knot.at.from(at(way - tail_m / metres)?.at), front.from(knot.at)].map(unit);
+        if dot(came, down) < MOST_BEND || dot(goes, down) < MOST_BEND {
+            return None;
+        }
         let moraine = Moraine {
             middle: knot.at.moved(down.map(|part| -part * radius_m / metres)),
             down,
             radius_m,
             half_m,
-            tail_m: floor_m * between(TAIL, tail),
+            tail_m,
             height_m: (floor_m * between(HEIGHT, size)).min(HIGHEST_M),
             sides: [1.0 - 0.5 * side, 0.5 + 0.5 * side],
         };
