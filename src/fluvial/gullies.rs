@@ -64,6 +64,9 @@ const FLOOR_DEPTHS: f32 = 0.5;
 /// Waves shorter than this many vertices cannot be seen.
 const SHORTEST: f64 = 3.0;
 
+/// Metres added to a height that is divided by, which may be none.
+const LEAST_M: f32 = 1e-3;
+
 /// How far apart the vertices are, in turn, of which the fall line and the channel's height become the mean: the sides of
 /// a steep channel are facets, from one to the next of which both jump, and gullies would be broken there.
 const SMOOTHED: [usize; 3] = [1, 2, 4];
@@ -121,7 +124,7 @@ impl Gullies {
     /// Metres below the next-best side from which on gullies do not ask how far it is, where no hillside is steeper.
     pub fn crest_read_m(&self, steepest: f32) -> f32 {
         let deepest_m = self.octaves.iter().map(|octave| octave.depth_m).fold(self.rough_m, f32::max);
-        CREST_DEPTHS * deepest_m * steepest
+        CREST_DEPTHS * deepest_m * steepest + LEAST_M
     }
 
     /// Carves the heights of all nodes, and rightly those whose [`input`] is within them. Rows must be whole patches.
@@ -276,7 +279,7 @@ fn share<S: Simd>(simd: S, place: &Hillside<'_>, at: usize, detail_m: S::F32) ->
     let height_m = simd.load(&place.height_m[at..]);
     let rise_m = simd.max(height_m - simd.load(&place.foot_m[at..]), simd.splat(0.0));
     let crest_m = simd.load(&place.crest_m[at..]);
-    let least = simd.splat(1e-3);
+    let least = simd.splat(LEAST_M);
     // A hyperbola that is a half where the place is a few details above the channel.
     let channel = rise_m / (rise_m + detail_m * simd.splat(3.0) + least);
     // What is smoothed is not nothing in the channel itself.

@@ -199,8 +199,8 @@ impl Fluvial {
         let nodes = clock.time(stage::WARP, || self.warp.fill(self.around(area, step), step));
         let slope = self.slopes(nodes.area, step);
         let gullies = self.gullies(step);
-        let told_m = self.told_m(gullies);
-        let mut valleys = clock.time(stage::VALLEYS, || self.valleys(&nodes, &slope, segments, told_m));
+        let read_m = self.crest_read_m(gullies);
+        let mut valleys = clock.time(stage::VALLEYS, || self.valleys(&nodes, &slope, segments, read_m));
         if let Some(gullies) = gullies {
             clock.time(stage::GULLIES, || gullies.carve(&nodes, &slope, &mut valleys));
         }
@@ -230,18 +230,17 @@ impl Fluvial {
         self.network.segments(self.fields.levels(), self.warp.input(area, step), origin, valley::reach(&self.fields))
     }
 
-    /// Metres above the lowest side up to which somebody asks for the next-best one: who rounds crests does, and gullies
-    /// and moraines.
-    fn told_m(&self, gullies: Option<&Gullies>) -> f32 {
+    /// Metres above the lowest side up to which gullies and moraines ask for the next-best one.
+    fn crest_read_m(&self, gullies: Option<&Gullies>) -> f32 {
         let settings = self.fields.settings();
         let steepest = settings.hill_slope[0].max(settings.hill_slope[1]) as f32;
         let by_moraines_m = self.moraines.as_ref().map_or(0.0, |_| moraine::CREST_READ_M);
         let by_gullies_m = gullies.map_or(0.0, |gullies| gullies.crest_read_m(steepest));
-        by_gullies_m.max(by_moraines_m).max(settings.crest_m as f32)
+        by_gullies_m.max(by_moraines_m)
     }
 
     /// The valleys at nodes, given the slope of their hillsides; crests are told up to so many metres.
-    fn valleys(&self, nodes: &Displaced, slope: &[f32], segments: &Segments, told_m: f32) -> Valleys {
+    fn valleys(&self, nodes: &Displaced, slope: &[f32], segments: &Segments, read_m: f32) -> Valleys {
         let mut valleys = Valleys::with_len(nodes.area.len());
         let [east, south] = &nodes.metres;
         dispatch(FillValleys {
@@ -250,7 +249,7 @@ impl Fluvial {
             step: nodes.step,
             warp: [east, south],
             slope,
-            told_m,
+            read_m,
             segments,
             out: &mut valleys,
         });

@@ -40,12 +40,15 @@ fn known(fluvial: &Fluvial) -> Known {
     known_around(fluvial, AREA)
 }
 
+/// Metres above the lowest side up to which the next-best one is told, so many that no segment is left out.
+const ALL_M: f32 = 1e6;
+
 fn known_around(fluvial: &Fluvial, area: Area) -> Known {
     let wide = valley::input(area.padded(WIDE));
     let segments = fluvial.segments(wide, 1);
     let nodes = fluvial.warp.fill(wide, 1);
     let slope = fluvial.slopes(wide, 1);
-    let valleys = fluvial.valleys(&nodes, &slope, &segments, fluvial.told_m(fluvial.gullies.as_ref()));
+    let valleys = fluvial.valleys(&nodes, &slope, &segments, ALL_M);
     Known { segments, nodes, slope, valleys }
 }
 
@@ -136,12 +139,11 @@ fn what_is_told_of_crests(is_tried: fn(&str) -> bool) {
             let area = valley::input(AREA);
             let (nodes, slope) = (fluvial.warp.fill(area, 1), fluvial.slopes(area, 1));
             let segments = fluvial.segments(area, 1);
-            let told_m = fluvial.told_m(fluvial.gullies.as_ref());
-            let told = fluvial.valleys(&nodes, &slope, &segments, told_m);
-            // So much that no segment is left out.
-            let whole = fluvial.valleys(&nodes, &slope, &segments, 1e6);
+            let read_m = fluvial.crest_read_m(fluvial.gullies.as_ref());
+            let told = fluvial.valleys(&nodes, &slope, &segments, read_m);
+            let whole = fluvial.valleys(&nodes, &slope, &segments, ALL_M);
             assert_eq!(told.height_m, whole.height_m, "{name}, {levels} levels");
-            let expected: Vec<f32> = whole.crest_m.iter().map(|crest_m| crest_m.min(told_m)).collect();
+            let expected: Vec<f32> = whole.crest_m.iter().map(|crest_m| crest_m.min(read_m)).collect();
             assert_eq!(told.crest_m, expected, "{name}, {levels} levels");
         }
     }
@@ -182,7 +184,7 @@ fn gullies_are_whole_where_the_facets_of_a_hillside_meet() {
     let area = valley::input(Area::new(-1200, 300, 640, 640));
     let (nodes, slope) = (fluvial.warp.fill(area, 1), fluvial.slopes(area, 1));
     let segments = fluvial.segments(area, 1);
-    let mut valleys = fluvial.valleys(&nodes, &slope, &segments, fluvial.told_m(Some(gullies)));
+    let mut valleys = fluvial.valleys(&nodes, &slope, &segments, ALL_M);
     let bare_m = valleys.height_m.clone();
     gullies.carve(&nodes, &slope, &mut valleys);
     let index = |x: i64, y: i64| (y - area.y0) as usize * area.width() + (x - area.x0) as usize;

@@ -32,6 +32,9 @@ const BROOK_CELLS: i64 = 7;
 /// Cells of the finest level within which any channel matters to one.
 const MOST_CELLS: i64 = 24;
 
+/// Metres that the height of a side may be off for being rounded, at most.
+const ROUNDING_M: f32 = 0.02;
+
 /// How far from a vertex, once it is displaced, channels matter.
 pub fn reach(fields: &Fields) -> Reach {
     let [brook, most] = [BROOK_CELLS, MOST_CELLS].map(|cells| (cells * fields.side(fields.levels() - 1)) as f64);
@@ -69,7 +72,7 @@ pub struct Valleys {
     /// Height in metres of the channel that the vertex drains to, where it is nearest.
     pub level_m: Vec<f32>,
     /// Metres that the next-best side of another channel lies higher: 0 on a crest, and no more than is
-    /// [told](FillValleys::told_m).
+    /// [read](FillValleys::read_m).
     pub crest_m: Vec<f32>,
     /// How steep the land is where crests and floors are rounded, as a share of the hillside's slope.
     pub steepness: Vec<f32>,
@@ -112,9 +115,9 @@ pub struct FillValleys<'a> {
     pub warp: [&'a [f32]; 2],
     /// Slope of the hillsides at each vertex.
     pub slope: &'a [f32],
-    /// Metres above the lowest side up to which the next-best one is told. What is higher is left out of a patch or not
-    /// by what else is in it, so nobody may read it.
-    pub told_m: f32,
+    /// Metres above the lowest side up to which the next-best one is told, for whoever reads it. What is higher is left out
+    /// of a patch or not by what else is in it, but for what it takes to round crests.
+    pub read_m: f32,
     /// The segments around the area, at least all whose [reach](Segment::reach) holds
     /// a displaced node.
     pub segments: &'a Segments,
@@ -128,6 +131,36 @@ struct Spread {
     radius: f32,
     /// The gentlest and the steepest slope of their hillsides.
     slope: [f32; 2],
+}
+
+/// The least and the greatest of what places once warped are, in metres east and south, and of the slope of their hillsides.
+#[derive(Clone, Copy)]
+struct Extent {
+    least: [f32; 3],
+    most: [f32; 3],
+}
+
+impl Extent {
+    /// Of nothing.
+    const NONE: Extent = Extent { least: [f32::INFINITY; 3], most: [f32::NEG_INFINITY; 3] };
+
+    /// Of both.
+    fn and(self, other: &Extent) -> Extent {
+        Extent {
+            least: [0, 1, 2].map(|part| self.least[part].min(other.least[part])),
+            most: [0, 1, 2].map(|part| self.most[part].max(other.most[part])),
+        }
+    }
+
+    /// The circle that holds the places.
+    fn spread(&self) -> Spread {
+        let half = [0, 1].map(|axis| (self.most[axis] - self.least[axis]) / 2.0);
+        Spread {
+            middle: [0, 1].map(|axis| self.least[axis] + half[axis]),
+            radius: (half[0] * half[0] + half[1] * half[1]).sqrt(),
+            slope: [self.least[2], self.most[2]],
+        }
+    }
 }
 
 impl Kernel for FillValleys<'_> {
@@ -160,6 +193,8 @@ struct Work {
     quarter: Columns,
     patch: Vec<usize>,
     limits: SegmentLimits,
+    /// The patches of a block, and where they are once warped.
+    patches: Vec<(Area, Extent)>,
 }
 
 /// The limits of segments over a group of vertices.
@@ -169,6 +204,8 @@ struct SegmentLimits {
     low: Vec<f32>,
     /// Metres that are left of its reach at the middle of the group.
     left: Vec<f32>,
+    /// Height in metres under which its water is nowhere that the group is nearest to.
+    level: Vec<f32>,
 }
 
 impl FillValleys<'_> {
@@ -180,7 +217,7 @@ impl FillValleys<'_> {
     /// The valleys of a part of a block, patch by patch.
     #[inline(always)]
     fn block<S: Simd>(&mut self, simd: S, part: Area, work: &mut Work) {
-        let Work { all, from, block, quarter, patch, limits } = work;
+        let Work { all, from, block, quarter, patch, limits, patches } = work;
         // The north-western vertex of the whole block: whatever is asked for, places are told from there, in metres, which
         // are exact enough in f32 wherever in the world that is.
         let corner = [part.x0, part.y0].map(|at| at.div_euclid((BLOCK * PATCH) as i64) * (BLOCK * PATCH) as i64);
@@ -191,15 +228,24 @@ impl FillValleys<'_> {
                 *to = ((from - offset[axis]) * metres) as f32;
             }
         }
-        self.pick(simd, all, &self.spread(corner, part), limits, block);
+        let order = PatchLanes::new(simd);
+        patches.clear();
+        let mut whole = Extent::NONE;
+        for vertices in squares(part, PATCH) {
+            let extent = self.extent(simd, corner, vertices, order);
+            whole = whole.and(&extent);
+            patches.push((vertices, extent));
+        }
+        self.pick(simd, all, &whole.spread(), limits, block);
         for part in squares(part, QUARTER * PATCH) {
-            self.pick(simd, block, &self.spread(corner, part), limits, quarter);
-            for vertices in squares(part, PATCH) {
-                let spread = self.spread(corner, vertices);
-                self.measure(simd, quarter, &spread, 0.0, limits);
+            let own = || patches.iter().filter(|(vertices, _)| part.contains(vertices));
+            let whole = own().fold(Extent::NONE, |whole, (_, extent)| whole.and(extent));
+            self.pick(simd, block, &whole.spread(), limits, quarter);
+            for (vertices, extent) in own() {
+                self.measure(simd, quarter, &extent.spread(), 0.0, limits);
                 patch.clear();
                 patch.extend(lowest(quarter, limits, 0.0));
-                self.patch(simd, corner, vertices, quarter, patch);
+                self.patch(simd, corner, *vertices, order, quarter, patch);
             }
         }
     }
@@ -225,30 +271,18 @@ impl FillValleys<'_> {
         picked.pad();
     }
 
-    /// Where the vertices of a part of a block are once warped, in metres from the block's corner.
+    /// Where the vertices of a patch are once warped, in metres from the block's corner.
     #[inline(always)]
-    fn spread(&self, corner: [i64; 2], part: Area) -> Spread {
-        let spacing_m = self.spacing_m();
-        let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
-        let mut slope = [f32::INFINITY, f32::NEG_INFINITY];
-        for y in part.y0..part.y1 {
-            let row = (y - self.area.y0) as usize * self.area.width();
-            for x in part.x0..part.x1 {
-                let index = row + (x - self.area.x0) as usize;
-                let at = [
-                    (x - corner[0]) as f32 * spacing_m + self.warp[0][index],
-                    (y - corner[1]) as f32 * spacing_m + self.warp[1][index],
-                ];
-                for axis in [0, 1] {
-                    least[axis] = least[axis].min(at[axis]);
-                    most[axis] = most[axis].max(at[axis]);
-                }
-                slope = [slope[0].min(self.slope[index]), slope[1].max(self.slope[index])];
+    fn extent<S: Simd>(&self, simd: S, corner: [i64; 2], vertices: Area, order: PatchLanes<S>) -> Extent {
+        let (mut least, mut most) = ([simd.splat(f32::INFINITY); 3], [simd.splat(f32::NEG_INFINITY); 3]);
+        for group in 0..PATCH * PATCH / S::LANES {
+            let (lanes, [east, south]) = order.group(simd, self, corner, vertices, group);
+            for (part, values) in [east, south, lanes.load(simd, self.slope)].into_iter().enumerate() {
+                least[part] = simd.min(least[part], values);
+                most[part] = simd.max(most[part], values);
             }
         }
-        let half = [(most[0] - least[0]) / 2.0, (most[1] - least[1]) / 2.0];
-        let radius = (half[0] * half[0] + half[1] * half[1]).sqrt();
-        Spread { middle: [least[0] + half[0], least[1] + half[1]], radius, slope }
+        Extent { least: least.map(|values| -greatest(simd, -values)), most: most.map(|values| greatest(simd, values)) }
     }
 
     /// What the floors of all valleys have in common.
@@ -276,6 +310,7 @@ impl FillValleys<'_> {
         let len = segments.number.len();
         limits.low.resize(len, 0.0);
         limits.left.resize(len, 0.0);
+        limits.level.resize(len, 0.0);
         let middle = [simd.splat(spread.middle[0]), simd.splat(spread.middle[1])];
         let (gentle, steep) = (simd.splat(spread.slope[0]), simd.splat(spread.slope[1]));
         // A little more than the true one, for what rounding does.
@@ -289,22 +324,30 @@ impl FillValleys<'_> {
             // By how much a side may differ from what it is in the middle: no more than it changes in a radius, along
             // the segment and across it.
             let distance = side.distance;
-            let (steepness, change) = (simd.load(&segments.steepness[start..]), simd.load(&segments.change[start..]));
-            let turned = steep * change * (distance + radius);
+            let bed_change = simd.load(&segments.bed_change[start..]);
+            let floor_change = simd.load(&segments.floor_change[start..]);
+            let turned = simd.load(&segments.cross_change[start..]) * (distance + radius);
             let is_far = simd.lt(segment.far, distance + radius);
-            let across = simd.select(is_far, steep * simd.splat(1.0 + FAR_STEEPER), steep);
-            let slack = (across + steepness * (simd.splat(1.0) + steep) + turned) * radius;
+            let across = simd.select(is_far, simd.splat(1.0 + FAR_STEEPER), simd.splat(1.0));
+            let slack = (bed_change + steep * (across + floor_change + turned) * segment.steepest_cross(simd)) * radius;
             let left = simd.load(&segments.reach[start..]) - distance;
             // The lowest of the highest: what is always higher than that is never lowest.
             let highest = side.level + steep * side.rise + slack;
             lowest = simd.min(lowest, simd.select(simd.lt(left, beyond), infinity, highest));
             simd.store(side.level + gentle * side.rise - slack, &mut limits.low[start..]);
             simd.store(left, &mut limits.left[start..]);
+            simd.store(side.level - bed_change * radius, &mut limits.level[start..]);
         }
-        let mut lanes = [0.0; MAX_LANES];
-        simd.store(lowest, &mut lanes);
-        let lowest = lanes[..S::LANES].iter().fold(f32::INFINITY, |a, b| a.min(*b));
-        let limit = lowest + self.told_m;
+        let lowest = -greatest(simd, -lowest);
+        // A crest is rounded by no more than it stands above the channel that is lowest there: on plains that is less than
+        // what it is rounded by elsewhere.
+        let mut level = infinity;
+        for start in (0..len).step_by(S::LANES) {
+            let is_lowest = simd.lt(simd.load(&limits.low[start..]), simd.splat(lowest));
+            level = simd.min(level, simd.select(is_lowest, simd.load(&limits.level[start..]), infinity));
+        }
+        let crest_m = (lowest + greatest(simd, -level) + ROUNDING_M).min(self.fields.settings().crest_m as f32);
+        let limit = lowest + crest_m.max(self.read_m);
         for low in &mut limits.low {
             *low -= limit;
         }
@@ -312,90 +355,171 @@ impl FillValleys<'_> {
 
     /// The valleys of one patch, whose vertices lie in lanes, given which segments may be lowest in it.
     #[inline(always)]
-    fn patch<S: Simd>(&mut self, simd: S, corner: [i64; 2], vertices: Area, segments: &Columns, patch: &[usize]) {
-        let spacing_m = simd.splat(self.spacing_m());
+    fn patch<S: Simd>(
+        &mut self,
+        simd: S,
+        corner: [i64; 2],
+        vertices: Area,
+        order: PatchLanes<S>,
+        segments: &Columns,
+        patch: &[usize],
+    ) {
         let crest_m = simd.splat(self.fields.settings().crest_m as f32);
         let (zero, three) = (simd.splat(0.0), simd.splat(3.0));
         let common = self.floor();
-        // Wide lanes hold several rows of a patch.
-        let across = S::LANES.min(PATCH);
+        for group in 0..PATCH * PATCH / S::LANES {
+            let (lanes, at) = order.group(simd, self, corner, vertices, group);
+            let slope = lanes.load(simd, self.slope);
+            // The lowest side and the second-lowest of another channel, between which the crest is; and the room
+            // that there is to round it.
+            let far = simd.splat(f32::MAX);
+            let (mut best, mut second, mut room) = (far, far, far);
+            let none = simd.splat_u32(u32::MAX);
+            let (mut channel, mut lowest) = (none, none);
+            for &segment in patch {
+                let candidate = LaneSegment::splat(simd, segments, segment, common);
+                let LaneSide { level, rise, .. } = candidate.side(simd, at);
+                let height = level + slope * rise;
+                let own = simd.splat_u32(segments.channel[segment]);
+                let same = simd.eq_u32(own, channel);
+                let lower = simd.lt(height, best);
+                // What is not lowest, of another channel than what is: segments of one channel have no crest
+                // between them.
+                let rest = simd.select(lower, best, height);
+                second = simd.select(same, second, simd.min(rest, second));
+                room = simd.min(room, three * height - level);
+                best = simd.select(lower, height, best);
+                channel = simd.select_u32(lower, own, channel);
+                lowest = simd.select_u32(lower, simd.splat_u32(segment as u32), lowest);
+            }
+            // Of most segments no more is asked than how high their sides are.
+            let mut owners = [0; MAX_LANES];
+            simd.store_u32(lowest, &mut owners);
+            let owners = &owners[..S::LANES];
+            let owner = Owner::of(simd, segments, owners, common, at);
+            let Owner { level, cross, floor, bed, off, distance, share } = owner;
+            let mut number = [u32::MAX; MAX_LANES];
+            for (number, owner) in number.iter_mut().zip(owners) {
+                *number = segments.number.get(*owner as usize).copied().unwrap_or(u32::MAX);
+            }
+            // Round the crest, by no more than it stands above a channel: the least of (height - level) and twice
+            // what a side is higher than the best, which has no step where the best or the second changes.
+            let gap = second - best;
+            let round = simd.max(simd.min(crest_m, room - (best + best)), zero);
+            let over = simd.max(round - gap, zero);
+            // A fourth would round a crest off; as the room shrinks downhill, more than a fifth would leave a
+            // furrow.
+            let lowered = over * over / (simd.max(round, simd.splat(1e-3)) * simd.splat(5.0));
+            let steepness = simd.min(gap / simd.max(round, simd.splat(1e-3)), simd.splat(1.0));
+            let steep = slope * cross;
+            let steepness = steepness * floor;
+            // What the land rises across the channel and along it: on a steep brook's sides the fall line is aslant.
+            let across = steep * floor / simd.max(distance, simd.splat(1e-3));
+            let rise = [off[0] * across + bed[0], off[1] * across + bed[1]];
+            let steepest = simd.sqrt(rise[0] * rise[0] + rise[1] * rise[1]);
+            let per_rise = simd.splat(1.0) / simd.max(steepest, simd.splat(1e-6));
+            let out = &mut *self.out;
+            lanes.store(simd, best - lowered, &mut out.height_m);
+            lanes.store(simd, level, &mut out.level_m);
+            lanes.store(simd, simd.min(gap, simd.splat(self.read_m)), &mut out.crest_m);
+            lanes.store(simd, steepness, &mut out.steepness);
+            lanes.store(simd, distance, &mut out.distance_m);
+            lanes.store(simd, rise[0] * per_rise, &mut out.away[0]);
+            lanes.store(simd, rise[1] * per_rise, &mut out.away[1]);
+            lanes.store(simd, share, &mut out.share);
+            lanes.spread(&number[..S::LANES], &mut out.segment);
+        }
+    }
+}
+
+/// The greatest of some lanes.
+#[inline(always)]
+fn greatest<S: Simd>(simd: S, values: S::F32) -> f32 {
+    let mut lanes = [0.0; MAX_LANES];
+    simd.store(values, &mut lanes);
+    lanes[..S::LANES].iter().fold(f32::NEG_INFINITY, |a, b| a.max(*b))
+}
+
+/// How the vertices of a patch lie in lanes: in rows of it, of which wide lanes hold several.
+#[derive(Clone, Copy)]
+struct PatchLanes<S: Simd> {
+    columns: S::F32,
+    rows: S::F32,
+}
+
+impl<S: Simd> PatchLanes<S> {
+    const ACROSS: usize = if S::LANES < PATCH { S::LANES } else { PATCH };
+
+    #[inline(always)]
+    fn new(simd: S) -> PatchLanes<S> {
         let (mut columns, mut rows) = ([0.0; MAX_LANES], [0.0; MAX_LANES]);
         for lane in 0..S::LANES {
-            (columns[lane], rows[lane]) = ((lane % across) as f32, (lane / across) as f32);
+            (columns[lane], rows[lane]) = ((lane % Self::ACROSS) as f32, (lane / Self::ACROSS) as f32);
         }
-        let (columns, rows) = (simd.load(&columns), simd.load(&rows));
-        for row in (0..PATCH).step_by(S::LANES / across) {
-            let y = vertices.y0 + row as i64;
-            for column in (0..PATCH).step_by(across) {
-                let x = vertices.x0 + column as i64;
-                let width = self.area.width();
-                let index = (y - self.area.y0) as usize * width + (x - self.area.x0) as usize;
-                let lanes = InRows { index, width, across };
-                let at = [
-                    (columns + simd.splat((x - corner[0]) as f32)) * spacing_m + lanes.load(simd, self.warp[0]),
-                    (rows + simd.splat((y - corner[1]) as f32)) * spacing_m + lanes.load(simd, self.warp[1]),
-                ];
-                let slope = lanes.load(simd, self.slope);
-                // The lowest side and the second-lowest of another channel, between which the crest is; and the room
-                // that there is to round it.
-                let far = simd.splat(f32::MAX);
-                let (mut best, mut second, mut room) = (far, far, far);
-                let none = simd.splat_u32(u32::MAX);
-                let (mut channel, mut lowest) = (none, none);
-                for &segment in patch {
-                    let candidate = LaneSegment::splat(simd, segments, segment, common);
-                    let LaneSide { level, rise, .. } = candidate.side(simd, at);
-                    let height = level + slope * rise;
-                    let own = simd.splat_u32(segments.channel[segment]);
-                    let same = simd.eq_u32(own, channel);
-                    let lower = simd.lt(height, best);
-                    // What is not lowest, of another channel than what is: segments of one channel have no crest
-                    // between them.
-                    let rest = simd.select(lower, best, height);
-                    second = simd.select(same, second, simd.min(rest, second));
-                    room = simd.min(room, three * height - level);
-                    best = simd.select(lower, height, best);
-                    channel = simd.select_u32(lower, own, channel);
-                    lowest = simd.select_u32(lower, simd.splat_u32(segment as u32), lowest);
-                }
-                // Of most segments no more is asked than how high their sides are.
-                let mut indices = [0; MAX_LANES];
-                simd.store_u32(lowest, &mut indices);
-                let indices = &indices[..S::LANES];
-                let owner = LaneSegment::gather(simd, segments, indices, common);
-                let LaneSide { level, cross, floor, bed, off, distance, share, .. } = owner.side(simd, at);
-                let mut number = [u32::MAX; MAX_LANES];
-                for (number, index) in number.iter_mut().zip(indices) {
-                    *number = segments.number.get(*index as usize).copied().unwrap_or(u32::MAX);
-                }
-                // Round the crest, by no more than it stands above a channel: the least of (height - level) and twice
-                // what a side is higher than the best, which has no step where the best or the second changes.
-                let gap = second - best;
-                let round = simd.max(simd.min(crest_m, room - (best + best)), zero);
-                let over = simd.max(round - gap, zero);
-                // A fourth would round a crest off; as the room shrinks downhill, more than a fifth would leave a
-                // furrow.
-                let lowered = over * over / (simd.max(round, simd.splat(1e-3)) * simd.splat(5.0));
-                let steepness = simd.min(gap / simd.max(round, simd.splat(1e-3)), simd.splat(1.0));
-                let steep = slope * cross;
-                let steepness = steepness * floor;
-                // What the land rises across the channel and along it: on a steep brook's sides the fall line is aslant.
-                let across = steep * floor / simd.max(distance, simd.splat(1e-3));
-                let rise = [off[0] * across + bed[0], off[1] * across + bed[1]];
-                let steepest = simd.sqrt(rise[0] * rise[0] + rise[1] * rise[1]);
-                let per_rise = simd.splat(1.0) / simd.max(steepest, simd.splat(1e-6));
-                let out = &mut *self.out;
-                lanes.store(simd, best - lowered, &mut out.height_m);
-                lanes.store(simd, level, &mut out.level_m);
-                lanes.store(simd, simd.min(gap, simd.splat(self.told_m)), &mut out.crest_m);
-                lanes.store(simd, steepness, &mut out.steepness);
-                lanes.store(simd, distance, &mut out.distance_m);
-                lanes.store(simd, rise[0] * per_rise, &mut out.away[0]);
-                lanes.store(simd, rise[1] * per_rise, &mut out.away[1]);
-                lanes.store(simd, share, &mut out.share);
-                lanes.spread(&number[..S::LANES], &mut out.segment);
+        PatchLanes { columns: simd.load(&columns), rows: simd.load(&rows) }
+    }
+
+    /// The vertices of a group of lanes, and where they are once warped, in metres from the block's corner.
+    #[inline(always)]
+    fn group(
+        &self,
+        simd: S,
+        valleys: &FillValleys,
+        corner: [i64; 2],
+        vertices: Area,
+        group: usize,
+    ) -> (InRows, [S::F32; 2]) {
+        let (area, first) = (valleys.area, group * S::LANES);
+        // Lanes that are narrower than a patch lie beside each other in it.
+        let (x, y) = (vertices.x0 + (first % PATCH) as i64, vertices.y0 + (first / PATCH) as i64);
+        let index = (y - area.y0) as usize * area.width() + (x - area.x0) as usize;
+        let lanes = InRows { index, width: area.width(), across: Self::ACROSS };
+        let spacing_m = simd.splat(valleys.spacing_m());
+        let at = [
+            (self.columns + simd.splat((x - corner[0]) as f32)) * spacing_m + lanes.load(simd, valleys.warp[0]),
+            (self.rows + simd.splat((y - corner[1]) as f32)) * spacing_m + lanes.load(simd, valleys.warp[1]),
+        ];
+        (lanes, at)
+    }
+}
+
+/// What the side of the segment is like that is lowest in each lane.
+struct Owner<S: Simd> {
+    level: S::F32,
+    cross: S::F32,
+    floor: S::F32,
+    bed: [S::F32; 2],
+    off: [S::F32; 2],
+    distance: S::F32,
+    share: S::F32,
+}
+
+impl<S: Simd> Owner<S> {
+    /// Of segments by their index, one in each lane; nothing where there is none.
+    #[inline(always)]
+    fn of(simd: S, segments: &Columns, owners: &[u32], common: Floor, at: [S::F32; 2]) -> Owner<S> {
+        let zero = simd.splat(0.0);
+        let (mut level, mut cross, mut floor) = (zero, zero, zero);
+        let (mut bed, mut off, mut distance, mut share) = ([zero; 2], [zero; 2], zero, zero);
+        let lanes = simd.load_u32(owners);
+        // Few segments own the vertices of a group of lanes: each is asked once, for all of them.
+        for (lane, owner) in owners.iter().enumerate() {
+            if owners[..lane].contains(owner) || *owner as usize >= segments.number.len() {
+                continue;
             }
+            let is_own = simd.eq_u32(lanes, simd.splat_u32(*owner));
+            let side = LaneSegment::splat(simd, segments, *owner as usize, common).side(simd, at);
+            level = simd.select(is_own, side.level, level);
+            cross = simd.select(is_own, side.cross, cross);
+            floor = simd.select(is_own, side.floor, floor);
+            for axis in [0, 1] {
+                bed[axis] = simd.select(is_own, side.bed[axis], bed[axis]);
+                off[axis] = simd.select(is_own, side.off[axis], off[axis]);
+            }
+            distance = simd.select(is_own, side.distance, distance);
+            share = simd.select(is_own, side.share, share);
         }
+        Owner { level, cross, floor, bed, off, distance, share }
     }
 }
 

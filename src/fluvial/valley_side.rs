@@ -37,10 +37,12 @@ pub struct Columns {
     pub river: [Vec<f32>; 2],
     pub flood_plain: [Vec<f32>; 2],
     pub riser: [Vec<f32>; 2],
-    /// What its level and widths change along a metre of it at most, all together.
-    pub steepness: Vec<f32>,
+    /// What its level changes along a metre of it.
+    pub bed_change: Vec<f32>,
+    /// What its side has risen changes along a metre of it at most, by all of its widths, as metres of the hillside's slope.
+    pub floor_change: Vec<f32>,
     /// What its slope across changes along a metre of it.
-    pub change: Vec<f32>,
+    pub cross_change: Vec<f32>,
     pub reach: Vec<f32>,
     pub channel: Vec<u32>,
     pub number: Vec<u32>,
@@ -60,14 +62,15 @@ impl Columns {
             river,
             flood_plain,
             riser,
-            steepness,
-            change,
+            bed_change,
+            floor_change,
+            cross_change,
             reach,
             channel,
             number,
         } = self;
         let pairs = [from, along, level, cross, trough, lean, river, flood_plain, riser];
-        for column in pairs.into_iter().flatten().chain([per_square, steepness, change, reach]) {
+        for column in pairs.into_iter().flatten().chain([per_square, bed_change, floor_change, cross_change, reach]) {
             column.clear();
         }
         channel.clear();
@@ -112,8 +115,9 @@ impl Columns {
         let terraces = segment.terraces as f32 * (change(trough) + change(river) + change(flood_plain) + change(riser));
         // A levee rises and falls less than its river becomes broader.
         let levees = if segment.levees > 0.0 { change(river) } else { 0.0 };
-        self.steepness.push(change(level) + floor + terraces + levees);
-        self.change.push(change(cross));
+        self.bed_change.push(change(level));
+        self.floor_change.push(floor + terraces + levees);
+        self.cross_change.push(change(cross));
         self.reach.push((segment.reach(reach) * metres) as f32);
         self.channel.push(segment.channel);
         self.number.push(number);
@@ -133,8 +137,9 @@ impl Columns {
             self.riser[axis].push(other.riser[axis][index]);
         }
         self.per_square.push(other.per_square[index]);
-        self.steepness.push(other.steepness[index]);
-        self.change.push(other.change[index]);
+        self.bed_change.push(other.bed_change[index]);
+        self.floor_change.push(other.floor_change[index]);
+        self.cross_change.push(other.cross_change[index]);
         self.reach.push(other.reach[index]);
         self.channel.push(other.channel[index]);
         self.number.push(other.number[index]);
@@ -156,8 +161,9 @@ impl Columns {
                 self.riser[axis].push(0.0);
             }
             self.per_square.push(0.0);
-            self.steepness.push(0.0);
-            self.change.push(0.0);
+            self.bed_change.push(0.0);
+            self.floor_change.push(0.0);
+            self.cross_change.push(0.0);
             self.reach.push(0.0);
             self.channel.push(u32::MAX);
             // No segment has this number, by which what is chosen later leaves these out.
@@ -211,24 +217,6 @@ pub struct LaneSide<S: Simd> {
     pub share: S::F32,
 }
 
-/// Values of columns, each lane's from the row of its number.
-#[derive(Clone, Copy)]
-struct Gathered<'a, S> {
-    simd: S,
-    numbers: &'a [u32],
-}
-
-impl<S: Simd> Gathered<'_, S> {
-    #[inline(always)]
-    fn of(self, column: &[f32]) -> S::F32 {
-        let mut lanes = [0.0; MAX_LANES];
-        for (lane, number) in lanes.iter_mut().zip(self.numbers) {
-            *lane = column.get(*number as usize).copied().unwrap_or(0.0);
-        }
-        self.simd.load(&lanes)
-    }
-}
-
 impl<S: Simd> LaneSegment<S> {
     #[inline(always)]
     pub fn load(simd: S, segments: &Columns, start: usize, floor: Floor) -> LaneSegment<S> {
@@ -270,26 +258,11 @@ impl<S: Simd> LaneSegment<S> {
         }
     }
 
-    /// The segments with these numbers, one in each lane, and nothing where there is none of that number.
+    /// The greatest slope across it, as a share of the hillside's, and no less than that.
     #[inline(always)]
-    pub fn gather(simd: S, segments: &Columns, numbers: &[u32], floor: Floor) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, reach, .. } =
-            segments;
-        let gathered = Gathered { simd, numbers };
-        LaneSegment {
-            from: [gathered.of(&from[0]), gathered.of(&from[1])],
-            along: [gathered.of(&along[0]), gathered.of(&along[1])],
-            per_square: gathered.of(per_square),
-            level: [gathered.of(&level[0]), gathered.of(&level[1])],
-            cross: [gathered.of(&cross[0]), gathered.of(&cross[1])],
-            trough: [gathered.of(&trough[0]), gathered.of(&trough[1])],
-            lean: [gathered.of(&lean[0]), gathered.of(&lean[1])],
-            river: [gathered.of(&river[0]), gathered.of(&river[1])],
-            flood_plain: [gathered.of(&flood_plain[0]), gathered.of(&flood_plain[1])],
-            riser: [gathered.of(&riser[0]), gathered.of(&riser[1])],
-            far: gathered.of(reach) * simd.splat(FAR),
-            floor,
-        }
+    pub fn steepest_cross(&self, simd: S) -> S::F32 {
+        let ends = simd.max(self.cross[0], self.cross[0] + self.cross[1]);
+        simd.max(ends, simd.splat(1.0))
     }
 
     #[inline(always)]
