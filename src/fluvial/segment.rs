@@ -319,12 +319,13 @@ impl Circle {
 
 /// A channel whose knots are what they will be, with the cross-sections at them.
 pub fn measured(fields: &Fields, channel: Channel) -> Channel {
-    let sections = (0..channel.knots.len()).map(|knot| section(fields, &channel, knot)).collect();
+    let shares = broadened(fields, &channel);
+    let sections = (0..channel.knots.len()).map(|knot| section(fields, &channel, knot, shares[knot])).collect();
     channel.with_sections(sections)
 }
 
-/// The cross-section at a knot of a channel.
-fn section(fields: &Fields, channel: &Channel, knot: usize) -> CrossSection {
+/// The cross-section at a knot of a channel whose river is so broad there, as a share of what is usual for its discharge.
+fn section(fields: &Fields, channel: &Channel, knot: usize, broad: f64) -> CrossSection {
     let Knot { at, area, level_m, .. } = channel.knots[knot];
     let steep = steepness(fields, channel, knot);
     let trough = fields.trough(channel.id.0, area, level_m);
@@ -337,46 +338,51 @@ fn section(fields: &Fields, channel: &Channel, knot: usize) -> CrossSection {
         cross: across(steep) as f32,
         lean: (LEAN * steep.abs()).max(ABOVE_OWN * upstream).min(MOST_LEAN) as f32,
         trough: trough as f32,
-        river: (fields.river_width_m(area) / 2.0 / fields.metres_a_grain() * broadened(fields, channel, knot)) as f32,
+        river: (fields.river_width_m(area) / 2.0 / fields.metres_a_grain() * broad) as f32,
         flood_plain: (share * LEVEL * trough) as f32,
         riser: (riser_m / (channel.hill_slope * fields.metres_a_grain())) as f32,
     }
 }
 
-/// How broad a river is at a knot of its channel, as a share of what is usual for its discharge: trunks are broader in bends.
-fn broadened(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
-    let Knot { at: here, area, .. } = channel.knots[knot];
+/// How broad a river is at each knot of its channel, as a share of what is usual for its discharge: trunks are broader in
+/// bends.
+fn broadened(fields: &Fields, channel: &Channel) -> Vec<f64> {
+    let knots = &channel.knots;
+    if channel.id.0 > 0 {
+        return vec![1.0; knots.len()];
+    }
     // Lakes and the sea are ends, too.
     let is_end = |knot: &Knot| knot.pool_m > f64::NEG_INFINITY || fields.is_drowned(knot.at, knot.level_m);
-    if channel.id.0 > 0 || is_end(&channel.knots[knot]) {
-        return 1.0;
-    }
-    let width = meander_width(fields, area);
-    let way_up = ahead(here, channel.knots[..knot].iter().rev(), width, is_end);
-    let way_down = ahead(here, channel.knots[knot + 1..].iter(), width, is_end);
-    let ([before, after], come) = ([way_up.0, way_down.0], way_up.1.min(way_down.1));
-    let bend = (cross(before, after) / (length(before) * length(after)).max(1e-9)).abs();
-    let share = STRAIGHT + (BENT - STRAIGHT) * smooth((bend / SINE).min(1.0));
-    // From one trunk to the next they are as broad.
-    1.0 + (share - 1.0) * smooth((come / (END_WIDTHS * width)).min(1.0))
+    let ends: Vec<bool> = knots.iter().map(is_end).collect();
+    let share = |knot: usize| {
+        let Knot { at: here, area, .. } = knots[knot];
+        if ends[knot] {
+            return 1.0;
+        }
+        let width = meander_width(fields, area);
+        let others = |number: usize| (&knots[number], ends[number]);
+        let way_up = ahead(here, (0..knot).rev().map(others), width);
+        let way_down = ahead(here, (knot + 1..knots.len()).map(others), width);
+        let ([before, after], come) = ([way_up.0, way_down.0], way_up.1.min(way_down.1));
+        let bend = (cross(before, after) / (length(before) * length(after)).max(1e-9)).abs();
+        let share = STRAIGHT + (BENT - STRAIGHT) * smooth((bend / SINE).min(1.0));
+        // From one trunk to the next they are as broad.
+        1.0 + (share - 1.0) * smooth((come / (END_WIDTHS * width)).min(1.0))
+    };
+    (0..knots.len()).map(share).collect()
 }
 
-/// Where a channel comes from a place on through some knots, in as many grains as its bend is told by; and how far it goes on, as
-/// far as that matters.
-fn ahead<'a>(
-    from: Point,
-    knots: impl Iterator<Item = &'a Knot>,
-    width: f64,
-    is_end: impl Fn(&Knot) -> bool,
-) -> ([f64; 2], f64) {
+/// Where a channel comes from a place on through some knots, each with whether it is an end, in as many grains as its bend is
+/// told by; and how far it goes on, as far as that matters.
+fn ahead<'a>(from: Point, knots: impl Iterator<Item = (&'a Knot, bool)>, width: f64) -> ([f64; 2], f64) {
     let (bend, most) = (BEND_WIDTHS * width, END_WIDTHS * width);
     let (mut come, mut last, mut place) = (0.0, from, [0.0; 2]);
-    for knot in knots {
+    for (knot, is_end) in knots {
         let way = knot.at.from(last);
         let share = ((bend - come) / length(way).max(1e-9)).clamp(0.0, 1.0);
         place = [0, 1].map(|axis| place[axis] + way[axis] * share);
         (come, last) = (come + length(way), knot.at);
-        if come >= most || is_end(knot) {
+        if come >= most || is_end {
             break;
         }
     }
