@@ -48,10 +48,10 @@ const MOST_ARCS: usize = 3;
 const APART: [f64; 2] = [3.0, 6.0];
 
 /// Height of a moraine, and half its width, as shares of half that of its floor; and the least and the most half width in
-/// metres.
+/// metres: through a wider wall no breach leads, and here and there one would dam what comes down behind it.
 const HEIGHT: [f64; 2] = [0.06, 0.13];
 const HALF: f64 = 0.2;
-const HALF_M: [f64; 2] = [30.0, 75.0];
+const HALF_M: [f64; 2] = [30.0, 38.0];
 
 /// Radius of an arc and how far its sides go on up the valley, in half widths of the floor.
 const RADIUS: f64 = 0.95;
