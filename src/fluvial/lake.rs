@@ -27,11 +27,11 @@ const COVERS: f64 = 1.1;
 
 /// Half widths that a lake is long where there is room, least, and so much more by chance: real ones in troughs are 3 to 10
 /// times as long as wide. Chosen by eye.
-const LENGTHS: (f64, f64) = (7.0, 7.0);
+const LENGTHS: (f64, f64) = (8.0, 9.0);
 
 /// Half widths that it is long at least: a shorter one would be round, and the less deep and so the narrower it is where
 /// the bed is steep.
-const LEAST_LENGTH: f64 = 7.0;
+const LEAST_LENGTH: f64 = 8.0;
 
 /// Share of a channel's way at which its lake ends: first, and so much later by chance.
 const SILLS: (f64, f64) = (0.5, 0.4);
