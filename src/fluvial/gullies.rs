@@ -51,9 +51,12 @@ const MOST_OCTAVES: usize = 3;
 /// shallow that their flanks are less steep than the hillside, and fall along it.
 const DEPTH: f64 = 0.2;
 
-/// Height of the roughness as a share of its first wavelength, where the settings ask for whole gullies on a slope of
-/// 1: so low that the land still falls along the fall line.
-const ROUGHNESS: f64 = 0.03;
+/// Wavelength of the roughness, in cells of the finest level, how much less high each octave is than the one before, and its
+/// height as a share of its wavelength, where the settings ask for all of it on a slope of 1. Chosen by eye, beside
+/// hillshades of real mountains: these look polished without it, and crumpled where its waves are as long as gullies are wide.
+const ROUGH_WAVE: f64 = 0.33;
+const ROUGH_H: f64 = 0.7;
+const ROUGHNESS: f64 = 0.1;
 
 /// How far below the next-best side, in depths of a gully, it is whole: nearer to the crest it is less deep.
 const CREST_DEPTHS: f32 = 4.0;
@@ -109,14 +112,19 @@ impl Gullies {
         };
         let octaves = waves_m.iter().enumerate().map(octave).collect();
         // As many octaves as the lattice can show.
-        let rough_wave_m = (FIRST_WAVE * finest_m).max(spacing_m);
+        let rough_wave_m = (ROUGH_WAVE * finest_m).max(spacing_m);
         let count = (1..=5).rev().find(|n| rough_wave_m / f64::from(1 << (n - 1)) >= spacing_m).unwrap_or(1);
-        let spec =
-            FractalSpec { kind: FractalKind::Fbm, octaves: count, wavelength_m: rough_wave_m, lacunarity: 2.0, h: 1.0 };
+        let spec = FractalSpec {
+            kind: FractalKind::Fbm,
+            octaves: count,
+            wavelength_m: rough_wave_m,
+            lacunarity: 2.0,
+            h: ROUGH_H,
+        };
         Some(Gullies {
             octaves,
             roughness: Fractal::new(&spec, spacing_m, hash::stream(seed, Stream::Roughness)),
-            rough_m: (strength * ROUGHNESS * rough_wave_m) as f32,
+            rough_m: (fields.settings().roughness * ROUGHNESS * rough_wave_m) as f32,
             spacing_m: spacing_m as f32,
         })
     }

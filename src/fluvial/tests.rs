@@ -580,6 +580,31 @@ fn rills_furrow_some_hillsides_and_no_rivers() {
 }
 
 #[test]
+fn steep_land_is_rough_and_rivers_are_not() {
+    let (_, preset) = Preset::load("alps").unwrap();
+    let [smooth, rough] = [0.0, 1.0].map(|roughness| {
+        let settings = FluvialSettings { roughness, ..preset.fluvial.clone().unwrap() };
+        Fluvial::new(&settings, preset.spacing_m, None, 4, None)
+    });
+    let area = Area::new(-300, 1000, 192, 192);
+    let [smooth, rough] = [&smooth, &rough].map(|fluvial| fluvial.land(area, &Clock::default()));
+    let (mut steep, mut rougher) = (0, 0);
+    let inside = Area { x0: area.x0, y0: area.y0, x1: area.x1 - 1, y1: area.y1 - 1 };
+    for (x, y) in inside.vertices() {
+        let off_m = (rough.heights.at(x, y) - smooth.heights.at(x, y)).abs();
+        let step_m = (smooth.heights.at(x + 1, y) - smooth.heights.at(x, y)).abs()
+            + (smooth.heights.at(x, y + 1) - smooth.heights.at(x, y)).abs();
+        let is_river = smooth.water.as_ref().unwrap().kind.at(x, y) == WaterKind::River;
+        assert!(!is_river || off_m < 0.5, "a river is {off_m} m off at {x},{y}");
+        if step_m > 0.5 * preset.spacing_m as f32 {
+            steep += 1;
+            rougher += usize::from(off_m > 1.0);
+        }
+    }
+    assert!(rougher > steep / 3, "{rougher} of {steep} steep places are rougher");
+}
+
+#[test]
 fn meanders_do_not_cross_themselves_in_tight_bends() {
     let fluvial = seeded("badlands", 170_047);
     let trunk = fluvial.network.channel((0, -1400, 1077)).unwrap();
