@@ -78,7 +78,7 @@ pub struct FluvialSettings {
     #[schemars(range(min = 0, max = 1))]
     pub rills: Option<f64>,
     /// How rough hillsides are, 0 to 1, by waves a third of the distance between brooks long and less: outcrops and what has
-    /// fallen from them; without gullies they are smooth. Default: 0.3.
+    /// fallen from them; without gullies they are smooth. Default: 0.25.
     #[schemars(range(min = 0, max = 1))]
     pub roughness: f64,
     /// No land is higher than this many metres, and what comes near is pressed together; 10 to 10,000. Default: 4800.
@@ -140,7 +140,7 @@ impl Default for FluvialSettings {
             bend: 0.9,
             gullies: 0.5,
             rills: None,
-            roughness: 0.3,
+            roughness: 0.25,
             ceiling_m: 4800.0,
             knee: 0.6,
             strata: None,
