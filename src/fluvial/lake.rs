@@ -226,11 +226,13 @@ fn dig(knots: &mut [Knot], level_m: f64, depth_m: f64, has_outlet: bool, least_m
     }
 }
 
-/// Lets the water of a lake stand no higher than its sill, once beds have been lowered.
+/// Lets the water of a lake stand no higher than its sill, and as far up as that is, once beds have been lowered.
 pub fn fill(knots: &mut [Knot]) {
     for index in (0..knots.len() - 1).rev() {
         let below = knots[index + 1];
-        if knots[index].pool_m > NO_LAKE {
+        // Never to the head: there the channel above goes on.
+        let is_drowned = index > 0 && below.pool_m > below.level_m;
+        if knots[index].pool_m > NO_LAKE || is_drowned {
             knots[index].pool_m = if below.pool_m > NO_LAKE { below.pool_m } else { below.level_m };
         }
     }
