@@ -1,8 +1,9 @@
 //! Gullies: what runs down the hillsides between the channels that the network knows.
 //!
 //! Stripes that run down the fall line are carved into the land, octave by octave, each octave down the slopes that the
-//! ones before have made; then a little roughness. Both fade out towards the channels and the crests. They are so shallow
-//! that the land still falls along the fall line: no pit comes of them, but for a few where that turns.
+//! ones before have made; then a little roughness. Both fade out towards the channels and the crests. Gullies are so
+//! shallow that the land still falls along the fall line; the pits that they leave where that turns, and the roughness, are
+//! for breaches to open.
 //!
 //! Based on: R. Johansen (runevision), Fast and Gorgeous Erosion Filter, 2026.
 

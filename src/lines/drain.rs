@@ -182,15 +182,23 @@ mod tests {
     #[test]
     fn nothing_outside_the_input_matters() {
         let area = Area::new(7, -1, 10, 8);
-        let drained = |outside_m: Option<f32>| {
-            let (mut bare, mut heights) = hollow_land(Area::new(-10, -20, 44, 46), 5.0);
+        let drained = |has_hollow: bool, outside_m: Option<f32>| {
+            let (mut bare, mut heights) = hollow_land(Area::new(-10, -20, 44, 46), if has_hollow { 0.0 } else { 5.0 });
+            // Too deep for a drain; its lowest vertex is as far outside as one may be that is filled with those inside.
+            for x in (16..20).filter(|_| has_hollow) {
+                heights.row_mut(3, x, x + 1)[0] = -40.0 - x as f32;
+            }
             for grid in [&mut bare, &mut heights] {
                 outside_m.inspect(|height_m| grid.fill_outside(input(area), *height_m));
             }
             let wet = vec![false; bare.values().len()];
+            let shaped = heights.clone();
             drain(&bare, &wet, &mut heights);
+            assert!(heights.part(area) != shaped.part(area), "nothing is drained or filled");
             heights.part(area).values().iter().map(|height_m| height_m.to_bits()).collect::<Vec<_>>()
         };
-        assert_eq!(drained(None), drained(Some(f32::NAN)));
+        for has_hollow in [false, true] {
+            assert_eq!(drained(has_hollow, None), drained(has_hollow, Some(f32::NAN)));
+        }
     }
 }
