@@ -1,14 +1,15 @@
 //! What is above a level: the segments of its coarser levels, by place.
 //!
-//! Whoever makes a chunk asks for those around it, and most ask for the same ones. So each is made once, in the patch that
-//! holds its middle, and what is around a chunk is a list of patches.
+//! Whoever makes a channel asks for those around it, and most ask for the same ones. So each is made once, in the patch that
+//! holds its middle, and what is around a channel is a list of patches.
 
+use std::cell::Cell;
 use std::sync::Arc;
 
 use super::channel::Channel;
 use super::fields::Fields;
 use super::point::{Point, overlap};
-use super::segment::{Reach, Segment, segments_of, widened};
+use super::segment::{Bounds, Reach, Segment, segments_of, widened};
 use super::trunk::NodeId;
 use crate::geometry::length;
 use crate::lines::ChannelId;
@@ -18,9 +19,9 @@ use crate::memory::heap_bytes;
 /// for fractions, and yet hardly a patch is made from two corners.
 const ORIGIN_CELLS: i64 = 1 << 10;
 
-/// Segments for which a patch has a cell in its raster, about, and cells a side of that at most.
-const SEGMENTS_A_CELL: usize = 4;
-const MOST_CELLS: usize = 32;
+/// Segments of a group, about, and groups along a side of a patch at most.
+const GROUP: usize = 4;
+const MOST_GROUPS: usize = 32;
 
 /// The id of a patch: a cell of a level's lattice, and where its places are told from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -36,44 +37,25 @@ pub struct PatchId {
 pub struct Patch {
     /// The channels that they belong to.
     channels: Vec<ChannelId>,
-    /// The segments, in the order of the raster's cells, and in each of the channels' and from their heads down.
+    /// The segments, group by group, and in each of the channels' and from their heads down.
     segments: Vec<Segment>,
-    raster: Raster,
-    /// The place in `segments` at which each cell of the raster begins, row by row, and at last where they end.
-    starts: Vec<u32>,
-    /// The longest segment in grains.
-    longest: f64,
-    /// Half width in grains of the widest floor, and how much further the deepest lake makes a side matter.
-    widest: [f64; 2],
+    /// Those that lie close together.
+    groups: Vec<Group>,
+    /// What all have in common.
+    bounds: Bounds,
+}
+
+/// Segments of a patch that lie close together.
+#[derive(Debug)]
+struct Group {
+    /// The place of the first one, and that behind the last.
+    places: [u32; 2],
+    bounds: Bounds,
 }
 
 heap_bytes!(ChannelId);
-heap_bytes!(Patch: channels, segments, starts);
-
-/// A square of square cells; what lies beside it counts as in the cell at its edge.
-#[derive(Clone, Copy, Debug)]
-struct Raster {
-    /// Its corner, relative to the origin.
-    corner: [f64; 2],
-    /// Grains a side of a cell.
-    cell: f64,
-    /// Cells a side.
-    side: usize,
-}
-
-impl Raster {
-    /// The column, or the row, of a place.
-    fn line(self, axis: usize, at: f64) -> usize {
-        (((at - self.corner[axis]) / self.cell).max(0.0) as usize).min(self.side - 1)
-    }
-
-    /// The columns, or the rows, that lie within some grains of a place; none if all lie further off.
-    fn lines(self, axis: usize, at: f64, reach: f64) -> Option<[usize; 2]> {
-        let off = at - self.corner[axis];
-        let touches = off + reach >= 0.0 && off - reach <= self.cell * self.side as f64;
-        touches.then(|| [-reach, reach].map(|by| self.line(axis, at + by)))
-    }
-}
+heap_bytes!(Group);
+heap_bytes!(Patch: channels, segments, groups);
 
 /// What of the levels above is asked for in a rectangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,10 +97,8 @@ pub fn patches(
     };
     // A line that touches it has its middle no further off than half of its length.
     let reach = sides + 0.5 * fields.longest_segment(level);
-    let (low, high, side) = (low.moved([-reach; 2]), high.moved([reach; 2]), fields.side(level));
-    let columns = low.x.div_euclid(side)..=high.x.div_euclid(side);
-    let rows = low.y.div_euclid(side)..=high.y.div_euclid(side);
-    rows.flat_map(move |y| columns.clone().map(move |x| PatchId { level, cell: (x, y), origin }))
+    let cells = fields.cells(level, [low.moved([-reach; 2]), high.moved([reach; 2])]);
+    cells.map(move |(level, x, y)| PatchId { level, cell: (x, y), origin })
 }
 
 impl PatchId {
@@ -153,44 +133,28 @@ impl Patch {
                 channels.push(channel.id);
             }
         });
-        let side = segments.len().div_ceil(SEGMENTS_A_CELL).isqrt().clamp(1, MOST_CELLS);
-        let raster = Raster { corner: low, cell: (high[0] - low[0]) / side as f64, side };
+        // By the cells of a raster, what lies close together comes to lie so here.
+        let side = segments.len().div_ceil(GROUP).isqrt().clamp(1, MOST_GROUPS);
+        let cell = (high[0] - low[0]) / side as f64;
         let cell_of = |segment: &Segment| {
-            let [column, row] = [0, 1].map(|axis| raster.line(axis, segment.from[axis] + 0.5 * segment.along[axis]));
+            let [column, row] = [0, 1].map(|axis| {
+                let off = segment.from[axis] + 0.5 * segment.along[axis] - low[axis];
+                ((off / cell).max(0.0) as usize).min(side - 1)
+            });
             row * side + column
         };
         segments.sort_by_cached_key(cell_of);
-        // How many each cell has, which says where the next one begins.
-        let mut starts = vec![0; side * side + 1];
-        for segment in &segments {
-            starts[cell_of(segment) + 1] += 1;
+        let mut groups = Vec::new();
+        for group in segments.chunk_by(|a, b| cell_of(a) == cell_of(b)) {
+            let from = groups.last().map_or(0, |group: &Group| group.places[1]);
+            groups.push(Group { places: [from, from + group.len() as u32], bounds: Bounds::of(group) });
         }
-        for cell in 1..starts.len() {
-            starts[cell] += starts[cell - 1];
-        }
-        let most = |width: fn(&Segment) -> f64| segments.iter().map(width).fold(0.0, f64::max);
-        let widest = [most(Segment::widest_trough), most(|segment| segment.sunk)];
-        let longest = most(|segment| length(segment.along));
-        debug_assert!(longest <= fields.longest_segment(id.level), "a segment of {longest} grains at {id:?}");
-        Patch { channels, segments, raster, starts, longest, widest }
-    }
-
-    /// The segments that may come so near to a place, with their channels.
-    fn around(&self, place: [f64; 2], distance: f64) -> impl Iterator<Item = Near<'_>> {
-        let reach = distance + 0.5 * self.longest;
-        let columns = self.raster.lines(0, place[0], reach);
-        let rows = self.raster.lines(1, place[1], reach);
-        let cells = columns.zip(rows).into_iter();
-        let segments = cells.flat_map(move |(columns, rows)| {
-            // The cells of a row lie one after the other.
-            (rows[0]..=rows[1]).flat_map(move |row| {
-                let [from, to] =
-                    [columns[0], columns[1] + 1].map(|column| self.starts[row * self.raster.side + column]);
-                &self.segments[from as usize..to as usize]
-            })
-        });
-        let near = segments.filter(move |segment| segment.line().touches(place, distance));
-        near.map(|segment| Near { channel: self.channels[segment.channel as usize], segment })
+        let bounds = Bounds::of(&segments);
+        debug_assert!(
+            segments.iter().all(|segment| length(segment.along) <= fields.longest_segment(id.level)),
+            "{id:?}"
+        );
+        Patch { channels, segments, groups, bounds }
     }
 }
 
@@ -213,21 +177,79 @@ pub struct Above {
 }
 
 impl Above {
-    /// The segments that may come so near to a place, relative to the origin, in the order of patches and their rasters.
-    pub fn around(&self, place: [f64; 2], distance: f64) -> impl Iterator<Item = Near<'_>> {
-        self.patches.iter().flat_map(move |patch| patch.around(place, distance))
+    /// The segments of all groups that may matter by their bounds, in the order of patches and their groups.
+    ///
+    /// Groups are asked about one after the other, so what is known from those before may decide about the next.
+    pub fn of_groups<'a>(&'a self, may_matter: impl Fn(&Bounds) -> bool + Copy) -> impl Iterator<Item = Near<'a>> {
+        let patches = self.patches.iter().filter(move |patch| !patch.groups.is_empty() && may_matter(&patch.bounds));
+        patches.flat_map(move |patch| {
+            let groups = patch.groups.iter().filter(move |group| may_matter(&group.bounds));
+            groups.flat_map(move |group| {
+                let [from, to] = group.places.map(|place| place as usize);
+                let near = |segment: &'a Segment| Near { channel: patch.channels[segment.channel as usize], segment };
+                patch.segments[from..to].iter().map(near)
+            })
+        })
+    }
+
+    /// The segments whose bounding rectangles overlap one.
+    pub fn overlapping(&self, rectangle: [[f64; 2]; 2]) -> impl Iterator<Item = &Segment> {
+        let overlaps = move |bounds: &Bounds| bounds.overlaps(rectangle, 0.0);
+        self.of_groups(overlaps).map(|near| near.segment).filter(move |segment| {
+            let [low, high] = segment.bounds();
+            let overlaps = |axis: usize| rectangle[0][axis] <= high[axis] && low[axis] <= rectangle[1][axis];
+            overlaps(0) & overlaps(1)
+        })
+    }
+
+    /// The segment that is nearest to a place, of those that may come so near to it, and the square of how far away it is.
+    pub fn nearest(&self, place: [f64; 2], distance: f64) -> Option<(f64, Near<'_>)> {
+        let least = Cell::new(f64::INFINITY);
+        let may_be_nearer =
+            |bounds: &Bounds| bounds.least_square(place) < least.get() && bounds.touches(place, distance);
+        let nearest = self.of_groups(&may_be_nearer).fold(None, |nearest, near| {
+            let square = near.segment.nearest(place).1;
+            if square < least.get() && near.segment.line().touches(place, distance) {
+                least.set(square);
+                return Some(near);
+            }
+            nearest
+        });
+        nearest.map(|near| (least.get(), near))
+    }
+
+    /// The segment whose side is lowest at a place, of those that may come so near to it, and the height of that side in
+    /// metres, where hillsides rise so many metres a grain.
+    pub fn lowest_side(&self, place: [f64; 2], slope: f64, distance: f64) -> Option<(f64, Near<'_>)> {
+        let least_m = Cell::new(f64::INFINITY);
+        let may_be_lower = |bounds: &Bounds| {
+            bounds.touches(place, distance) && bounds.may_be_below(bounds.least_square(place), slope, least_m.get())
+        };
+        let lowest = self.of_groups(&may_be_lower).fold(None, |lowest, near| {
+            if near.segment.line().touches(place, distance)
+                && let Some(side_m) = near.segment.side_below_m(place, slope, least_m.get())
+            {
+                least_m.set(side_m);
+                return Some(near);
+            }
+            lowest
+        });
+        lowest.map(|near| (least_m.get(), near))
     }
 
     /// The segments whose sides have risen less, at a place, than that of a brook without a floor does within so many
-    /// grains.
-    pub fn beneath(&self, place: [f64; 2], brook: f64) -> Vec<&Segment> {
+    /// grains, of those groups that may matter.
+    pub fn beneath<'a>(
+        &'a self,
+        place: [f64; 2],
+        brook: f64,
+        may_matter: impl Fn(&Bounds) -> bool + Copy,
+    ) -> impl Iterator<Item = &'a Segment> {
         let reach = Reach::even(brook);
-        let is_beneath = |segment: &&Segment| segment.nearest(place).1 < segment.reach(reach).powi(2);
-        let around = self.patches.iter().flat_map(|patch| {
-            let [trough, lake] = patch.widest;
-            patch.around(place, widened(brook, trough) + lake)
-        });
-        around.map(|near| near.segment).filter(is_beneath).collect()
+        let may_be =
+            move |bounds: &Bounds| bounds.least_square(place) < bounds.reach(brook).powi(2) && may_matter(bounds);
+        let is_beneath = move |segment: &&Segment| segment.nearest(place).1 < segment.reach(reach).powi(2);
+        self.of_groups(may_be).map(|near| near.segment).filter(is_beneath)
     }
 }
 
@@ -246,7 +268,8 @@ mod tests {
         let square = [corner, corner.moved([6.0 * cell; 2])];
         let origin = origin(fluvial.fields(), corner);
         let all = fluvial.network().segments(2, square, origin, Reach::even(3.0 * cell));
-        let names = |segment: &Segment, channel: ChannelId| (channel, segment.knot);
+        let name = |segment: &Segment| (all.channels[segment.channel as usize].id, segment.knot);
+        let slope = fluvial.fields().least_hill_slope() * fluvial.fields().metres_a_grain();
         // In the square, at its edge, and where hardly a segment is.
         for place in [[0.4, 0.7], [3.1, 2.2], [5.9, 0.0], [0.0, 6.0], [4.5, 1.0]] {
             let at = corner.moved(place.map(|at| at * cell));
@@ -254,18 +277,31 @@ mod tests {
             let near = |distance: f64| [-distance, distance].map(|by| at.moved([by; 2]));
             let distance = 1.3 * cell;
             let above = fluvial.network().above(2, near(distance), Asked::Lines);
-            let mut found: Vec<_> =
-                above.around(place, distance).map(|near| names(near.segment, near.channel)).collect();
-            found.sort_unstable();
-            let touches = |segment: &&Segment| segment.line().touches(place, distance);
-            let name = |segment: &Segment| names(segment, all.channels[segment.channel as usize].id);
-            let mut expected: Vec<_> = all.all.iter().filter(touches).map(name).collect();
-            expected.sort_unstable();
-            assert_eq!(found, expected, "around {place:?}");
+            let around = [-distance, distance].map(|by| place.map(|at| at + by));
+            let names = |segments: &mut dyn Iterator<Item = &Segment>| {
+                let mut places: Vec<_> = segments.map(|segment| segment.from.map(f64::to_bits)).collect();
+                places.sort_unstable();
+                places
+            };
+            let touch = || all.all.iter().filter(|segment| segment.line().touches(place, distance));
+            assert_eq!(names(&mut above.overlapping(around)), names(&mut touch()), "around {place:?}");
+            let nearest = touch().map(|segment| segment.nearest(place).1).min_by(f64::total_cmp);
+            assert_eq!(above.nearest(place, distance).map(|(square, _)| square), nearest, "{place:?}");
+            let lowest = touch().map(|segment| segment.side_m(place, slope)).min_by(f64::total_cmp);
+            let found = above.lowest_side(place, slope, distance);
+            assert_eq!(found.map(|(side_m, _)| side_m), lowest, "{place:?}");
+            if let Some((side_m, near)) = found {
+                let of_id = touch().find(|segment| name(segment) == (near.channel, near.segment.knot)).unwrap();
+                assert_eq!(of_id.side_m(place, slope), side_m, "the channel's id is another's");
+            }
             let brook = 0.7 * cell;
             let above = fluvial.network().above(2, near(brook), Asked::Sides);
             let is_beneath = |segment: &&Segment| segment.nearest(place).1 < segment.reach(Reach::even(brook)).powi(2);
-            assert_eq!(above.beneath(place, brook).len(), all.all.iter().filter(is_beneath).count(), "{place:?}");
+            assert_eq!(
+                above.beneath(place, brook, |_| true).count(),
+                all.all.iter().filter(is_beneath).count(),
+                "{place:?}"
+            );
         }
         assert!(all.all.len() > 500, "{} segments", all.all.len());
     }

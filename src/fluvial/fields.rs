@@ -4,6 +4,7 @@ use super::point::{GRAINS, Point, PointNoise};
 use super::settings::{CoastSettings, FluvialSettings};
 use crate::geometry::length;
 use crate::hash::{self, Stream};
+use crate::lines::ChannelId;
 use crate::memory::{Memory, Usage};
 
 /// The slowly varying fields, and the laws that make slopes and widths of them.
@@ -205,6 +206,14 @@ impl Fields {
     /// Grains a side of a cell of a level's lattice; level 0 has the trunks.
     pub fn side(&self, level: u32) -> i64 {
         self.finest << (self.settings.levels - level)
+    }
+
+    /// The cells of a level's lattice that touch a rectangle, row by row, as the ids of the channels whose heads they hold.
+    pub fn cells(&self, level: u32, [low, high]: [Point; 2]) -> impl Iterator<Item = ChannelId> + use<> {
+        let side = self.side(level);
+        let columns = low.x.div_euclid(side)..=high.x.div_euclid(side);
+        let rows = low.y.div_euclid(side)..=high.y.div_euclid(side);
+        rows.flat_map(move |y| columns.clone().map(move |x| (level, x, y)))
     }
 
     /// The number of levels, trunks among them.

@@ -20,7 +20,7 @@
 //!
 //! The rooms, in the order of that way: `fields` and `lift` have the laws; `trunk` the lattice of the largest rivers,
 //! `trunk_curve`, `meander`, `delta` and `trunk_course` their lines, `lake` their lakes, and `branches` their old arms;
-//! `tributary_course` and `tributary` all others; `network` finds channels and their `segment`s by place, in chunks; `warp`,
+//! `tributary_course` and `tributary` all others; `network` finds channels and their `segment`s by place; `warp`,
 //! `valley` and `valley_side`, `gullies`, `moraine` and `glacier`, which are `stamp`s, `coast`, `skerries`, `breach` and `water`
 //! make rasters of them; `rivers` and `strahler` know whole rivers, and `survey` the land as roads ask for it.
 
@@ -32,7 +32,6 @@ mod wander;
 mod meander;
 pub mod trunk;
 pub mod channel;
-mod chunk;
 pub mod segment;
 mod above;
 mod lake;

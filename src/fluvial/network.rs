@@ -7,7 +7,7 @@
 //! a channel runs to the coast. Its bed rises from where it ends, by the law of rivers, and never above the valley
 //! sides that the levels above it make.
 //!
-//! Channels come in chunks of cells, each a pure function of its place that asks for the chunks of the levels above.
+//! Each channel is a pure function of its cell that asks for those of the levels above.
 //!
 //! Based on: M. Gaillard, B. Benes, E. Guérin, E. Galin, D. Rohmer, M.-P. Cani, Dendry: a procedural model for
 //! dendritic patterns, 2019 (nested lattices that join the nearest channel).
@@ -17,7 +17,6 @@ use std::sync::Arc;
 use super::above::{self, Above, Asked, AsksAbove, Patch, PatchId};
 use super::branches::Branches;
 use super::channel::Channel;
-use super::chunk::ChunkId;
 use super::fields::{Fields, most_area};
 use super::point::{Point, overlap};
 use super::segment::{Reach, Segment, Segments, segments_of, widened};
@@ -26,7 +25,7 @@ use super::tributary_course;
 use super::trunk::Trunks;
 use super::trunk_course::{self, TrunkCourses};
 use crate::lines::ChannelId;
-use crate::memory::{Memory, Usage, heap_bytes};
+use crate::memory::{Memory, Usage};
 
 /// The channels of a world.
 #[derive(Debug)]
@@ -35,17 +34,9 @@ pub struct Network {
     trunks: TrunkCourses,
     branches: Branches,
     tributaries: Tributaries,
-    chunks: Memory<ChunkId, Chunk>,
+    channels: Memory<ChannelId, Option<Arc<Channel>>>,
     patches: Memory<PatchId, Patch>,
 }
-
-/// The channels whose heads are in a square of cells.
-#[derive(Debug)]
-struct Chunk {
-    channels: Vec<Arc<Channel>>,
-}
-
-heap_bytes!(Chunk: channels);
 
 impl Network {
     /// The network of a world with these fields.
@@ -56,7 +47,7 @@ impl Network {
             tributaries: Tributaries::new(Arc::clone(&fields), seed),
             fields,
             // Roads are planned over far more land than a tile has, and what is forgotten too soon is made again with all around it.
-            chunks: Memory::new(128 << 20),
+            channels: Memory::new(128 << 20),
             patches: Memory::new(96 << 20),
         }
     }
@@ -67,7 +58,7 @@ impl Network {
             self.trunks.usages(),
             self.branches.usages(),
             self.tributaries.usages(),
-            vec![self.chunks.usage(), self.patches.usage()],
+            vec![self.channels.usage(), self.patches.usage()],
         ]
         .concat()
     }
@@ -86,20 +77,22 @@ impl Network {
         [low.moved([-reach; 2]), high.moved([reach; 2])]
     }
 
-    /// Calls `take` with all channels of a level that may touch a rectangle, in the order of their chunks and ids.
+    /// Calls `take` with all channels of a level that may touch a rectangle, in the order of their cells.
     pub fn channels(&self, level: u32, [low, high]: [Point; 2], mut take: impl FnMut(&Arc<Channel>)) {
         let rectangle = [low, high];
-        let chunks: Vec<ChunkId> = match level {
-            0 => {
-                let touches = |node| self.trunks.bounds(node).is_some_and(|bounds| overlap(bounds, rectangle));
-                let chunks = ChunkId::touching(&self.fields, level, self.input(level, rectangle));
-                chunks.filter(|chunk| chunk.cells().any(touches)).collect()
+        let mut take = |id: ChannelId| {
+            if let Some(channel) = self.channel(id).filter(|channel| overlap(channel.bounds(), rectangle)) {
+                take(&channel);
             }
-            _ => self.tributaries.touching(level, rectangle, self).collect(),
         };
-        for chunk in chunks {
-            let chunk = self.chunk(chunk);
-            chunk.channels.iter().filter(|channel| overlap(channel.bounds(), rectangle)).for_each(&mut take);
+        match level {
+            0 => {
+                let touches = |(_, x, y): &ChannelId| {
+                    self.trunks.bounds((*x, *y)).is_some_and(|bounds| overlap(bounds, rectangle))
+                };
+                self.fields.cells(level, self.input(level, rectangle)).filter(touches).for_each(&mut take);
+            }
+            _ => self.tributaries.touching(level, rectangle, self).for_each(&mut take),
         }
     }
 
@@ -155,16 +148,6 @@ impl Network {
         }
     }
 
-    fn chunk(&self, id: ChunkId) -> Arc<Chunk> {
-        self.chunks.get(id, || {
-            let channels = match id.level {
-                0 => id.cells().filter_map(|node| self.trunks.trunk(node)).collect(),
-                _ => self.tributaries.of(id, self),
-            };
-            Chunk { channels }
-        })
-    }
-
     fn patch(&self, id: PatchId) -> Arc<Patch> {
         let channels_in = |take: &mut dyn FnMut(&Arc<Channel>)| self.channels(id.level, id.square(&self.fields), take);
         self.patches.get(id, || Patch::new(&self.fields, id, channels_in))
@@ -179,9 +162,12 @@ impl AsksAbove for Network {
         Above { origin, patches }
     }
 
-    fn channel(&self, (level, x, y): ChannelId) -> Option<Arc<Channel>> {
-        let chunk = self.chunk(ChunkId::of_cell(level, (x, y)));
-        chunk.channels.iter().find(|channel| channel.id == (level, x, y)).cloned()
+    fn channel(&self, id: ChannelId) -> Option<Arc<Channel>> {
+        let make = || match id {
+            (0, x, y) => self.trunks.trunk((x, y)),
+            _ => self.tributaries.of(id, self),
+        };
+        self.channels.get(id, make).as_ref().clone()
     }
 }
 
@@ -190,7 +176,6 @@ mod tests {
     use crate::fluvial::Fluvial;
     use crate::fluvial::above::AsksAbove;
     use crate::fluvial::channel::Mouth;
-    use crate::fluvial::chunk::ChunkId;
     use crate::fluvial::point::Point;
     use crate::preset::Preset;
 
@@ -205,8 +190,8 @@ mod tests {
             for level in 0..fluvial.fields().levels() {
                 let side = fluvial.fields().side(level);
                 let corner = Point { x: -7 * side, y: 5 * side };
-                for id in ChunkId::touching(fluvial.fields(), level, [corner, corner.moved([20.0 * side as f64; 2])]) {
-                    for channel in &network.chunk(id).channels {
+                for id in fluvial.fields().cells(level, [corner, corner.moved([20.0 * side as f64; 2])]) {
+                    for channel in network.channel(id) {
                         for knot in &channel.knots {
                             let mut is_found = false;
                             network.channels(level, [knot.at; 2], |other| is_found |= other.id == channel.id);

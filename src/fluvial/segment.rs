@@ -14,7 +14,7 @@ use crate::memory::heap_bytes;
 pub struct Segments {
     /// What their lines are relative to.
     pub origin: Point,
-    /// The channels, in the order of levels, chunks and cells.
+    /// The channels, in the order of levels and cells.
     pub channels: Vec<Arc<Channel>>,
     /// Their segments, those of a channel from its head down.
     pub all: Vec<Segment>,
@@ -173,7 +173,7 @@ impl Segment {
     /// The corners of the least rectangle around it.
     pub fn bounds(&self) -> [[f64; 2]; 2] {
         let to = [0, 1].map(|axis| self.from[axis] + self.along[axis]);
-        [[0, 1].map(|axis| self.from[axis].min(to[axis])), [0, 1].map(|axis| self.from[axis].max(to[axis]))]
+        [[0, 1].map(|axis| least(self.from[axis], to[axis])), [0, 1].map(|axis| most(self.from[axis], to[axis]))]
     }
 
     /// The share of the segment at which it is nearest to a point, and the square of the distance in grains.
@@ -197,22 +197,22 @@ impl Segment {
 
     /// The least slope across it, as a share of the hillside's.
     pub fn gentlest_cross(&self) -> f64 {
-        self.cross[0].min(self.cross[0] + self.cross[1])
+        least(self.cross[0], self.cross[0] + self.cross[1])
     }
 
     /// The largest half width of its floor's rounding in grains.
     pub fn widest_trough(&self) -> f64 {
-        self.trough[0].max(self.trough[0] + self.trough[1])
+        most(self.trough[0], self.trough[0] + self.trough[1])
     }
 
     /// What its floor leans, at least.
     pub fn least_lean(&self) -> f64 {
-        self.lean[0].min(self.lean[0] + self.lean[1])
+        least(self.lean[0], self.lean[0] + self.lean[1])
     }
 
     /// The largest half width of its river in grains.
     fn shore(&self) -> f64 {
-        self.river[0].max(self.river[0] + self.river[1])
+        most(self.river[0], self.river[0] + self.river[1])
     }
 
     /// Grains from the segment beyond which its side has risen more than that of a brook without a floor does within
@@ -226,12 +226,12 @@ impl Segment {
 
     /// Its lowest water in metres.
     pub fn lowest_m(&self) -> f64 {
-        self.level_m[0].min(self.level_m[0] + self.level_m[1])
+        least(self.level_m[0], self.level_m[0] + self.level_m[1])
     }
 
     /// Its highest water in metres.
     pub fn highest_m(&self) -> f64 {
-        self.level_m[0].max(self.level_m[0] + self.level_m[1])
+        most(self.level_m[0], self.level_m[0] + self.level_m[1])
     }
 
     /// Whether a point lies on the floor of its valley.
@@ -294,6 +294,91 @@ impl Segment {
     }
 }
 
+/// What some segments have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    /// The corners of the least rectangle around them.
+    rectangle: [[f64; 2]; 2],
+    /// Their lowest and their highest water in metres.
+    pub level_m: [f64; 2],
+    gentlest_cross: f64,
+    widest_trough: f64,
+    widest_shore: f64,
+    least_lean: f64,
+    most_sunk: f64,
+}
+
+impl Bounds {
+    /// What these segments have in common; without any, no place is near enough to matter.
+    pub fn of(segments: &[Segment]) -> Bounds {
+        let none = Bounds {
+            rectangle: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
+            level_m: [f64::INFINITY, f64::NEG_INFINITY],
+            gentlest_cross: f64::INFINITY,
+            widest_trough: 0.0,
+            widest_shore: 0.0,
+            least_lean: f64::INFINITY,
+            most_sunk: 0.0,
+        };
+        segments.iter().fold(none, |all, segment| {
+            let ([low, high], [all_low, all_high]) = (segment.bounds(), all.rectangle);
+            Bounds {
+                rectangle: [
+                    [0, 1].map(|axis| least(all_low[axis], low[axis])),
+                    [0, 1].map(|axis| most(all_high[axis], high[axis])),
+                ],
+                level_m: [least(all.level_m[0], segment.lowest_m()), most(all.level_m[1], segment.highest_m())],
+                gentlest_cross: least(all.gentlest_cross, segment.gentlest_cross()),
+                widest_trough: most(all.widest_trough, segment.widest_trough()),
+                widest_shore: most(all.widest_shore, segment.shore()),
+                least_lean: least(all.least_lean, segment.least_lean()),
+                most_sunk: most(all.most_sunk, segment.sunk),
+            }
+        })
+    }
+
+    /// Whether their rectangle, widened by some distance, holds a place: as [`LineSegment::touches`] tells of each.
+    pub fn touches(&self, place: [f64; 2], distance: f64) -> bool {
+        self.overlaps([place, place], distance)
+    }
+
+    /// Whether their rectangle, widened by some distance, overlaps another one.
+    pub fn overlaps(&self, [low, high]: [[f64; 2]; 2], distance: f64) -> bool {
+        let [own_low, own_high] = self.rectangle;
+        let overlaps = |axis: usize| own_low[axis] - distance <= high[axis] && low[axis] <= own_high[axis] + distance;
+        overlaps(0) & overlaps(1)
+    }
+
+    /// The square of the distance in grains from a place to the nearest of them, at least.
+    pub fn least_square(&self, place: [f64; 2]) -> f64 {
+        let [low, high] = self.rectangle;
+        let off = [0, 1].map(|axis| most(most(low[axis] - place[axis], place[axis] - high[axis]), 0.0));
+        off[0] * off[0] + off[1] * off[1]
+    }
+
+    /// The most that [`Segment::reach`] is for channels that all matter alike.
+    pub fn reach(&self, brook: f64) -> f64 {
+        widened(brook, self.widest_trough.max(self.widest_shore)) + self.most_sunk
+    }
+
+    /// Whether the side of one may be below a height at a place so far from all, given as the square: as
+    /// [`Segment::may_be_below`] tells of each.
+    pub fn may_be_below(&self, square: f64, slope: f64, most_m: f64) -> bool {
+        let risen = (most_m - self.level_m[0]) / (slope * self.gentlest_cross);
+        risen > 0.0 && rise(square.sqrt(), self.widest_shore, self.widest_trough, self.least_lean) <= risen
+    }
+}
+
+/// The smaller one of two numbers; `min` also asks for what is no number.
+fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The larger one of two numbers.
+fn most(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
 /// A circle that holds the places of a course.
 pub struct Circle {
     /// Its middle.
@@ -313,7 +398,16 @@ impl Circle {
 
     /// Grains from a segment to the nearest place in the circle.
     pub fn least(&self, segment: &Segment) -> f64 {
-        (segment.nearest(self.middle).1.sqrt() - self.radius).max(0.0)
+        self.left(segment.nearest(self.middle).1)
+    }
+
+    /// Grains from some segments to the nearest place in the circle, at least.
+    pub fn least_of(&self, bounds: &Bounds) -> f64 {
+        self.left(bounds.least_square(self.middle))
+    }
+
+    fn left(&self, square: f64) -> f64 {
+        (square.sqrt() - self.radius).max(0.0)
     }
 }
 
@@ -470,13 +564,16 @@ fn steepest_upstream(fields: &Fields, channel: &Channel, knot: usize, trough: f6
     steepest / (fields.metres_a_grain() * channel.hill_slope)
 }
 
-/// Of segments those whose sides may be below a bed somewhere, where hillsides rise so many metres a grain at least.
-pub fn below_bed<'a>(knots: &[Knot], least_slope: f64, segments: &[&'a Segment], origin: Point) -> Vec<&'a Segment> {
+/// A circle that holds a bed, and the height of its highest water.
+pub fn bed_in(knots: &[Knot], origin: Point) -> (Circle, f64) {
     let places: Vec<[f64; 2]> = knots.iter().map(|knot| knot.at.from(origin)).collect();
-    let around = Circle::around(&places);
-    let highest_m = knots.iter().map(|knot| knot.level_m).fold(f64::NEG_INFINITY, f64::max);
+    (Circle::around(&places), knots.iter().map(|knot| knot.level_m).fold(f64::NEG_INFINITY, f64::max))
+}
+
+/// Of segments those whose sides may be below a height somewhere in a circle, where they rise so many metres a grain.
+pub fn nearly_below<'a>(segments: &[&'a Segment], circle: &Circle, slope: f64, most_m: f64) -> Vec<&'a Segment> {
     let may_be_below = |segment: &&Segment| {
-        highest_m > segment.lowest_m() && segment.may_be_below(around.least(segment).powi(2), least_slope, highest_m)
+        most_m > segment.lowest_m() && segment.may_be_below(circle.least(segment).powi(2), slope, most_m)
     };
     segments.iter().copied().filter(may_be_below).collect()
 }
@@ -485,12 +582,16 @@ pub fn below_bed<'a>(knots: &[Knot], least_slope: f64, segments: &[&'a Segment],
 /// Where it is straight for long, it has a knot more at each place that is lowered.
 pub fn cut_into(fields: &Fields, knots: &mut Vec<Knot>, hill_slope: f64, segments: &[&Segment], origin: Point) {
     let least_slope = INCISION * hill_slope.min(fields.least_hill_slope()) * fields.metres_a_grain();
-    let near = below_bed(knots, least_slope, segments, origin);
+    let below = |knots: &[Knot], segments| {
+        let (circle, highest_m) = bed_in(knots, origin);
+        nearly_below(segments, &circle, least_slope, highest_m)
+    };
+    let near = below(knots, segments);
     let mut cut: Vec<Knot> = knots.last().copied().into_iter().collect();
     // From the mouth up, so that each knot knows what it must stay above; and in runs, of which each has few segments near.
     for end in (1..knots.len()).rev().step_by(CUT_RUN) {
         let run = &knots[end.saturating_sub(CUT_RUN)..=end];
-        let near = below_bed(run, least_slope, &near, origin);
+        let near = below(run, &near);
         for pair in run.windows(2).rev() {
             let (mut here, mut below) = (pair[0], cut[cut.len() - 1]);
             let gentlest = fields.hill_slope(fields.uplift(here.at)).min(hill_slope);

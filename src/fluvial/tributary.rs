@@ -1,20 +1,21 @@
 //! Tributaries: how they run along their courses, and how their beds rise.
 
+use std::cell::Cell;
 use std::sync::Arc;
 
-use super::above::{Above, Asked, AsksAbove};
+use super::above::{self, Above, Asked, AsksAbove};
 use super::channel::{Channel, Knot, Mouth};
-use super::chunk::ChunkId;
 use super::fields::{BESIDE, Fields, most_area};
 use super::lake::{self, Hollow, NO_LAKE};
-use super::point::{self, Point, chance, overlap};
-use super::segment::{Circle, INCISION, Segment, below_bed, cut_into, measured, rise, segments_of};
+use super::point::{Point, chance, overlap};
+use super::segment::{Bounds, Circle, INCISION, Segment, bed_in, cut_into, measured, nearly_below, rise, segments_of};
 use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};
 use super::trunk::{LEAST_SLOPE, NodeId};
 use super::trunk_curve::DROWNED_SLOPE;
 use super::wander;
 use crate::geometry::{LineSegment, length, lerp, lines};
 use crate::hash::{self, Draw};
+use crate::lines::ChannelId;
 use crate::memory::{Memory, Usage};
 
 /// Share of its area that a tributary has at its head less than at its mouth: a head has a quarter of it, as much as
@@ -45,33 +46,73 @@ pub struct Tributaries {
     seed: u64,
     fields: Arc<Fields>,
     courses: Courses,
-    free: Memory<ChunkId, Vec<Arc<Channel>>>,
+    free: Memory<ChannelId, Option<Arc<Channel>>>,
 }
 
-/// What is around the tributaries of a chunk: the segments of the levels above, and the straight courses of its and others'
-/// tributaries, relative to the segments' origin.
+/// What is around a tributary: the segments of the levels above, and the straight courses of the others of its level,
+/// relative to the segments' origin.
 struct Surroundings {
     above: Above,
-    courses: Vec<(NodeId, LineSegment)>,
+    /// The middle of its course, and how long that is.
+    middle: [f64; 2],
+    reach: f64,
+    courses: Vec<LineSegment>,
+}
+
+/// The larger valleys near a tributary.
+#[derive(Clone, Copy)]
+struct Valleys<'a> {
+    above: &'a Above,
+    /// The middle of the tributary's course, and within how many grains from there the side of a brook matters.
+    middle: [f64; 2],
+    brook: f64,
+}
+
+impl<'a> Valleys<'a> {
+    /// Their segments, but for those that do not matter, as what they have in common with others shows.
+    fn which(self, may_matter: impl Fn(&Bounds) -> bool + Copy) -> impl Iterator<Item = &'a Segment> {
+        self.above.beneath(self.middle, self.brook, may_matter)
+    }
+
+    /// Those segments which may decide [how high a bed keeps](beside_m) somewhere in a circle.
+    fn nearly_above(self, circle: &Circle, beside: Beside) -> Vec<&'a Segment> {
+        let highest_m = Cell::new(f64::NEG_INFINITY);
+        let may_be_higher = |bounds: &Bounds| {
+            bounds.level_m[1] - beside.rise_m(bounds.least_square(circle.middle).sqrt()) > highest_m.get()
+        };
+        self.which(&may_be_higher).for_each(|segment| {
+            let above_m = beside.above_m(segment, circle.middle);
+            if above_m > highest_m.get() {
+                highest_m.set(above_m);
+            }
+        });
+        // At every place in the circle it is that, at least.
+        let least_m = highest_m.get() - beside.slope * circle.radius;
+        let may_decide = |highest_m: f64, grains: f64| highest_m - beside.rise_m(grains) >= least_m;
+        let may_matter = |bounds: &Bounds| may_decide(bounds.level_m[1], circle.least_of(bounds));
+        self.which(&may_matter).filter(|segment| may_decide(segment.highest_m(), circle.least(segment))).collect()
+    }
+
+    /// Those segments whose sides may be below a height somewhere in a circle, where they rise so many metres a grain.
+    fn nearly_below(self, circle: &Circle, slope: f64, most_m: f64) -> Vec<&'a Segment> {
+        let may_matter = |bounds: &Bounds| bounds.may_be_below(circle.least_of(bounds).powi(2), slope, most_m);
+        self.which(&may_matter)
+            .filter(|segment| segment.may_be_below(circle.least(segment).powi(2), slope, most_m))
+            .collect()
+    }
 }
 
 impl Surroundings {
-    /// The segments of larger valleys near a tributary, and the lines that it must not cross, given [where it ends, and
-    /// how far from there its head is].
-    fn of(
-        &self,
-        fields: &Fields,
-        level: u32,
-        id: NodeId,
-        [from, way]: [[f64; 2]; 2],
-    ) -> (Vec<&Segment>, Vec<LineSegment>) {
-        let reach = length(way);
-        let middle = [0, 1].map(|axis| from[axis] + way[axis] / 2.0);
-        let near = self.above.beneath(middle, NEAR * (reach + fields.side(level) as f64));
-        let others = self.courses.iter().filter(|(other, _)| *other != id).map(|(_, line)| *line);
-        let lines = others.chain(near.iter().map(|segment| segment.line()));
-        let around = lines.filter(|line| line.touches(middle, reach)).collect();
-        (near, around)
+    /// The larger valleys near it, where cells of its level are so wide.
+    fn valleys(&self, cell: f64) -> Valleys<'_> {
+        Valleys { above: &self.above, middle: self.middle, brook: NEAR * (self.reach + cell) }
+    }
+
+    /// The lines that it must not cross, those of larger valleys among them.
+    fn lines(&self, valleys: Valleys) -> Vec<LineSegment> {
+        let may_touch = |bounds: &Bounds| bounds.touches(self.middle, self.reach);
+        let lines = self.courses.iter().copied().chain(valleys.which(&may_touch).map(Segment::line));
+        lines.filter(|line| line.touches(self.middle, self.reach)).collect()
     }
 }
 
@@ -86,104 +127,91 @@ impl Tributaries {
         [self.courses.usages(), vec![self.free.usage()]].concat()
     }
 
-    /// The chunks of a level whose tributaries may touch a rectangle.
+    /// The cells of a level whose tributaries may touch a rectangle.
     pub fn touching<'a>(
         &'a self,
         level: u32,
         rectangle: [Point; 2],
         above: &'a impl AsksAbove,
-    ) -> impl Iterator<Item = ChunkId> + 'a {
+    ) -> impl Iterator<Item = ChannelId> + 'a {
         self.courses.touching(level, rectangle, above, false)
     }
 
-    /// The tributaries whose heads are in the cells of a chunk.
-    pub fn of(&self, id: ChunkId, above: &impl AsksAbove) -> Vec<Arc<Channel>> {
+    /// The tributary whose head is in a cell, if there is one.
+    pub fn of(&self, id: ChannelId, above: &impl AsksAbove) -> Option<Arc<Channel>> {
         // Whether a dry bed lies on the ground nobody sees.
-        if !self.fields.is_wet(most_area(id.level)) {
+        if !self.fields.is_wet(most_area(id.0)) {
             return self.make_free(id, above);
         }
-        let own = self.free(id, above);
-        let cell = self.fields.side(id.level) as f64;
-        let Some(seen) = point::around(own.iter().flat_map(|channel| channel.bounds()), cell) else {
-            return Vec::new();
-        };
-        let around: Vec<Arc<Vec<Arc<Channel>>>> =
-            self.touching(id.level, seen, above).map(|chunk| self.free(chunk, above)).collect();
-        let surroundings = self.surroundings(id, above);
-        let origin = surroundings.above.origin;
-        let segments_of = |channel| segments_of(&self.fields, channel, 0, origin, |_| true).collect();
-        let around: Vec<(&Arc<Channel>, Vec<Segment>)> =
-            around.iter().flat_map(|channels| channels.iter()).map(|channel| (channel, segments_of(channel))).collect();
-        let settle = |own: &Arc<Channel>| {
-            let [low, high] = own.bounds();
-            let seen = [low.moved([-cell; 2]), high.moved([cell; 2])];
-            let is_near =
-                |(other, _): &&(&Arc<Channel>, Vec<Segment>)| other.id != own.id && overlap(other.bounds(), seen);
-            let segments: Vec<&Segment> = around.iter().filter(is_near).flat_map(|(_, segments)| segments).collect();
-            let mut channel = own.as_ref().clone();
-            cut_into(&self.fields, &mut channel.knots, channel.hill_slope, &segments, origin);
-            leave_to_captors(&self.fields, &mut channel, &segments, origin);
-            if channel.lake.is_none() && channel.mouth != Mouth::Sea {
-                self.dig_lake(&mut channel, &surroundings, &segments);
-            }
-            Arc::new(measured(&self.fields, channel))
-        };
-        own.iter().map(settle).collect()
-    }
-
-    /// The tributaries of a chunk, but for what others of their level do to their beds, and without lakes on their way.
-    fn free(&self, id: ChunkId, above: &impl AsksAbove) -> Arc<Vec<Arc<Channel>>> {
-        self.free.get(id, || self.make_free(id, above))
-    }
-
-    fn make_free(&self, id: ChunkId, above: &impl AsksAbove) -> Vec<Arc<Channel>> {
-        let own = self.courses.of(id, above);
-        if own.is_empty() {
-            return Vec::new();
+        let mut channel = self.free(id, above)?.as_ref().clone();
+        let cell = self.fields.side(id.0) as f64;
+        let [low, high] = channel.bounds();
+        let seen = [low.moved([-cell; 2]), high.moved([cell; 2])];
+        let origin = above::origin(&self.fields, low);
+        let others = self.touching(id.0, seen, above).filter(|other| *other != id);
+        let others = others.filter_map(|other| self.free(other, above)).filter(|other| overlap(other.bounds(), seen));
+        let others: Vec<Arc<Channel>> = others.collect();
+        // Most have all of their water above it.
+        let (_, highest_m) = bed_in(&channel.knots, origin);
+        let may_be_lower = |other: &&Arc<Channel>| other.knots.iter().any(|knot| knot.level_m < highest_m);
+        let segments = segments_of_all(&self.fields, others.iter().filter(may_be_lower), origin);
+        let segments: Vec<&Segment> = segments.iter().collect();
+        cut_into(&self.fields, &mut channel.knots, channel.hill_slope, &segments, origin);
+        let lower = |circle: &Circle, slope, most_m| nearly_below(&segments, circle, slope, most_m);
+        leave_to_captors(&self.fields, &mut channel, lower, origin);
+        if channel.lake.is_none() && channel.mouth != Mouth::Sea {
+            self.dig_lake(&mut channel, &others, above);
         }
-        let surroundings = self.surroundings(id, above);
-        own.iter()
-            .map(|course| Arc::new(measured(&self.fields, self.tributary(id.level, course, &surroundings))))
-            .collect()
+        Some(Arc::new(measured(&self.fields, channel)))
     }
 
-    /// What is around the tributaries of a chunk.
-    fn surroundings(&self, id: ChunkId, above: &impl AsksAbove) -> Surroundings {
-        let (own, cell) = (self.courses.of(id, above), self.fields.side(id.level) as f64);
-        let longest = own.iter().map(|course| course.head.distance(course.end.shore)).fold(0.0, f64::max);
-        // Each asks from its middle, half of its length from its head.
-        let reach = longest / 2.0 + NEAR * (longest + cell);
-        let asked = point::around(own.iter().map(|course| course.head), reach)
-            .expect("a chunk without courses has no surroundings");
-        let above_here = above.above(id.level, asked, Asked::Sides);
+    /// The tributary of a cell, but for what others of its level do to its bed, and without a lake on its way.
+    fn free(&self, id: ChannelId, above: &impl AsksAbove) -> Option<Arc<Channel>> {
+        self.free.get(id, || self.make_free(id, above)).as_ref().clone()
+    }
+
+    fn make_free(&self, id: ChannelId, above: &impl AsksAbove) -> Option<Arc<Channel>> {
+        let course = self.courses.of(id, above);
+        let course = course.as_ref().as_ref()?;
+        let surroundings = self.surroundings(id, [course.end.shore, course.head], above);
+        Some(Arc::new(measured(&self.fields, self.tributary(id, course, &surroundings))))
+    }
+
+    /// What is around a tributary that begins and ends at these points.
+    fn surroundings(&self, id: ChannelId, [shore, head]: [Point; 2], above: &impl AsksAbove) -> Surroundings {
+        let way = head.from(shore);
+        let (middle, reach) = (shore.moved(way.map(|way| way / 2.0)), length(way));
+        let around = |reach: f64| [-reach, reach].map(|by| middle.moved([by; 2]));
+        let cell = self.fields.side(id.0) as f64;
+        let above_here = above.above(id.0, around(NEAR * (reach + cell)), Asked::Sides);
         let origin = above_here.origin;
-        let seen = point::around(own.iter().flat_map(|course| [course.head, course.end.shore]), longest);
-        let mut courses = Vec::new();
-        for chunk in seen.into_iter().flat_map(|seen| self.courses.touching(id.level, seen, above, true)) {
-            let lines = self.courses.of(chunk, above);
-            courses.extend(lines.iter().map(|course| (course.cell, course.line(origin))));
-        }
-        Surroundings { above: above_here, courses }
+        let others = self.courses.touching(id.0, around(reach), above, true).filter(|other| *other != id);
+        let line = |other| Some(self.courses.of(other, above).as_ref().as_ref()?.line(origin));
+        let courses = others.filter_map(line).collect();
+        // The middle itself, which need not be a whole number of grains.
+        let from = shore.from(origin);
+        let middle = [0, 1].map(|axis| from[axis] + way[axis] / 2.0);
+        Surroundings { above: above_here, middle, reach, courses }
     }
 
     /// A tributary along its course, before others of its level cut into its valley.
-    fn tributary(&self, level: u32, course: &TributaryCourse, surroundings: &Surroundings) -> Channel {
-        let fields = &self.fields;
+    fn tributary(&self, id: ChannelId, course: &TributaryCourse, surroundings: &Surroundings) -> Channel {
+        let (fields, level) = (&self.fields, id.0);
         let origin = surroundings.above.origin;
-        let &TributaryCourse { cell: id, head, end } = course;
+        let &TributaryCourse { head, end } = course;
         let TributaryEnd { foot, shore, level_m, mouth, lake, joined_slope } = end;
         let pool_m = lake.map_or(NO_LAKE, |(level_m, _)| level_m);
         let way = head.from(shore);
         let from = shore.from(origin);
-        let (near, around) = surroundings.of(fields, level, id, [from, way]);
-        let places = self.wander(level, id, [from, way], &around);
+        let near = surroundings.valleys(fields.side(level) as f64);
+        let places = self.wander(level, (id.1, id.2), [from, way], &surroundings.lines(near));
         let uplift = fields.uplift(head);
         let mut knots = self.bed(
             level,
             Knot { at: shore, level_m, area: most_area(level), pool_m },
             &places,
             origin,
-            &near,
+            near,
             lake.map_or(f64::NEG_INFINITY, |(pool_m, id)| lake::filled_m(id, pool_m, level_m, level)),
         );
         knots.reverse();
@@ -191,30 +219,38 @@ impl Tributaries {
             let drowned_m = shore.distance(foot) * fields.metres_a_grain() * DROWNED_SLOPE;
             knots.push(Knot { at: foot, level_m: level_m - drowned_m, area: most_area(level), pool_m });
         }
-        let mut channel = Channel::new((level, id.0, id.1), knots, mouth, fields.hill_slope(uplift));
+        let mut channel = Channel::new(id, knots, mouth, fields.hill_slope(uplift));
         channel.lake = lake.map(|(_, id)| id);
         channel.joined_slope = joined_slope;
         if fields.is_wet(most_area(level)) {
-            leave_to_captors(fields, &mut channel, &near, origin);
+            leave_to_captors(
+                fields,
+                &mut channel,
+                |circle, slope, most_m| near.nearly_below(circle, slope, most_m),
+                origin,
+            );
         }
         channel
     }
 
-    /// Digs out the lake of a tributary that has one, given the segments of others of its level near it.
-    fn dig_lake(&self, channel: &mut Channel, surroundings: &Surroundings, others: &[&Segment]) {
+    /// Digs out the lake of a tributary that has one, given others of its level near it.
+    fn dig_lake(&self, channel: &mut Channel, others: &[Arc<Channel>], above: &impl AsksAbove) {
         let (fields, (level, x, y)) = (&self.fields, channel.id);
         let seed = hash::network_level(self.seed, level);
         if chance(seed, (x, y), Draw::Lake, 0) >= fields.settings().lakes {
             return;
         }
         let hollow = Hollow::new(fields, seed, level, (x, y));
-        let origin = surroundings.above.origin;
         let (head, mouth) = (channel.knots[0].at, channel.knots[channel.knots.len() - 1].at);
-        let (way, mouth) = (head.from(mouth), mouth.from(origin));
-        let (mut near, around) = surroundings.of(fields, level, (x, y), [mouth, way]);
-        let larger = near.clone();
+        let surroundings = self.surroundings(channel.id, [mouth, head], above);
+        let origin = surroundings.above.origin;
+        let valleys = surroundings.valleys(fields.side(level) as f64);
+        let (around, mouth) = (surroundings.lines(valleys), mouth.from(origin));
+        let larger: Vec<&Segment> = valleys.which(|_| true).collect();
+        let mut near = larger.clone();
         let is_own = |at: Point| !larger.iter().any(|segment| segment.has_on_floor(at.from(origin)));
-        near.extend(others);
+        let others = segments_of_all(fields, others.iter(), origin);
+        near.extend(&others);
         let beside = Beside { slope: BESIDE * channel.hill_slope * fields.metres_a_grain(), trough: 0.0 };
         let least_m = |at: Point| beside_m(&near, at.from(origin), beside);
         let others = |at: Point| {
@@ -257,7 +293,7 @@ impl Tributaries {
         shore: Knot,
         places: &[[f64; 2]],
         origin: Point,
-        near: &[&Segment],
+        near: Valleys,
         filled_m: f64,
     ) -> Vec<Knot> {
         let fields = &self.fields;
@@ -292,14 +328,10 @@ impl Tributaries {
             .collect();
         // Of what is near somewhere, that which may matter anywhere on its way.
         let around = Circle::around(places);
-        let above = nearly_above(near, &around, beside);
+        let above = near.nearly_above(&around, beside);
         let most_m = above.iter().map(|segment| segment.highest_m()).fold(filled_m.max(shore.level_m), f64::max);
         let most_m = most_m + rises_m.iter().sum::<f64>() + CUT_M;
-        let near: Vec<&Segment> = near
-            .iter()
-            .copied()
-            .filter(|segment| segment.may_be_below(around.least(segment).powi(2), side_slope, most_m))
-            .collect();
+        let near = near.nearly_below(&around, side_slope, most_m);
         // From its head down, as the coast's height is told.
         let coast_m = fields.below_coast_along_m(places.iter().rev().map(|place| origin.moved(*place)), coast_filled_m);
         let mut knots = vec![shore];
@@ -375,11 +407,29 @@ impl Tributaries {
     }
 }
 
-/// Lets a tributary begin below all places where its bed hangs in the air, given the segments of other valleys near it: these
-/// are so much lower there that they have captured what comes from above.
-fn leave_to_captors(fields: &Fields, channel: &mut Channel, others: &[&Segment], origin: Point) {
+/// The segments of some channels.
+fn segments_of_all<'a>(
+    fields: &Fields,
+    channels: impl Iterator<Item = &'a Arc<Channel>>,
+    origin: Point,
+) -> Vec<Segment> {
+    let mut segments = Vec::new();
+    channels.for_each(|channel| segments.extend(segments_of(fields, channel, 0, origin, |_| true)));
+    segments
+}
+
+/// Lets a tributary begin below all places where its bed hangs in the air: other valleys are so much lower there that they
+/// have captured what comes from above. `lower` gives their segments whose sides, as steep as is told, may be below a height
+/// in a circle.
+fn leave_to_captors<'a>(
+    fields: &Fields,
+    channel: &mut Channel,
+    lower: impl FnOnce(&Circle, f64, f64) -> Vec<&'a Segment>,
+    origin: Point,
+) {
     let least_slope = channel.hill_slope.min(fields.least_hill_slope()) * fields.metres_a_grain();
-    let others = below_bed(&channel.knots, least_slope, others, origin);
+    let (circle, highest_m) = bed_in(&channel.knots, origin);
+    let others = lower(&circle, least_slope, highest_m);
     let hangs = |knot: &Knot| {
         let at = knot.at.from(origin);
         let gentlest = fields.hill_slope(fields.uplift(knot.at)).min(channel.hill_slope);
@@ -403,23 +453,20 @@ impl Beside {
     fn rise_m(self, grains: f64) -> f64 {
         self.slope * rise(grains, 0.0, self.trough, 0.0)
     }
+
+    /// Metres above which it keeps at a place for one segment.
+    fn above_m(self, segment: &Segment, at: [f64; 2]) -> f64 {
+        let (t, square) = segment.nearest(at);
+        lerp(segment.level_m, t) - self.rise_m(square.sqrt())
+    }
 }
 
 /// Metres above which a bed with such sides keeps at a place, so that it does not take the water of larger channels beside
 /// it.
 fn beside_m(near: &[&Segment], at: [f64; 2], beside: Beside) -> f64 {
     near.iter().fold(f64::NEG_INFINITY, |most_m, segment| {
-        let (t, square) = segment.nearest(at);
+        let above_m = beside.above_m(segment, at);
         // Not `max`, which also asks for what is no number.
-        let above_m = lerp(segment.level_m, t) - beside.rise_m(square.sqrt());
         if above_m > most_m { above_m } else { most_m }
     })
-}
-
-/// Those segments which may decide [how high a bed keeps](beside_m) somewhere in a circle.
-fn nearly_above<'a>(near: &[&'a Segment], circle: &Circle, beside: Beside) -> Vec<&'a Segment> {
-    // At every place in the circle it is that, at least.
-    let least_m = beside_m(near, circle.middle, beside) - beside.slope * circle.radius;
-    let may_decide = |segment: &&Segment| segment.highest_m() - beside.rise_m(circle.least(segment)) >= least_m;
-    near.iter().copied().filter(may_decide).collect()
 }

@@ -7,15 +7,14 @@ use std::sync::Arc;
 
 use super::above::{Above, Asked, AsksAbove, Near};
 use super::channel::{Channel, ChannelPlace, Knot, Mouth};
-use super::chunk::ChunkId;
 use super::fields::{Fields, INTO_SEA, most_area};
 use super::point::{self, GRAINS, Point, chance, overlap};
-use super::segment::{MOST_LEAN, Segment, downstream, rise};
+use super::segment::{Bounds, MOST_LEAN, Segment, downstream, rise};
 use super::trunk::NodeId;
 use super::wander;
-use crate::geometry::{LineSegment, length, lerp};
+use crate::geometry::{LineSegment, dot, length, lerp};
 use crate::hash::{self, Draw};
-use crate::lines::LakeId;
+use crate::lines::{ChannelId, LakeId};
 use crate::memory::{Memory, Usage, heap_bytes};
 
 /// Cells further than it may join one in which a head knows of channels, for what is beside its mouth.
@@ -50,6 +49,10 @@ const GRAZES_AT: u32 = 16;
 /// How far a tributary is from a longer one of its level, in the mean of its ends, as a share of its length: one that runs
 /// closer to it gives way, and what drained to it comes to the other. Chosen by eye.
 const NEEDLE: f64 = 0.15;
+
+/// How far from a draft's ways those may be that cross them or are [needles](NEEDLE) beside them, as a share of its length:
+/// one whose ends are that near in the mean is no longer than this allows.
+const BESIDE_WAYS: f64 = 2.0 * NEEDLE / (1.0 - 2.0 * NEEDLE);
 
 /// Share of the cells that are left without a channel, so that confluences are not spaced too evenly. Chosen by eye.
 const LEFT_OUT: f64 = 0.15;
@@ -91,6 +94,9 @@ fn known(fields: &Fields, level: u32) -> f64 {
     fields.longest_tributary(level) + BESIDE_CELLS * fields.side(level) as f64
 }
 
+/// Where a tributary ends if it runs straight to the nearest channel, and if it runs aslant.
+type Ends = (TributaryEnd, Option<TributaryEnd>);
+
 /// Where a tributary begins, and where it ends if it runs straight to the nearest channel or if it runs aslant.
 #[derive(Debug)]
 struct Draft {
@@ -98,13 +104,13 @@ struct Draft {
     head: Point,
     direct: TributaryEnd,
     aslant: Option<TributaryEnd>,
+    /// A rectangle that no channel along either leaves.
+    bounds: [Point; 2],
 }
 
 /// Where a tributary begins and where it ends.
 #[derive(Debug)]
 pub struct TributaryCourse {
-    /// The cell of its head.
-    pub cell: NodeId,
     /// Where it begins.
     pub head: Point,
     /// Where it ends.
@@ -128,15 +134,6 @@ pub struct TributaryEnd {
     pub joined_slope: f64,
 }
 
-/// The drafts of a chunk.
-#[derive(Debug)]
-struct Drafts {
-    all: Vec<Draft>,
-    /// A rectangle that no channel along any of them leaves; `None` where there are none.
-    bounds: Option<[Point; 2]>,
-}
-
-heap_bytes!(Drafts: all);
 heap_bytes!(Draft);
 heap_bytes!(TributaryCourse);
 
@@ -180,18 +177,11 @@ impl Draft {
     fn longest(&self) -> f64 {
         self.points().map(|point| point.distance(self.head)).fold(0.0, f64::max)
     }
-}
 
-impl Drafts {
-    fn new(all: Vec<Draft>) -> Drafts {
-        let bounds = point::around(all.iter().flat_map(Draft::points), wander::MOST_ASIDE * longest(&all));
-        Drafts { all, bounds }
+    /// The least rectangle around its ways, and to all sides a share of its length more.
+    fn around(&self, share: f64) -> [Point; 2] {
+        point::around(self.points(), share * self.longest()).expect("a way has ends")
     }
-}
-
-/// The length in grains of the longest way of some drafts.
-fn longest(drafts: &[Draft]) -> f64 {
-    drafts.iter().map(Draft::longest).fold(0.0, f64::max)
 }
 
 impl TributaryCourse {
@@ -212,8 +202,8 @@ impl TributaryEnd {
 pub struct Courses {
     seed: u64,
     fields: Arc<Fields>,
-    drafts: Memory<ChunkId, Drafts>,
-    taken: Memory<ChunkId, Vec<TributaryCourse>>,
+    drafts: Memory<ChannelId, Option<Draft>>,
+    taken: Memory<ChannelId, Option<TributaryCourse>>,
 }
 
 impl Courses {
@@ -227,102 +217,115 @@ impl Courses {
         vec![self.drafts.usage(), self.taken.usage()]
     }
 
-    /// The chunks of a level whose tributaries may touch a rectangle, or whose courses may, which are straight.
+    /// The cells of a level whose tributaries may touch a rectangle, or whose courses may, which are straight.
     pub fn touching<'a>(
         &'a self,
         level: u32,
         rectangle: [Point; 2],
         above: &'a impl AsksAbove,
         are_straight: bool,
-    ) -> impl Iterator<Item = ChunkId> + 'a {
+    ) -> impl Iterator<Item = ChannelId> + 'a {
+        self.drafts_touching(level, rectangle, above, are_straight).map(|(id, _)| id)
+    }
+
+    /// The drafts of those cells.
+    fn drafts_touching<'a>(
+        &'a self,
+        level: u32,
+        rectangle: [Point; 2],
+        above: &'a impl AsksAbove,
+        are_straight: bool,
+    ) -> impl Iterator<Item = (ChannelId, Arc<Option<Draft>>)> + 'a {
         let reach = match are_straight {
             true => self.fields.longest_tributary(level) + into_sea(),
             false => reach(&self.fields, level),
         };
         let heads = [rectangle[0].moved([-reach; 2]), rectangle[1].moved([reach; 2])];
-        let chunks = ChunkId::touching(&self.fields, level, heads);
-        // Where courses begin and end is known long before how channels run.
-        chunks.filter(move |chunk| self.drafts(*chunk, above).bounds.is_some_and(|bounds| overlap(bounds, rectangle)))
-    }
-
-    /// Where the tributaries of a chunk's cells begin and end.
-    pub fn of(&self, id: ChunkId, above: &impl AsksAbove) -> Arc<Vec<TributaryCourse>> {
-        self.taken.get(id, || {
-            let own = self.drafts(id, above);
-            // Those that may come across a draft's lines, or run beside them, come so near to its head, in its length.
-            let near = 1.0 + 2.0 * NEEDLE;
-            let heads = own.all.iter().map(|draft| draft.head);
-            let Some(seen) = point::around(heads, near * longest(&own.all)) else { return Vec::new() };
-            let around: Vec<Arc<Drafts>> =
-                self.touching(id.level, seen, above, true).map(|chunk| self.drafts(chunk, above)).collect();
-            let origin = id.square(&self.fields)[0];
-            let all: Vec<DraftLines> = around
-                .iter()
-                .flat_map(|drafts| drafts.all.iter())
-                .map(|draft| DraftLines::new(draft, origin))
-                .collect();
-            let course = |draft: &Draft| {
-                let lines = DraftLines::new(draft, origin);
-                let (head, reach) = (draft.head.from(origin), near * draft.longest());
-                let near =
-                    |other: &&DraftLines| other.cell != draft.cell && other.all().any(|line| line.touches(head, reach));
-                let others: Vec<&DraftLines> = all.iter().filter(near).collect();
-                let end = match taken(&lines, &others)? {
-                    Way::Direct => draft.direct,
-                    Way::Aslant => draft.aslant?,
+        // Where heads are, and how far channels come off their ways, is known before where courses begin and end, and that
+        // long before how channels run.
+        let longest = self.fields.longest_tributary(level);
+        let may_touch = move |id: &ChannelId| {
+            self.head(*id).is_some_and(|head| {
+                let comes = |aside: f64| {
+                    let reach = (1.0 + aside) * longest + into_sea();
+                    overlap([-reach, reach].map(|by| head.moved([by; 2])), rectangle)
                 };
-                Some(TributaryCourse { cell: draft.cell, head: draft.head, end })
+                comes(0.0) || !are_straight && comes(wander::MOST_ASIDE) && comes(self.most_aside(*id))
+            })
+        };
+        let drafts = self.fields.cells(level, heads).filter(may_touch).map(move |id| (id, self.draft(id, above)));
+        drafts.filter(move |(_, draft)| draft.as_ref().as_ref().is_some_and(|draft| overlap(draft.bounds, rectangle)))
+    }
+
+    /// Where the tributary of a cell begins and ends; `None` if there is none.
+    pub fn of(&self, id: ChannelId, above: &impl AsksAbove) -> Arc<Option<TributaryCourse>> {
+        self.taken.get(id, || {
+            let own = self.draft(id, above);
+            let draft = own.as_ref().as_ref()?;
+            let origin = draft.head;
+            let reach = (1.0 + BESIDE_WAYS) * draft.longest();
+            let around = self.drafts_touching(id.0, draft.around(BESIDE_WAYS), above, true);
+            let others: Vec<DraftLines> = around
+                .filter(|(other, _)| *other != id)
+                .filter_map(|(_, other)| Some(DraftLines::new(other.as_ref().as_ref()?, origin)))
+                .filter(|other| other.all().any(|line| line.touches([0.0; 2], reach)))
+                .collect();
+            let end = match taken(&DraftLines::new(draft, origin), &others)? {
+                Way::Direct => draft.direct,
+                Way::Aslant => draft.aslant?,
             };
-            own.all.iter().filter_map(course).collect()
+            Some(TributaryCourse { head: draft.head, end })
         })
     }
 
-    /// Where the tributaries of a chunk's cells begin and may end.
-    fn drafts(&self, id: ChunkId, above: &impl AsksAbove) -> Arc<Drafts> {
+    /// Where the tributary of a cell begins and may end.
+    fn draft(&self, id: ChannelId, above: &impl AsksAbove) -> Arc<Option<Draft>> {
         self.drafts.get(id, || {
-            // Heads lie in the chunk.
-            let [low, high] = id.square(&self.fields);
-            let reach = known(&self.fields, id.level);
-            let known = above.above(id.level, [low.moved([-reach; 2]), high.moved([reach; 2])], Asked::Lines);
-            Drafts::new(id.cells().filter_map(|cell| self.draft(id.level, cell, &known, above)).collect())
+            let head = self.head(id).filter(|head| self.fields.potential(*head) >= self.fields.sea_potential())?;
+            let known = known(&self.fields, id.0);
+            let known = above.above(id.0, [-known, known].map(|by| head.moved([by; 2])), Asked::Lines);
+            let cell = (id.1, id.2);
+            let (direct, aslant) = self.ends(id.0, cell, head, &known, above)?;
+            let draft = Draft { cell, head, direct, aslant, bounds: [head; 2] };
+            Some(Draft { bounds: draft.around(self.most_aside(id)), ..draft })
         })
     }
 
-    /// Where the tributary of a cell begins and may end, if there is one, given the segments of the levels above around
-    /// it.
-    fn draft(&self, level: u32, id: NodeId, above: &Above, asker: &impl AsksAbove) -> Option<Draft> {
-        let (fields, cell) = (&self.fields, self.fields.side(level));
-        let seed = hash::network_level(self.seed, level);
-        if chance(seed, id, Draw::Choice, 0) < LEFT_OUT {
+    /// How far a channel of a cell may come off its way, as a share of that.
+    fn most_aside(&self, (level, x, y): ChannelId) -> f64 {
+        wander::most_aside(hash::network_level(self.seed, level), (x, y), self.fields.segments_a_channel(level))
+    }
+
+    /// Where the tributary of a cell would begin, if there is land, unless chance wants none.
+    fn head(&self, (level, x, y): ChannelId) -> Option<Point> {
+        let (side, seed) = (self.fields.side(level), hash::network_level(self.seed, level));
+        if chance(seed, (x, y), Draw::Choice, 0) < LEFT_OUT {
             return None;
         }
         // Not at the edge of its cell, so that heads of neighbours keep apart.
-        let corner = Point { x: id.0 * cell, y: id.1 * cell };
-        let head = corner.moved([0, 1].map(|axis| (EDGE + INNER * chance(seed, id, Draw::Head, axis)) * cell as f64));
-        if fields.potential(head) < fields.sea_potential() {
-            return None;
-        }
+        let corner = Point { x: x * side, y: y * side };
+        Some(corner.moved([0, 1].map(|axis| (EDGE + INNER * chance(seed, (x, y), Draw::Head, axis)) * side as f64)))
+    }
+
+    /// Where the tributary of a cell may end, given the segments of the levels above around its head.
+    fn ends(&self, level: u32, id: NodeId, head: Point, above: &Above, asker: &impl AsksAbove) -> Option<Ends> {
+        let fields = &self.fields;
         let origin = above.origin;
         let from = head.from(origin);
-        // Of all that is known around the chunk, what may matter to this head.
-        let near: Vec<Near> = above.around(from, known(fields, level)).collect();
         // At the nearest channel, or at the coast if that is nearer.
-        let coasts = if fields.has_sea() { &near[..] } else { &[] };
-        let nearest = coasts.iter().map(|near| near.segment.nearest(from).1).fold(f64::INFINITY, f64::min).sqrt();
+        let nearest = if fields.has_sea() { above.nearest(from, known(fields, level)) } else { None };
+        let nearest = nearest.map_or(f64::INFINITY, |(square, _)| square.sqrt());
         let most = fields.longest_tributary(level);
         if let Some(direct) = self.sea_end(level, head, nearest.min(most), above) {
             // A head on the shore itself has no way to go.
             let has_way = head.distance(direct.shore) >= CLEAR * GRAINS as f64;
-            return has_way.then_some(Draft { cell: id, head, direct, aslant: None });
+            return has_way.then_some((direct, None));
         }
-        let to_channel = self.draft_to_channel(level, id, head, &near, above, asker);
+        let at_channel = self.ends_at_channel(level, id, head, above, asker);
         // Where no channel can be come to the coast may, also if it is further: else a shore between mouths would be
         // the bare side of far valleys.
         let is_clear = |end: &TributaryEnd| is_clear(&end.line(head, origin), above);
-        to_channel.or_else(|| {
-            let direct = self.sea_end(level, head, most, above).filter(is_clear)?;
-            Some(Draft { cell: id, head, direct, aslant: None })
-        })
+        at_channel.or_else(|| Some((self.sea_end(level, head, most, above).filter(is_clear)?, None)))
     }
 
     /// Where a tributary of a level ends in the sea, if the coast is no further from its head than `most` grains.
@@ -342,20 +345,20 @@ impl Courses {
         })
     }
 
-    /// Where the tributary of a cell begins and may end if it runs to a channel, given those near its head.
-    fn draft_to_channel(
+    /// Where the tributary of a cell may end if it runs to a channel.
+    fn ends_at_channel(
         &self,
         level: u32,
         id: NodeId,
         head: Point,
-        near: &[Near],
         above: &Above,
         asker: &impl AsksAbove,
-    ) -> Option<Draft> {
+    ) -> Option<Ends> {
         let fields = &self.fields;
         let hill_slope = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
         let from = head.from(above.origin);
-        let (head_m, owner) = owner(near, from, hill_slope)?;
+        let within = known(fields, level);
+        let (head_m, owner) = above.lowest_side(from, hill_slope, within)?;
         let segment = owner.segment;
         // Nothing begins in a lake.
         if head_m < segment.pool_m {
@@ -370,24 +373,23 @@ impl Courses {
         // nearer one is in the way, which comes to it on the floor of a lake, to that.
         let to = |beside: Near| {
             let channel = asker.channel(beside.channel)?;
-            self.draft_to(level, id, (head, head_m), (&channel, beside.segment), near, above)
+            self.ends_at(level, id, (head, head_m), (&channel, beside.segment), above)
         };
         to(owner).or_else(|| {
-            let nearest = near.iter().min_by(|a, b| a.segment.nearest(from).1.total_cmp(&b.segment.nearest(from).1));
-            to(*nearest.filter(|nearest| nearest.channel != owner.channel)?)
+            let (_, nearest) = above.nearest(from, within)?;
+            to(Some(nearest).filter(|nearest| nearest.channel != owner.channel)?)
         })
     }
 
-    /// Where the tributary of a cell, whose head is so high, begins and may end if it runs to the channel of a segment.
-    fn draft_to(
+    /// Where the tributary of a cell, whose head is so high, may end if it runs to the channel of a segment.
+    fn ends_at(
         &self,
         level: u32,
         id: NodeId,
         (head, head_m): (Point, f64),
         (channel, segment): (&Channel, &Segment),
-        near: &[Near],
         above: &Above,
-    ) -> Option<Draft> {
+    ) -> Option<Ends> {
         let (fields, cell) = (&self.fields, self.fields.side(level));
         let hill_slope = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
         let origin = above.origin;
@@ -424,14 +426,24 @@ impl Courses {
             !fields.has_sea() || places.all(|at| fields.below_coast_m(at, filled_m) > end.level_m)
         };
         // Nor does it end under a steep channel beside it, whose water it would take.
+        let (from, within) = (head.from(origin), known(fields, level));
         let is_free = |end: &TributaryEnd| {
-            let foot = end.foot.from(origin);
-            near.iter().filter(|beside| beside.channel != channel.id).all(|Near { segment, .. }| {
-                let most_m = segment.level_m[0] - end.level_m - BESIDE_M;
-                let steep = hill_slope * UNDER;
-                most_m <= 0.0 || !segment.line().touches(foot, most_m / steep) || {
+            let (foot, steep) = (end.foot.from(origin), hill_slope * UNDER);
+            // How far off a channel that is so high must be.
+            let away = |level_m: f64| (level_m - end.level_m - BESIDE_M) / steep;
+            let may_be_steep = |bounds: &Bounds| {
+                let away = away(bounds.level_m[1]);
+                away > 0.0 && bounds.touches(foot, away) && bounds.touches(from, within)
+            };
+            above.of_groups(&may_be_steep).all(|Near { segment, channel: beside }| {
+                let most = away(segment.level_m[0]);
+                let is_near = beside != channel.id
+                    && most > 0.0
+                    && segment.line().touches(foot, most)
+                    && segment.line().touches(from, within);
+                !is_near || {
                     let (t, square) = segment.nearest(foot);
-                    lerp(segment.level_m, t) - end.level_m - BESIDE_M <= steep * square.sqrt()
+                    away(lerp(segment.level_m, t)) <= square.sqrt()
                 }
             })
         };
@@ -464,16 +476,16 @@ impl Courses {
         let shares = SLANT_SHARES.into_iter().filter(|_| slant > shift);
         let mut slants = shares.filter_map(|share| at(shift + (slant - shift) * share, ENDS_BEFORE * distance));
         let aslant = slants.find(is_clear);
-        Some(Draft { cell: id, head, direct, aslant })
+        Some((direct, aslant))
     }
 }
 
 /// The way that a tributary takes, given the drafts around it; `None` if it has to give way.
-fn taken(draft: &DraftLines, others: &[&DraftLines]) -> Option<Way> {
+fn taken(draft: &DraftLines, others: &[DraftLines]) -> Option<Way> {
     let DraftLines { direct, .. } = draft;
     // Lines to the valleys that heads lie in hardly ever cross, but slopes differ from head to head. Those to the coast
     // may cross any, and give way to all but each other.
-    let gives_way = |other: &&DraftLines| {
+    let gives_way = |other: &DraftLines| {
         let stays = if draft.to_sea == other.to_sea { other.cell < draft.cell } else { draft.to_sea };
         let is_shorter = (length(direct.along), draft.cell) < (length(other.direct.along), other.cell);
         stays && other.direct.crosses(direct) || is_shorter && is_needle(direct, &other.direct)
@@ -496,17 +508,11 @@ fn is_needle(line: &LineSegment, longer: &LineSegment) -> bool {
 
 /// The segments that may come so near to a line, as a share of its length.
 fn beside<'a>(above: &'a Above, line: &LineSegment, share: f64) -> impl Iterator<Item = &'a Segment> {
-    let (middle, whole) = ([0, 1].map(|axis| line.from[axis] + line.along[axis] / 2.0), length(line.along));
-    let half = line.along.map(|along| 0.5 * along.abs() + share * whole);
-    let is_beside = move |segment: &&Segment| {
-        // How far the middles lie apart along an axis, and how far they may.
-        let beside = |axis: usize| {
-            let along = 0.5 * segment.along[axis];
-            (segment.from[axis] + along - middle[axis]).abs() - along.abs() <= half[axis]
-        };
-        beside(0) & beside(1)
-    };
-    above.around(middle, (0.5 + share) * whole).map(|near| near.segment).filter(is_beside)
+    let apart = share * length(line.along);
+    let to = [0, 1].map(|axis| line.from[axis] + line.along[axis]);
+    let low = [0, 1].map(|axis| line.from[axis].min(to[axis]) - apart);
+    let high = [0, 1].map(|axis| line.from[axis].max(to[axis]) + apart);
+    above.overlapping([low, high])
 }
 
 /// Whether a line from a foot up neither crosses nor [grazes] the channels that it may come near to.
@@ -516,22 +522,19 @@ fn is_clear(line: &LineSegment, above: &Above) -> bool {
 
 /// Whether a line comes near to a segment: from its foot up it may as near as it is far from its foot, by a share.
 fn grazes(line: &LineSegment, segment: &Segment) -> bool {
-    let whole = length(line.along);
+    let square = dot(line.along, line.along);
+    // The shares of the line beside which the segment lies: what is beside none of its places is not near to it.
+    let beside = [0.0, 1.0].map(|end| {
+        let off = [0, 1].map(|axis| segment.from[axis] + segment.along[axis] * end - line.from[axis]);
+        dot(off, line.along) / square.max(1.0) * f64::from(GRAZES_AT)
+    });
+    let [first, last] = [beside[0].min(beside[1]) / (1.0 + GRAZES), beside[0].max(beside[1]) / (1.0 - GRAZES)];
     // Closer together near its foot, where a bend may come back to it.
-    [0.25, 0.5].into_iter().chain((1..=GRAZES_AT).map(f64::from)).any(|step| {
+    let steps = [0.25, 0.5].into_iter().chain((first.max(1.0) as u32..=GRAZES_AT).map(f64::from));
+    steps.take_while(|step| *step <= last).any(|step| {
         let share = step / f64::from(GRAZES_AT);
         let place = [0, 1].map(|axis| line.from[axis] + line.along[axis] * share);
-        let least = GRAZES * share * whole;
-        segment.line().touches(place, least) && segment.nearest(place).1 < least * least
-    })
-}
-
-/// The channel whose side is lowest at a place, of those near it, where hillsides rise so many metres a grain: the height
-/// of that side in metres, and the segment that it rises from.
-fn owner<'a>(near: &[Near<'a>], at: [f64; 2], slope: f64) -> Option<(f64, Near<'a>)> {
-    near.iter().fold(None, |lowest, near| {
-        let most_m = lowest.map_or(f64::INFINITY, |(side_m, _)| side_m);
-        near.segment.side_below_m(at, slope, most_m).map(|side_m| (side_m, *near)).or(lowest)
+        segment.nearest(place).1 < (GRAZES * share).powi(2) * square
     })
 }
 

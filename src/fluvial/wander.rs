@@ -45,6 +45,11 @@ pub fn offsets(seed: u64, id: (i64, i64), segments: usize) -> Vec<f64> {
     offsets
 }
 
+/// The largest of these [`offsets`], to whichever side: a bound that is known without what is around.
+pub fn most_aside(seed: u64, id: (i64, i64), segments: usize) -> f64 {
+    offsets(seed, id, segments).into_iter().fold(0.0, |most, offset| offset.abs().max(most))
+}
+
 /// The same without what is shorter than some segments: smooth from each such stretch to the next.
 pub fn smooth_offsets(seed: u64, id: (i64, i64), segments: usize, stretch: usize) -> Vec<f64> {
     let coarse = offsets(seed, id, segments / stretch);
