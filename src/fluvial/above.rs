@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use super::channel::Channel;
 use super::fields::Fields;
+use super::lake;
 use super::point::{Point, overlap};
 use super::segment::{Bounds, Reach, Segment, segments_of, widened};
 use super::trunk::NodeId;
@@ -93,7 +94,7 @@ pub fn patches(
 ) -> impl Iterator<Item = PatchId> {
     let sides = match asked {
         Asked::Lines => 0.0,
-        Asked::Sides => widened(fields.lake_half_width(), fields.widest_trough(level)),
+        Asked::Sides => widened(lake::most_sunk(fields, level), fields.widest_trough(level)),
     };
     // A line that touches it has its middle no further off than half of its length.
     let reach = sides + 0.5 * fields.longest_segment(level);

@@ -71,6 +71,9 @@ const CLEAR: f64 = 2.5;
 /// what they have dug, and it would be a needle of water. Chosen by eye.
 const LEFT_OPEN: f64 = 0.6;
 
+/// How much gentler the sides of a channel are than those of the channel whose lake it comes to, at most.
+const GENTLER: f64 = 1.5;
+
 /// A lake that a channel may have.
 #[derive(Clone, Copy, Debug)]
 pub struct Hollow {
@@ -236,6 +239,13 @@ pub fn fill(knots: &mut [Knot]) {
             knots[index].pool_m = if below.pool_m > NO_LAKE { below.pool_m } else { below.level_m };
         }
     }
+}
+
+/// Grains that the floor of a lake lies under its water at most in a channel of a level, on sides of slope 1: its own lake, or
+/// what is left open of a larger one where it comes to that.
+pub fn most_sunk(fields: &Fields, level: u32) -> f64 {
+    let own = Hollow::widest(fields, level).max(COVERS * fields.widest_trough(level));
+    (GENTLER * own).min(fields.lake_half_width())
 }
 
 /// Height to which the mouth of a valley of a level is filled that ends in a lake of a larger one, at a floor so high.

@@ -18,6 +18,7 @@ use super::above::{self, Above, Asked, AsksAbove, Patch, PatchId};
 use super::branches::Branches;
 use super::channel::Channel;
 use super::fields::{Fields, most_area};
+use super::lake;
 use super::point::{Point, overlap};
 use super::segment::{Reach, Segment, Segments, segments_of, widened};
 use super::tributary::Tributaries;
@@ -105,7 +106,7 @@ impl Network {
             let own = reach.of(self.fields.side(level) as f64);
             let gentlest = if level == 0 { 1.0 } else { reach.least_cross };
             let widest = widened(own / gentlest, self.fields.widest_trough(level));
-            let widest = widest + self.fields.lake_half_width();
+            let widest = widest + lake::most_sunk(&self.fields, level);
             let around = [rectangle[0].moved([-widest; 2]), rectangle[1].moved([widest; 2])];
             let touches = |[from, to]: [[f64; 2]; 2], reach: f64| {
                 [0, 1].into_iter().all(|axis| {

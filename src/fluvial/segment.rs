@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::channel::{Channel, ChannelPlace, CrossSection, Knot};
 use super::fields::{Fields, across};
+use super::lake;
 use super::meander::meander_width;
 use super::point::{GRAINS, Point};
 use crate::geometry::{LineSegment, cross, length, lerp, smooth};
@@ -494,6 +495,7 @@ pub fn segments_of(
 ) -> impl Iterator<Item = Segment> {
     debug_assert_eq!(channel.sections.len(), channel.knots.len(), "a channel is measured before it has segments");
     let mut before = channel.knots[0].at.from(origin);
+    let most_sunk = lake::most_sunk(fields, channel.id.0);
     channel.knots.windows(2).zip(channel.sections.windows(2)).enumerate().filter_map(move |(knot, (pair, sections))| {
         let (from, to) = (before, pair[1].at.from(origin));
         before = to;
@@ -525,7 +527,7 @@ pub fn segments_of(
             flood_plain: section(|section| section.flood_plain),
             riser: section(|section| section.riser),
             pool_m: pair[0].pool_m,
-            sunk: (sunk_m / (channel.hill_slope * fields.metres_a_grain())).clamp(0.0, fields.lake_half_width()),
+            sunk: (sunk_m / (channel.hill_slope * fields.metres_a_grain())).clamp(0.0, most_sunk),
         })
     })
 }
