@@ -22,7 +22,8 @@ pub struct Water {
     pub bed: Grid<bool>,
     /// Metres from the bed to the surface; 0 where it is dry.
     pub depth_m: Grid<f32>,
-    /// Discharge in cubic metres a second of the channel at each vertex; 0 off the channels.
+    /// Discharge in cubic metres a second of the channel at each vertex, also on the bars in its bed that lie dry; 0 off the
+    /// channels.
     pub flow_m3s: Grid<f32>,
     /// Metres of glacier; `None` where the relief has none.
     pub ice_m: Option<Grid<f32>>,

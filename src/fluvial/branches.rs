@@ -394,6 +394,7 @@ impl<'a> Trunk<'a> {
             trough: (OWN_FLOOR * f64::from(section.river)) as f32,
             flood_plain: section.river,
             riser: 0.0,
+            bend: 0.0,
             ..*section
         };
         let sections = channel.sections.iter().map(narrow).collect();

@@ -60,6 +60,8 @@ pub struct CrossSection {
     pub flood_plain: f32,
     /// Grains that a terrace rises, on a side whose slope is 1.
     pub riser: f32,
+    /// How sharply it bends: 1 to the right, -1 to the left as sharply as any, seen downstream.
+    pub bend: f32,
 }
 
 /// What a channel runs into.

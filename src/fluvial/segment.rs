@@ -60,6 +60,8 @@ pub struct Segment {
     pub flood_plain: [f64; 2],
     /// Grains that the side rises from one terrace to the next, at most.
     pub riser: [f64; 2],
+    /// How sharply its river bends: 1 to the right, -1 to the left as sharply as any.
+    pub bend: [f64; 2],
     /// Height in metres of the lake that stands over what lies lower in its valley.
     pub pool_m: f64,
     /// Grains by which its side matters further for being the floor of a lake.
@@ -414,13 +416,13 @@ impl Circle {
 
 /// A channel whose knots are what they will be, with the cross-sections at them.
 pub fn measured(fields: &Fields, channel: Channel) -> Channel {
-    let shares = broadened(fields, &channel);
-    let sections = (0..channel.knots.len()).map(|knot| section(fields, &channel, knot, shares[knot])).collect();
+    let bends = bends(fields, &channel);
+    let sections = (0..channel.knots.len()).map(|knot| section(fields, &channel, knot, &bends[knot])).collect();
     channel.with_sections(sections)
 }
 
-/// The cross-section at a knot of a channel whose river is so broad there, as a share of what is usual for its discharge.
-fn section(fields: &Fields, channel: &Channel, knot: usize, broad: f64) -> CrossSection {
+/// The cross-section at a knot of a channel that bends so there.
+fn section(fields: &Fields, channel: &Channel, knot: usize, bend: &Bend) -> CrossSection {
     let Knot { at, area, level_m, .. } = channel.knots[knot];
     let steep = steepness(fields, channel, knot);
     let trough = fields.trough(channel.id.0, area, level_m);
@@ -433,38 +435,51 @@ fn section(fields: &Fields, channel: &Channel, knot: usize, broad: f64) -> Cross
         cross: across(steep) as f32,
         lean: (LEAN * steep.abs()).max(ABOVE_OWN * upstream).min(MOST_LEAN) as f32,
         trough: trough as f32,
-        river: (fields.river_width_m(area) / 2.0 / fields.metres_a_grain() * broad) as f32,
+        river: (fields.river_width_m(area) / 2.0 / fields.metres_a_grain() * bend.broad) as f32,
         flood_plain: (share * LEVEL * trough) as f32,
         riser: (riser_m / (channel.hill_slope * fields.metres_a_grain())) as f32,
+        bend: bend.turn as f32,
     }
 }
 
-/// How broad a river is at each knot of its channel, as a share of what is usual for its discharge: trunks are broader in
-/// bends.
-fn broadened(fields: &Fields, channel: &Channel) -> Vec<f64> {
+/// What a bend does to a river.
+#[derive(Clone)]
+struct Bend {
+    /// How broad the river is, as a share of what is usual for its discharge.
+    broad: f64,
+    /// How sharp it is: 1 to the right, -1 to the left as sharp as any.
+    turn: f64,
+}
+
+/// How the river of a channel bends at each of its knots: trunks do, and are broader where they do.
+fn bends(fields: &Fields, channel: &Channel) -> Vec<Bend> {
     let knots = &channel.knots;
+    let none = Bend { broad: 1.0, turn: 0.0 };
     if channel.id.0 > 0 {
-        return vec![1.0; knots.len()];
+        return vec![none; knots.len()];
     }
     // Lakes and the sea are ends, too.
     let is_end = |knot: &Knot| knot.pool_m > f64::NEG_INFINITY || fields.is_drowned(knot.at, knot.level_m);
     let ends: Vec<bool> = knots.iter().map(is_end).collect();
-    let share = |knot: usize| {
+    let bend = |knot: usize| {
         let Knot { at: here, area, .. } = knots[knot];
         if ends[knot] {
-            return 1.0;
+            return none.clone();
         }
         let width = meander_width(fields, area);
         let others = |number: usize| (&knots[number], ends[number]);
         let way_up = ahead(here, (0..knot).rev().map(others), width);
         let way_down = ahead(here, (knot + 1..knots.len()).map(others), width);
         let ([before, after], come) = ([way_up.0, way_down.0], way_up.1.min(way_down.1));
-        let bend = (cross(before, after) / (length(before) * length(after)).max(1e-9)).abs();
-        let share = STRAIGHT + (BENT - STRAIGHT) * smooth((bend / SINE).min(1.0));
-        // From one trunk to the next they are as broad.
-        1.0 + (share - 1.0) * smooth((come / (END_WIDTHS * width)).min(1.0))
+        // The way up leads back, so a turn to the right crosses it to the left.
+        let sine = -cross(before, after) / (length(before) * length(after)).max(1e-9);
+        let sharp = smooth((sine.abs() / SINE).min(1.0));
+        // From one trunk to the next they are as broad, and as straight.
+        let inner = smooth((come / (END_WIDTHS * width)).min(1.0));
+        let broad = 1.0 + (STRAIGHT + (BENT - STRAIGHT) * sharp - 1.0) * inner;
+        Bend { broad, turn: (sharp * inner).copysign(sine) }
     };
-    (0..knots.len()).map(share).collect()
+    (0..knots.len()).map(bend).collect()
 }
 
 /// Where a channel comes from a place on through some knots, each with whether it is an end, in as many grains as its bend is
@@ -526,6 +541,7 @@ pub fn segments_of(
             terraces: fields.settings().terraces,
             flood_plain: section(|section| section.flood_plain),
             riser: section(|section| section.riser),
+            bend: section(|section| section.bend),
             pool_m: pair[0].pool_m,
             sunk: (sunk_m / (channel.hill_slope * fields.metres_a_grain())).clamp(0.0, most_sunk),
         })

@@ -9,7 +9,7 @@ use super::valley::Valleys;
 use super::valley_side::LEAST_HALF_WIDTH;
 use super::warp::Displaced;
 use crate::area::Area;
-use crate::geometry::lerp;
+use crate::geometry::{cross, lerp};
 use crate::grid::Grid;
 use crate::land::{Land, Water, WaterKind};
 
@@ -32,6 +32,16 @@ const MIDDLE: f32 = 1.25;
 /// Chosen by eye.
 const BANK: f32 = 0.3;
 const LEAST_BANK: f32 = 0.1;
+
+/// How far a point bar comes into the river on the inside of the sharpest bends, as a share of its half width, and how much
+/// broader and narrower the banks are on the inside and on the outside, as shares of what they are on a straight reach.
+/// Chosen by eye.
+const BAR: f32 = 0.55;
+const INNER_BANK: f32 = 1.0;
+const OUTER_BANK: f32 = 0.6;
+
+/// Metres that the land may lie above a river's water for a bar to be there: where it does, another valley has cut into the bed.
+const BAR_M: f32 = 0.25;
 
 /// What a bed rises at most where the land around it does, as a share of its depth: next to nothing, but enough that no
 /// two vertices beside each other are equally high.
@@ -80,6 +90,7 @@ struct SegmentBed {
     discharge_m3s: [f64; 2],
     half_m: [f32; 2],
     deepest_m: [f32; 2],
+    bend: [f32; 2],
     /// Metres from the segment beyond which it has no bed.
     widest_m: f32,
     /// Height in metres of the lake over it, if there is one. Here too, as it is asked for at every vertex, and all of a
@@ -88,10 +99,36 @@ struct SegmentBed {
 }
 
 /// A bed at a place of its segment.
+#[derive(Clone, Copy)]
 struct BedAt {
     discharge_m3s: f64,
     half_m: f32,
     deepest_m: f32,
+    /// How sharply the river bends to its right: less than 0 to its left.
+    bend: f32,
+}
+
+impl BedAt {
+    /// The half width in metres of its water at a place so far inside of its bend, 0 to 1, or outside, to -1: the rest is a
+    /// point bar, which leaves the middle of the river as it is.
+    fn wet_m(&self, inside: f32, least_half_m: f32) -> f32 {
+        let least_m = self.half_m.min(1.2 * MIDDLE * least_half_m);
+        (self.half_m * (1.0 - BAR * inside.max(0.0))).max(least_m)
+    }
+
+    /// Depth in metres at a distance from its middle line: a floor that falls to that line, and banks, where the river is wide
+    /// enough to have them. In a bend its water runs along the outside, whose bank is steep, and lays a bar along the inside.
+    fn depth_m(&self, distance_m: f32, inside: f32, least_half_m: f32) -> f32 {
+        let middle_m = MIDDLE * least_half_m;
+        if self.half_m <= middle_m || distance_m <= middle_m {
+            return self.deepest_m;
+        }
+        let half_m = self.wet_m(inside, least_half_m);
+        let bank_m = half_m * BANK * (1.0 + INNER_BANK * inside.max(0.0) + OUTER_BANK * inside.min(0.0));
+        let bank = ((half_m - distance_m) / bank_m).clamp(LEAST_BANK, 1.0);
+        let fall = BED_FALL * (1.0 + inside) * (distance_m - middle_m) / (half_m - middle_m);
+        self.deepest_m * bank * (1.0 - fall.min(BED_FALL))
+    }
 }
 
 impl SegmentBed {
@@ -107,6 +144,7 @@ impl SegmentBed {
             discharge_m3s: [discharge_m3s, fields.discharge_m3s(lerp(segment.area, 1.0)) - discharge_m3s],
             half_m: pair(upper.0, lower.0),
             deepest_m: pair(upper.1, lower.1),
+            bend: segment.bend.map(|bend| bend as f32),
             widest_m: (2.0 * upper.0.max(lower.0)).max(brook_m),
             pool_m: segment.pool_m,
         }
@@ -118,6 +156,7 @@ impl SegmentBed {
             discharge_m3s: lerp(self.discharge_m3s, share),
             half_m: lerp32(self.half_m),
             deepest_m: lerp32(self.deepest_m),
+            bend: lerp32(self.bend),
         }
     }
 }
@@ -137,6 +176,8 @@ struct NearestChannel {
     segment: usize,
     share: f64,
     distance_m: f32,
+    /// 1 on the right of it, -1 on its left, 0 where that does not matter.
+    side: f32,
 }
 
 impl<'a> FillWater<'a> {
@@ -297,10 +338,11 @@ impl<'a> FillWater<'a> {
     }
 
     /// The depth in metres of the river's bed at a place, 0 beside it.
-    fn river_depth_m(&self, NearestChannel { segment, share, distance_m }: NearestChannel, least_half_m: f32) -> f32 {
-        let BedAt { discharge_m3s, half_m, deepest_m } = self.beds[segment].at(share);
-        let is_river = distance_m <= half_m.max(least_half_m) && self.fields.holds_water(discharge_m3s);
-        if is_river { bed_depth_m(deepest_m, distance_m, half_m, least_half_m) } else { 0.0 }
+    fn river_depth_m(&self, place: NearestChannel, least_half_m: f32) -> f32 {
+        let NearestChannel { segment, share, distance_m, side } = place;
+        let bed = self.beds[segment].at(share);
+        let is_river = distance_m <= bed.half_m.max(least_half_m) && self.fields.holds_water(bed.discharge_m3s);
+        if is_river { bed.depth_m(distance_m, side * bed.bend, least_half_m) } else { 0.0 }
     }
 
     /// The lake over a valley's floor, where the bed of a river that comes to it is so deep: it goes on to where the lake is
@@ -323,14 +365,15 @@ impl<'a> FillWater<'a> {
 
     /// What there is in a channel, or not far from it, given the height of the land or of the coast that is lower.
     fn near_channel(&self, at: [i64; 2], place: NearestChannel, least_half_m: f32, lowest_m: f32) -> VertexWater {
-        let NearestChannel { segment, share, distance_m } = place;
-        let BedAt { discharge_m3s, half_m, deepest_m } = self.beds[segment].at(share);
+        let NearestChannel { segment, share, distance_m, side } = place;
+        let bed = self.beds[segment].at(share);
+        let (BedAt { discharge_m3s, half_m, deepest_m, .. }, inside) = (bed, side * bed.bend);
         let level_m = lerp(self.segments.all[segment].level_m, share);
         let surface_m = self.lift.at(level_m) as f32;
         let in_bed = distance_m <= half_m.max(least_half_m);
         let ground_m = self.lift.at(lowest_m as f64) as f32;
         let river_bed = || {
-            let depth_m = bed_depth_m(deepest_m, distance_m, half_m, least_half_m);
+            let depth_m = bed.depth_m(distance_m, inside, least_half_m);
             let risen_m = (ground_m - surface_m).max(0.0);
             // Where the land is lower than the bed, as beside a deeper valley, the water runs over it as it is: a bed
             // dug there would end in a pit.
@@ -351,6 +394,10 @@ impl<'a> FillWater<'a> {
         };
         if !in_bed || !wet {
             return VertexWater { bed: in_bed, ..dry(ground_m) };
+        }
+        // A point bar is as high as the water beside it.
+        if distance_m > bed.wet_m(inside, least_half_m).max(least_half_m) && ground_m <= surface_m + BAR_M {
+            return VertexWater { bed: true, flow_m3s: discharge_m3s as f32, ..dry(ground_m) };
         }
         let height_m = river_bed();
         let depth_m = (surface_m.min(ground_m) - height_m).max(LEAST_DEPTH * deepest_m);
@@ -373,6 +420,7 @@ impl<'a> FillWater<'a> {
             segment,
             share: self.valleys.share[index] as f64,
             distance_m: self.valleys.distance_m[index],
+            side: 0.0,
         });
         let own = own.filter(|own| own.distance_m <= self.beds[own.segment].widest_m);
         let metres = self.fields.metres_a_grain();
@@ -385,10 +433,11 @@ impl<'a> FillWater<'a> {
             let (share, square) = segment.nearest_off(off);
             let (distance_m, bed) = ((square.sqrt() * metres) as f32, self.beds[number].at(share));
             if distance_m <= bed.half_m.max(least_half_m) && self.fields.holds_water(bed.discharge_m3s) {
-                let depth_m = bed_depth_m(bed.deepest_m, distance_m, bed.half_m, least_half_m);
+                let side = cross(segment.along, off).signum() as f32;
+                let depth_m = bed.depth_m(distance_m, side * bed.bend, least_half_m);
                 let floor_m = lerp(segment.level_m, share) as f32 - depth_m;
                 if lowest.is_none_or(|(lowest_m, _)| floor_m < lowest_m) {
-                    lowest = Some((floor_m, NearestChannel { segment: number, share, distance_m }));
+                    lowest = Some((floor_m, NearestChannel { segment: number, share, distance_m, side }));
                 }
             }
         }
@@ -457,13 +506,62 @@ fn dry(height_m: f32) -> VertexWater {
     VertexWater { height_m, kind: WaterKind::Dry, bed: false, depth_m: 0.0, flow_m3s: 0.0 }
 }
 
-/// Depth of a bed in metres at a distance from its middle line: a floor that falls to that line, and banks, where the
-/// river is wide enough to have them.
-fn bed_depth_m(deepest_m: f32, distance_m: f32, half_m: f32, least_half_m: f32) -> f32 {
-    let middle_m = MIDDLE * least_half_m;
-    if half_m <= middle_m || distance_m <= middle_m {
-        return deepest_m;
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::clock::Clock;
+    use crate::fluvial::Fluvial;
+    use crate::fluvial::channel::Channel;
+    use crate::fluvial::point::GRAINS;
+    use crate::fluvial::segment::segments_of;
+    use crate::preset::Preset;
+
+    #[test]
+    fn bars_lie_on_the_insides_of_bends_and_leave_their_rivers_whole() {
+        let (_, preset) = Preset::load("plains").unwrap();
+        let settings = preset.fluvial.unwrap();
+        let fluvial = Fluvial::new(&settings, preset.spacing_m, None, 5, None);
+        let side = 6 * fluvial.fields().side(0);
+        let mut bends: Vec<(Arc<Channel>, usize)> = Vec::new();
+        fluvial.network().channels(0, [Point { x: -side, y: -side }, Point { x: side, y: side }], |trunk| {
+            let is_bend = |knot: &usize| {
+                let section = trunk.sections[*knot];
+                section.bend.abs() > 0.9 && section.river > 2.5 * GRAINS as f32
+            };
+            bends.extend((0..trunk.knots.len()).filter(is_bend).map(|knot| (Arc::clone(trunk), knot)).next());
+        });
+        let mut bars = 0;
+        for (trunk, knot) in bends.iter().take(6) {
+            let bend = fluvial.in_world(trunk.knots[*knot].at);
+            let [x, y] = [bend.x, bend.y].map(|grains| grains.div_euclid(GRAINS));
+            let area = Area::new(x - 12, y - 12, 24, 24);
+            let land = fluvial.land(area, &Clock::default());
+            let water = land.water.unwrap();
+            let nodes = fluvial.warp.fill(area, 1);
+            let own: Vec<Segment> = segments_of(fluvial.fields(), trunk, 0, trunk.knots[0].at, |_| true).collect();
+            for (index, (x, y)) in area.vertices().enumerate() {
+                let is_bar = water.kind.at(x, y) == WaterKind::Dry && water.flow_m3s.at(x, y) > 0.0;
+                if !is_bar {
+                    continue;
+                }
+                let metres =
+                    [0, 1].map(|axis| f64::from(nodes.metres[axis][index]) / fluvial.fields().metres_a_grain());
+                let place = Point::at_vertex(x, y).moved(metres).from(trunk.knots[0].at);
+                let nearest = own.iter().min_by(|a, b| a.nearest(place).1.total_cmp(&b.nearest(place).1)).unwrap();
+                let (share, square) = nearest.nearest(place);
+                // Another river's, that comes in here.
+                if square.sqrt() > lerp(nearest.river, share) {
+                    continue;
+                }
+                bars += 1;
+                let off = [0, 1].map(|axis| place[axis] - nearest.from[axis]);
+                assert!(cross(nearest.along, off) * lerp(nearest.bend, share) > 0.0, "outside of a bend at {x}, {y}");
+                assert!(square.sqrt() > 0.4 * lerp(nearest.river, share), "in the middle of the river at {x}, {y}");
+                assert!(water.bed.at(x, y) && water.depth_m.at(x, y) == 0.0);
+            }
+        }
+        assert!(bars > 40, "{bars} vertices of bars at {} bends", bends.len());
     }
-    let bank = ((half_m - distance_m) / (BANK * half_m)).clamp(LEAST_BANK, 1.0);
-    deepest_m * bank * (1.0 - BED_FALL * (distance_m - middle_m) / (half_m - middle_m))
 }

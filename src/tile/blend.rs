@@ -154,7 +154,7 @@ impl Blend {
         }
     }
 
-    /// Lays gravel and mud on the beds of rivers and lakes, and mud or wet ground next to them.
+    /// Lays gravel and mud on the beds of rivers and lakes and on the bars of rivers, and mud or wet ground next to them.
     fn wet(&mut self, rule: &GroundRule, water: &Water) {
         let rim = if rule.wet.is_some() { Material::Wetland } else { Material::Dirt };
         let Area { x0, y0, x1, y1 } = self.ground.area();
@@ -162,9 +162,11 @@ impl Blend {
             let rows = [y - 1, y, y + 1].map(|y| water.kind.row(y, x0 - 1, x1 + 1));
             // Most rows have water in few places.
             let is_wet = |kind: &WaterKind| *kind != WaterKind::Dry;
-            let first = rows.iter().filter_map(|row| row.iter().position(is_wet)).min();
-            let last = rows.iter().filter_map(|row| row.iter().rposition(is_wet)).max();
-            let Some((first, last)) = first.zip(last) else { continue };
+            let flows = water.flow_m3s.row(y, x0 - 1, x1 + 1);
+            let is_flow = |flow_m3s: &f32| *flow_m3s > 0.0;
+            let first = rows.iter().map(|row| row.iter().position(is_wet)).chain([flows.iter().position(is_flow)]);
+            let last = rows.iter().map(|row| row.iter().rposition(is_wet)).chain([flows.iter().rposition(is_flow)]);
+            let Some((first, last)) = first.flatten().min().zip(last.flatten().max()) else { continue };
             let columns = first.saturating_sub(2)..(last + 1).min((x1 - x0) as usize);
             let ground = &mut self.ground.row_mut(y, x0, x1)[columns.clone()];
             let cover = &mut self.cover.row_mut(y, x0, x1)[columns.clone()];
@@ -175,6 +177,8 @@ impl Blend {
                 let (material, share) = match rows[1][column + 1] {
                     WaterKind::River | WaterKind::Sea => (Material::Sand, 1.0),
                     WaterKind::Lake => (Material::Dirt, 1.0),
+                    // A bar lies in a river's bed.
+                    WaterKind::Dry if flows[column + 1] > 0.0 => (Material::Sand, 1.0),
                     WaterKind::Dry => (rim, wet as f32 / 9.0),
                 };
                 if share > 0.0 {
