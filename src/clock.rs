@@ -18,6 +18,8 @@ pub mod stage {
     pub const GULLIES: &str = "gullies";
     /// Walls around the ends of glaciers that have gone.
     pub const MORAINES: &str = "moraines";
+    /// Bars of sand across drowned valleys.
+    pub const BARRIERS: &str = "barriers";
     /// Ice in the heads of high valleys.
     pub const GLACIERS: &str = "glaciers";
     /// The edge of the land and the floor of the sea.

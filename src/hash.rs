@@ -161,6 +161,10 @@ register! {
     Glaciers = 35 << 32, 1;
     /// Where rills are deep.
     Rills = 37 << 32, 1;
+    /// Barriers across drowned valleys.
+    Barriers = 38 << 32, 1;
+    /// Where barriers are higher.
+    BarrierShape = 39 << 32, 1;
 }
 
 /// The number of a stream, or of a part of one.
@@ -220,6 +224,8 @@ register! {
     Moraine = 4 << 32, PARTS;
     /// How far down a glacier comes.
     Glacier = 5 << 32, 1;
+    /// Of a barrier: whether it is there, how wide and how high.
+    Barrier = 6 << 32, 3;
 }
 
 /// Knots for which a level of the network has room.

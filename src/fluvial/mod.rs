@@ -10,7 +10,10 @@
 //!                     valleys: the lowest valley side at each vertex
 //!                                   |
 //!                                   v
-//!                     gullies, moraines, glaciers, coast, breaches, strata, ceiling, beds  -->  Land: heights and water
+//!                     gullies, moraines, barriers, glaciers, coast, breaches, strata, ceiling, beds
+//!                                   |
+//!                                   v
+//!                     Land: heights and water
 //! ```
 //!
 //! Everything is a pure function of the seed and of lattice ids. A vertex depends on the segments of channels whose
@@ -21,7 +24,7 @@
 //! The rooms, in the order of that way: `fields` and `lift` have the laws; `trunk` the lattice of the largest rivers,
 //! `trunk_curve`, `meander`, `delta` and `trunk_course` their lines, `lake` their lakes, and `branches` their old arms;
 //! `tributary_course` and `tributary` all others; `network` finds channels and their `segment`s by place; `warp`,
-//! `valley` and `valley_side`, `gullies`, `moraine` and `glacier`, which are `stamp`s, `coast`, `skerries`, `breach` and `water`
+//! `valley` and `valley_side`, `gullies`, `moraine`, `barrier` and `glacier`, which are `stamp`s, `coast`, `skerries`, `breach` and `water`
 //! make rasters of them; `rivers` and `strahler` know whole rivers, and `survey` the land as roads ask for it.
 
 pub mod settings;
@@ -34,6 +37,7 @@ pub mod trunk;
 pub mod channel;
 pub mod segment;
 mod above;
+mod barrier;
 mod lake;
 mod trunk_curve;
 mod delta;
@@ -67,6 +71,7 @@ use crate::land::Land;
 use crate::memory::Usage;
 use crate::names::Names;
 use crate::simd::dispatch;
+use barrier::Barriers;
 use fields::{DEEPEST_RIVER_M, Fields};
 use glacier::Glaciers;
 use gullies::Gullies;
@@ -92,6 +97,7 @@ pub struct Fluvial {
     gullies: Option<Gullies>,
     skerries: Option<Skerries>,
     moraines: Option<Moraines>,
+    barriers: Option<Barriers>,
     glaciers: Option<Glaciers>,
     lift: Lift,
     rivers: RiverMemories,
@@ -119,6 +125,7 @@ impl Fluvial {
             gullies: Gullies::new(&fields, spacing_m, seed),
             skerries: Skerries::new(&fields, seed),
             moraines: Moraines::new(&fields, spacing_m, seed),
+            barriers: Barriers::new(&fields, spacing_m, seed),
             glaciers: Glaciers::new(&fields, seed),
             lift: Lift::new(settings, sea_level_m, seed),
             rivers: RiverMemories::default(),
@@ -164,10 +171,12 @@ impl Fluvial {
         let floor_m = self.fields.lowstand_level_m() - settings.coast.depth_m;
         // Layers of rock lie below the height that they are made of.
         let lowest_m = self.lift.at(if self.fields.has_sea() { floor_m.min(sink_m) } else { sink_m });
-        // Skerries are no part of the land that is pressed together.
-        let skerry_m =
-            self.skerries.as_ref().map_or(f64::NEG_INFINITY, |_| self.fields.sea_level_m() + skerries::HIGHEST_M);
-        let ceiling_m = settings.ceiling_m.max(skerry_m);
+        // Skerries are no part of the land that is pressed together, and barriers higher than what they are made of.
+        let above_sea_m =
+            |highest_m: Option<f64>| highest_m.map_or(f64::NEG_INFINITY, |m| self.fields.sea_level_m() + m);
+        let skerry_m = above_sea_m(self.skerries.as_ref().map(|_| skerries::HIGHEST_M));
+        let barrier_m = above_sea_m(self.barriers.as_ref().map(|_| barrier::HIGHEST_M));
+        let ceiling_m = settings.ceiling_m.max(skerry_m).max(barrier_m);
         let lake_m = self.fields.lake_half_width() * self.fields.metres_a_grain() * LAKE_DEPTH as f64;
         // A metre more is for rounding.
         let deepest_m = lake_m.max(DEEPEST_RIVER_M as f64) + 1.0;
@@ -205,6 +214,9 @@ impl Fluvial {
         }
         if let Some(moraines) = &self.moraines {
             clock.time(stage::MORAINES, || moraines.raise(segments, &nodes, &mut valleys));
+        }
+        if let Some(barriers) = &self.barriers {
+            clock.time(stage::BARRIERS, || barriers.raise(segments, &nodes, &mut valleys));
         }
         let ice_m = self
             .glaciers

@@ -192,7 +192,7 @@ mod tests {
                 let side = fluvial.fields().side(level);
                 let corner = Point { x: -7 * side, y: 5 * side };
                 for id in fluvial.fields().cells(level, [corner, corner.moved([20.0 * side as f64; 2])]) {
-                    for channel in network.channel(id) {
+                    if let Some(channel) = network.channel(id) {
                         for knot in &channel.knots {
                             let mut is_found = false;
                             network.channels(level, [knot.at; 2], |other| is_found |= other.id == channel.id);

@@ -218,6 +218,10 @@ pub struct CoastSettings {
     /// the area that drains there, 0 to 1. Default: 0.1.
     #[schemars(range(min = 0, max = 1))]
     pub deltas: f64,
+    /// Share of the large rivers whose drowned valleys end behind a bar of sand, 0 to 1: what lies behind it is a lagoon.
+    /// Default: 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub lagoons: f64,
     /// How much of the sea near the lowstand's shore has shoals with skerries, which are small low islands, 0 to 1: a few
     /// vertices to fifteen across. Default: 0.
     #[schemars(range(min = 0, max = 1))]
@@ -233,6 +237,7 @@ impl Default for CoastSettings {
             slope: [0.15, 0.02],
             depth_m: 300.0,
             deltas: 0.1,
+            lagoons: 0.0,
             skerries: 0.0,
         }
     }

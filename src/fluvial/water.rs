@@ -382,8 +382,9 @@ impl<'a> FillWater<'a> {
         let wet = self.fields.holds_water(discharge_m3s);
         let is_river = in_bed && wet;
         if ground_m < self.sea_m || (is_river && level_m < self.sea_m as f64) {
-            // What a river has cut into the sea's floor is the sea's.
-            return self.off_shore(at, if is_river { ground_m.min(river_bed()) } else { ground_m });
+            // What a river has cut into the sea's floor is the sea's; and it keeps open its way through what lies across it.
+            let open_m = || river_bed().max(self.sea_m - deepest_m);
+            return self.off_shore(at, if is_river { ground_m.min(open_m()) } else { ground_m });
         }
         let water = |kind, height_m, depth_m| VertexWater {
             height_m,

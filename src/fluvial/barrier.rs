@@ -1,0 +1,272 @@
+//! Barriers: bars of sand that waves have laid across the mouths of drowned valleys. What lies behind one is a lagoon.
+//!
+//! A barrier runs from one side of the valley to the other, a little bowed towards the land, with an inlet at the bed of the
+//! river. It raises the floor of the valley, and nothing that is higher.
+
+use std::sync::Arc;
+
+use super::channel::{Channel, Mouth, ways};
+use super::fields::Fields;
+use super::point::{Point, PointNoise, chance};
+use super::segment::{Segment, Segments, downstream};
+use super::stamp::{self, Stamp};
+use super::valley::Valleys;
+use super::warp::Displaced;
+use crate::geometry::{dot, length, lerp, smooth};
+use crate::hash::{self, Draw, Stream};
+
+/// The barriers of a world.
+#[derive(Debug)]
+pub struct Barriers {
+    fields: Arc<Fields>,
+    seed: u64,
+    spacing_m: f64,
+    /// What makes them higher here and lower there.
+    uneven: PointNoise,
+}
+
+/// Metres that a barrier is higher than the sea: least, and so much more by chance; and that none is higher.
+const CREST_M: (f64, f64) = (1.6, 1.4);
+pub const HIGHEST_M: f64 = 4.0;
+
+/// Half its width above the sea in metres: least, and so much more by chance; and in vertices at least. Chosen by eye.
+const HALF_M: (f64, f64) = (22.0, 26.0);
+const LEAST_HALF: f64 = 2.5;
+
+/// How steep it falls to the sea's floor and to the lagoon's. Chosen by eye.
+const FALL: f64 = 0.13;
+const INNER_FALL: f64 = 0.05;
+
+/// Metres of water to which a lagoon is filled, so many metres behind the barrier. Chosen by eye.
+const LAGOON_M: f64 = 3.0;
+const FILLED_M: f64 = 420.0;
+
+/// Metres that the land's edge lies above the sea where there is one, at least: else it would lie in the open sea.
+const LEAST_EDGE_M: f32 = 5.0;
+
+/// Metres from the river's mouth to it: least and most.
+const AWAY_M: [f64; 2] = [240.0, 460.0];
+
+/// Places of a drowned bed that are looked at, from the sea up.
+const TRIES: usize = 12;
+
+/// Metres from the inlet to its ends, at most, and the share of that over which an end that comes to no shore falls under the
+/// sea.
+const LONGEST_M: f64 = 500.0;
+const END: f64 = 0.25;
+
+/// Radius in metres of its bow. Chosen by eye.
+const BOW_M: f64 = 1600.0;
+
+/// Metres of water in the inlet, and in its way through the lagoon.
+const INLET_M: f64 = 5.0;
+
+/// Half width of the inlet in half widths of its river, in vertices at least, and metres from there to where the barrier is
+/// whole.
+const INLET: f64 = 1.3;
+const LEAST_INLET: f64 = 1.5;
+const INLET_BANK_M: f64 = 20.0;
+
+/// Wavelength in metres by which it is uneven, and by how much of its height.
+const WAVE_M: f64 = 160.0;
+const UNEVEN: f64 = 0.5;
+
+/// One barrier.
+#[derive(Clone, Copy, Debug)]
+struct Barrier {
+    /// Its place on the river's bed.
+    middle: Point,
+    /// Unit vector down the valley.
+    down: [f64; 2],
+    half_m: f64,
+    crest_m: f64,
+    /// Metres of water that it goes down to, at most.
+    deepest_m: f64,
+}
+
+impl Barrier {
+    /// Its place, and metres from there beyond which there is nothing of it.
+    fn reach(&self) -> (Point, f64) {
+        let bow_m = LONGEST_M * LONGEST_M / (2.0 * BOW_M);
+        let seaward_m = bow_m + self.half_m + self.deepest_m / FALL;
+        (self.middle, length([LONGEST_M, seaward_m.max(FILLED_M + (self.deepest_m - LAGOON_M) / FALL)]))
+    }
+
+    /// Metres above the sea of its top, so many metres east and south of its middle; where it is so uneven.
+    fn top_m(&self, off: [f64; 2], uneven: f64) -> f64 {
+        let along_m = dot(off, self.down);
+        let across_m = off[1] * self.down[0] - off[0] * self.down[1];
+        let seaward_m = along_m - across_m * across_m / (2.0 * BOW_M);
+        let beside_m = seaward_m.abs() - self.half_m;
+        let crest_m = self.crest_m * (1.0 + UNEVEN * uneven) * (1.0 - (1.0 + beside_m.min(0.0) / self.half_m).powi(2));
+        let beside_m = beside_m.max(0.0);
+        let fallen_m = match seaward_m > 0.0 {
+            true => FALL * beside_m,
+            false => (INNER_FALL * beside_m).min(LAGOON_M) + FALL * (-seaward_m - FILLED_M).max(0.0),
+        };
+        // An end that comes to no shore goes down under the sea.
+        let end = 1.0 - smooth((1.0 - across_m.abs() / LONGEST_M) / END);
+        crest_m - fallen_m - end * (self.crest_m + self.deepest_m)
+    }
+}
+
+/// A barrier, and the segments of its river in an area.
+struct AreaBarrier<'a> {
+    barrier: Barrier,
+    beds: Vec<&'a Segment>,
+}
+
+impl Stamp for AreaBarrier<'_> {
+    fn reach(&self) -> (Point, f64) {
+        self.barrier.reach()
+    }
+}
+
+impl Barriers {
+    /// The barriers of a world with these fields; `None` if it has none.
+    pub fn new(fields: &Arc<Fields>, spacing_m: f64, seed: u64) -> Option<Barriers> {
+        let wave = (WAVE_M / fields.metres_a_grain()).round() as i64;
+        (fields.has_sea() && fields.settings().coast.lagoons > 0.0).then(|| Barriers {
+            fields: Arc::clone(fields),
+            seed: hash::stream(seed, Stream::Barriers),
+            spacing_m,
+            uneven: PointNoise::new(wave, 2, hash::stream(seed, Stream::BarrierShape)),
+        })
+    }
+
+    /// Raises the land of an area's nodes.
+    pub fn raise(&self, segments: &Segments, nodes: &Displaced, valleys: &mut Valleys) {
+        let fields = &self.fields;
+        let barriers: Vec<AreaBarrier> = segments
+            .channels
+            .iter()
+            .zip(0..)
+            .filter_map(|(channel, number)| {
+                let beds = segments.all.iter().filter(|segment| segment.channel == number).collect();
+                Some(AreaBarrier { barrier: self.of(channel)?, beds })
+            })
+            .collect();
+        stamp::nodes_of(fields, &barriers, nodes, |index, vertex, near| {
+            let height_m = f64::from(valleys.height_m[index]) - fields.sea_level_m();
+            let raised_m = near.iter().map(|AreaBarrier { barrier, beds }| {
+                let off_m = stamp::off_m(fields, nodes, index, vertex, barrier.middle);
+                let top_m = barrier.top_m(off_m, self.uneven.at(vertex));
+                // Most nodes near one have nothing of it.
+                if top_m <= height_m {
+                    return 0.0;
+                }
+                let off = off_m.map(|metres| metres / fields.metres_a_grain());
+                let at = barrier.middle.from(segments.origin);
+                let inlet_m = height_m.max(top_m.min(-INLET_M));
+                let share = self.share(beds, [0, 1].map(|axis| at[axis] + off[axis]));
+                inlet_m + (top_m - inlet_m) * share - height_m
+            });
+            valleys.height_m[index] += raised_m.fold(0.0, f64::max) as f32;
+        });
+    }
+
+    /// How much of a barrier there is at a place: nothing in the inlet, which is the bed of its river.
+    fn share(&self, beds: &[&Segment], place: [f64; 2]) -> f64 {
+        let metres = self.fields.metres_a_grain();
+        let beside_m = beds.iter().map(|bed| {
+            let (share, square) = bed.nearest(place);
+            let river_m = lerp(bed.river, share) * metres;
+            square.sqrt() * metres - (INLET * river_m).max(LEAST_INLET * self.spacing_m)
+        });
+        smooth(beside_m.fold(f64::INFINITY, f64::min) / INLET_BANK_M)
+    }
+
+    /// The barrier across the drowned valley of a channel, if there is one.
+    fn of(&self, channel: &Channel) -> Option<Barrier> {
+        let (fields, (level, x, y)) = (&self.fields, channel.id);
+        let luck = |part: u64| chance(self.seed, (x, y), Draw::Barrier, part);
+        if level > 0 || channel.mouth != Mouth::Sea || luck(0) >= fields.settings().coast.lagoons {
+            return None;
+        }
+        let (sea_m, metres) = (fields.sea_level_m(), fields.metres_a_grain());
+        let wet = channel.knots.iter().position(|knot| fields.is_drowned(knot.at, knot.level_m))?;
+        let shore = ways(&channel.knots)[wet];
+        let at = |way: f64| Some(channel.at(downstream(channel, (0, 0.0), way)?));
+        // As far out as the valley still is one.
+        let away = |part: usize| lerp([AWAY_M[1], AWAY_M[0] - AWAY_M[1]], part as f64 / TRIES as f64);
+        let ways = (0..=TRIES).map(|part| shore + away(part) / metres);
+        let is_valley = |way: &f64| at(*way).is_some_and(|knot| fields.edge_m(knot.at) > sea_m as f32 + LEAST_EDGE_M);
+        let way = ways.into_iter().find(is_valley)?;
+        let middle = at(way)?.at;
+        let beside = AWAY_M[0] / 2.0 / metres;
+        let down = at(way + beside)?.at.from(at(way - beside)?.at);
+        let barrier = Barrier {
+            middle,
+            down: down.map(|part| part / length(down).max(1.0)),
+            half_m: (HALF_M.0 + HALF_M.1 * luck(1)).max(LEAST_HALF * self.spacing_m),
+            crest_m: CREST_M.0 + CREST_M.1 * luck(2),
+            deepest_m: sea_m - fields.lowstand_level_m(),
+        };
+        // Whoever is within its reach must know the channel's segment there.
+        (barrier.reach().1 <= stamp::known_m(fields)).then_some(barrier)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::area::Area;
+    use crate::clock::Clock;
+    use crate::fluvial::Fluvial;
+    use crate::fluvial::point::GRAINS;
+    use crate::land::WaterKind;
+    use crate::preset::Preset;
+
+    fn archipelago(lagoons: f64) -> Fluvial {
+        let (_, preset) = Preset::load("archipelago").unwrap();
+        let mut settings = preset.fluvial.unwrap();
+        settings.coast.lagoons = lagoons;
+        Fluvial::new(&settings, preset.spacing_m, preset.sea_level_m, 11, None)
+    }
+
+    #[test]
+    fn a_barrier_is_low_land_and_its_lagoon_open_to_the_sea() {
+        let [fluvial, bare] = [1.0, 0.0].map(archipelago);
+        let barriers = fluvial.barriers.as_ref().unwrap();
+        assert!(bare.barriers.is_none());
+        let side = 5 * fluvial.fields().side(0);
+        let mut found = Vec::new();
+        fluvial.network().channels(0, [Point { x: -side, y: -side }, Point { x: side, y: side }], |trunk| {
+            found.extend(barriers.of(trunk));
+        });
+        assert!(found.len() > 5, "{} barriers", found.len());
+        let (sea_m, mut raised) = (fluvial.fields().sea_level_m() as f32, 0);
+        for barrier in found.iter().take(5) {
+            let vertex = |metres: f64| {
+                let at = fluvial.in_world(
+                    barrier.middle.moved(barrier.down.map(|way| way * metres / fluvial.fields().metres_a_grain())),
+                );
+                [at.x, at.y].map(|grains| grains.div_euclid(GRAINS))
+            };
+            let [x, y] = vertex(0.0);
+            let area = Area::new(x - 70, y - 70, 141, 141);
+            let [land, before] = [&fluvial, &bare].map(|fluvial| fluvial.land(area, &Clock::default()));
+            let [water, wide] = [&land, &before].map(|land| land.water.as_ref().unwrap());
+            for (x, y) in area.vertices() {
+                if wide.kind.at(x, y) == WaterKind::Sea && water.kind.at(x, y) == WaterKind::Dry {
+                    raised += 1;
+                    let height_m = land.heights.at(x, y) - sea_m;
+                    assert!((0.0..HIGHEST_M as f32).contains(&height_m), "{height_m} m at {x}, {y}");
+                }
+            }
+            // From the lagoon through the inlet.
+            let mut reached = vec![false; area.len()];
+            let index = |[x, y]: [i64; 2]| (y - area.y0) as usize * area.width() + (x - area.x0) as usize;
+            let mut open = vec![vertex(-120.0)];
+            while let Some(at) = open.pop() {
+                let is_sea =
+                    area.contains(&Area::new(at[0], at[1], 1, 1)) && water.kind.at(at[0], at[1]) == WaterKind::Sea;
+                if is_sea && !std::mem::replace(&mut reached[index(at)], true) {
+                    open.extend([[1, 0], [-1, 0], [0, 1], [0, -1]].map(|way| [at[0] + way[0], at[1] + way[1]]));
+                }
+            }
+            assert!(reached[index(vertex(120.0))], "{barrier:?}");
+        }
+        assert!(raised > 300, "{raised} vertices of barriers");
+    }
+}
