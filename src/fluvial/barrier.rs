@@ -203,7 +203,7 @@ impl Barriers {
             deepest_m: sea_m - fields.lowstand_level_m(),
         };
         // Whoever is within its reach must know the channel's segment there.
-        (barrier.reach().1 <= stamp::known_m(fields)).then_some(barrier)
+        (barrier.reach().1 <= stamp::known_m(fields, level)).then_some(barrier)
     }
 }
 

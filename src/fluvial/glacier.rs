@@ -160,7 +160,7 @@ impl Glaciers {
         let glacier = Glacier { head: head.at, down, long_m, wide_m, thick_m, floor_m, ice_m };
         let (_, reach_m) = glacier.reach();
         let is_narrow = wide_m * LEVEL < LEAST_FLOOR_M;
-        if is_narrow || long_m < LONG_M[0] / 2.0 || reach_m > stamp::known_m(fields) {
+        if is_narrow || long_m < LONG_M[0] / 2.0 || reach_m > stamp::known_m(fields, channel.id.0) {
             return None;
         }
         Some(glacier)

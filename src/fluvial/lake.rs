@@ -56,6 +56,9 @@ const LEAST_DEPTH: f64 = 0.2;
 /// The depth in metres that it has at least: water without depth is no lake.
 const LEAST_DEPTH_M: f64 = 0.5;
 
+/// The depth in metres for which there is room all along a lake, at least.
+const LEAST_ROOM_M: f64 = 0.25;
+
 /// The depth in metres that is left where others are too near for more, and what falls from one knot to the next at least
 /// above the lake.
 const SHALLOWS_M: f64 = 0.02;
@@ -154,15 +157,25 @@ impl Hollow {
         // Never from the head: there the channel above goes on.
         let inlets = (1..sill).rev().take_while(|inlet| way[sill] - way[*inlet] <= lake.length * lake.half_width);
         let best = inlets.map(|inlet| (deepest_m(inlet), inlet)).max_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((deep_m, inlet)) = best.filter(|(depth_m, _)| *depth_m >= shallowest_m) else {
-            return false;
+        let Some((_, mut inlet)) = best else { return false };
+        let clear_m = |at: Point| level_m - depth_m(fields, hill_slope, trough, others(at) / CLEAR);
+        let floor_m = |at: Point| clear_m(at).max(least_m(at));
+        // Where there is no room for water it would be two lakes: it begins below that.
+        let is_narrow = |inlet: usize, knot: &usize| {
+            let up = (way[sill] - way[*knot]) / (way[sill] - way[inlet]);
+            up > FALLS && floor_m(knots[*knot].at) > level_m - LEAST_ROOM_M
         };
+        while let Some(narrow) = (inlet..sill).rev().find(|knot| is_narrow(inlet, knot)) {
+            inlet = narrow + 1;
+        }
+        let deep_m = if inlet < sill { deepest_m(inlet) } else { 0.0 };
+        if deep_m < shallowest_m {
+            return false;
+        }
         let may_lie = |knot: &Knot| lake.is_inland(fields, knot.at, level_m) && is_own(knot.at);
         if !knots[inlet..=sill].iter().all(may_lie) {
             return false;
         }
-        let clear_m = |at: Point| level_m - depth_m(fields, hill_slope, trough, others(at) / CLEAR);
-        let floor_m = |at: Point| clear_m(at).max(least_m(at));
         dig(&mut knots[inlet..=sill], level_m, deep_m, true, floor_m);
         // Beside others there may be no room for its depth.
         if !knots[inlet..sill].iter().any(|knot| knot.level_m < level_m - shallowest_m) {
@@ -251,4 +264,41 @@ pub fn most_sunk(fields: &Fields, level: u32) -> f64 {
 /// Height to which the mouth of a valley of a level is filled that ends in a lake of a larger one, at a floor so high.
 pub fn filled_m(lake: LakeId, pool_m: f64, floor_m: f64, level: u32) -> f64 {
     pool_m - (pool_m - floor_m) * LEFT_OPEN.powi((level - lake.0.0) as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fluvial::Fluvial;
+    use crate::preset::Preset;
+
+    #[test]
+    fn a_lake_has_water_all_along() {
+        let (_, preset) = Preset::load("highlands").unwrap();
+        let mut settings = preset.fluvial.unwrap();
+        settings.lakes = 1.0;
+        let fluvial = Fluvial::new(&settings, preset.spacing_m, None, 3, None);
+        let mut lakes = 0;
+        for level in 1..4 {
+            let side = 16 * fluvial.fields().side(level);
+            fluvial.network().channels(level, [Point { x: -side, y: -side }, Point { x: side, y: side }], |channel| {
+                if channel.lake != Some(LakeId(channel.id)) {
+                    return;
+                }
+                lakes += 1;
+                let depths: Vec<f64> = channel
+                    .knots
+                    .iter()
+                    .filter(|knot| knot.pool_m > NO_LAKE)
+                    .map(|knot| knot.pool_m - knot.level_m)
+                    .collect();
+                // Up from the deepest place it comes to its inlet, and before that to no shallows.
+                let deepest = (0..depths.len()).max_by(|a, b| depths[*a].total_cmp(&depths[*b])).unwrap();
+                let shallow = depths[..deepest].iter().rposition(|depth| *depth < 0.1).map_or(0, |shallow| shallow + 1);
+                let beyond = depths[..shallow].iter().copied().fold(0.0, f64::max);
+                assert!(beyond < LEAST_ROOM_M, "{:?}: {depths:?}", channel.id);
+            });
+        }
+        assert!(lakes > 100, "{lakes} lakes");
+    }
 }

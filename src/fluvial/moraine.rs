@@ -244,7 +244,7 @@ impl Moraines {
         let is_sea = knot.level_m < self.fields.lowest_lake_m();
         let is_lake = |knot: &Knot| knot.pool_m > f64::NEG_INFINITY && knot.at.distance(middle) * metres < reach_m;
         // Whoever is within its reach must know the channel's segment there.
-        let is_known = radius_m + reach_m <= stamp::known_m(&self.fields);
+        let is_known = radius_m + reach_m <= stamp::known_m(&self.fields, channel.id.0);
         (is_iced && is_known && !is_sea && !channel.knots.iter().any(is_lake)).then_some(moraine)
     }
 }
