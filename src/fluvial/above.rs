@@ -181,14 +181,15 @@ impl Above {
     /// The segments of all groups that may matter by their bounds, in the order of patches and their groups.
     ///
     /// Groups are asked about one after the other, so what is known from those before may decide about the next.
-    pub fn of_groups<'a>(&'a self, may_matter: impl Fn(&Bounds) -> bool + Copy) -> impl Iterator<Item = Near<'a>> {
+    pub fn of_groups(&self, may_matter: impl Fn(&Bounds) -> bool + Copy) -> impl Iterator<Item = Near<'_>> {
         let patches = self.patches.iter().filter(move |patch| !patch.groups.is_empty() && may_matter(&patch.bounds));
         patches.flat_map(move |patch| {
             let groups = patch.groups.iter().filter(move |group| may_matter(&group.bounds));
             groups.flat_map(move |group| {
                 let [from, to] = group.places.map(|place| place as usize);
-                let near = |segment: &'a Segment| Near { channel: patch.channels[segment.channel as usize], segment };
-                patch.segments[from..to].iter().map(near)
+                patch.segments[from..to]
+                    .iter()
+                    .map(|segment| Near { channel: patch.channels[segment.channel as usize], segment })
             })
         })
     }
@@ -240,12 +241,12 @@ impl Above {
 
     /// The segments whose sides have risen less, at a place, than that of a brook without a floor does within so many
     /// grains, of those groups that may matter.
-    pub fn beneath<'a>(
-        &'a self,
+    pub fn beneath(
+        &self,
         place: [f64; 2],
         brook: f64,
         may_matter: impl Fn(&Bounds) -> bool + Copy,
-    ) -> impl Iterator<Item = &'a Segment> {
+    ) -> impl Iterator<Item = &Segment> {
         let reach = Reach::even(brook);
         let may_be =
             move |bounds: &Bounds| bounds.least_square(place) < bounds.reach(brook).powi(2) && may_matter(bounds);

@@ -61,14 +61,14 @@ struct Surroundings {
 
 /// The larger valleys near a tributary.
 #[derive(Clone, Copy)]
-struct Valleys<'a> {
+struct LargerValleys<'a> {
     above: &'a Above,
     /// The middle of the tributary's course, and within how many grains from there the side of a brook matters.
     middle: [f64; 2],
     brook: f64,
 }
 
-impl<'a> Valleys<'a> {
+impl<'a> LargerValleys<'a> {
     /// Their segments, but for those that do not matter, as what they have in common with others shows.
     fn which(self, may_matter: impl Fn(&Bounds) -> bool + Copy) -> impl Iterator<Item = &'a Segment> {
         self.above.beneath(self.middle, self.brook, may_matter)
@@ -104,12 +104,12 @@ impl<'a> Valleys<'a> {
 
 impl Surroundings {
     /// The larger valleys near it, where cells of its level are so wide.
-    fn valleys(&self, cell: f64) -> Valleys<'_> {
-        Valleys { above: &self.above, middle: self.middle, brook: NEAR * (self.reach + cell) }
+    fn valleys(&self, cell: f64) -> LargerValleys<'_> {
+        LargerValleys { above: &self.above, middle: self.middle, brook: NEAR * (self.reach + cell) }
     }
 
     /// The lines that it must not cross, those of larger valleys among them.
-    fn lines(&self, valleys: Valleys) -> Vec<LineSegment> {
+    fn lines(&self, valleys: LargerValleys) -> Vec<LineSegment> {
         let may_touch = |bounds: &Bounds| bounds.touches(self.middle, self.reach);
         let lines = self.courses.iter().copied().chain(valleys.which(&may_touch).map(Segment::line));
         lines.filter(|line| line.touches(self.middle, self.reach)).collect()
@@ -293,7 +293,7 @@ impl Tributaries {
         shore: Knot,
         places: &[[f64; 2]],
         origin: Point,
-        near: Valleys,
+        near: LargerValleys,
         filled_m: f64,
     ) -> Vec<Knot> {
         let fields = &self.fields;
