@@ -171,12 +171,10 @@ impl Fluvial {
         let floor_m = self.fields.lowstand_level_m() - settings.coast.depth_m;
         // Layers of rock lie below the height that they are made of.
         let lowest_m = self.lift.at(if self.fields.has_sea() { floor_m.min(sink_m) } else { sink_m });
-        // Skerries are no part of the land that is pressed together, and barriers higher than what they are made of.
-        let above_sea_m =
-            |highest_m: Option<f64>| highest_m.map_or(f64::NEG_INFINITY, |m| self.fields.sea_level_m() + m);
-        let skerry_m = above_sea_m(self.skerries.as_ref().map(|_| skerries::HIGHEST_M));
-        let barrier_m = above_sea_m(self.barriers.as_ref().map(|_| barrier::HIGHEST_M));
-        let ceiling_m = settings.ceiling_m.max(skerry_m).max(barrier_m);
+        // Skerries are no part of the land that is pressed together.
+        let skerry_m =
+            self.skerries.as_ref().map_or(f64::NEG_INFINITY, |_| self.fields.sea_level_m() + skerries::HIGHEST_M);
+        let ceiling_m = settings.ceiling_m.max(skerry_m);
         let lake_m = self.fields.lake_half_width() * self.fields.metres_a_grain() * LAKE_DEPTH as f64;
         // A metre more is for rounding.
         let deepest_m = lake_m.max(DEEPEST_RIVER_M as f64) + 1.0;
