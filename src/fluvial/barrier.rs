@@ -141,8 +141,10 @@ impl Barriers {
             .iter()
             .zip(0..)
             .filter_map(|(channel, number)| {
+                // First whether there is one: few channels have, and each would look at all segments.
+                let barrier = self.of(channel)?;
                 let beds = segments.all.iter().filter(|segment| segment.channel == number).collect();
-                Some(AreaBarrier { barrier: self.of(channel)?, beds })
+                Some(AreaBarrier { barrier, beds })
             })
             .collect();
         stamp::nodes_of(fields, &barriers, nodes, |index, vertex, near| {
