@@ -93,7 +93,7 @@ impl Network {
                 };
                 self.fields.cells(level, self.input(level, rectangle)).filter(touches).for_each(&mut take);
             }
-            _ => self.tributaries.touching(level, rectangle, self).for_each(&mut take),
+            _ => self.tributaries.touching(level, rectangle, self).into_iter().for_each(&mut take),
         }
     }
 

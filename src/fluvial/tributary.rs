@@ -128,12 +128,7 @@ impl Tributaries {
     }
 
     /// The cells of a level whose tributaries may touch a rectangle.
-    pub fn touching<'a>(
-        &'a self,
-        level: u32,
-        rectangle: [Point; 2],
-        above: &'a impl AsksAbove,
-    ) -> impl Iterator<Item = ChannelId> + 'a {
+    pub fn touching(&self, level: u32, rectangle: [Point; 2], above: &impl AsksAbove) -> Vec<ChannelId> {
         self.courses.touching(level, rectangle, above, false)
     }
 
@@ -148,7 +143,7 @@ impl Tributaries {
         let [low, high] = channel.bounds();
         let seen = [low.moved([-cell; 2]), high.moved([cell; 2])];
         let origin = above::origin(&self.fields, low);
-        let others = self.touching(id.0, seen, above).filter(|other| *other != id);
+        let others = self.touching(id.0, seen, above).into_iter().filter(|other| *other != id);
         let others = others.filter_map(|other| self.free(other, above)).filter(|other| overlap(other.bounds(), seen));
         let others: Vec<Arc<Channel>> = others.collect();
         // Most have all of their water above it.
@@ -171,10 +166,9 @@ impl Tributaries {
     }
 
     fn make_free(&self, id: ChannelId, above: &impl AsksAbove) -> Option<Arc<Channel>> {
-        let course = self.courses.of(id, above);
-        let course = course.as_ref().as_ref()?;
+        let course = self.courses.of(id, above)?;
         let surroundings = self.surroundings(id, [course.end.shore, course.head], above);
-        Some(Arc::new(measured(&self.fields, self.tributary(id, course, &surroundings))))
+        Some(Arc::new(measured(&self.fields, self.tributary(id, &course, &surroundings))))
     }
 
     /// What is around a tributary that begins and ends at these points.
@@ -185,9 +179,8 @@ impl Tributaries {
         let cell = self.fields.side(id.0) as f64;
         let above_here = above.above(id.0, around(NEAR * (reach + cell)), Asked::Sides);
         let origin = above_here.origin;
-        let others = self.courses.touching(id.0, around(reach), above, true).filter(|other| *other != id);
-        let line = |other| Some(self.courses.of(other, above).as_ref().as_ref()?.line(origin));
-        let courses = others.filter_map(line).collect();
+        let others = self.courses.touching(id.0, around(reach), above, true).into_iter().filter(|other| *other != id);
+        let courses = others.filter_map(|other| Some(self.courses.of(other, above)?.line(origin))).collect();
         // The middle itself, which need not be a whole number of grains.
         let from = shore.from(origin);
         let middle = [0, 1].map(|axis| from[axis] + way[axis] / 2.0);

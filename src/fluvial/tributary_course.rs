@@ -3,7 +3,7 @@
 //! Straight lines to the nearest channel do not cross, nor do they cross channels; aslant they may. So each cell makes
 //! a draft with both ends, of which neighbours know nothing, and then takes one by what the drafts around it might do.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::above::{Above, Asked, AsksAbove, Near};
 use super::channel::{Channel, ChannelPlace, Knot, Mouth};
@@ -53,6 +53,9 @@ const NEEDLE: f64 = 0.15;
 /// How far from a draft's ways those may be that cross them or are [needles](NEEDLE) beside them, as a share of its length:
 /// one whose ends are that near in the mean is no longer than this allows.
 const BESIDE_WAYS: f64 = 2.0 * NEEDLE / (1.0 - 2.0 * NEEDLE);
+
+/// Cells a side of a [`Page`].
+const PAGE: i64 = 8;
 
 /// Share of the cells that are left without a channel, so that confluences are not spaced too evenly. Chosen by eye.
 const LEFT_OUT: f64 = 0.15;
@@ -109,7 +112,7 @@ struct Draft {
 }
 
 /// Where a tributary begins and where it ends.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct TributaryCourse {
     /// Where it begins.
     pub head: Point,
@@ -134,8 +137,35 @@ pub struct TributaryEnd {
     pub joined_slope: f64,
 }
 
-heap_bytes!(Draft);
-heap_bytes!(TributaryCourse);
+/// What is known of the tributaries of a square of cells, which are looked up together.
+#[derive(Debug)]
+struct Page {
+    cells: Vec<PageCell>,
+}
+
+/// What is known of the tributary of a cell: what it takes long to find out only once somebody has asked.
+#[derive(Debug)]
+struct PageCell {
+    /// Where it would begin, if there is land, unless chance wants none.
+    head: Option<Point>,
+    draft: OnceLock<Option<Draft>>,
+    course: OnceLock<Option<TributaryCourse>>,
+}
+
+heap_bytes!(PageCell);
+heap_bytes!(Page: cells);
+
+/// The id of the page that has a cell.
+fn page_of((level, x, y): ChannelId) -> ChannelId {
+    (level, x.div_euclid(PAGE), y.div_euclid(PAGE))
+}
+
+impl Page {
+    /// What is known of one of its cells.
+    fn cell(&self, (_, x, y): ChannelId) -> &PageCell {
+        &self.cells[(y.rem_euclid(PAGE) * PAGE + x.rem_euclid(PAGE)) as usize]
+    }
+}
 
 /// What those around a draft know of it: the lines along its ways, from their feet up.
 struct DraftLines {
@@ -202,93 +232,117 @@ impl TributaryEnd {
 pub struct Courses {
     seed: u64,
     fields: Arc<Fields>,
-    drafts: Memory<ChannelId, Option<Draft>>,
-    taken: Memory<ChannelId, Option<TributaryCourse>>,
+    /// By the ids that their cells have in a lattice of pages.
+    pages: Memory<ChannelId, Page>,
 }
 
 impl Courses {
     /// The courses of a world with these fields.
     pub fn new(fields: Arc<Fields>, seed: u64) -> Courses {
-        Courses { seed, fields, drafts: Memory::new(64 << 20), taken: Memory::new(32 << 20) }
+        Courses { seed, fields, pages: Memory::new(96 << 20) }
     }
 
     /// How full its memories are.
     pub(super) fn usages(&self) -> Vec<Usage> {
-        vec![self.drafts.usage(), self.taken.usage()]
+        vec![self.pages.usage()]
     }
 
     /// The cells of a level whose tributaries may touch a rectangle, or whose courses may, which are straight.
-    pub fn touching<'a>(
-        &'a self,
+    pub fn touching(
+        &self,
         level: u32,
         rectangle: [Point; 2],
-        above: &'a impl AsksAbove,
+        above: &impl AsksAbove,
         are_straight: bool,
-    ) -> impl Iterator<Item = ChannelId> + 'a {
-        self.drafts_touching(level, rectangle, above, are_straight).map(|(id, _)| id)
+    ) -> Vec<ChannelId> {
+        let mut cells = Vec::new();
+        self.drafts_touching(level, rectangle, above, are_straight, |id, _| cells.push(id));
+        cells
     }
 
-    /// The drafts of those cells.
-    fn drafts_touching<'a>(
-        &'a self,
+    /// Calls `take` with the drafts of those cells.
+    fn drafts_touching(
+        &self,
         level: u32,
         rectangle: [Point; 2],
-        above: &'a impl AsksAbove,
+        above: &impl AsksAbove,
         are_straight: bool,
-    ) -> impl Iterator<Item = (ChannelId, Arc<Option<Draft>>)> + 'a {
-        let reach = match are_straight {
-            true => self.fields.longest_tributary(level) + into_sea(),
-            false => reach(&self.fields, level),
-        };
-        let heads = [rectangle[0].moved([-reach; 2]), rectangle[1].moved([reach; 2])];
-        // Where heads are, and how far channels come off their ways, is known before where courses begin and end, and that
-        // long before how channels run.
+        mut take: impl FnMut(ChannelId, &Draft),
+    ) {
         let longest = self.fields.longest_tributary(level);
-        let may_touch = move |id: &ChannelId| {
-            self.head(*id).is_some_and(|head| {
-                let comes = |aside: f64| {
-                    let reach = (1.0 + aside) * longest + into_sea();
-                    overlap([-reach, reach].map(|by| head.moved([by; 2])), rectangle)
-                };
-                comes(0.0) || !are_straight && comes(wander::MOST_ASIDE) && comes(self.most_aside(*id))
-            })
-        };
-        let drafts = self.fields.cells(level, heads).filter(may_touch).map(move |id| (id, self.draft(id, above)));
-        drafts.filter(move |(_, draft)| draft.as_ref().as_ref().is_some_and(|draft| overlap(draft.bounds, rectangle)))
+        let most = if are_straight { longest + into_sea() } else { reach(&self.fields, level) };
+        let heads = [rectangle[0].moved([-most; 2]), rectangle[1].moved([most; 2])];
+        let side = PAGE * self.fields.side(level);
+        let [first, last] = heads.map(|at| [at.x.div_euclid(side), at.y.div_euclid(side)]);
+        let rows = first[1]..=last[1];
+        let pages = rows.flat_map(|y| (first[0]..=last[0]).map(move |x| self.page((level, x, y))));
+        let pages: Vec<Arc<Page>> = pages.collect();
+        for id in self.fields.cells(level, heads) {
+            let (_, x, y) = page_of(id);
+            let cell = pages[((y - first[1]) * (last[0] - first[0] + 1) + x - first[0]) as usize].cell(id);
+            let Some(head) = cell.head else { continue };
+            // Where heads are, and how far channels come off their ways, is known before where courses begin and end, and
+            // that long before how channels run.
+            let comes = |aside: f64| {
+                let reach = (1.0 + aside) * longest + into_sea();
+                overlap([-reach, reach].map(|by| head.moved([by; 2])), rectangle)
+            };
+            let may_touch = comes(0.0) || !are_straight && comes(wander::MOST_ASIDE) && comes(self.most_aside(id));
+            if may_touch
+                && let Some(draft) = self.draft(id, cell, above)
+                && overlap(draft.bounds, rectangle)
+            {
+                take(id, draft);
+            }
+        }
+    }
+
+    /// The page of an id.
+    fn page(&self, page: ChannelId) -> Arc<Page> {
+        self.pages.get(page, || {
+            let (level, i, j) = page;
+            let ids = (0..PAGE * PAGE).map(|n| (level, i * PAGE + n % PAGE, j * PAGE + n / PAGE));
+            let cell = |id| PageCell { head: self.head(id), draft: OnceLock::new(), course: OnceLock::new() };
+            Page { cells: ids.map(cell).collect() }
+        })
     }
 
     /// Where the tributary of a cell begins and ends; `None` if there is none.
-    pub fn of(&self, id: ChannelId, above: &impl AsksAbove) -> Arc<Option<TributaryCourse>> {
-        self.taken.get(id, || {
-            let own = self.draft(id, above);
-            let draft = own.as_ref().as_ref()?;
+    pub fn of(&self, id: ChannelId, above: &impl AsksAbove) -> Option<TributaryCourse> {
+        let page = self.page(page_of(id));
+        let cell = page.cell(id);
+        let course = || {
+            let draft = self.draft(id, cell, above)?;
             let origin = draft.head;
             let reach = (1.0 + BESIDE_WAYS) * draft.longest();
-            let around = self.drafts_touching(id.0, draft.around(BESIDE_WAYS), above, true);
-            let others: Vec<DraftLines> = around
-                .filter(|(other, _)| *other != id)
-                .filter_map(|(_, other)| Some(DraftLines::new(other.as_ref().as_ref()?, origin)))
-                .filter(|other| other.all().any(|line| line.touches([0.0; 2], reach)))
-                .collect();
+            let mut others = Vec::new();
+            self.drafts_touching(id.0, draft.around(BESIDE_WAYS), above, true, |other, draft| {
+                let lines = DraftLines::new(draft, origin);
+                if other != id && lines.all().any(|line| line.touches([0.0; 2], reach)) {
+                    others.push(lines);
+                }
+            });
             let end = match taken(&DraftLines::new(draft, origin), &others)? {
                 Way::Direct => draft.direct,
                 Way::Aslant => draft.aslant?,
             };
             Some(TributaryCourse { head: draft.head, end })
-        })
+        };
+        *cell.course.get_or_init(course)
     }
 
     /// Where the tributary of a cell begins and may end.
-    fn draft(&self, id: ChannelId, above: &impl AsksAbove) -> Arc<Option<Draft>> {
-        self.drafts.get(id, || {
-            let head = self.head(id).filter(|head| self.fields.potential(*head) >= self.fields.sea_potential())?;
+    fn draft<'a>(&self, id: ChannelId, cell: &'a PageCell, above: &impl AsksAbove) -> Option<&'a Draft> {
+        let draft = || {
+            let head = cell.head.filter(|head| self.fields.potential(*head) >= self.fields.sea_potential())?;
             let known = known(&self.fields, id.0);
             let known = above.above(id.0, [-known, known].map(|by| head.moved([by; 2])), Asked::Lines);
-            let cell = (id.1, id.2);
-            let (direct, aslant) = self.ends(id.0, cell, head, &known, above)?;
-            let draft = Draft { cell, head, direct, aslant, bounds: [head; 2] };
+            let node = (id.1, id.2);
+            let (direct, aslant) = self.ends(id.0, node, head, &known, above)?;
+            let draft = Draft { cell: node, head, direct, aslant, bounds: [head; 2] };
             Some(Draft { bounds: draft.around(self.most_aside(id)), ..draft })
-        })
+        };
+        cell.draft.get_or_init(draft).as_ref()
     }
 
     /// How far a channel of a cell may come off its way, as a share of that.
