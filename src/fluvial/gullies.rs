@@ -75,10 +75,15 @@ const LEAST_M: f32 = 1e-3;
 /// a steep channel are facets, from one to the next of which both jump, and gullies would be broken there.
 const SMOOTHED: [usize; 3] = [1, 2, 4];
 
-/// The area whose warp and valleys gullies read: the fall line of a vertex goes by those around it, and these by the warp
-/// of the vertices beside them.
+/// The area whose warp gullies read: the fall line at each vertex of their [`valley_input`] goes by the warp of the vertices
+/// beside it.
 pub fn input(area: Area) -> Area {
-    area.padded(1 + SMOOTHED.iter().sum::<usize>())
+    valley_input(area).padded(1)
+}
+
+/// The area whose valleys gullies read: the fall line of a vertex goes by those around it.
+pub fn valley_input(area: Area) -> Area {
+    area.padded(SMOOTHED.iter().sum())
 }
 
 impl Gullies {

@@ -105,6 +105,25 @@ pub struct Fluvial {
     survey: survey::Memories,
 }
 
+/// How finely land is asked for.
+#[derive(Clone, Copy, Debug)]
+struct Detail {
+    /// Vertices from a node to the next, a power of two.
+    step: i64,
+    /// Whether hollows are cut open. What is cut is a vertex wide, and takes a wide pad.
+    breaches: bool,
+}
+
+impl Detail {
+    /// Every vertex, with all there is.
+    const WHOLE: Detail = Detail { step: 1, breaches: true };
+
+    /// Nodes so many vertices apart, for who plans on them.
+    fn surveyed(step: i64) -> Detail {
+        Detail { step, breaches: false }
+    }
+}
+
 /// Vertices from one place to the next at which the slope of the hills is known: uplift varies over kilometres.
 const SLOPE_STEP: i64 = 32;
 
@@ -183,8 +202,8 @@ impl Fluvial {
 
     /// The land at all vertices of an area, with the time of each stage booked on `clock`.
     pub fn land(&self, area: Area, clock: &Clock) -> Land {
-        let segments = clock.time(stage::NETWORK, || self.segments(self.around(area, 1), 1));
-        self.land_of(&segments, area, 1, clock)
+        let segments = clock.time(stage::NETWORK, || self.segments(self.around(area, Detail::WHOLE), 1));
+        self.land_of(&segments, area, Detail::WHOLE, clock)
     }
 
     /// The gullies of nodes so many vertices apart: between those far apart nobody sees any.
@@ -192,21 +211,34 @@ impl Fluvial {
         self.gullies.as_ref().filter(|_| step == 1)
     }
 
-    /// The nodes, `step` vertices apart, whose warp and valleys those of an area are made of.
-    fn around(&self, area: Area, step: i64) -> Area {
-        let bare = self.gullies(step).map_or(area, |_| gullies::input(breach::input(area)));
-        // Water and gullies both read the warp around the area, and the same of all else.
+    /// The nodes whose warp those of an area are made of.
+    fn around(&self, area: Area, detail: Detail) -> Area {
+        let carved = self.carved(area, detail);
+        let bare = self.gullies(detail.step).map_or(carved, |_| gullies::input(carved));
         valley::input(water::input(area).hull(&bare))
     }
 
-    /// The land at the nodes of an area, which are `step` vertices apart, given the segments of channels around it and
-    /// perhaps more.
-    fn land_of(&self, segments: &Segments, area: Area, step: i64, clock: &Clock) -> Land {
-        let nodes = clock.time(stage::WARP, || self.warp.fill(self.around(area, step), step));
+    /// The nodes whose valleys those of an area are made of.
+    fn around_valleys(&self, area: Area, detail: Detail) -> Area {
+        let carved = self.carved(area, detail);
+        valley::input(self.gullies(detail.step).map_or(carved, |_| gullies::valley_input(carved)))
+    }
+
+    /// The nodes whose land, once it is carved, those of an area are made of.
+    fn carved(&self, area: Area, detail: Detail) -> Area {
+        let has_breaches = detail.breaches && self.gullies(detail.step).is_some();
+        if has_breaches { breach::input(area) } else { area }
+    }
+
+    /// The land at the nodes of an area, given the segments of channels around it and perhaps more.
+    fn land_of(&self, segments: &Segments, area: Area, detail: Detail, clock: &Clock) -> Land {
+        let step = detail.step;
+        let nodes = clock.time(stage::WARP, || self.warp.fill(self.around(area, detail), step));
         let slope = self.slopes(nodes.area, step);
         let gullies = self.gullies(step);
         let read_m = self.crest_read_m(gullies);
-        let mut valleys = clock.time(stage::VALLEYS, || self.valleys(&nodes, &slope, segments, read_m));
+        let part = self.around_valleys(area, detail);
+        let mut valleys = clock.time(stage::VALLEYS, || self.valleys(&nodes, part, &slope, segments, read_m));
         if let Some(gullies) = gullies {
             clock.time(stage::GULLIES, || gullies.carve(&nodes, &slope, &mut valleys));
         }
@@ -222,7 +254,7 @@ impl Fluvial {
             .map(|glaciers| clock.time(stage::GLACIERS, || glaciers.ice_m(segments, &nodes, &valleys)));
         let coast_m =
             clock.time(stage::COAST, || coast::heights(&self.fields, self.spacing_m, &nodes, &valleys.height_m));
-        if gullies.is_some() {
+        if gullies.is_some() && detail.breaches {
             clock.time(stage::BREACHES, || self.breach(nodes.area, segments, coast_m.as_deref(), &mut valleys));
         }
         let mut land =
@@ -248,13 +280,15 @@ impl Fluvial {
         by_gullies_m.max(by_moraines_m)
     }
 
-    /// The valleys at nodes, given the slope of their hillsides; crests are told up to so many metres.
-    fn valleys(&self, nodes: &Displaced, slope: &[f32], segments: &Segments, read_m: f32) -> Valleys {
+    /// The valleys at those nodes that lie in a part of their area, given the slope of the hillsides at all; crests are told
+    /// up to so many metres.
+    fn valleys(&self, nodes: &Displaced, part: Area, slope: &[f32], segments: &Segments, read_m: f32) -> Valleys {
         let mut valleys = Valleys::with_len(nodes.area.len());
         let [east, south] = &nodes.metres;
         dispatch(FillValleys {
             fields: &self.fields,
             area: nodes.area,
+            part,
             step: nodes.step,
             warp: [east, south],
             slope,

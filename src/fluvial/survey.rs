@@ -2,11 +2,11 @@
 //! rivers as lines.
 //!
 //! The same kernel that fills tiles fills every `step`th vertex, at the cost of the nodes alone. Heights are those of a
-//! tile but for rounding. What has been found is remembered for a while, block by block, which changes nothing but time.
+//! tile but for rounding, and for what is cut through its hollows. What has been found is remembered for a while, block by block, which changes nothing but time.
 
 use crate::area::Area;
 use crate::clock::Clock;
-use crate::fluvial::Fluvial;
+use crate::fluvial::{Detail, Fluvial};
 use crate::fluvial::point::{GRAINS, Point};
 use crate::fluvial::segment::{Reach, Segments};
 use crate::geometry::{length, lerp};
@@ -190,14 +190,14 @@ impl Fluvial {
 
     fn block(&self, step: i64, bx: i64, by: i64) -> SurveyBlock {
         let area = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
-        let clock = Clock::default();
+        let (clock, detail) = (Clock::default(), Detail::surveyed(step));
         let land = if BLOCK * step <= PAGE {
             let [px, py] = [area.x0, area.y0].map(|at| (at * step).div_euclid(PAGE));
             let page = Area::new(px * PAGE, py * PAGE, PAGE as usize, PAGE as usize);
-            let pieces = self.survey.pages.get((px, py), || self.segments(self.around(page, 1), 1));
-            self.land_of(&pieces, area, step, &clock)
+            let pieces = self.survey.pages.get((px, py), || self.segments(self.around(page, Detail::surveyed(1)), 1));
+            self.land_of(&pieces, area, detail, &clock)
         } else {
-            self.land_of(&self.segments(self.around(area, step), step), area, step, &clock)
+            self.land_of(&self.segments(self.around(area, detail), step), area, detail, &clock)
         };
         let kinds = land.water.expect("fluvial land knows its water").kind;
         SurveyBlock { heights_m: land.heights.values().to_vec(), waters: kinds.values().to_vec() }

@@ -48,7 +48,7 @@ fn known_around(fluvial: &Fluvial, area: Area) -> Known {
     let segments = fluvial.segments(wide, 1);
     let nodes = fluvial.warp.fill(wide, 1);
     let slope = fluvial.slopes(wide, 1);
-    let valleys = fluvial.valleys(&nodes, &slope, &segments, ALL_M);
+    let valleys = fluvial.valleys(&nodes, nodes.area, &slope, &segments, ALL_M);
     Known { segments, nodes, slope, valleys }
 }
 
@@ -110,7 +110,7 @@ fn no_other_segments_matter_in(names: &[&str]) {
         }
         assert!(beyond > 1000, "{name}: {beyond} segments lie beyond the reach");
         let segments = Segments { origin: wide.origin, channels: wide.channels, all: poisoned };
-        let land = fluvial.land_of(&segments, AREA, 1, &Clock::default());
+        let land = fluvial.land_of(&segments, AREA, Detail::WHOLE, &Clock::default());
         assert_eq!(land.heights, expected.heights, "{name}");
     }
 }
@@ -140,8 +140,8 @@ fn what_is_told_of_crests(is_tried: fn(&str) -> bool) {
             let (nodes, slope) = (fluvial.warp.fill(area, 1), fluvial.slopes(area, 1));
             let segments = fluvial.segments(area, 1);
             let read_m = fluvial.crest_read_m(fluvial.gullies.as_ref());
-            let told = fluvial.valleys(&nodes, &slope, &segments, read_m);
-            let whole = fluvial.valleys(&nodes, &slope, &segments, ALL_M);
+            let told = fluvial.valleys(&nodes, nodes.area, &slope, &segments, read_m);
+            let whole = fluvial.valleys(&nodes, nodes.area, &slope, &segments, ALL_M);
             assert_eq!(told.height_m, whole.height_m, "{name}, {levels} levels");
             let expected: Vec<f32> = whole.crest_m.iter().map(|crest_m| crest_m.min(read_m)).collect();
             assert_eq!(told.crest_m, expected, "{name}, {levels} levels");
@@ -184,7 +184,7 @@ fn gullies_are_whole_where_the_facets_of_a_hillside_meet() {
     let area = valley::input(Area::new(-1200, 300, 640, 640));
     let (nodes, slope) = (fluvial.warp.fill(area, 1), fluvial.slopes(area, 1));
     let segments = fluvial.segments(area, 1);
-    let mut valleys = fluvial.valleys(&nodes, &slope, &segments, ALL_M);
+    let mut valleys = fluvial.valleys(&nodes, nodes.area, &slope, &segments, ALL_M);
     let bare_m = valleys.height_m.clone();
     gullies.carve(&nodes, &slope, &mut valleys);
     let index = |x: i64, y: i64| (y - area.y0) as usize * area.width() + (x - area.x0) as usize;

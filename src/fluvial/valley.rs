@@ -109,6 +109,8 @@ pub struct FillValleys<'a> {
     pub fields: &'a Fields,
     /// An area of nodes, aligned with patches.
     pub area: Area,
+    /// The part of it whose valleys are wanted, aligned likewise: nothing is written elsewhere.
+    pub part: Area,
     /// Vertices from a node to the next, a power of two; with 1 the nodes are the vertices.
     pub step: i64,
     /// Metres by which each vertex is displaced before the valleys are read.
@@ -177,7 +179,7 @@ impl Kernel for FillValleys<'_> {
         }
         work.all.pad();
         let mut this = self;
-        for block in squares(this.area, BLOCK * PATCH) {
+        for block in squares(this.part, BLOCK * PATCH) {
             this.block(simd, block, &mut work);
         }
     }
