@@ -73,6 +73,12 @@ impl Stamp for Glacier {
 }
 
 impl Glacier {
+    /// Heights between which its floor and its ice are, wherever they are.
+    fn range_m(&self) -> [f64; 2] {
+        // Beds fall. Behind its head the ice rises no further than it is wide, for beyond it falls; a metre is for what is rounded.
+        [self.floor_m[PARTS] - 1.0, self.ice_m[0] + FIRN * self.wide_m + 1.0]
+    }
+
     /// Height of its floor and of its ice, so many metres from its head.
     fn at(&self, off: [f64; 2]) -> [f64; 2] {
         let (along_m, across_m) = (dot(off, self.down), (off[1] * self.down[0] - off[0] * self.down[1]).abs());
@@ -108,7 +114,12 @@ impl Glaciers {
         let mut ice_m = Grid::filled(nodes.area, 0.0);
         stamp::nodes_of(fields, &glaciers, nodes, |index, vertex, near| {
             let land_m = valleys.height_m[index] as f64;
-            let thickest_m = near.iter().fold(0.0, |most_m: f64, glacier| {
+            // Most nodes near one are higher than all of it, or too deep below.
+            let may_hold = |glacier: &&&Glacier| {
+                let [lowest_m, highest_m] = glacier.range_m();
+                land_m < highest_m && land_m > lowest_m - SPILLED_M.0
+            };
+            let thickest_m = near.iter().filter(may_hold).fold(0.0, |most_m: f64, glacier| {
                 let off_m = stamp::off_m(fields, nodes, index, vertex, glacier.head);
                 let [floor_m, surface_m] = glacier.at(off_m);
                 let is_beyond = surface_m <= land_m || length(off_m) >= glacier.reach().1;

@@ -26,25 +26,23 @@ pub fn known_m(fields: &Fields, level: u32) -> f64 {
 /// Calls `take` with each node that stamps may reach: its number, its vertex, and these stamps.
 pub fn nodes_of<T: Stamp>(fields: &Fields, stamps: &[T], nodes: &Displaced, mut take: impl FnMut(usize, Point, &[&T])) {
     let (area, metres) = (nodes.area, fields.metres_a_grain());
+    let node_m = (nodes.step * GRAINS) as f64 * metres;
     let index = |x: i64, y: i64| (y - area.y0) as usize * area.width() + (x - area.x0) as usize;
     for y0 in (area.y0..area.y1).step_by(BLOCK).filter(|_| !stamps.is_empty()) {
         for x0 in (area.x0..area.x1).step_by(BLOCK) {
             let block = Area::new(x0, y0, BLOCK, BLOCK).common(&area).expect("it begins in the area");
-            let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-            for (x, y) in block.vertices() {
-                for (axis, at) in [x - x0, y - y0].into_iter().enumerate() {
-                    let at_m = (at * nodes.step * GRAINS) as f64 * metres + nodes.metres[axis][index(x, y)] as f64;
-                    (low[axis], high[axis]) = (low[axis].min(at_m), high[axis].max(at_m));
-                }
-            }
+            let [least, greatest] = nodes.extremes(block);
+            let across_m = [block.width(), block.height()].map(|nodes| (nodes - 1) as f64 * node_m);
             let corner = Point::at_vertex(x0 * nodes.step, y0 * nodes.step);
             let reaches = |stamp: &&T| {
                 let (at, reach_m) = stamp.reach();
                 let at = at.from(corner).map(|grains| grains * metres);
                 // A metre more for what is rounded: this only says what to look at closely.
-                [0, 1]
-                    .iter()
-                    .all(|axis| at[*axis] + reach_m + 1.0 >= low[*axis] && at[*axis] - reach_m - 1.0 <= high[*axis])
+                let most_m = reach_m + 1.0;
+                [0, 1].into_iter().all(|axis| {
+                    at[axis] + most_m >= f64::from(least[axis])
+                        && at[axis] - most_m <= across_m[axis] + f64::from(greatest[axis])
+                })
             };
             let near: Vec<&T> = stamps.iter().filter(reaches).collect();
             for (x, y) in block.vertices().filter(|_| !near.is_empty()) {

@@ -6,9 +6,9 @@
 
 use crate::area::Area;
 use crate::clock::Clock;
-use crate::fluvial::{Detail, Fluvial};
 use crate::fluvial::point::{GRAINS, Point};
 use crate::fluvial::segment::{Reach, Segments};
+use crate::fluvial::{Detail, Fluvial};
 use crate::geometry::{length, lerp};
 use crate::land::WaterKind;
 use crate::lines::FIXED;

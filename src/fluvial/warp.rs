@@ -34,6 +34,33 @@ pub struct Displaced {
     pub metres: [Vec<f32>; 2],
 }
 
+impl Displaced {
+    /// The least and the greatest metres by which a node of a part is displaced, east and south.
+    pub fn extremes(&self, part: Area) -> [[f32; 2]; 2] {
+        const LANES: usize = 8;
+        let (mut least, mut greatest) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+        for axis in [0, 1] {
+            let (mut low, mut high) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
+            let mut take = |values: &[f32]| {
+                for ((low, high), value) in low.iter_mut().zip(&mut high).zip(values) {
+                    // Not `min` and `max`, which also ask for what is no number.
+                    *low = if *value < *low { *value } else { *low };
+                    *high = if *value > *high { *value } else { *high };
+                }
+            };
+            for y in part.y0..part.y1 {
+                let first = (y - self.area.y0) as usize * self.area.width() + (part.x0 - self.area.x0) as usize;
+                let mut groups = self.metres[axis][first..first + part.width()].chunks_exact(LANES);
+                groups.by_ref().for_each(&mut take);
+                take(groups.remainder());
+            }
+            least[axis] = low.into_iter().fold(f32::INFINITY, f32::min);
+            greatest[axis] = high.into_iter().fold(f32::NEG_INFINITY, f32::max);
+        }
+        [least, greatest]
+    }
+}
+
 /// Powers of two up to which the nodes of a lattice may lie apart and still be displaced at once.
 const COARSEST: u32 = 8;
 

@@ -9,7 +9,7 @@ use super::valley::Valleys;
 use super::valley_side::LEAST_HALF_WIDTH;
 use super::warp::Displaced;
 use crate::area::Area;
-use crate::geometry::{cross, lerp};
+use crate::geometry::{LineSegment, cross, lerp};
 use crate::grid::Grid;
 use crate::land::{Land, Water, WaterKind};
 
@@ -78,11 +78,19 @@ pub struct FillWater<'a> {
     coast_m: Option<&'a [f32]>,
     /// The beds of the segments, in their order.
     beds: Vec<SegmentBed>,
-    /// The numbers of the segments that hold water, each with the grains beyond which it has no bed.
-    wet: Vec<(usize, f64)>,
+    /// The segments that hold water.
+    wet: Vec<WetSegment>,
     /// Half widths in metres of the bed of a brook: least and most.
     brook_m: [f32; 2],
     sea_m: f32,
+}
+
+/// A segment that holds water: its number, its line, and the grains beyond which it has no bed.
+#[derive(Clone, Copy)]
+struct WetSegment {
+    number: u32,
+    line: LineSegment,
+    reach: f64,
 }
 
 /// The bed of a segment. Pairs are a value at its upper end, and how that changes to its lower end.
@@ -201,7 +209,12 @@ impl<'a> FillWater<'a> {
             let half_m = bed.half_m[0].max(bed.half_m[0] + bed.half_m[1]);
             half_m.max(brook_m[1]) as f64 / fields.metres_a_grain() + 1.0
         };
-        let wet = beds.iter().enumerate().filter(|(_, bed)| is_wet(bed)).map(|(number, bed)| (number, reach(bed)));
+        let wet = beds.iter().zip(&segments.all).enumerate().filter(|(_, (bed, _))| is_wet(bed));
+        let wet = wet.map(|(number, (bed, segment))| WetSegment {
+            number: number as u32,
+            line: segment.line(),
+            reach: reach(bed),
+        });
         FillWater {
             wet: wet.collect(),
             beds,
@@ -238,9 +251,9 @@ impl<'a> FillWater<'a> {
         let mut bounds = Grid::filled(Area::new(0, 0, columns, rows), Bounds::NONE);
         for (index, bounds) in bounds.values_mut().iter_mut().enumerate() {
             let block = block(area, [(index % columns) as i64, (index / columns) as i64]);
-            *bounds = Bounds::of(block.vertices().map(|(x, y)| sum(self.place([x, y], self.index([x, y])))));
+            *bounds = self.bounds(block);
         }
-        self.blocks(bounds.area(), &bounds, &self.wet, &mut |at, wet| {
+        wet_blocks(bounds.area(), &bounds, &self.wet, &mut |at, wet| {
             let block = block(area, at);
             for y in block.y0..block.y1 {
                 let heights = heights.row_mut(y, block.x0, block.x1);
@@ -261,25 +274,15 @@ impl<'a> FillWater<'a> {
         Land { heights, water: Some(water) }
     }
 
-    /// Calls `take` with each block of a part of the blocks, and those of the segments `wet` whose beds may hold a node
-    /// of it: halves of the part are asked for ever fewer.
-    fn blocks(
-        &self,
-        part: Area,
-        bounds: &Grid<Bounds>,
-        wet: &[(usize, f64)],
-        take: &mut impl FnMut([i64; 2], &[(usize, f64)]),
-    ) {
-        let bounds_of_part = part.vertices().fold(Bounds::NONE, |all, (x, y)| all.hull(bounds.at(x, y)));
-        let (middle, half) = bounds_of_part.middle_and_half();
-        let holds = |(number, reach): &(usize, f64)| self.segments.all[*number].line().touches(middle, reach + half);
-        let wet: Vec<(usize, f64)> = wet.iter().copied().filter(holds).collect();
-        if part.len() == 1 {
-            return take([part.x0, part.y0], &wet);
-        }
-        for half in part.halves() {
-            self.blocks(half, bounds, &wet, take);
-        }
+    /// The bounds of where the nodes of a block are read.
+    fn bounds(&self, block: Area) -> Bounds {
+        let displaced =
+            self.nodes.extremes(block).map(|metres| metres.map(|m| m as f64 / self.fields.metres_a_grain()));
+        let place =
+            |x: i64, y: i64| Point::at_vertex(x * self.nodes.step, y * self.nodes.step).from(self.segments.origin);
+        let corners = [place(block.x0, block.y0), place(block.x1 - 1, block.y1 - 1)];
+        let [low, high] = [0, 1].map(|end| sum([corners[end], displaced[end]]));
+        Bounds { low, high }
     }
 
     /// The number of a node in the order of the nodes.
@@ -295,7 +298,7 @@ impl<'a> FillWater<'a> {
     }
 
     #[inline]
-    fn vertex(&self, at: [i64; 2], wet: &[(usize, f64)]) -> VertexWater {
+    fn vertex(&self, at: [i64; 2], wet: &[WetSegment]) -> VertexWater {
         let index = self.index(at);
         let land_m = self.valleys.height_m[index];
         let lowest_m = self.coast_m.map_or(land_m, |coast_m| coast_m[index].min(land_m));
@@ -306,8 +309,9 @@ impl<'a> FillWater<'a> {
         let lake = is_lake.then(|| &self.segments.all[number]);
         let is_near = own.is_some_and(|own| self.valleys.distance_m[index] <= own.widest_m);
         let place = if wet.is_empty() { [[0.0; 2]; 2] } else { self.place(at, index) };
-        let holds = |(number, reach): &&(usize, f64)| self.segments.all[*number].line().touches(sum(place), *reach);
-        let mut wet = wet.iter().filter(holds).map(|(number, _)| *number).peekable();
+        let displaced = sum(place);
+        let holds = |wet: &&WetSegment| wet.line.touches(displaced, wet.reach);
+        let mut wet = wet.iter().filter(holds).map(|wet| wet.number as usize).peekable();
         if is_near || wet.peek().is_some() {
             let [least_m, most_m] = self.brook_m;
             let least_half_m = (BED_SHARE * self.apart_m(index)).clamp(least_m, most_m);
@@ -470,6 +474,21 @@ fn block(area: Area, [column, row]: [i64; 2]) -> Area {
     Area::new(corner[0], corner[1], BLOCK, BLOCK).common(&area).expect("it begins in the area")
 }
 
+/// Calls `take` with each block of a part of the blocks, and those of wet segments whose beds may hold a node
+/// of it: halves of the part are asked for ever fewer.
+fn wet_blocks(part: Area, bounds: &Grid<Bounds>, wet: &[WetSegment], take: &mut impl FnMut([i64; 2], &[WetSegment])) {
+    let bounds_of_part = part.vertices().fold(Bounds::NONE, |all, (x, y)| all.hull(bounds.at(x, y)));
+    let (middle, half) = bounds_of_part.middle_and_half();
+    let holds = |wet: &WetSegment| wet.line.touches(middle, wet.reach + half);
+    let wet: Vec<WetSegment> = wet.iter().copied().filter(holds).collect();
+    if part.len() == 1 {
+        return take([part.x0, part.y0], &wet);
+    }
+    for half in part.halves() {
+        wet_blocks(half, bounds, &wet, take);
+    }
+}
+
 /// The least rectangle around places.
 #[derive(Clone, Copy)]
 struct Bounds {
@@ -480,10 +499,6 @@ struct Bounds {
 impl Bounds {
     /// Around no place.
     const NONE: Bounds = Bounds { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
-
-    fn of(places: impl Iterator<Item = [f64; 2]>) -> Bounds {
-        places.fold(Bounds::NONE, |all, place| all.hull(Bounds { low: place, high: place }))
-    }
 
     fn hull(self, other: Bounds) -> Bounds {
         let low = [0, 1].map(|axis| self.low[axis].min(other.low[axis]));
