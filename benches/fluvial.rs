@@ -13,12 +13,13 @@ use terrane::world::World;
 const TILES: i64 = 16;
 
 /// The stages of a tile's land.
-const STAGES: [&str; 12] = [
+const STAGES: [&str; 13] = [
     stage::NETWORK,
     stage::WARP,
     stage::VALLEYS,
     stage::GULLIES,
     stage::MORAINES,
+    stage::BARRIERS,
     stage::GLACIERS,
     stage::COAST,
     stage::BREACHES,
