@@ -242,7 +242,8 @@ fn dig(knots: &mut [Knot], level_m: f64, depth_m: f64, has_outlet: bool, least_m
     }
 }
 
-/// Lets the water of a lake stand no higher than its sill, and as far up as that is, once beds have been lowered.
+/// Lets the water of a lake stand no higher than its sill, and as far up as that is, once beds have been lowered; and its floor
+/// no higher than that from its deepest place to the sill: what was shallows before would be a dam.
 pub fn fill(knots: &mut [Knot]) {
     for index in (0..knots.len() - 1).rev() {
         let below = knots[index + 1];
@@ -250,6 +251,12 @@ pub fn fill(knots: &mut [Knot]) {
         let is_drowned = index > 0 && below.pool_m > below.level_m;
         if knots[index].pool_m > NO_LAKE || is_drowned {
             knots[index].pool_m = if below.pool_m > NO_LAKE { below.pool_m } else { below.level_m };
+        }
+    }
+    for lake in knots.chunk_by_mut(|one, other| one.pool_m == other.pool_m).filter(|lake| lake[0].pool_m > NO_LAKE) {
+        let deepest = (0..lake.len()).min_by(|a, b| lake[*a].level_m.total_cmp(&lake[*b].level_m)).unwrap_or(0);
+        for knot in &mut lake[deepest..] {
+            knot.level_m = knot.level_m.min(knot.pool_m - SHALLOWS_M);
         }
     }
 }
@@ -271,6 +278,18 @@ mod tests {
     use super::*;
     use crate::fluvial::Fluvial;
     use crate::preset::Preset;
+
+    #[test]
+    fn a_lake_whose_sill_is_lowered_has_no_dam_before_it() {
+        let knot = |level_m: f64, pool_m: f64| Knot { at: Point { x: 0, y: 0 }, level_m, area: 1.0, pool_m };
+        let lake = [560.0, 547.0, 537.0, 541.0, 546.0, 546.9].map(|level_m| knot(level_m, 547.0));
+        let mut knots = [&[knot(580.0, NO_LAKE)], &lake[..], &[knot(541.2, NO_LAKE), knot(530.0, NO_LAKE)]].concat();
+        fill(&mut knots);
+        let water_m = 541.2 - SHALLOWS_M;
+        let levels_m: Vec<f64> = knots.iter().map(|knot| knot.level_m).collect();
+        assert_eq!(levels_m, [580.0, 560.0, 547.0, 537.0, 541.0, water_m, water_m, 541.2, 530.0]);
+        assert!(knots[1..7].iter().all(|knot| knot.pool_m == 541.2));
+    }
 
     #[test]
     fn a_lake_has_water_all_along() {
