@@ -100,6 +100,39 @@ impl Area {
     }
 }
 
+/// Cells a side that a tile of a stride's nodes has at least; and about as many nodes around it are made for it.
+const LEAST_STRIDED_CELLS: u32 = 16;
+const STRIDED_PAD: u128 = 32;
+
+/// How many vertices a node of a strided lattice lies from the next: a power of two.
+///
+/// The land of a stride is that of every so many vertices, as it looks from so far: what it cannot show is there in the mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Stride {
+    power: u32,
+}
+
+impl Stride {
+    /// Every vertex.
+    pub const ONE: Stride = Stride { power: 0 };
+
+    /// The greatest power of two.
+    pub const MAX_POWER: u32 = 12;
+
+    /// The stride of so many vertices; `None` if that is no power of two from 1 to 4096.
+    pub const fn new(vertices: u64) -> Option<Stride> {
+        match vertices.is_power_of_two() && vertices.trailing_zeros() <= Stride::MAX_POWER {
+            true => Some(Stride { power: vertices.trailing_zeros() }),
+            false => None,
+        }
+    }
+
+    /// Vertices from a node to the next.
+    pub const fn vertices(self) -> i64 {
+        1 << self.power
+    }
+}
+
 /// A tile's place in the world: tile (0, 0) has its north-western vertex at the origin of the lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 pub struct TileId {
@@ -176,6 +209,36 @@ impl Region {
         Ok(region)
     }
 
+    /// The region of tiles of a stride's nodes that covers this one, with tiles of the same side or of a part of it: exactly, or
+    /// with as little beside it as can be where no such tiles begin and end with this region.
+    ///
+    /// # Errors
+    /// When its tiles would have less than [`LEAST_STRIDED_CELLS`] cells, however many of this region's they cover.
+    pub fn strided(&self, stride: Stride) -> Result<Region, Error> {
+        let (vertices, cells) = (stride.vertices() as u64, self.cells as u64);
+        // So many tiles a side, in nodes.
+        let sides = (0..=Stride::MAX_POWER).map(|power| 1 << power).take_while(|tiles| *tiles <= vertices);
+        let nodes = |tiles: u64| (cells * tiles).is_multiple_of(vertices).then(|| cells * tiles / vertices);
+        let least = u64::from(LEAST_STRIDED_CELLS).min(cells);
+        let sides = sides.filter_map(|tiles| Some((tiles as i64, nodes(tiles).filter(|nodes| *nodes >= least)?)));
+        let end = [self.at.x + self.cols as i64, self.at.y + self.rows as i64];
+        let covering = sides.map(|(tiles, nodes)| {
+            let first = [self.at.x, self.at.y].map(|at| at.div_euclid(tiles));
+            let count = [0, 1].map(|axis| ((end[axis] + tiles - 1).div_euclid(tiles) - first[axis]) as u64);
+            // What is made, with what lies around each tile; and first of all no more than is asked for.
+            let beside = (count[0] * tiles as u64 - self.cols) + (count[1] * tiles as u64 - self.rows);
+            let made = count[0] as u128 * count[1] as u128 * (u128::from(nodes) + STRIDED_PAD).pow(2);
+            (beside.min(1), made, first, count, nodes as u32)
+        });
+        let Some((.., first, count, nodes)) = covering.min_by_key(|(beside, made, ..)| (*beside, *made)) else {
+            return Err(Error::Region {
+                message: format!("tiles of {cells} cells cannot be cut in parts of {vertices}"),
+                hint: "give a power of two with --tile-cells, such as 256".into(),
+            });
+        };
+        Region::new(TileId { x: first[0], y: first[1] }, count[0], count[1], nodes)
+    }
+
     /// The north-western tile.
     pub fn at(&self) -> TileId {
         self.at
@@ -211,6 +274,14 @@ impl Region {
         self.rows * self.cells as u64 + 1
     }
 
+    /// Its western, southern, eastern and northern edge in kilometres east and north of the origin.
+    pub fn bounds_km(&self, spacing_m: f64) -> [f64; 4] {
+        let km = |tile: i64| (tile * self.cells as i64) as f64 * spacing_m / 1000.0;
+        let (cols, rows) = (self.cols as i64, self.rows as i64);
+        // Not the negative, which has a zero of its own.
+        [km(self.at.x), 0.0 - km(self.at.y + rows), km(self.at.x + cols), 0.0 - km(self.at.y)]
+    }
+
     /// Vertices in all, shared edges counted once.
     pub fn vertices(&self) -> u64 {
         self.width() * self.height()
@@ -240,6 +311,31 @@ mod tests {
         assert_eq!(a.x1 - 1, b.x0);
         assert_eq!((a.y0, a.y1), (b.y0, b.y1));
         assert_eq!(a.width(), 17);
+    }
+
+    #[test]
+    fn regions_of_a_stride_cover_what_is_asked_for() {
+        let region = |x: i64, y: i64, cols: u64, rows: u64| Region::new(TileId { x, y }, cols, rows, 256).unwrap();
+        let strided = |region: &Region, vertices: u64| region.strided(Stride::new(vertices).unwrap()).unwrap();
+        // Where whole tiles fit there are no others; where they do not, smaller ones.
+        assert_eq!(strided(&region(-8, 4, 8, 16), 4), Region::new(TileId { x: -2, y: 1 }, 2, 4, 256).unwrap());
+        assert_eq!(strided(&region(5, 7, 8, 8), 4), Region::new(TileId { x: 5, y: 7 }, 8, 8, 64).unwrap());
+        for vertices in (0..=Stride::MAX_POWER).map(|power| 1 << power) {
+            for asked in [region(-3, 5, 1, 1), region(-100, -7, 157, 3)] {
+                let covering = strided(&asked, vertices);
+                let side = (covering.tile_cells() as u64 * vertices) as i64;
+                let ends = |at: i64, count: u64, side: i64| [at * side, (at + count as i64) * side];
+                for (asked, covering) in [
+                    (ends(asked.at.x, asked.cols, 256), ends(covering.at.x, covering.cols, side)),
+                    (ends(asked.at.y, asked.rows, 256), ends(covering.at.y, covering.rows, side)),
+                ] {
+                    assert!(covering[0] <= asked[0] && covering[1] >= asked[1], "{vertices}");
+                    assert!(asked[0] - covering[0] < side && covering[1] - asked[1] < side, "{vertices}");
+                }
+            }
+        }
+        let odd = Region::new(TileId { x: 0, y: 0 }, 4, 4, 99).unwrap();
+        assert_eq!(strided(&odd, 4), Region::new(TileId { x: 0, y: 0 }, 1, 1, 99).unwrap());
     }
 
     #[test]

@@ -129,6 +129,7 @@ pub mod preset;
 pub mod world;
 pub mod tile;
 pub mod features;
+pub mod find;
 pub mod mesh;
 pub mod map;
 pub mod bake;

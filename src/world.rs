@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::agents::order_free::Agents;
-use crate::area::Area;
+use crate::area::{Area, Stride};
 use crate::error::Error;
 use crate::fluvial::Fluvial;
 use crate::fluvial::landforms::Landforms;
@@ -24,6 +24,8 @@ use crate::relief::{NoiseRelief, Relief};
 pub struct World {
     preset: Preset,
     seed: u64,
+    stride: Stride,
+    tile_cells: u32,
     relief: Relief,
     agents: Agents,
     places: Option<Places>,
@@ -36,7 +38,18 @@ impl World {
     ///
     /// # Errors
     /// When a value of the preset is out of its range.
-    pub fn new(mut preset: Preset, seed: Option<u64>) -> Result<World, Error> {
+    pub fn new(preset: Preset, seed: Option<u64>) -> Result<World, Error> {
+        World::strided(preset, seed, Stride::ONE)
+    }
+
+    /// The same world at the nodes of a stride: tiles, areas and lines are counted in nodes, and spacing is from one to the next.
+    ///
+    /// What nodes do not show is there in the mean; from two vertices on there are no settlements, no roads, and none of the
+    /// lines of agents.
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range.
+    pub fn strided(mut preset: Preset, seed: Option<u64>, stride: Stride) -> Result<World, Error> {
         preset.fill_defaults();
         preset.check()?;
         let seed = seed.unwrap_or(preset.seed);
@@ -45,14 +58,17 @@ impl World {
         let places = preset.places.as_ref().map(settle).transpose()?;
         let names = places.as_ref().map(|places| Names::new(seed, places.site_side()));
         let relief = if let Some(settings) = &preset.fluvial {
-            Relief::Fluvial(Box::new(Fluvial::new(settings, spacing_m, sea_level_m, seed, names.clone())))
+            Relief::Fluvial(Box::new(Fluvial::strided(settings, (spacing_m, stride), sea_level_m, seed, names.clone())))
         } else {
             let (warp, land) = (preset.warp.as_ref(), preset.land.as_ref());
-            Relief::Noise(Box::new(NoiseRelief::new(&preset.noise, warp, land, spacing_m, seed)))
+            Relief::Noise(Box::new(NoiseRelief::new(&preset.noise, warp, land, (spacing_m, stride), seed)))
         };
-        let agents = (preset.rivers.as_ref(), preset.roads.as_ref());
+        let is_whole = stride == Stride::ONE;
+        let places = places.filter(|_| is_whole);
+        let agents = (preset.rivers.as_ref().filter(|_| is_whole), preset.roads.as_ref().filter(|_| is_whole));
         let agents = Agents::new(agents, preset.tile_cells, spacing_m, sea_level_m, preset.ground.slope_scale, seed);
-        Ok(World { preset, seed, relief, agents, places, names, landforms: Landforms::default() })
+        let tile_cells = preset.tile_cells;
+        Ok(World { preset, seed, stride, tile_cells, relief, agents, places, names, landforms: Landforms::default() })
     }
 
     /// What is allowed in the recipe and probably not meant, a sentence each.
@@ -86,14 +102,25 @@ impl World {
         self.seed
     }
 
-    /// Metres between neighbouring vertices.
+    /// Vertices from a node to the next.
+    pub fn stride(&self) -> Stride {
+        self.stride
+    }
+
+    /// Metres between neighbouring nodes: the preset's spacing, times the stride.
     pub fn spacing_m(&self) -> f64 {
-        self.preset.spacing_m
+        self.preset.spacing_m * self.stride.vertices() as f64
     }
 
     /// Cells a tile side.
     pub fn tile_cells(&self) -> u32 {
-        self.preset.tile_cells
+        self.tile_cells
+    }
+
+    /// The same world in tiles of so many cells a side.
+    #[must_use]
+    pub(crate) fn with_tile_cells(self, tile_cells: u32) -> World {
+        World { tile_cells, ..self }
     }
 
     /// What makes its heights: noise, or rivers and the land between them.
@@ -192,7 +219,8 @@ impl World {
     pub(crate) fn planned_around(&self) -> i64 {
         // What lies around asks in turn for what lies around it: measured on bakes of 1 x 1 to 16 x 16 tiles of alps.
         const IN_TURN: i64 = 2;
-        let trunks = self.relief.fluvial().map_or(0, |fluvial| 2 * fluvial.fields().side(0) / GRAINS);
+        let trunks =
+            self.relief.fluvial().map_or(0, |fluvial| 2 * fluvial.fields().side(0) / GRAINS / self.stride.vertices());
         let places = self.places.as_ref().map_or(0, Places::reach);
         (IN_TURN * trunks.max(places)).max(self.agents.reach())
     }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
 use clap::{Arg, Args, Parser, Subcommand, ValueEnum};
 
-use crate::area::TileId;
+use crate::area::{MAX_COORDINATE, Region, Stride, TileId};
 use crate::error::Error;
 use crate::export::{Export, Lods, MeshOptions, Profile};
 use crate::preset::{BUILT_IN, Sources};
@@ -26,6 +26,8 @@ pub(super) enum Command {
     Bake(BakeArguments),
     /// Bake one tile alone: the same bytes as in any region.
     Tile(TileArguments),
+    /// Find the nearest lakes, peaks, rivers and places that are as you want them, each with the command that bakes it.
+    Find(FindArguments),
     /// List the tile registry of a bake: where rivers and roads start, hashes, files.
     Registry {
         /// Folder of the bake.
@@ -73,12 +75,20 @@ pub(super) struct BakeArguments {
     /// A preset file, the name of a built-in preset (terrane presets), or - for standard input.
     #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
     pub preset: String,
-    /// North-western tile of the region; may be negative.
-    #[arg(long, value_name = "X,Y", default_value = "0,0", allow_hyphen_values = true, value_parser = parse_tile)]
-    pub at: TileId,
-    /// Size of the region in tiles.
-    #[arg(long, value_name = "COLSxROWS", default_value = "8x8", value_parser = parse_size)]
-    pub size: (u64, u64),
+    /// North-western tile of the region; may be negative [default: 0,0].
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = parse_tile)]
+    pub at: Option<TileId>,
+    /// Size of the region in tiles [default: 8x8].
+    #[arg(long, value_name = "COLSxROWS", value_parser = parse_size)]
+    pub size: Option<(u64, u64)>,
+    /// The region in kilometres east and north of the origin: all tiles that it touches.
+    #[arg(long, value_name = "W,S,E,N", allow_hyphen_values = true, value_parser = parse_numbers::<4>)]
+    #[arg(conflicts_with_all = ["at", "size", "around"])]
+    pub bounds: Option<[f64; 4]>,
+    /// The middle of the region in kilometres east and north of the origin, and how wide and high it is.
+    #[arg(long, value_name = "X,Y,KM", allow_hyphen_values = true, value_parser = parse_numbers::<3>)]
+    #[arg(conflicts_with_all = ["at", "size"])]
+    pub around: Option<[f64; 3]>,
     #[command(flatten)]
     pub common: CommonArguments,
 }
@@ -133,6 +143,10 @@ pub(super) struct CommonArguments {
     /// Compress the numbers of glTF (EXT_meshopt_compression; Blender cannot read it).
     #[arg(long, help_heading = "Meshes")]
     pub meshopt: bool,
+    /// How large a map the same land makes: 1/2, 1/4 to 1/4096 have every second vertex each way, every fourth and so on, of land
+    /// as it looks from so far.
+    #[arg(long, value_name = "1/N", default_value = "1", value_parser = parse_scale)]
+    pub scale: Stride,
     /// Threads to use [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
@@ -154,6 +168,41 @@ pub(super) struct CommonArguments {
     /// Show no progress.
     #[arg(long)]
     pub no_progress: bool,
+}
+
+#[derive(Args)]
+pub(super) struct FindArguments {
+    /// A preset file, the name of a built-in preset (terrane presets), or - for standard input.
+    #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
+    pub preset: String,
+    /// What to find: lake, peak, river, place, hamlet, village or town; on river, on lake or on sea; > or < a number of km2, m, km,
+    /// m3/s or people.
+    #[arg(required = true, value_name = "QUERY")]
+    #[arg(
+        long_help = "What to find, each as one argument:\n  \"lake > 2 km2\", \"lake < 40 ha\", \"peak > 3500 m\", \"river > 50 m3/s\", \"river > 30 km\",\n  \"town on river\", \"village on lake > 300 people\", \"hamlet on sea\", \"place\" (any settlement)"
+    )]
+    pub queries: Vec<String>,
+    /// Where to look for it first, in kilometres east and north of the origin.
+    #[arg(long, value_name = "X,Y", default_value = "0,0", allow_hyphen_values = true, value_parser = parse_numbers::<2>)]
+    pub near: [f64; 2],
+    /// How far from there, in kilometres.
+    #[arg(long, value_name = "KM", default_value = "200km", allow_hyphen_values = true, value_parser = parse_kilometres)]
+    pub radius: f64,
+    /// How many of each.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    pub limit: u32,
+    /// Seed of the world [default: the preset's].
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Set a key of the preset, as for bake. May be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Threads to use [default: one a core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Print one JSON object a line instead of tables.
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Args)]
@@ -208,6 +257,7 @@ impl Command {
         match self {
             Command::Bake(BakeArguments { common, .. }) | Command::Tile(TileArguments { common, .. }) => common.json,
             Command::Registry { json, .. } | Command::Presets { json, .. } => *json,
+            Command::Find(arguments) => arguments.json,
             Command::Experiment(arguments) => arguments.json,
             _ => false,
         }
@@ -263,6 +313,31 @@ fn parse_tile(text: &str) -> Result<TileId, String> {
     Ok(TileId { x: number(x)?, y: number(y)? })
 }
 
+/// So many numbers with commas between.
+pub(super) fn parse_numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let number = |part: &str| match part.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err(format!("expected a number, found {part:?}")),
+    };
+    let numbers: Vec<f64> = text.split(',').map(number).collect::<Result<_, _>>()?;
+    let found = numbers.len();
+    numbers.try_into().map_err(|_| format!("expected {N} numbers with commas between, found {found}"))
+}
+
+/// Kilometres above 0, with their unit or without.
+fn parse_kilometres(text: &str) -> Result<f64, String> {
+    match text.trim().trim_end_matches("km").trim_end().parse::<f64>() {
+        Ok(km) if km.is_finite() && km > 0.0 => Ok(km),
+        _ => Err(format!("expected kilometres above 0, such as 200km, found {text:?}")),
+    }
+}
+
+fn parse_scale(text: &str) -> Result<Stride, String> {
+    let vertices = text.strip_prefix("1/").unwrap_or(if text == "1" { "1" } else { "" });
+    let stride = vertices.parse().ok().and_then(Stride::new);
+    stride.ok_or_else(|| "expected 1, or 1/2, 1/4, 1/8 and so on to 1/4096".to_owned())
+}
+
 fn parse_size(text: &str) -> Result<(u64, u64), String> {
     let (cols, rows) = text.split_once(['x', 'X']).ok_or("expected columns x rows, such as 8x8")?;
     let number = |text: &str| match text.trim().parse() {
@@ -276,25 +351,71 @@ fn parse_size(text: &str) -> Result<(u64, u64), String> {
 /// A tile is a region of one.
 impl From<TileArguments> for BakeArguments {
     fn from(TileArguments { preset, x, y, common }: TileArguments) -> BakeArguments {
-        BakeArguments { preset, at: TileId { x, y }, size: (1, 1), common }
+        BakeArguments { preset, at: Some(TileId { x, y }), size: Some((1, 1)), bounds: None, around: None, common }
+    }
+}
+
+/// A preset with what is set in it.
+fn sources(preset: &str, settings: &[String]) -> Result<Sources, Error> {
+    let mut sources = match preset {
+        "-" => Sources::read("stdin", io::stdin().lock())?,
+        name_or_path => Sources::load(name_or_path)?,
+    };
+    for setting in settings {
+        sources.set("--set", setting)?;
+    }
+    Ok(sources)
+}
+
+impl FindArguments {
+    /// The preset with all that the options set in it.
+    pub fn sources(&self) -> Result<Sources, Error> {
+        sources(&self.preset, &self.set)
     }
 }
 
 impl BakeArguments {
     /// The preset with all that the options set in it.
     pub fn sources(&self) -> Result<Sources, Error> {
-        let mut sources = match &self.preset[..] {
-            "-" => Sources::read("stdin", io::stdin().lock())?,
-            name_or_path => Sources::load(name_or_path)?,
-        };
-        for setting in &self.common.set {
-            sources.set("--set", setting)?;
-        }
+        let mut sources = sources(&self.preset, &self.common.set)?;
         if let Some(cells) = self.common.tile_cells {
             // After --set, so that the option with a name of its own wins.
             sources.set("--tile-cells", &format!("tile_cells={cells}"))?;
         }
         Ok(sources)
+    }
+
+    /// The region that is asked for, in tiles of so many cells, of so many metres each.
+    pub fn region(&self, tile_cells: u32, spacing_m: f64) -> Result<Region, Error> {
+        let bounds = self.bounds.or(self.around.map(|[x, y, side]| {
+            let half = side / 2.0;
+            [x - half, y - half, x + half, y + half]
+        }));
+        let Some(bounds) = bounds else {
+            let (cols, rows) = self.size.unwrap_or((8, 8));
+            return Region::new(self.at.unwrap_or(TileId { x: 0, y: 0 }), cols, rows, tile_cells);
+        };
+        let [west, south, east, north] = bounds;
+        if west >= east || south >= north {
+            return Err(Error::Region {
+                message: format!("from {west} to {east} km east and from {south} to {north} km north there is nothing"),
+                hint: "give west, south, east and north, such as --bounds=-10,-10,10,10".into(),
+            });
+        }
+        let tile_km = f64::from(tile_cells) * spacing_m / 1000.0;
+        // Rows count to the south.
+        let [x0, y0, x1, y1] = [west, -north, east, -south].map(|km| km / tile_km);
+        let [x0, y0, x1, y1] = [x0.floor(), y0.floor(), x1.ceil(), y1.ceil()];
+        if [x0, y0, x1, y1].iter().any(|tile| tile.abs() > MAX_COORDINATE as f64) {
+            return Err(Error::Region {
+                message: format!("{west},{south},{east},{north} km leaves the coordinates"),
+                hint: format!("no vertex lies more than 2^53 from the origin, which are {:.0} km", {
+                    MAX_COORDINATE as f64 * spacing_m / 1000.0
+                }),
+            });
+        }
+        let at = TileId { x: x0 as i64, y: y0 as i64 };
+        Region::new(at, (x1 - x0) as u64, (y1 - y0) as u64, tile_cells)
     }
 
     pub fn meshes(&self) -> MeshOptions {

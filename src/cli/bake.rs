@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use serde_json::json;
 
-use crate::area::Region;
+use crate::area::{Region, Stride};
 use crate::bake::Watch;
 use crate::cli::args::BakeArguments;
 use crate::cli::console::Console;
@@ -26,12 +26,14 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     // What is asked for, checked before anything is written.
     let sources = arguments.sources()?;
     let name = sources.name().to_owned();
-    let world = World::new(sources.preset()?, options.seed)?;
+    let preset = sources.preset()?;
+    let asked = arguments.region(preset.tile_cells, preset.spacing_m)?;
+    let region = if options.scale == Stride::ONE { asked } else { asked.strided(options.scale)? };
+    let world = World::strided(preset, options.seed, options.scale)?.with_tile_cells(region.tile_cells());
     if !options.quiet {
         console.warnings(&world.warnings());
     }
     let exports = arguments.exports()?;
-    let region = Region::new(arguments.at, arguments.size.0, arguments.size.1, world.tile_cells())?;
     let mut plan = Plan::new(&world, &name, region, exports)?.with_meshes(arguments.meshes())?;
     if let Some(profile) = arguments.profile()? {
         plan = plan.with_profile(profile)?;
@@ -84,18 +86,27 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     let rate = region.vertices() as f64 / elapsed.as_secs_f64() / 1e6;
     let object = json!({
         "type": "done", "out": out.to_string_lossy(), "files": manifest.files.len() + 1, "bytes": bytes, "tiles": region.tiles(),
-        "vertices": region.vertices(), "seconds": elapsed.as_secs_f64(), "mvertices_per_second": rate,
+        "vertices": region.vertices(), "bounds_km": region.bounds_km(world.spacing_m()), "seconds": elapsed.as_secs_f64(), "mvertices_per_second": rate,
     });
     let text = format!(
-        "{}: {} x {} vertices in {} files, {}, {:.2} s ({rate:.1} Mvertices/s)\n",
+        "{}: {} x {} vertices, {}, in {} files, {}, {:.2} s ({rate:.1} Mvertices/s)\n",
         out.display(),
         region.width(),
         region.height(),
+        kilometres(&region, world.spacing_m()),
         manifest.files.len() + 1,
         Bytes(bytes),
         elapsed.as_secs_f64(),
     );
     console.message(object, &text)
+}
+
+/// How wide and high a region is.
+fn kilometres(region: &Region, spacing_m: f64) -> String {
+    let [west, south, east, north] = region.bounds_km(spacing_m);
+    // Not more digits than a difference has.
+    let km = |from: f64, to: f64| ((to - from) * 1e6).round() / 1e6;
+    format!("{} x {} km", km(west, east), km(south, north))
 }
 
 fn print_plan(
@@ -114,7 +125,7 @@ fn print_plan(
     let seconds = forecast.map(|forecast| forecast.time.as_secs_f64());
     let object = json!({
         "type": "plan", "out": out.to_string_lossy(), "tiles": region.tiles(), "width": region.width(),
-        "height": region.height(), "min_m": min_m, "max_m": max_m, "step_m": step_m, "files": cost.files,
+        "height": region.height(), "bounds_km": region.bounds_km(world.spacing_m()), "min_m": min_m, "max_m": max_m, "step_m": step_m, "files": cost.files,
         "disk_bytes_at_most": cost.disk_bytes, "memory_bytes": memory_bytes,
         "memory_bytes_at_most": cost.memory_bytes, "seconds": seconds, "threads": threads,
     });
@@ -122,6 +133,9 @@ fn print_plan(
     let mut line = |what: &str, value: String| writeln!(text, "{what:9}{value}").expect("a String takes everything");
     line("folder", out.display().to_string());
     line("region", format!("{} tiles, {} x {} vertices", region.tiles(), region.width(), region.height()));
+    let [west, south, east, north] = region.bounds_km(world.spacing_m());
+    let size = kilometres(region, world.spacing_m());
+    line("ground", format!("{size}, from {west} to {east} km east and from {south} to {north} km north"));
     line("heights", format!("{min_m} to {max_m} m, {step_m:.4} m a step of 16 bits"));
     line("files", format!("{}, at most {}", cost.files, Bytes(cost.disk_bytes)));
     let about = memory_bytes.map_or(String::new(), |bytes| format!("about {}, ", Bytes(bytes)));

@@ -5,6 +5,7 @@ mod bake;
 mod completions;
 mod console;
 mod experiment;
+mod find;
 mod progress;
 mod registry_list;
 
@@ -56,6 +57,7 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
     match command {
         Command::Bake(arguments) => bake::run(&arguments, console),
         Command::Tile(arguments) => bake::run(&arguments.into(), console),
+        Command::Find(arguments) => find::run(&arguments, console),
         Command::Registry { folder, .. } => registry_list::run(&folder, console),
         Command::Experiment(arguments) => experiment::run(arguments, console),
         Command::Presets { name: Some(name), .. } => {

@@ -35,7 +35,9 @@ pub struct Manifest {
     pub seed: u64,
     /// Which tiles were baked.
     pub region: RegionRecord,
-    /// Metres between neighbouring vertices.
+    /// Vertices of the preset's spacing from one vertex of the files to the next: 1, or a power of two of a bake at a scale.
+    pub stride: i64,
+    /// Metres between neighbouring vertices of the files.
     pub spacing_m: f64,
     /// What 16-bit heights mean.
     pub height_range: HeightRange,
@@ -58,6 +60,8 @@ pub struct RegionRecord {
     pub rows: u64,
     /// Cells a tile side; a tile has one vertex more.
     pub tile_cells: u32,
+    /// Western, southern, eastern and northern edge in kilometres east and north of the world's origin.
+    pub bounds_km: [f64; 4],
     /// Vertices from west to east.
     pub width: u64,
     /// Vertices from north to south.
@@ -114,12 +118,14 @@ impl Manifest {
                 cols: region.cols(),
                 rows: region.rows(),
                 tile_cells: region.tile_cells(),
+                bounds_km: region.bounds_km(spacing_m),
                 width: region.width(),
                 height: region.height(),
                 origin_m: [metres(region.at().x), metres(region.at().y)],
                 // Quantised meshes have the same origin.
                 mesh_origin_m: Frame::new(world, region, false).origin().map(|at| at as f64 * spacing_m),
             },
+            stride: world.stride().vertices(),
             spacing_m,
             height_range: HeightRange { min_m, max_m, step_m: (max_m - min_m) / 65535.0 },
             sea_level_m: world.preset().sea_level_m,

@@ -140,7 +140,9 @@ fn peak_id(peak: &Peak) -> String {
 fn of_peak(world: &World, peak: &Peak) -> PeakFeature {
     PeakFeature {
         id: peak_id(peak),
-        name: world.names().map(|names| names.peak(peak.at, &[peak.id.0, peak.id.1])),
+        name: world
+            .names()
+            .map(|names| names.peak(peak.at.map(|at| at * world.stride().vertices()), &[peak.id.0, peak.id.1])),
         height_m: peak.height_m,
         at: metres(peak.at.map(|at| at as f64), world.spacing_m()),
     }

@@ -259,6 +259,7 @@ impl Above {
 mod tests {
     use super::*;
     use crate::fluvial::Fluvial;
+    use crate::fluvial::network::ShownChannels;
     use crate::fluvial::point::GRAINS;
     use crate::preset::Preset;
 
@@ -269,7 +270,7 @@ mod tests {
         let (cell, corner) = (fluvial.fields().side(2) as f64, Point { x: 1 << 30, y: -(1 << 29) });
         let square = [corner, corner.moved([6.0 * cell; 2])];
         let origin = origin(fluvial.fields(), corner);
-        let all = fluvial.network().segments(2, square, origin, Reach::even(3.0 * cell));
+        let all = fluvial.network().segments(ShownChannels::whole(2), square, origin, Reach::even(3.0 * cell));
         let name = |segment: &Segment| (all.channels[segment.channel as usize].id, segment.knot);
         let slope = fluvial.fields().least_hill_slope() * fluvial.fields().metres_a_grain();
         // In the square, at its edge, and where hardly a segment is.

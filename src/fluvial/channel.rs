@@ -129,6 +129,29 @@ impl Channel {
         Channel { bounds: bounds(&self.knots), sections, ..self }
     }
 
+    /// The same with fewer knots, of which two are so many grains of its way apart, but where a lake begins or ends.
+    #[must_use]
+    pub fn thinned(&self, grains: f64) -> Channel {
+        let last = self.knots.len() - 1;
+        let mut come = 0.0;
+        let is_left = |knot: &usize| {
+            let here = self.knots[*knot];
+            come += self.knots[knot.max(&1) - 1].at.distance(here.at);
+            let is_shore = *knot > 0 && self.knots[knot - 1].pool_m != here.pool_m;
+            let is_left = *knot == 0 || *knot == last || is_shore || come >= grains;
+            if is_left {
+                come = 0.0;
+            }
+            is_left
+        };
+        let left: Vec<usize> = (0..=last).filter(is_left).collect();
+        Channel {
+            knots: left.iter().map(|knot| self.knots[*knot]).collect(),
+            sections: left.iter().map(|knot| self.sections[*knot]).collect(),
+            ..self.clone()
+        }
+    }
+
     /// The corners of the least rectangle around its knots.
     pub fn bounds(&self) -> [Point; 2] {
         self.bounds

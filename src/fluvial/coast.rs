@@ -4,6 +4,7 @@
 //! that run to the coast ask the same lattice ([`Fields::in_lowstand`], [`Fields::is_drowned`]).
 
 use super::fields::{COAST_STEP, Fields};
+use super::valley::Hillsides;
 use super::warp::Displaced;
 use crate::area::Area;
 
@@ -11,13 +12,13 @@ use crate::area::Area;
 /// out at sea whole blocks can be left out, so many that a point of the lattice serves several nodes.
 const BLOCK: (usize, usize) = (64, 16);
 
-/// The cell of the coarse lattice that a vertex lies in, along one axis, once it is displaced by so many vertices, and
+/// The cell of a lattice of so many vertices that a vertex lies in, along one axis, once it is displaced by so many vertices, and
 /// how far into the cell, 0 to 1.
 ///
 /// Relative to the cell that holds the vertex itself, so it is as exact anywhere as at the origin.
-fn cell(at: i64, by: f32) -> (i64, f32) {
-    let own = at.div_euclid(COAST_STEP);
-    let steps = ((at - own * COAST_STEP) as f32 + by) / COAST_STEP as f32;
+fn cell(coarse: i64, at: i64, by: f32) -> (i64, f32) {
+    let own = at.div_euclid(coarse);
+    let steps = ((at - own * coarse) as f32 + by) / coarse as f32;
     let whole = steps.floor();
     (own + whole as i64, steps - whole)
 }
@@ -31,12 +32,13 @@ struct CoastWindow {
 
 impl CoastWindow {
     /// The window that holds the cells from one to another, corners included.
-    fn new(fields: &Fields, first: [i64; 2], last: [i64; 2]) -> CoastWindow {
+    fn new(fields: &Fields, coarse: i64, first: [i64; 2], last: [i64; 2]) -> CoastWindow {
         let [columns, lines] = [0, 1].map(|axis| (last[axis] - first[axis] + 2) as usize);
         let mut inland_m = Vec::with_capacity(columns * lines);
         for j in 0..lines as i64 {
             for i in 0..columns as i64 {
-                inland_m.push(fields.inland_of_lattice_m(first[0] + i, first[1] + j) as f32);
+                let [i, j] = [first[0] + i, first[1] + j].map(|at| at * (coarse / COAST_STEP));
+                inland_m.push(fields.inland_of_lattice_m(i, j) as f32);
             }
         }
         CoastWindow { first, columns, inland_m }
@@ -57,12 +59,21 @@ impl CoastWindow {
 
 /// The height of the coast at the nodes of an area, and infinity where it is not lower than the land; `None` where it
 /// is nowhere.
-pub fn heights(fields: &Fields, spacing_m: f64, nodes: &Displaced, land_m: &[f32]) -> Option<Vec<f32>> {
+pub fn heights(
+    fields: &Fields,
+    spacing_m: f64,
+    nodes: &Displaced,
+    hillsides: &Hillsides,
+    land_m: &[f32],
+) -> Option<Vec<f32>> {
     if !fields.has_sea() {
         return None;
     }
     let &Displaced { area, step, ref metres } = nodes;
     let per_vertex = (1.0 / spacing_m) as f32;
+    // Nodes that lie further apart than its points need one each.
+    let coarse = COAST_STEP.max(step);
+    let shore_m = fields.shore_m();
     let mut coast_m = vec![f32::INFINITY; area.len()];
     let mut any = false;
     for y0 in (area.y0..area.y1).step_by(BLOCK.1) {
@@ -74,8 +85,9 @@ pub fn heights(fields: &Fields, spacing_m: f64, nodes: &Displaced, land_m: &[f32
                     (block.x0..block.x1).map(move |x| (row + (x - area.x0) as usize, [x, y]))
                 })
             };
-            let cells =
-                |index: usize, at: [i64; 2]| [0, 1].map(|axis| cell(at[axis] * step, metres[axis][index] * per_vertex));
+            let cells = |index: usize, at: [i64; 2]| {
+                [0, 1].map(|axis| cell(coarse, at[axis] * step, metres[axis][index] * per_vertex))
+            };
             let (mut first, mut last) = ([i64::MAX; 2], [i64::MIN; 2]);
             let mut highest_m = f32::NEG_INFINITY;
             for (index, at) in indices() {
@@ -86,17 +98,24 @@ pub fn heights(fields: &Fields, spacing_m: f64, nodes: &Displaced, land_m: &[f32
                 }
                 highest_m = highest_m.max(land_m[index]);
             }
-            let window = CoastWindow::new(fields, first, last);
+            let window = CoastWindow::new(fields, coarse, first, last);
             // Height grows with the way inland. What is left out is above the land, so that it makes no difference,
             // whichever nodes are in the block.
             let nearest_m = window.inland_m.iter().fold(f32::INFINITY, |a, b| a.min(*b));
-            if fields.coast_m(nearest_m) >= highest_m {
+            if hillsides.rest.is_none() && fields.coast_m(nearest_m) >= highest_m {
                 continue;
             }
             any = true;
             for (index, at) in indices() {
                 let [column, row] = cells(index, at);
-                coast_m[index] = fields.coast_m(window.at(column, row));
+                let inland_m = window.at(column, row);
+                let edge_m = fields.coast_m(inland_m);
+                // What brooks that run to the sea leave of the land's edge, in the mean.
+                let left_m = hillsides.rest.as_ref().filter(|_| inland_m > shore_m).map_or(edge_m, |rest| {
+                    let risen_m = hillsides.slope[index] * (inland_m - shore_m);
+                    fields.sea_level_m() as f32 + rest.risen_m(index, risen_m)
+                });
+                coast_m[index] = edge_m.min(left_m);
             }
         }
     }
@@ -121,7 +140,7 @@ mod tests {
         for origin in [0, FAR, -FAR] {
             for at in -17..=17 {
                 for by in displacements() {
-                    let (cell, share) = cell(origin + at, by);
+                    let (cell, share) = cell(COAST_STEP, origin + at, by);
                     assert!((0.0..=1.0).contains(&share), "{at} + {by}: {share}");
                     let got = (cell - origin / COAST_STEP) as f64 + share as f64;
                     let expected = (at as f64 + by as f64) / COAST_STEP as f64;
@@ -139,15 +158,17 @@ mod tests {
         let vertices = displacements();
         let metres: Vec<f32> = vertices.iter().map(|by| by * preset.spacing_m as f32).collect();
         let high_m = vec![1e6; vertices.len()];
+        let hillsides = |len: usize| Hillsides { levels: fields.levels(), slope: vec![0.5; len], rest: None };
         for corner in [0, -COAST_STEP, 5 * COAST_STEP - 1, FAR, FAR + COAST_STEP, -FAR - 1] {
             let area = Area::new(corner, -corner, vertices.len(), 1);
             let nodes = Displaced { area, step: 1, metres: [metres.clone(), metres.clone()] };
-            let together = heights(&fields, preset.spacing_m, &nodes, &high_m).expect("land is higher than any coast");
+            let together = heights(&fields, preset.spacing_m, &nodes, &hillsides(high_m.len()), &high_m)
+                .expect("land is higher than any coast");
             for (index, expected_m) in together.iter().enumerate() {
                 let area = Area::new(corner + index as i64, -corner, 1, 1);
                 let by = vec![metres[index]];
                 let nodes = Displaced { area, step: 1, metres: [by.clone(), by] };
-                let alone = heights(&fields, preset.spacing_m, &nodes, &high_m[..1]).expect("likewise");
+                let alone = heights(&fields, preset.spacing_m, &nodes, &hillsides(1), &high_m[..1]).expect("likewise");
                 assert_eq!(alone[0], *expected_m, "{} vertices from {area:?}", vertices[index]);
             }
         }

@@ -497,6 +497,14 @@ impl Fields {
         }
     }
 
+    /// Metres inland at which the edge of the land comes out of today's sea.
+    pub fn shore_m(&self) -> f32 {
+        let (rise_m, land) = (self.settings.coast.lowstand_m as f32, self.settings.coast.slope[0] as f32);
+        // What `edge_rise_m` makes of it.
+        let least_m = 50.0 * ((1.0 + rise_m / 25.0).sqrt() - 1.0);
+        least_m / (land * EDGE_STEEPER)
+    }
+
     /// Vertices off the lowstand's shore at which [`Fields::coast_m`] has the sea's floor so high, about; 0 above.
     pub fn off_shore(&self, floor_m: f32) -> f64 {
         let CoastSettings { slope: [_, shelf], depth_m: deepest_m, .. } = self.settings.coast;

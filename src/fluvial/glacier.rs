@@ -216,7 +216,7 @@ mod tests {
             let settings = FluvialSettings { glacier_m: Some(line_m), ..preset.fluvial.clone().unwrap() };
             let fluvial = Fluvial::new(&settings, preset.spacing_m, None, 61, None);
             let glaciers = fluvial.glaciers.as_ref().unwrap();
-            let segments = fluvial.segments(Area::new(10_000, -23_400, 2048, 2048), 1);
+            let segments = fluvial.segments(Area::new(10_000, -23_400, 2048, 2048), fluvial.detail());
             let all: Vec<_> = segments.channels.iter().filter_map(|channel| glaciers.glacier(channel)).collect();
             assert!(all.len() > 10, "{} glaciers", all.len());
             for glacier in &all {

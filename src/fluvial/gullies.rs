@@ -9,7 +9,7 @@
 
 use std::mem;
 
-use crate::area::Area;
+use crate::area::{Area, Stride};
 use crate::fluvial::fields::Fields;
 use crate::fluvial::valley::Valleys;
 use crate::fluvial::warp::Displaced;
@@ -21,6 +21,8 @@ use crate::simd::{Kernel, Simd, dispatch};
 #[derive(Debug)]
 pub struct Gullies {
     octaves: Vec<Wave>,
+    /// Depths in metres, in the mean, of those that are too short to be seen, where the hillside's slope is 1.
+    unseen_m: Vec<f32>,
     roughness: Fractal,
     rough_m: f32,
     spacing_m: f32,
@@ -88,7 +90,11 @@ pub fn valley_input(area: Area) -> Area {
 
 impl Gullies {
     /// The gullies of a world with these fields; `None` if it has none.
-    pub fn new(fields: &Fields, spacing_m: f64, seed: u64) -> Option<Gullies> {
+    ///
+    /// What is too short to be seen there is carved in the mean, but at the vertices themselves.
+    pub fn new(fields: &Fields, (spacing_m, stride): (f64, Stride), seed: u64) -> Option<Gullies> {
+        let carves_unseen = stride != Stride::ONE;
+        let spacing_m = spacing_m * stride.vertices() as f64;
         let strength = fields.settings().gullies;
         let finest_m = fields.side(fields.levels() - 1) as f64 * fields.metres_a_grain();
         if strength == 0.0 {
@@ -97,17 +103,20 @@ impl Gullies {
         let rills = fields.settings().rills;
         // Three octaves: a fourth would cost as much as each and be lower than the roughness.
         let waves_m = std::iter::successors(Some(FIRST_WAVE * finest_m), |wave_m| Some(wave_m / WAVE_RATIO));
-        let waves_m: Vec<f64> =
-            waves_m.take_while(|wave_m| *wave_m >= SHORTEST * spacing_m).take(MOST_OCTAVES).collect();
+        let waves_m: Vec<f64> = waves_m.take(MOST_OCTAVES).collect();
+        let is_seen = |wave_m: &f64| *wave_m >= SHORTEST * spacing_m;
         // All over a face they would look combed.
         let patches = || {
             let wavelength_m = PATCH_WAVE * finest_m;
             let spec = FractalSpec { kind: FractalKind::Fbm, octaves: 1, wavelength_m, lacunarity: 2.0, h: 1.0 };
             Fractal::new(&spec, spacing_m, hash::stream(seed, Stream::Rills))
         };
-        let octave = |(index, wave_m): (usize, &f64)| {
+        let depth_m = |index: usize, wave_m: f64| {
             let rills = rills.filter(|_| index + 1 == MOST_OCTAVES);
-            let depth_m = rills.unwrap_or(strength) * DEPTH * wave_m;
+            (rills, rills.unwrap_or(strength) * DEPTH * wave_m)
+        };
+        let octave = |(index, wave_m): (usize, &f64)| {
+            let (rills, depth_m) = depth_m(index, *wave_m);
             Wave {
                 stripes: Stripes::new(*wave_m, spacing_m, hash::stream(seed, Stream::Gullies.of(index as u64))),
                 depth_m: depth_m as f32,
@@ -116,7 +125,13 @@ impl Gullies {
                 slope: (depth_m * std::f64::consts::PI / wave_m) as f32,
             }
         };
-        let octaves = waves_m.iter().enumerate().map(octave).collect();
+        let octaves = waves_m.iter().enumerate().filter(|(_, wave_m)| is_seen(wave_m)).map(octave).collect();
+        // Half of a wave is crest, and rills are there on half of the faces.
+        let unseen = waves_m.iter().enumerate().filter(|(_, wave_m)| !is_seen(wave_m)).map(|(index, wave_m)| {
+            let (rills, depth_m) = depth_m(index, *wave_m);
+            (depth_m * if rills.is_some() { 0.25 } else { 0.5 }) as f32
+        });
+        let unseen_m = unseen.filter(|_| carves_unseen).collect();
         // As many octaves as the lattice can show.
         let rough_wave_m = (ROUGH_WAVE * finest_m).max(spacing_m);
         let count = (1..=5).rev().find(|n| rough_wave_m / f64::from(1 << (n - 1)) >= spacing_m).unwrap_or(1);
@@ -129,6 +144,7 @@ impl Gullies {
         };
         Some(Gullies {
             octaves,
+            unseen_m,
             roughness: Fractal::new(&spec, spacing_m, hash::stream(seed, Stream::Roughness)),
             rough_m: (fields.settings().roughness * ROUGHNESS * rough_wave_m) as f32,
             spacing_m: spacing_m as f32,
@@ -182,6 +198,9 @@ impl Gullies {
                 fall: &mut fall,
                 carved: &mut carved,
             });
+        }
+        for depth_m in &self.unseen_m {
+            dispatch(CarveMean { depth_m: *depth_m, hillside, carved: &mut carved });
         }
         self.roughness.fill(area, &mut crest);
         dispatch(Roughen { rough_m: self.rough_m, hillside, noise: &crest, carved: &mut carved });
@@ -341,6 +360,26 @@ impl Kernel for CarveOctave<'_> {
                 let fall = simd.load(&self.fall[axis][at..]) - turn * simd.load(&self.across[axis][at..]);
                 simd.store(fall, &mut self.fall[axis][at..]);
             }
+        }
+    }
+}
+
+/// Carves what an octave takes in the mean.
+struct CarveMean<'a> {
+    depth_m: f32,
+    hillside: Hillside<'a>,
+    carved: &'a mut [f32],
+}
+
+impl Kernel for CarveMean<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        for at in (0..self.carved.len()).step_by(S::LANES) {
+            let depth = simd.splat(self.depth_m) * simd.load(&self.hillside.slope[at..]);
+            let carved = simd.load(&self.carved[at..]) + depth * share(simd, &self.hillside, at, depth);
+            simd.store(carved, &mut self.carved[at..]);
         }
     }
 }

@@ -25,7 +25,8 @@
 //! `trunk_curve`, `meander`, `delta` and `trunk_course` their lines, `lake` their lakes, and `branches` their old arms;
 //! `tributary_course` and `tributary` all others; `network` finds channels and their `segment`s by place; `warp`,
 //! `valley` and `valley_side`, `gullies`, `moraine`, `barrier` and `glacier`, which are `stamp`s, `coast`, `skerries`, `breach` and `water`
-//! make rasters of them; `rivers` and `strahler` know whole rivers, and `survey` the land as roads ask for it.
+//! make rasters of them; `rivers` and `strahler` know whole rivers, and `survey` the land as roads ask for it. From afar, at the
+//! nodes of a stride, `rest` is what the brooks that do not show make of the land, and `mean` that of trunks that do not.
 
 pub mod settings;
 pub mod point;
@@ -47,6 +48,7 @@ mod tributary;
 mod branches;
 pub mod network;
 mod warp;
+mod rest;
 mod valley_side;
 mod valley;
 mod gullies;
@@ -57,6 +59,7 @@ mod coast;
 mod skerries;
 mod breach;
 mod water;
+mod mean;
 pub mod rivers;
 mod strahler;
 pub mod survey;
@@ -64,7 +67,7 @@ pub mod landforms;
 
 use std::sync::Arc;
 
-use crate::area::Area;
+use crate::area::{Area, Stride};
 use crate::clock::{Clock, stage};
 use crate::hash::{self, Stream};
 use crate::land::Land;
@@ -76,21 +79,25 @@ use fields::{DEEPEST_RIVER_M, Fields};
 use glacier::Glaciers;
 use gullies::Gullies;
 use lift::Lift;
+use mean::Means;
 use moraine::Moraines;
-use network::Network;
-use point::Point;
+use network::{Network, ShownChannels};
+use point::{GRAINS, Point};
+use rest::{Rest, RestLaw};
 use rivers::RiverMemories;
 use segment::Segments;
 use settings::FluvialSettings;
 use skerries::{AreaSkerries, Skerries};
-use valley::{FillValleys, Valleys};
+use valley::{FillValleys, Hillsides, Valleys};
 use warp::{Displaced, Warp};
-use water::{FillWater, LAKE_DEPTH};
+use water::{FillWater, LAKE_DEPTH, ShownRivers};
 
 /// A world's relief, made by water.
 #[derive(Debug)]
 pub struct Fluvial {
     spacing_m: f64,
+    /// Vertices from a node of its land to the next.
+    stride: i64,
     fields: Arc<Fields>,
     network: Network,
     warp: Warp,
@@ -110,25 +117,36 @@ pub struct Fluvial {
 struct Detail {
     /// Vertices from a node to the next, a power of two.
     step: i64,
+    /// The channels; what the others make of the land is there in the mean.
+    channels: ShownChannels,
+    /// Whether there are gullies.
+    gullies: bool,
     /// Whether hollows are cut open. What is cut is a vertex wide, and takes a wide pad.
     breaches: bool,
 }
 
-impl Detail {
-    /// Every vertex, with all there is.
-    const WHOLE: Detail = Detail { step: 1, breaches: true };
+/// Nodes that the cells of a level are wide at least whose channels are seen: of fewer only the mean is.
+const LEAST_CELL: i64 = 12;
 
-    /// Nodes so many vertices apart, for who plans on them.
-    fn surveyed(step: i64) -> Detail {
-        Detail { step, breaches: false }
-    }
-}
+/// Nodes that a square is wide whose water comes together in the least river that is seen: of more the land would be full.
+const LEAST_RIVER_CELL: i64 = 24;
+
+/// Nodes that the trunks' cells are wide at least; of nodes further apart the mean of those between is made, with straight trunks.
+const LEAST_TRUNK_CELL: i64 = 3;
+
+/// Nodes from a knot of a channel to the next at least, where there are more than nodes show.
+const LEAST_PIECE: i64 = 2;
+
+/// Metres between nodes up to which moraines, barriers and skerries are seen, and glaciers.
+const SMALL_M: f64 = 40.0;
+const LARGE_M: f64 = 320.0;
 
 /// Vertices from one place to the next at which the slope of the hills is known: uplift varies over kilometres.
 const SLOPE_STEP: i64 = 32;
 
 impl Fluvial {
-    /// The relief of checked settings, whose rivers have those names.
+    /// The relief of checked settings at every vertex.
+    #[cfg(test)]
     pub(crate) fn new(
         settings: &FluvialSettings,
         spacing_m: f64,
@@ -136,16 +154,31 @@ impl Fluvial {
         seed: u64,
         names: Option<Names>,
     ) -> Fluvial {
+        Fluvial::strided(settings, (spacing_m, Stride::ONE), sea_level_m, seed, names)
+    }
+
+    /// The relief of checked settings at the nodes of a stride, by metres between vertices; its rivers have those names.
+    pub(crate) fn strided(
+        settings: &FluvialSettings,
+        (spacing_m, strided): (f64, Stride),
+        sea_level_m: Option<f64>,
+        seed: u64,
+        names: Option<Names>,
+    ) -> Fluvial {
         let fields = Arc::new(Fields::new(settings, spacing_m, sea_level_m, seed));
+        let stride = strided.vertices();
+        let node_m = spacing_m * stride as f64;
+        let shows = |most_m: f64| stride == 1 || node_m <= most_m;
         Fluvial {
             spacing_m,
+            stride,
             network: Network::new(Arc::clone(&fields), hash::stream(seed, Stream::Network)),
             warp: Warp::new(&fields, spacing_m, seed),
-            gullies: Gullies::new(&fields, spacing_m, seed),
-            skerries: Skerries::new(&fields, seed),
-            moraines: Moraines::new(&fields, spacing_m, seed),
-            barriers: Barriers::new(&fields, spacing_m, seed),
-            glaciers: Glaciers::new(&fields, seed),
+            gullies: Gullies::new(&fields, (spacing_m, strided), seed),
+            skerries: Skerries::new(&fields, seed).filter(|_| shows(SMALL_M)),
+            moraines: Moraines::new(&fields, spacing_m, seed).filter(|_| shows(SMALL_M)),
+            barriers: Barriers::new(&fields, spacing_m, seed).filter(|_| shows(SMALL_M)),
+            glaciers: Glaciers::new(&fields, seed).filter(|_| shows(LARGE_M)),
             lift: Lift::new(settings, sea_level_m, seed),
             rivers: RiverMemories::default(),
             names,
@@ -158,6 +191,16 @@ impl Fluvial {
     pub(crate) fn usages(&self) -> Vec<Usage> {
         let all = [self.fields.usages(), self.network.usages(), self.warp.usages()];
         [all.concat(), self.rivers.usages(), self.survey.usages()].concat()
+    }
+
+    /// The point of a node of its land.
+    pub(crate) fn at_node(&self, x: i64, y: i64) -> Point {
+        Point::at_vertex(x * self.stride, y * self.stride)
+    }
+
+    /// Metres from a node of its land to the next.
+    pub(crate) fn node_m(&self) -> f64 {
+        self.spacing_m * self.stride as f64
     }
 
     /// The fields that it grows from.
@@ -200,47 +243,92 @@ impl Fluvial {
         ((lowest_m - deepest_m) as f32, (ceiling_m + 1.0) as f32)
     }
 
-    /// The land at all vertices of an area, with the time of each stage booked on `clock`.
+    /// The land at all nodes of an area, with the time of each stage booked on `clock`.
     pub fn land(&self, area: Area, clock: &Clock) -> Land {
-        let segments = clock.time(stage::NETWORK, || self.segments(self.around(area, Detail::WHOLE), 1));
-        self.land_of(&segments, area, Detail::WHOLE, clock)
+        let detail = self.detail();
+        let whole = |area: Area| {
+            let segments = clock.time(stage::NETWORK, || self.segments(self.around(area, detail), detail));
+            self.land_of(&segments, area, detail, clock)
+        };
+        match self.stride / detail.step {
+            1 => whole(area),
+            finer => Means::of(area, finer, self.fields.sea_level_m() as f32, whole),
+        }
     }
 
-    /// The gullies of nodes so many vertices apart: between those far apart nobody sees any.
-    fn gullies(&self, step: i64) -> Option<&Gullies> {
-        self.gullies.as_ref().filter(|_| step == 1)
+    /// All that its nodes show.
+    fn detail(&self) -> Detail {
+        let levels = self.levels();
+        let has_all = levels == self.fields.levels();
+        let trunk_cell = self.fields.side(0) / GRAINS;
+        let is_far = trunk_cell < LEAST_CELL * self.stride;
+        let steps = std::iter::successors(Some(self.stride), |step| Some(step / 2));
+        let mut steps = steps.filter(|step| *step == 1 || trunk_cell >= LEAST_TRUNK_CELL * step);
+        Detail {
+            step: if is_far { steps.next().unwrap_or(1) } else { self.stride },
+            channels: ShownChannels {
+                levels,
+                least_piece: if has_all { 0.0 } else { (LEAST_PIECE * self.stride * GRAINS) as f64 },
+                are_straight: is_far,
+            },
+            gullies: self.gullies.is_some() && has_all,
+            breaches: self.gullies.is_some() && self.stride == 1,
+        }
+    }
+
+    /// Nodes so many vertices apart, for who plans on them.
+    fn surveyed(&self, step: i64) -> Detail {
+        let channels = ShownChannels::whole(self.fields.levels());
+        let gullies = self.gullies.is_some() && step == 1;
+        Detail { step, channels, gullies, breaches: false }
+    }
+
+    /// The number of levels whose channels are seen; trunks are there always.
+    fn levels(&self) -> u32 {
+        let is_wide = |level: &u32| self.stride == 1 || self.fields.side(*level) >= LEAST_CELL * self.stride * GRAINS;
+        (1..self.fields.levels()).take_while(is_wide).count() as u32 + 1
+    }
+
+    /// Cells of the trunk lattice that the least river drains that is seen from its nodes.
+    fn least_area(&self) -> f64 {
+        let cells = (LEAST_RIVER_CELL * self.stride * GRAINS) as f64 / self.fields.side(0) as f64;
+        if self.stride == 1 { 0.0 } else { cells * cells }
+    }
+
+    /// The gullies, where they are asked for.
+    fn gullies(&self, detail: Detail) -> Option<&Gullies> {
+        self.gullies.as_ref().filter(|_| detail.gullies)
     }
 
     /// The nodes whose warp those of an area are made of.
     fn around(&self, area: Area, detail: Detail) -> Area {
-        let carved = self.carved(area, detail);
-        let bare = self.gullies(detail.step).map_or(carved, |_| gullies::input(carved));
+        let carved = Fluvial::carved(area, detail);
+        let bare = self.gullies(detail).map_or(carved, |_| gullies::input(carved));
         valley::input(water::input(area).hull(&bare))
     }
 
     /// The nodes whose valleys those of an area are made of.
     fn around_valleys(&self, area: Area, detail: Detail) -> Area {
-        let carved = self.carved(area, detail);
-        valley::input(self.gullies(detail.step).map_or(carved, |_| gullies::valley_input(carved)))
+        let carved = Fluvial::carved(area, detail);
+        valley::input(self.gullies(detail).map_or(carved, |_| gullies::valley_input(carved)))
     }
 
     /// The nodes whose land, once it is carved, those of an area are made of.
-    fn carved(&self, area: Area, detail: Detail) -> Area {
-        let has_breaches = detail.breaches && self.gullies(detail.step).is_some();
-        if has_breaches { breach::input(area) } else { area }
+    fn carved(area: Area, detail: Detail) -> Area {
+        if detail.breaches { breach::input(area) } else { area }
     }
 
     /// The land at the nodes of an area, given the segments of channels around it and perhaps more.
     fn land_of(&self, segments: &Segments, area: Area, detail: Detail, clock: &Clock) -> Land {
         let step = detail.step;
         let nodes = clock.time(stage::WARP, || self.warp.fill(self.around(area, detail), step));
-        let slope = self.slopes(nodes.area, step);
-        let gullies = self.gullies(step);
+        let hillsides = self.hillsides(nodes.area, detail);
+        let gullies = self.gullies(detail);
         let read_m = self.crest_read_m(gullies);
         let part = self.around_valleys(area, detail);
-        let mut valleys = clock.time(stage::VALLEYS, || self.valleys(&nodes, part, &slope, segments, read_m));
+        let mut valleys = clock.time(stage::VALLEYS, || self.valleys(&nodes, part, &hillsides, segments, read_m));
         if let Some(gullies) = gullies {
-            clock.time(stage::GULLIES, || gullies.carve(&nodes, &slope, &mut valleys));
+            clock.time(stage::GULLIES, || gullies.carve(&nodes, &hillsides.slope, &mut valleys));
         }
         if let Some(moraines) = &self.moraines {
             clock.time(stage::MORAINES, || moraines.raise(segments, &nodes, &mut valleys));
@@ -252,9 +340,9 @@ impl Fluvial {
             .glaciers
             .as_ref()
             .map(|glaciers| clock.time(stage::GLACIERS, || glaciers.ice_m(segments, &nodes, &valleys)));
-        let coast_m =
-            clock.time(stage::COAST, || coast::heights(&self.fields, self.spacing_m, &nodes, &valleys.height_m));
-        if gullies.is_some() && detail.breaches {
+        let coast_m = clock
+            .time(stage::COAST, || coast::heights(&self.fields, self.spacing_m, &nodes, &hillsides, &valleys.height_m));
+        if detail.breaches {
             clock.time(stage::BREACHES, || self.breach(nodes.area, segments, coast_m.as_deref(), &mut valleys));
         }
         let mut land =
@@ -265,10 +353,11 @@ impl Fluvial {
         land
     }
 
-    /// The segments of channels that matter to an area of nodes, `step` vertices apart.
-    fn segments(&self, area: Area, step: i64) -> Segments {
+    /// The segments of channels that matter to an area of nodes.
+    fn segments(&self, area: Area, Detail { step, channels, .. }: Detail) -> Segments {
         let origin = Point::at_vertex(area.x0 * step, area.y0 * step);
-        self.network.segments(self.fields.levels(), self.warp.input(area, step), origin, valley::reach(&self.fields))
+        let reach = valley::reach(&self.fields, channels.levels);
+        self.network.segments(channels, self.warp.input(area, step), origin, reach)
     }
 
     /// Metres above the lowest side up to which gullies and moraines ask for the next-best one.
@@ -282,7 +371,14 @@ impl Fluvial {
 
     /// The valleys at those nodes that lie in a part of their area, given the slope of the hillsides at all; crests are told
     /// up to so many metres.
-    fn valleys(&self, nodes: &Displaced, part: Area, slope: &[f32], segments: &Segments, read_m: f32) -> Valleys {
+    fn valleys(
+        &self,
+        nodes: &Displaced,
+        part: Area,
+        hillsides: &Hillsides,
+        segments: &Segments,
+        read_m: f32,
+    ) -> Valleys {
         let mut valleys = Valleys::with_len(nodes.area.len());
         let [east, south] = &nodes.metres;
         dispatch(FillValleys {
@@ -291,7 +387,7 @@ impl Fluvial {
             part,
             step: nodes.step,
             warp: [east, south],
-            slope,
+            hillsides,
             read_m,
             segments,
             out: &mut valleys,
@@ -328,30 +424,46 @@ impl Fluvial {
         coast_m: Option<&'a [f32]>,
     ) -> FillWater<'a> {
         let skerries = self.skerries(nodes.area, nodes.step);
-        FillWater::new(&self.fields, &self.lift, self.spacing_m, segments, nodes, valleys, coast_m).with(skerries)
+        let rivers = ShownRivers {
+            spacing_m: self.node_m() as f32,
+            least_m3s: self.fields.spring_m3s().max(self.fields.discharge_m3s(self.least_area())),
+            cuts_narrow: self.stride == 1,
+        };
+        FillWater::new(&self.fields, &self.lift, rivers, segments, nodes, valleys, coast_m).with(skerries)
     }
 
-    /// The slope of the hillsides at the nodes of an area, from a coarse lattice.
-    fn slopes(&self, area: Area, step: i64) -> Vec<f32> {
+    /// The hillsides at the nodes of an area.
+    fn hillsides(&self, area: Area, Detail { step, channels, .. }: Detail) -> Hillsides {
+        let levels = channels.levels;
         let coarse = SLOPE_STEP.max(step);
-        let at = |x: i64, y: i64| {
-            self.fields.hill_slope(self.fields.uplift(Point::at_vertex(x * coarse, y * coarse))) as f32
-        };
-        let mut values = vec![0.0; area.len()];
-        bilinear(area, coarse / step, at, &mut values);
-        values
+        let uplift = |(x, y): (i64, i64)| self.fields.uplift(Point::at_vertex(x * coarse, y * coarse));
+        let uplifts: Vec<f64> = corners(area, coarse / step).vertices().map(uplift).collect();
+        let table = |values: Vec<f32>| bilinear(area, coarse / step, &values);
+        let has_rest = levels < self.fields.levels();
+        let laws: Vec<RestLaw> =
+            uplifts.iter().filter(|_| has_rest).map(|uplift| RestLaw::new(&self.fields, *uplift, levels)).collect();
+        Hillsides {
+            levels,
+            slope: table(uplifts.iter().map(|uplift| self.fields.hill_slope(*uplift) as f32).collect()),
+            rest: has_rest.then(|| Rest {
+                slope: table(laws.iter().map(|law| law.slope as f32).collect()),
+                height_m: table(laws.iter().map(|law| law.height_m as f32).collect()),
+            }),
+        }
     }
 }
 
-/// Fills the vertices of an area between values at every `step`th vertex of the world.
-fn bilinear(area: Area, step: i64, at: impl Fn(i64, i64) -> f32, out: &mut [f32]) {
-    let (i0, j0) = (area.x0.div_euclid(step), area.y0.div_euclid(step));
-    let columns = ((area.x1 - 1).div_euclid(step) - i0 + 2) as usize;
-    let lines = ((area.y1 - 1).div_euclid(step) - j0 + 2) as usize;
-    let mut table = Vec::with_capacity(columns * lines);
-    for j in 0..lines as i64 {
-        table.extend((0..columns as i64).map(|i| at(i0 + i, j0 + j)));
-    }
+/// The corners of the cells of `step` nodes that hold those of an area, in cells.
+fn corners(area: Area, step: i64) -> Area {
+    let last = |past: i64| (past - 1).div_euclid(step) + 2;
+    Area { x0: area.x0.div_euclid(step), y0: area.y0.div_euclid(step), x1: last(area.x1), y1: last(area.y1) }
+}
+
+/// Values at the nodes of an area between those at the [`corners`] of cells of `step` nodes.
+fn bilinear(area: Area, step: i64, table: &[f32]) -> Vec<f32> {
+    let Area { x0: i0, y0: j0, .. } = corners(area, step);
+    let columns = corners(area, step).width();
+    let mut out = vec![0.0; area.len()];
     let scale = 1.0 / step as f32;
     for (y, row) in (area.y0..area.y1).zip(out.chunks_exact_mut(area.width())) {
         let j = (y.div_euclid(step) - j0) as usize * columns;
@@ -364,6 +476,7 @@ fn bilinear(area: Area, step: i64, at: impl Fn(i64, i64) -> f32, out: &mut [f32]
             *value = north + (south - north) * v;
         }
     }
+    out
 }
 
 #[cfg(test)]

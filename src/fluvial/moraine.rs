@@ -269,7 +269,7 @@ mod tests {
     #[test]
     fn there_is_nothing_of_a_moraine_past_its_reach() {
         let fluvial = alps(1.0);
-        let moraines = fluvial.moraines.as_ref().unwrap().around(&fluvial.segments(AREA, 1));
+        let moraines = fluvial.moraines.as_ref().unwrap().around(&fluvial.segments(AREA, fluvial.detail()));
         assert!(moraines.len() > 10, "{} moraines", moraines.len());
         for moraine in &moraines {
             let (_, reach_m) = moraine.reach();

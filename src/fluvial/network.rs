@@ -28,6 +28,24 @@ use super::trunk_course::{self, TrunkCourses};
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Usage};
 
+/// Which channels land is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct ShownChannels {
+    /// The number of their levels.
+    pub levels: u32,
+    /// Grains from a knot to the next, at least: of those that are nearer to each other some are left out.
+    pub least_piece: f64,
+    /// Whether trunks run straight from node to node: so they are known long before all that bends them.
+    pub are_straight: bool,
+}
+
+impl ShownChannels {
+    /// All that so many levels have.
+    pub fn whole(levels: u32) -> ShownChannels {
+        ShownChannels { levels, least_piece: 0.0, are_straight: false }
+    }
+}
+
 /// The channels of a world.
 #[derive(Debug)]
 pub struct Network {
@@ -79,8 +97,18 @@ impl Network {
     }
 
     /// Calls `take` with all channels of a level that may touch a rectangle, in the order of their cells.
-    pub fn channels(&self, level: u32, [low, high]: [Point; 2], mut take: impl FnMut(&Arc<Channel>)) {
-        let rectangle = [low, high];
+    pub fn channels(&self, level: u32, rectangle: [Point; 2], take: impl FnMut(&Arc<Channel>)) {
+        self.larger_channels(level, 0.0, rectangle, take);
+    }
+
+    /// The same of those that drain so many cells of the trunk lattice at least, as far as that is known before they are made.
+    pub fn larger_channels(
+        &self,
+        level: u32,
+        least_area: f64,
+        rectangle: [Point; 2],
+        mut take: impl FnMut(&Arc<Channel>),
+    ) {
         let mut take = |id: ChannelId| {
             if let Some(channel) = self.channel(id).filter(|channel| overlap(channel.bounds(), rectangle)) {
                 take(&channel);
@@ -89,7 +117,8 @@ impl Network {
         match level {
             0 => {
                 let touches = |(_, x, y): &ChannelId| {
-                    self.trunks.bounds((*x, *y)).is_some_and(|bounds| overlap(bounds, rectangle))
+                    f64::from(self.trunks().drained((*x, *y)).area) >= least_area
+                        && self.trunks.bounds((*x, *y)).is_some_and(|bounds| overlap(bounds, rectangle))
                 };
                 self.fields.cells(level, self.input(level, rectangle)).filter(touches).for_each(&mut take);
             }
@@ -97,12 +126,11 @@ impl Network {
         }
     }
 
-    /// The segments of the first `levels` levels whose [reach](Segment::reach) touches a rectangle,
-    /// relative to `origin`.
-    pub fn segments(&self, levels: u32, rectangle: [Point; 2], origin: Point, reach: Reach) -> Segments {
+    /// The segments of the channels that are shown whose [reach](Segment::reach) touches a rectangle, relative to `origin`.
+    pub fn segments(&self, shown: ShownChannels, rectangle: [Point; 2], origin: Point, reach: Reach) -> Segments {
         let [low, high] = rectangle.map(|corner| corner.from(origin));
         let (mut channels, mut all) = (Vec::new(), Vec::new());
-        for level in 0..levels {
+        for level in 0..shown.levels {
             let own = reach.of(self.fields.side(level) as f64);
             let gentlest = if level == 0 { 1.0 } else { reach.least_cross };
             let widest = widened(own / gentlest, self.fields.widest_trough(level));
@@ -124,7 +152,15 @@ impl Network {
                     channels.push(Arc::clone(channel));
                 }
             };
+            if shown.are_straight {
+                let ids = self.fields.cells(level, self.input(level, around));
+                ids.filter_map(|(_, x, y)| self.trunks.straight((x, y))).for_each(|trunk| take(&Arc::new(trunk)));
+                continue;
+            }
             self.channels(level, around, |channel| {
+                if shown.least_piece > 0.0 {
+                    return take(&Arc::new(channel.thinned(shown.least_piece)));
+                }
                 take(channel);
                 if level == 0 {
                     // No further from its trunk than the floor of that is wide.

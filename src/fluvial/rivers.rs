@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::Fluvial;
 use super::above::AsksAbove;
-use super::channel::{Channel, Knot, Mouth};
+use super::channel::{Channel, ChannelPlace, Knot, Mouth};
 use super::fields::{COAST_STEP, most_area, river_depth_m};
 use super::lake::{Hollow, NO_LAKE};
 use super::point::{GRAINS, Point};
@@ -112,7 +112,7 @@ impl Fluvial {
         let mut found = BTreeMap::new();
         // Areas shrink from level to level: below one without rivers none has any.
         for level in (0..self.fields.levels()).take_while(|level| self.has_rivers(*level)) {
-            self.network.channels(level, rectangle, |channel| {
+            self.network.larger_channels(level, self.least_area(), rectangle, |channel| {
                 // A channel drains most at its mouth: one that is dry there need not be followed.
                 if self.is_wet(channel.knots[channel.knots.len() - 1].area) {
                     let rivers = self.rivers_of(self.top(channel.id));
@@ -130,7 +130,7 @@ impl Fluvial {
         let rectangle = self.network_around(area, Hollow::widest(&self.fields, 0) as i64);
         let mut lakes = Vec::new();
         // Every channel that runs into a lake names it, so also those of its bays.
-        for level in 0..self.fields.levels() {
+        for level in 0..self.levels() {
             self.network.channels(level, rectangle, |channel| lakes.extend(channel.lake));
         }
         lakes.sort_unstable();
@@ -179,19 +179,21 @@ impl Fluvial {
 
     /// The points of the network that a channel must touch to touch an area in the world, with some grains to spare.
     fn network_around(&self, area: &Area, spare: i64) -> [Point; 2] {
-        let [low, high] = self.warp.input(*area, 1);
+        let [low, high] = self.warp.input(*area, self.stride);
         [low.moved([-spare as f64; 2]), high.moved([spare as f64; 2])]
     }
 
     /// An area that holds all of the world whose points lie in a rectangle of the network.
     pub(crate) fn area_in_world(&self, [low, high]: [Point; 2]) -> Area {
         // By the most that the warp moves anything, and some more for what is rounded to vertices.
-        let [east, south] = self.warp.most_m().map(|metres| (metres / self.spacing_m).ceil() as i64 + 2);
+        let node_m = self.spacing_m * self.stride as f64;
+        let [east, south] = self.warp.most_m().map(|metres| (metres / node_m).ceil() as i64 + 2);
+        let node = |grains: i64| grains.div_euclid(GRAINS * self.stride);
         Area {
-            x0: low.x.div_euclid(GRAINS) - east,
-            y0: low.y.div_euclid(GRAINS) - south,
-            x1: high.x.div_euclid(GRAINS) + east + 1,
-            y1: high.y.div_euclid(GRAINS) + south + 1,
+            x0: node(low.x) - east,
+            y0: node(low.y) - south,
+            x1: node(high.x) + east + 1,
+            y1: node(high.y) + south + 1,
         }
     }
 
@@ -201,17 +203,18 @@ impl Fluvial {
             return false;
         }
         let [low, high] = self.network_around(&area, 0);
-        if self.skerries(area, 1).is_some_and(|skerries| !skerries.is_empty()) {
+        if self.skerries(area, self.stride).is_some_and(|skerries| !skerries.is_empty()) {
             return true;
         }
         let sea_m = self.fields.sea_level_m();
         // The coast is interpolated between these places: where it is under the sea at all of them all is sea.
-        let step = COAST_STEP * GRAINS;
+        let places = COAST_STEP.max(self.stride);
+        let step = places * GRAINS;
         let rows = low.y.div_euclid(step)..=high.y.div_euclid(step) + 1;
         let mut wet = rows.flat_map(|j| {
             let columns = low.x.div_euclid(step)..=high.x.div_euclid(step) + 1;
             columns.map(move |i| {
-                let inland_m = self.fields.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
+                let inland_m = self.fields.inland_m(Point::at_vertex(i * places, j * places));
                 (self.fields.coast_m(inland_m as f32) as f64) < sea_m
             })
         });
@@ -220,7 +223,11 @@ impl Fluvial {
             // Where it is above the sea everywhere, a drowned valley may still come in.
             _ => {
                 wet.any(|wet| wet)
-                    || self.segments(valley::input(area), 1).all.iter().any(|segment| segment.lowest_m() < sea_m)
+                    || self
+                        .segments(valley::input(area), self.detail())
+                        .all
+                        .iter()
+                        .any(|segment| segment.lowest_m() < sea_m)
             }
         }
     }
@@ -232,7 +239,7 @@ impl Fluvial {
 
     /// Whether a channel holds water where it drains that area.
     pub(super) fn is_wet(&self, area: f64) -> bool {
-        self.fields.is_wet(area)
+        self.fields.is_wet(area) && area >= self.least_area()
     }
 
     /// The channel in which the course of a channel begins, at a spring.
@@ -270,7 +277,7 @@ impl Fluvial {
         let mut last: Option<(CoursePoint, LiesIn)> = None;
         for (number, channel) in channels.iter().enumerate() {
             let ground = |sample: &CoursePoint| self.ground(sample, channel);
-            for sample in samples(number, channel) {
+            for sample in self.samples(number, channel) {
                 let here = ground(&sample);
                 if let Some((before, was)) = last
                     && (was == LiesIn::Channel) != (here == LiesIn::Channel)
@@ -297,6 +304,32 @@ impl Fluvial {
         }
         close(&mut parts, channels, open, None);
         parts
+    }
+
+    /// The places by which a channel of a course is drawn, both its ends among them, and no more than nodes would show.
+    fn samples(&self, number: usize, channel: &Channel) -> Vec<CoursePoint> {
+        let sample = |place: ChannelPlace| {
+            let Knot { at, level_m, area, .. } = channel.at(place);
+            let river = channel.half_width(place);
+            CoursePoint { place: (number, place.0 as f64 + place.1), at, level_m, area, river }
+        };
+        let mut samples: Vec<CoursePoint> = channel.line_places(0).map(sample).collect();
+        if self.stride > 1 {
+            let (first, last) = (samples[0], samples[samples.len() - 1]);
+            let mut before = first;
+            samples.retain(|sample| {
+                let is_far = sample.at.distance(before.at) >= (GRAINS * self.stride) as f64;
+                if is_far {
+                    before = *sample;
+                }
+                is_far
+            });
+            samples.insert(0, first);
+            if samples[samples.len() - 1].at != last.at {
+                samples.push(last);
+            }
+        }
+        samples
     }
 
     /// What a sample of a channel lies in.
@@ -328,12 +361,14 @@ impl Fluvial {
         }
         let first = samples[0].at;
         // From a vertex near by, places are small numbers with room for fractions, wherever in the world.
-        let origin = [first.x, first.y].map(|grains| grains.div_euclid(GRAINS));
-        let corner = Point::at_vertex(origin[0], origin[1]);
+        let node = GRAINS * self.stride;
+        let origin = [first.x, first.y].map(|grains| grains.div_euclid(node));
+        let corner = Point { x: origin[0] * node, y: origin[1] * node };
+        let node_m = self.spacing_m * self.stride as f64;
         let point = |CoursePoint { at, level_m, area, river, .. }: &CoursePoint| {
             let discharge_m3s = self.fields.discharge_m3s(*area);
             LinePoint {
-                place: at.from(corner).map(|grains| grains / GRAINS as f64),
+                place: at.from(corner).map(|grains| grains / node as f64),
                 level_m: *level_m,
                 floor_m: level_m - river_depth_m(discharge_m3s) as f64,
                 half_width_m: river * self.fields.metres_a_grain(),
@@ -356,12 +391,12 @@ impl Fluvial {
             name: self.names.as_ref().map(|names| names.river(source, &[i64::from(level), x, y])),
             course: LineId::River { channel: whole, part: 0 },
             origin,
-            bounds: lines::bounds(origin, &points, widest_m / self.spacing_m),
+            bounds: lines::bounds(origin, &points, widest_m / node_m),
             points,
             structures: Vec::new(),
             end: self.end(part, channel, end.at),
             bed: Bed::Natural,
-            spacing_m: self.spacing_m,
+            spacing_m: node_m,
         })
     }
 
@@ -406,15 +441,6 @@ impl Fluvial {
         let reaches = |part: &&RiverPart| part.samples[part.samples.len() - 1].place >= place;
         course.parts.iter().find(reaches).or(course.parts.last()).map(|part| part.id)
     }
-}
-
-/// The places by which a channel of a course is drawn, both its ends among them.
-fn samples(number: usize, channel: &Channel) -> impl Iterator<Item = CoursePoint> {
-    channel.line_places(0).map(move |place| {
-        let Knot { at, level_m, area, .. } = channel.at(place);
-        let river = channel.half_width(place);
-        CoursePoint { place: (number, place.0 as f64 + place.1), at, level_m, area, river }
-    })
 }
 
 /// The last place of the bed between two of which one is in it.

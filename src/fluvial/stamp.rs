@@ -20,7 +20,7 @@ pub trait Stamp {
 
 /// Metres from a place of a channel of a level beyond which somebody may not know the channel.
 pub fn known_m(fields: &Fields, level: u32) -> f64 {
-    valley::reach(fields).of(fields.side(level) as f64) * fields.metres_a_grain()
+    valley::reach(fields, fields.levels()).of(fields.side(level) as f64) * fields.metres_a_grain()
 }
 
 /// Calls `take` with each node that stamps may reach: its number, its vertex, and these stamps.

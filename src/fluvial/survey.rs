@@ -7,9 +7,10 @@
 
 use crate::area::Area;
 use crate::clock::Clock;
+use crate::fluvial::Fluvial;
+use crate::fluvial::network::ShownChannels;
 use crate::fluvial::point::{GRAINS, Point};
 use crate::fluvial::segment::{Reach, Segments};
-use crate::fluvial::{Detail, Fluvial};
 use crate::geometry::{length, lerp};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
@@ -113,7 +114,7 @@ impl Survey for Fluvial {
         let spring_m3s = fields.spring_m3s();
         let levels = (0..fields.levels()).take_while(|level| self.has_rivers(*level)).count() as u32;
         let origin = Point::at_vertex(area.x0, area.y0);
-        let pieces = self.network().segments(levels, rectangle, origin, Reach::even(0.0));
+        let pieces = self.network().segments(ShownChannels::whole(levels), rectangle, origin, Reach::even(0.0));
         let mut rivers = Vec::new();
         for piece in &pieces.all {
             if fields.discharge_m3s(lerp(piece.area, 1.0)) < spring_m3s {
@@ -191,14 +192,15 @@ impl Fluvial {
 
     fn block(&self, step: i64, bx: i64, by: i64) -> SurveyBlock {
         let area = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
-        let (clock, detail) = (Clock::default(), Detail::surveyed(step));
+        let (clock, detail) = (Clock::default(), self.surveyed(step));
         let land = if BLOCK * step <= PAGE {
             let [px, py] = [area.x0, area.y0].map(|at| (at * step).div_euclid(PAGE));
             let page = Area::new(px * PAGE, py * PAGE, PAGE as usize, PAGE as usize);
-            let pieces = self.survey.pages.get((px, py), || self.segments(self.around(page, Detail::surveyed(1)), 1));
+            let whole = self.surveyed(1);
+            let pieces = self.survey.pages.get((px, py), || self.segments(self.around(page, whole), whole));
             self.land_of(&pieces, area, detail, &clock)
         } else {
-            self.land_of(&self.segments(self.around(area, detail), step), area, detail, &clock)
+            self.land_of(&self.segments(self.around(area, detail), detail), area, detail, &clock)
         };
         let kinds = land.water.expect("fluvial land knows its water").kind;
         SurveyBlock { heights_m: land.heights.values().to_vec(), waters: kinds.values().to_vec() }

@@ -32,7 +32,7 @@ fn seeded(name: &str, seed: u64) -> Fluvial {
 struct Known {
     segments: Segments,
     nodes: Displaced,
-    slope: Vec<f32>,
+    hillsides: Hillsides,
     valleys: Valleys,
 }
 
@@ -45,11 +45,11 @@ const ALL_M: f32 = 1e6;
 
 fn known_around(fluvial: &Fluvial, area: Area) -> Known {
     let wide = valley::input(area.padded(WIDE));
-    let segments = fluvial.segments(wide, 1);
+    let segments = fluvial.segments(wide, fluvial.detail());
     let nodes = fluvial.warp.fill(wide, 1);
-    let slope = fluvial.slopes(wide, 1);
-    let valleys = fluvial.valleys(&nodes, nodes.area, &slope, &segments, ALL_M);
-    Known { segments, nodes, slope, valleys }
+    let hillsides = fluvial.hillsides(wide, fluvial.detail());
+    let valleys = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M);
+    Known { segments, nodes, hillsides, valleys }
 }
 
 /// Fills all values of an area that are outside a part of it.
@@ -64,19 +64,19 @@ fn poison<T: Copy>(values: &mut [T], area: Area, part: Area, with: T) {
 
 /// Poisons the warp outside the area that a stage reads of it, and all else outside what it reads of that.
 fn poisoned(known: Known, warp: Area, rest: Area) -> Known {
-    let Known { segments, mut nodes, mut slope, mut valleys } = known;
+    let Known { segments, mut nodes, mut hillsides, mut valleys } = known;
     let wide = nodes.area;
     for metres in &mut nodes.metres {
         poison(metres, wide, warp, f32::NAN);
     }
-    poison(&mut slope, wide, rest, f32::NAN);
+    poison(&mut hillsides.slope, wide, rest, f32::NAN);
     let Valleys { height_m, level_m, crest_m, steepness, distance_m, away: [east, south], segment, share } =
         &mut valleys;
     for values in [height_m, level_m, crest_m, steepness, distance_m, east, south, share] {
         poison(values, wide, rest, f32::NAN);
     }
     poison(segment, wide, rest, u32::MAX);
-    Known { segments, nodes, slope, valleys }
+    Known { segments, nodes, hillsides, valleys }
 }
 
 #[test]
@@ -95,8 +95,8 @@ fn no_other_segments_matter_in(names: &[&str]) {
     for name in names {
         let fluvial = relief(name);
         let expected = fluvial.land(AREA, &Clock::default());
-        let wide = fluvial.segments(AREA.padded(600), 1);
-        let near = fluvial.segments(valley::input(AREA), 1);
+        let wide = fluvial.segments(AREA.padded(600), fluvial.detail());
+        let near = fluvial.segments(valley::input(AREA), fluvial.detail());
         let key = |of: &Segments, segment: &Segment| (of.channels[segment.channel as usize].id, segment.knot);
         let known: BTreeSet<_> = near.all.iter().map(|segment| key(&near, segment)).collect();
         let mut poisoned = wide.all.clone();
@@ -110,7 +110,7 @@ fn no_other_segments_matter_in(names: &[&str]) {
         }
         assert!(beyond > 1000, "{name}: {beyond} segments lie beyond the reach");
         let segments = Segments { origin: wide.origin, channels: wide.channels, all: poisoned };
-        let land = fluvial.land_of(&segments, AREA, Detail::WHOLE, &Clock::default());
+        let land = fluvial.land_of(&segments, AREA, fluvial.detail(), &Clock::default());
         assert_eq!(land.heights, expected.heights, "{name}");
     }
 }
@@ -137,11 +137,11 @@ fn what_is_told_of_crests(is_tried: fn(&str) -> bool) {
             let settings = preset.fluvial.as_ref().unwrap();
             let fluvial = Fluvial::new(settings, preset.spacing_m, preset.sea_level_m, 4, None);
             let area = valley::input(AREA);
-            let (nodes, slope) = (fluvial.warp.fill(area, 1), fluvial.slopes(area, 1));
-            let segments = fluvial.segments(area, 1);
+            let (nodes, hillsides) = (fluvial.warp.fill(area, 1), fluvial.hillsides(area, fluvial.detail()));
+            let segments = fluvial.segments(area, fluvial.detail());
             let read_m = fluvial.crest_read_m(fluvial.gullies.as_ref());
-            let told = fluvial.valleys(&nodes, nodes.area, &slope, &segments, read_m);
-            let whole = fluvial.valleys(&nodes, nodes.area, &slope, &segments, ALL_M);
+            let told = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, read_m);
+            let whole = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M);
             assert_eq!(told.height_m, whole.height_m, "{name}, {levels} levels");
             let expected: Vec<f32> = whole.crest_m.iter().map(|crest_m| crest_m.min(read_m)).collect();
             assert_eq!(told.crest_m, expected, "{name}, {levels} levels");
@@ -165,7 +165,7 @@ fn gullies_read_their_input_alone_in(names: &[&str]) {
         let fluvial = relief(name);
         let gullies = fluvial.gullies.as_ref().unwrap();
         let carved = |mut known: Known| {
-            gullies.carve(&known.nodes, &known.slope, &mut known.valleys);
+            gullies.carve(&known.nodes, &known.hillsides.slope, &mut known.valleys);
             let mut heights = Grid::filled(known.nodes.area, 0.0);
             heights.values_mut().copy_from_slice(&known.valleys.height_m);
             heights.part(AREA)
@@ -182,11 +182,11 @@ fn gullies_are_whole_where_the_facets_of_a_hillside_meet() {
     let fluvial = relief("alps");
     let gullies = fluvial.gullies.as_ref().unwrap();
     let area = valley::input(Area::new(-1200, 300, 640, 640));
-    let (nodes, slope) = (fluvial.warp.fill(area, 1), fluvial.slopes(area, 1));
-    let segments = fluvial.segments(area, 1);
-    let mut valleys = fluvial.valleys(&nodes, nodes.area, &slope, &segments, ALL_M);
+    let (nodes, hillsides) = (fluvial.warp.fill(area, 1), fluvial.hillsides(area, fluvial.detail()));
+    let segments = fluvial.segments(area, fluvial.detail());
+    let mut valleys = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M);
     let bare_m = valleys.height_m.clone();
-    gullies.carve(&nodes, &slope, &mut valleys);
+    gullies.carve(&nodes, &hillsides.slope, &mut valleys);
     let index = |x: i64, y: i64| (y - area.y0) as usize * area.width() + (x - area.x0) as usize;
     let step_m = |(x, y): (i64, i64)| {
         let [here, next] = [index(x, y), index(x + 1, y)];
@@ -259,7 +259,7 @@ fn whole_patches_read_the_same_as_their_parts() {
 
 /// The tributaries whose heads are in a square of so many vertices of the network's plane.
 fn tributaries(fluvial: &Fluvial, vertices: i64) -> Vec<Arc<Channel>> {
-    let segments = fluvial.segments(Area::new(0, 0, vertices as usize, vertices as usize), 1);
+    let segments = fluvial.segments(Area::new(0, 0, vertices as usize, vertices as usize), fluvial.detail());
     let end = Point::at_vertex(vertices, vertices);
     let inside = |at: Point| at.x >= 0 && at.y >= 0 && at.x < end.x && at.y < end.y;
     let wanted = |channel: &&Arc<Channel>| channel.id.0 > 0 && inside(channel.knots[0].at);
@@ -354,7 +354,12 @@ fn glaciers_leave_wide_floors_and_cirques() {
 /// The segments of larger valleys around a tributary.
 fn larger(fluvial: &Fluvial, channel: &Channel) -> Segments {
     let [low, high] = channel.bounds();
-    fluvial.network.segments(channel.id.0, [low, high], low, valley::reach(&fluvial.fields))
+    fluvial.network.segments(
+        ShownChannels::whole(channel.id.0),
+        [low, high],
+        low,
+        valley::reach(&fluvial.fields, fluvial.fields.levels()),
+    )
 }
 
 #[test]
@@ -444,7 +449,7 @@ fn vertices_lie_on_the_terraces_of_their_valleys() {
         let segment = &known.segments.all[known.valleys.segment[index] as usize];
         let vertex = Point::at_vertex(x, y).from(known.segments.origin);
         let at = [0, 1].map(|axis| vertex[axis] + known.nodes.metres[axis][index] as f64 / metres);
-        let slope = known.slope[index] as f64 * metres;
+        let slope = known.hillsides.slope[index] as f64 * metres;
         let mut bare = segment.clone();
         bare.terraces = 0;
         on_terraces += usize::from(segment.side_m(at, slope) > bare.side_m(at, slope) + 0.5);

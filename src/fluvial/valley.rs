@@ -11,6 +11,7 @@
 
 use super::fields::Fields;
 use super::point::{GRAINS, Point};
+use super::rest::{LaneRest, Rest};
 use super::segment::{Reach, Segments};
 use super::valley_side::{CROSS_FALL, Columns, FAR_STEEPER, Floor, LEAST_HALF_WIDTH, LaneSegment, LaneSide};
 use crate::area::Area;
@@ -35,9 +36,9 @@ const MOST_CELLS: i64 = 24;
 /// Metres that the height of a side may be off for being rounded, at most.
 const ROUNDING_M: f32 = 0.02;
 
-/// How far from a vertex, once it is displaced, channels matter.
-pub fn reach(fields: &Fields) -> Reach {
-    let [brook, most] = [BROOK_CELLS, MOST_CELLS].map(|cells| (cells * fields.side(fields.levels() - 1)) as f64);
+/// How far from a vertex, once it is displaced, channels of so many levels matter.
+pub fn reach(fields: &Fields, levels: u32) -> Reach {
+    let [brook, most] = [BROOK_CELLS, MOST_CELLS].map(|cells| (cells * fields.side(levels - 1)) as f64);
     Reach { brook, most, least_cross: fields.least_cross() }
 }
 
@@ -103,6 +104,17 @@ impl Valleys {
     }
 }
 
+/// What the hillsides between valleys are like at nodes.
+#[derive(Debug)]
+pub struct Hillsides {
+    /// Levels of the channels that valleys are made for.
+    pub levels: u32,
+    /// How steep they are.
+    pub slope: Vec<f32>,
+    /// What they rise in the mean, if there are more levels.
+    pub rest: Option<Rest>,
+}
+
 /// The computation of the valleys of an area.
 pub struct FillValleys<'a> {
     /// The fields.
@@ -115,8 +127,8 @@ pub struct FillValleys<'a> {
     pub step: i64,
     /// Metres by which each vertex is displaced before the valleys are read.
     pub warp: [&'a [f32]; 2],
-    /// Slope of the hillsides at each vertex.
-    pub slope: &'a [f32],
+    /// The hillsides at each vertex.
+    pub hillsides: &'a Hillsides,
     /// Metres above the lowest side up to which the next-best one is told, for whoever reads it. What is higher is left out
     /// of a patch or not by what else is in it, but for what it takes to round crests.
     pub read_m: f32,
@@ -133,24 +145,27 @@ struct Spread {
     radius: f32,
     /// The gentlest and the steepest slope of their hillsides.
     slope: [f32; 2],
+    /// The least and the most of what the land rises beside channels.
+    rest: Option<[[f32; 2]; 2]>,
 }
 
-/// The least and the greatest of what places once warped are, in metres east and south, and of the slope of their hillsides.
+/// The least and the greatest of what places once warped are, in metres east and south, of the slope of their hillsides, and of
+/// what the land rises between channels.
 #[derive(Clone, Copy)]
 struct Extent {
-    least: [f32; 3],
-    most: [f32; 3],
+    least: [f32; 5],
+    most: [f32; 5],
 }
 
 impl Extent {
     /// Of nothing.
-    const NONE: Extent = Extent { least: [f32::INFINITY; 3], most: [f32::NEG_INFINITY; 3] };
+    const NONE: Extent = Extent { least: [f32::INFINITY; 5], most: [f32::NEG_INFINITY; 5] };
 
     /// Of both.
     fn and(self, other: &Extent) -> Extent {
         Extent {
-            least: [0, 1, 2].map(|part| self.least[part].min(other.least[part])),
-            most: [0, 1, 2].map(|part| self.most[part].max(other.most[part])),
+            least: [0, 1, 2, 3, 4].map(|part| self.least[part].min(other.least[part])),
+            most: [0, 1, 2, 3, 4].map(|part| self.most[part].max(other.most[part])),
         }
     }
 
@@ -161,6 +176,7 @@ impl Extent {
             middle: [0, 1].map(|axis| self.least[axis] + half[axis]),
             radius: (half[0] * half[0] + half[1] * half[1]).sqrt(),
             slope: [self.least[2], self.most[2]],
+            rest: (self.least[3] <= self.most[3]).then(|| [self.least, self.most].map(|ends| [ends[3], ends[4]])),
         }
     }
 }
@@ -171,7 +187,7 @@ impl Kernel for FillValleys<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let mut work = Work::default();
-        let reach = reach(self.fields);
+        let reach = reach(self.fields, self.hillsides.levels);
         for (number, segment) in self.segments.all.iter().enumerate() {
             work.all.push(self.fields, segment, number as u32, reach);
             work.from[0].push(segment.from[0]);
@@ -276,12 +292,19 @@ impl FillValleys<'_> {
     /// Where the vertices of a patch are once warped, in metres from the block's corner.
     #[inline(always)]
     fn extent<S: Simd>(&self, simd: S, corner: [i64; 2], vertices: Area, order: PatchLanes<S>) -> Extent {
-        let (mut least, mut most) = ([simd.splat(f32::INFINITY); 3], [simd.splat(f32::NEG_INFINITY); 3]);
+        let (mut least, mut most) = ([simd.splat(f32::INFINITY); 5], [simd.splat(f32::NEG_INFINITY); 5]);
         for group in 0..PATCH * PATCH / S::LANES {
             let (lanes, [east, south]) = order.group(simd, self, corner, vertices, group);
-            for (part, values) in [east, south, lanes.load(simd, self.slope)].into_iter().enumerate() {
+            let mut take = |part: usize, values| {
                 least[part] = simd.min(least[part], values);
                 most[part] = simd.max(most[part], values);
+            };
+            take(0, east);
+            take(1, south);
+            take(2, lanes.load(simd, &self.hillsides.slope));
+            if let Some(rest) = &self.hillsides.rest {
+                take(3, lanes.load(simd, &rest.slope));
+                take(4, lanes.load(simd, &rest.height_m));
             }
         }
         Extent { least: least.map(|values| -greatest(simd, -values)), most: most.map(|values| greatest(simd, values)) }
@@ -318,6 +341,7 @@ impl FillValleys<'_> {
         // A little more than the true one, for what rounding does.
         let radius = simd.splat(spread.radius * (1.001 + 1.1 * CROSS_FALL) + 0.01);
         let common = self.floor();
+        let rests = spread.rest.map(|ends| ends.map(|rest| LaneRest::splat(simd, rest)));
         let (infinity, beyond) = (simd.splat(f32::INFINITY), simd.splat(beyond_m));
         let mut lowest = infinity;
         for start in (0..len).step_by(S::LANES) {
@@ -334,9 +358,14 @@ impl FillValleys<'_> {
             let slack = (bed_change + steep * (across + floor_change + turned) * segment.steepest_cross(simd)) * radius;
             let left = simd.load(&segments.reach[start..]) - distance;
             // The lowest of the highest: what is always higher than that is never lowest.
-            let highest = side.level + steep * side.rise + slack;
+            let (mut highest, mut lowest_here) = (steep * side.rise + slack, gentle * side.rise - slack);
+            if let Some([least, most]) = rests {
+                let open = segment.open(simd, side.level);
+                (highest, lowest_here) = (most.risen(simd, open, highest), least.risen(simd, open, lowest_here));
+            }
+            let (highest, lowest_here) = (side.level + highest, side.level + lowest_here);
             lowest = simd.min(lowest, simd.select(simd.lt(left, beyond), infinity, highest));
-            simd.store(side.level + gentle * side.rise - slack, &mut limits.low[start..]);
+            simd.store(lowest_here, &mut limits.low[start..]);
             simd.store(left, &mut limits.left[start..]);
             simd.store(side.level - bed_change * radius, &mut limits.level[start..]);
         }
@@ -371,7 +400,8 @@ impl FillValleys<'_> {
         let common = self.floor();
         for group in 0..PATCH * PATCH / S::LANES {
             let (lanes, at) = order.group(simd, self, corner, vertices, group);
-            let slope = lanes.load(simd, self.slope);
+            let slope = lanes.load(simd, &self.hillsides.slope);
+            let rest = self.hillsides.rest.as_ref().map(|rest| LaneRest::load(simd, lanes, rest));
             // The lowest side and the second-lowest of another channel, between which the crest is; and the room
             // that there is to round it.
             let far = simd.splat(f32::MAX);
@@ -381,7 +411,12 @@ impl FillValleys<'_> {
             for &segment in patch {
                 let candidate = LaneSegment::splat(simd, segments, segment, common);
                 let LaneSide { level, rise, .. } = candidate.side(simd, at);
-                let height = level + slope * rise;
+                let risen = slope * rise;
+                let risen = match rest {
+                    Some(rest) => rest.risen(simd, candidate.open(simd, level), risen),
+                    None => risen,
+                };
+                let height = level + risen;
                 let own = simd.splat_u32(segments.channel[segment]);
                 let same = simd.eq_u32(own, channel);
                 let lower = simd.lt(height, best);
@@ -527,7 +562,7 @@ impl<S: Simd> Owner<S> {
 
 /// Lanes that hold parts of rows of nodes, each so long, below each other.
 #[derive(Clone, Copy)]
-struct InRows {
+pub struct InRows {
     /// The first node's number in the order of all nodes.
     index: usize,
     /// Nodes a row.
@@ -537,7 +572,7 @@ struct InRows {
 
 impl InRows {
     #[inline(always)]
-    fn load<S: Simd>(self, simd: S, from: &[f32]) -> S::F32 {
+    pub fn load<S: Simd>(self, simd: S, from: &[f32]) -> S::F32 {
         if self.across == S::LANES {
             return simd.load(&from[self.index..]);
         }

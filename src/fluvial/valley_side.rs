@@ -44,6 +44,8 @@ pub struct Columns {
     /// What its slope across changes along a metre of it.
     pub cross_change: Vec<f32>,
     pub reach: Vec<f32>,
+    /// Height of the water that stands over it, of a lake or the sea.
+    pub pool: Vec<f32>,
     pub channel: Vec<u32>,
     pub number: Vec<u32>,
 }
@@ -66,11 +68,14 @@ impl Columns {
             floor_change,
             cross_change,
             reach,
+            pool,
             channel,
             number,
         } = self;
         let pairs = [from, along, level, cross, trough, lean, river, flood_plain, riser];
-        for column in pairs.into_iter().flatten().chain([per_square, bed_change, floor_change, cross_change, reach]) {
+        for column in
+            pairs.into_iter().flatten().chain([per_square, bed_change, floor_change, cross_change, reach, pool])
+        {
             column.clear();
         }
         channel.clear();
@@ -119,6 +124,8 @@ impl Columns {
         self.floor_change.push(floor + terraces + levees);
         self.cross_change.push(change(cross));
         self.reach.push((segment.reach(reach) * metres) as f32);
+        // Finite, for it is reckoned with.
+        self.pool.push(segment.pool_m.max(fields.sea_level_m()).max(-1e9) as f32);
         self.channel.push(segment.channel);
         self.number.push(number);
     }
@@ -141,6 +148,7 @@ impl Columns {
         self.floor_change.push(other.floor_change[index]);
         self.cross_change.push(other.cross_change[index]);
         self.reach.push(other.reach[index]);
+        self.pool.push(other.pool[index]);
         self.channel.push(other.channel[index]);
         self.number.push(other.number[index]);
     }
@@ -165,6 +173,7 @@ impl Columns {
             self.floor_change.push(0.0);
             self.cross_change.push(0.0);
             self.reach.push(0.0);
+            self.pool.push(0.0);
             self.channel.push(u32::MAX);
             // No segment has this number, by which what is chosen later leaves these out.
             self.number.push(u32::MAX);
@@ -198,6 +207,7 @@ pub struct LaneSegment<S: Simd> {
     riser: [S::F32; 2],
     /// Metres from it from which on its side is steeper.
     pub far: S::F32,
+    pool: S::F32,
     floor: Floor,
 }
 
@@ -220,8 +230,9 @@ pub struct LaneSide<S: Simd> {
 impl<S: Simd> LaneSegment<S> {
     #[inline(always)]
     pub fn load(simd: S, segments: &Columns, start: usize, floor: Floor) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, reach, .. } =
-            segments;
+        let Columns {
+            from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, reach, pool, ..
+        } = segments;
         LaneSegment {
             from: [simd.load(&from[0][start..]), simd.load(&from[1][start..])],
             along: [simd.load(&along[0][start..]), simd.load(&along[1][start..])],
@@ -234,14 +245,16 @@ impl<S: Simd> LaneSegment<S> {
             flood_plain: [simd.load(&flood_plain[0][start..]), simd.load(&flood_plain[1][start..])],
             riser: [simd.load(&riser[0][start..]), simd.load(&riser[1][start..])],
             far: simd.load(&reach[start..]) * simd.splat(FAR),
+            pool: simd.load(&pool[start..]),
             floor,
         }
     }
 
     #[inline(always)]
     pub fn splat(simd: S, segments: &Columns, index: usize, floor: Floor) -> LaneSegment<S> {
-        let Columns { from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, reach, .. } =
-            segments;
+        let Columns {
+            from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, reach, pool, ..
+        } = segments;
         LaneSegment {
             from: [simd.splat(from[0][index]), simd.splat(from[1][index])],
             along: [simd.splat(along[0][index]), simd.splat(along[1][index])],
@@ -254,6 +267,7 @@ impl<S: Simd> LaneSegment<S> {
             flood_plain: [simd.splat(flood_plain[0][index]), simd.splat(flood_plain[1][index])],
             riser: [simd.splat(riser[0][index]), simd.splat(riser[1][index])],
             far: simd.splat(reach[index]) * simd.splat(FAR),
+            pool: simd.splat(pool[index]),
             floor,
         }
     }
@@ -263,6 +277,12 @@ impl<S: Simd> LaneSegment<S> {
     pub fn steepest_cross(&self, simd: S) -> S::F32 {
         let ends = simd.max(self.cross[0], self.cross[0] + self.cross[1]);
         simd.max(ends, simd.splat(1.0))
+    }
+
+    /// Metres of water over its bed where that is so high.
+    #[inline(always)]
+    pub fn open(&self, simd: S, level: S::F32) -> S::F32 {
+        simd.max(self.pool - level, simd.splat(0.0))
     }
 
     #[inline(always)]

@@ -4,7 +4,7 @@
 //! changes by less than a vertex from one vertex to the next, so the plane is bent but never folded: lines that do not
 //! cross in the network do not cross in the world.
 
-use crate::area::Area;
+use crate::area::{Area, Stride};
 use crate::fluvial::fields::Fields;
 use crate::fluvial::point::{GRAINS, Point};
 use crate::geometry::length;
@@ -15,8 +15,8 @@ use crate::noise::{Fractal, FractalKind, FractalSpec};
 /// Displacements east and south of all vertices.
 #[derive(Debug)]
 pub struct Warp {
-    /// On the lattice of the vertices, of every second vertex, every fourth and so on, as far as their waves are
-    /// longer.
+    /// On the lattice of the vertices, of every second vertex, every fourth and so on, each with those of its octaves that its
+    /// nodes show; further on there are none.
     axes: Vec<[Fractal; 2]>,
     distance_m: f32,
     spacing_m: f64,
@@ -61,8 +61,14 @@ impl Displaced {
     }
 }
 
-/// Powers of two up to which the nodes of a lattice may lie apart and still be displaced at once.
-const COARSEST: u32 = 8;
+/// Octaves of the displacement, and the wavelength of the longest in cells of the finest level: from the valleys of the middle
+/// levels down to little more than those of the finest. With H above 1 each octave bends the plane less than the one before.
+const OCTAVES: u32 = 5;
+const LONGEST: f64 = 16.0;
+const H: f64 = 1.6;
+
+/// Nodes that a wave is long at least that they show.
+const LEAST_WAVE: f64 = 2.0;
 
 /// Cells a side of a patch of displacements that is remembered.
 const PATCH: i64 = 64;
@@ -70,17 +76,17 @@ const PATCH: i64 = 64;
 impl Warp {
     pub fn new(fields: &Fields, spacing_m: f64, seed: u64) -> Warp {
         let finest_m = fields.side(fields.levels() - 1) as f64 * fields.metres_a_grain();
-        // From the valleys of the middle levels down to little more than those of the finest. With H above 1 each
-        // octave bends the plane less than the one before.
-        let spec =
-            FractalSpec { kind: FractalKind::Fbm, octaves: 5, wavelength_m: 16.0 * finest_m, lacunarity: 2.0, h: 1.6 };
-        let axes = |step: i64| {
-            let fractal = |stream: Stream| Fractal::new(&spec, spacing_m * step as f64, hash::stream(seed, stream));
-            [fractal(Stream::FluvialWarpEast), fractal(Stream::FluvialWarpSouth)]
+        let wavelength_m = LONGEST * finest_m;
+        let axes = |power: u32| {
+            let node_m = spacing_m * f64::from(1 << power);
+            let shown = |octaves: &u32| wavelength_m / f64::from(1 << (octaves - 1)) >= LEAST_WAVE * node_m;
+            let octaves = (1..=OCTAVES).take_while(shown).last()?;
+            let spec = FractalSpec { kind: FractalKind::Fbm, octaves, wavelength_m, lacunarity: 2.0, h: H };
+            let fractal = |stream: Stream| Fractal::new(&spec, node_m, hash::stream(seed, stream));
+            Some([fractal(Stream::FluvialWarpEast), fractal(Stream::FluvialWarpSouth)])
         };
-        let steps = (0..COARSEST).map(|power| 1 << power).take_while(|step| *step as f64 * spacing_m <= finest_m);
         Warp {
-            axes: steps.map(axes).collect(),
+            axes: (0..=Stride::MAX_POWER).map_while(axes).collect(),
             distance_m: (1.1 * fields.settings().bend * finest_m) as f32,
             spacing_m,
             patches: Memory::new(24 << 20),
@@ -94,23 +100,15 @@ impl Warp {
 
     /// Metres by which the nodes of an area are displaced, east and south: every `step`th vertex, a power of two.
     pub fn fill(&self, area: Area, step: i64) -> Displaced {
-        let known = self.axes.get(step.trailing_zeros() as usize);
-        let metres = known.unwrap_or(&self.axes[0]).each_ref().map(|fractal| {
-            let mut metres = vec![0.0; area.len()];
-            if known.is_some() {
-                fractal.fill(area, &mut metres);
-            } else {
-                // The finest waves are shorter than a step.
-                let nodes = area.vertices();
-                for (metres, (x, y)) in metres.chunks_exact_mut(1).zip(nodes) {
-                    fractal.fill(Area::new(x * step, y * step, 1, 1), metres);
+        let mut metres = [vec![0.0; area.len()], vec![0.0; area.len()]];
+        if let Some(axes) = self.axes.get(step.trailing_zeros() as usize) {
+            for (fractal, metres) in axes.iter().zip(&mut metres) {
+                fractal.fill(area, metres);
+                for metres in metres {
+                    *metres *= self.distance_m;
                 }
             }
-            for metres in &mut metres {
-                *metres *= self.distance_m;
-            }
-            metres
-        });
+        }
         Displaced { area, step, metres }
     }
 

@@ -2,7 +2,7 @@
 
 use super::fields::{Fields, river_depth_m};
 use super::lift::Lift;
-use super::point::Point;
+use super::point::{GRAINS, Point};
 use super::segment::{Segment, Segments};
 use super::skerries::AreaSkerries;
 use super::valley::Valleys;
@@ -65,12 +65,28 @@ pub fn input(area: Area) -> Area {
     area.padded(1)
 }
 
+/// The rivers that are shown.
+#[derive(Clone, Copy, Debug)]
+pub struct ShownRivers {
+    /// Metres between nodes.
+    pub spacing_m: f32,
+    /// Discharge in cubic metres a second from which on a channel holds one.
+    pub least_m3s: f64,
+    /// Whether they are cut into the land also where they are narrower than that.
+    pub cuts_narrow: bool,
+}
+
 /// Cuts beds and fills in water.
 pub struct FillWater<'a> {
     fields: &'a Fields,
     lift: &'a Lift,
     skerries: Option<AreaSkerries<'a>>,
+    /// Metres between nodes as wide as which a river is at least, so that it is unbroken.
     spacing_m: f32,
+    /// Whether rivers are cut into the land that are narrower than that: not where they are shown from afar.
+    cuts_narrow: bool,
+    /// Discharge in cubic metres a second from which on a channel holds water.
+    least_m3s: f64,
     segments: &'a Segments,
     nodes: &'a Displaced,
     valleys: &'a Valleys,
@@ -193,17 +209,17 @@ impl<'a> FillWater<'a> {
     pub fn new(
         fields: &'a Fields,
         lift: &'a Lift,
-        spacing_m: f64,
+        rivers: ShownRivers,
         segments: &'a Segments,
         nodes: &'a Displaced,
         valleys: &'a Valleys,
         coast_m: Option<&'a [f32]>,
     ) -> FillWater<'a> {
-        let spacing_m = spacing_m as f32;
+        let ShownRivers { spacing_m, least_m3s, cuts_narrow } = rivers;
         let brook_m = [LEAST_HALF_WIDTH, MOST_HALF_WIDTH].map(|vertices| vertices as f32 * spacing_m);
         let beds: Vec<SegmentBed> =
             segments.all.iter().map(|segment| SegmentBed::new(fields, segment, brook_m[1])).collect();
-        let is_wet = |bed: &SegmentBed| fields.holds_water(lerp(bed.discharge_m3s, 1.0));
+        let is_wet = |bed: &SegmentBed| lerp(bed.discharge_m3s, 1.0) >= least_m3s;
         // A grain more is for what is rounded: this only says what to look at closely.
         let reach = |bed: &SegmentBed| {
             let half_m = bed.half_m[0].max(bed.half_m[0] + bed.half_m[1]);
@@ -223,6 +239,8 @@ impl<'a> FillWater<'a> {
             lift,
             skerries: None,
             spacing_m,
+            cuts_narrow,
+            least_m3s,
             segments,
             nodes,
             valleys,
@@ -345,7 +363,7 @@ impl<'a> FillWater<'a> {
     fn river_depth_m(&self, place: NearestChannel, least_half_m: f32) -> f32 {
         let NearestChannel { segment, share, distance_m, side } = place;
         let bed = self.beds[segment].at(share);
-        let is_river = distance_m <= bed.half_m.max(least_half_m) && self.fields.holds_water(bed.discharge_m3s);
+        let is_river = distance_m <= bed.half_m.max(least_half_m) && bed.discharge_m3s >= self.least_m3s;
         if is_river { bed.depth_m(distance_m, side * bed.bend, least_half_m) } else { 0.0 }
     }
 
@@ -376,14 +394,18 @@ impl<'a> FillWater<'a> {
         let surface_m = self.lift.at(level_m) as f32;
         let in_bed = distance_m <= half_m.max(least_half_m);
         let ground_m = self.lift.at(lowest_m as f64) as f32;
+        let is_line = half_m < least_half_m && !self.cuts_narrow;
         let river_bed = || {
+            if is_line {
+                return ground_m;
+            }
             let depth_m = bed.depth_m(distance_m, inside, least_half_m);
             let risen_m = (ground_m - surface_m).max(0.0);
             // Where the land is lower than the bed, as beside a deeper valley, the water runs over it as it is: a bed
             // dug there would end in a pit.
             ground_m.min(surface_m - depth_m + risen_m / (1.0 + risen_m / (BED_RISE * deepest_m)))
         };
-        let wet = self.fields.holds_water(discharge_m3s);
+        let wet = discharge_m3s >= self.least_m3s;
         let is_river = in_bed && wet;
         if ground_m < self.sea_m || (is_river && level_m < self.sea_m as f64) {
             // What a river has cut into the sea's floor is the sea's; and it keeps open its way through what lies across it.
@@ -405,7 +427,8 @@ impl<'a> FillWater<'a> {
             return VertexWater { bed: true, flow_m3s: discharge_m3s as f32, ..dry(ground_m) };
         }
         let height_m = river_bed();
-        let depth_m = (surface_m.min(ground_m) - height_m).max(LEAST_DEPTH * deepest_m);
+        let least_depth_m = if is_line { deepest_m } else { LEAST_DEPTH * deepest_m };
+        let depth_m = (surface_m.min(ground_m) - height_m).max(least_depth_m);
         water(WaterKind::River, height_m, depth_m)
     }
 
@@ -437,7 +460,7 @@ impl<'a> FillWater<'a> {
             let off = [0, 1].map(|axis| (vertex[axis] - segment.from[axis]) + displaced[axis]);
             let (share, square) = segment.nearest_off(off);
             let (distance_m, bed) = ((square.sqrt() * metres) as f32, self.beds[number].at(share));
-            if distance_m <= bed.half_m.max(least_half_m) && self.fields.holds_water(bed.discharge_m3s) {
+            if distance_m <= bed.half_m.max(least_half_m) && bed.discharge_m3s >= self.least_m3s {
                 let side = cross(segment.along, off).signum() as f32;
                 let depth_m = bed.depth_m(distance_m, side * bed.bend, least_half_m);
                 let floor_m = lerp(segment.level_m, share) as f32 - depth_m;
@@ -449,18 +472,22 @@ impl<'a> FillWater<'a> {
         lowest.map(|(_, place)| place).or(own)
     }
 
-    /// Metres, in the warped plane, from a node to the furthest of those beside it, as if these were a vertex away.
+    /// Metres, in the warped plane, from a node to the furthest of those beside it, as if these were a [bed's
+    /// spacing](ShownRivers::spacing_m) away.
     ///
     /// A line that runs between two vertices comes within half of that to one of them: with all such ones in its bed,
     /// it is unbroken also where the warp has vertices far apart.
     fn apart_m(&self, index: usize) -> f32 {
         let Displaced { area, step, metres } = self.nodes;
+        // A survey has the beds of vertices at nodes that are further apart.
+        let node_m = *step as f32 * (GRAINS as f64 * self.fields.metres_a_grain()) as f32;
+        let share = self.spacing_m / node_m;
         let width = area.width();
         let around = [(index - 1, [-1.0, 0.0]), (index + 1, [1.0, 0.0])];
         let around = around.into_iter().chain([(index - width, [0.0, -1.0]), (index + width, [0.0, 1.0])]);
         let ways = around.map(|(other, vertices)| {
             let way = [0, 1].map(|axis| vertices[axis] * self.spacing_m);
-            let warped = metres.each_ref().map(|metres| (metres[other] - metres[index]) / *step as f32);
+            let warped = metres.each_ref().map(|metres| (metres[other] - metres[index]) * share);
             let [x, y] = [way[0] + warped[0], way[1] + warped[1]];
             x * x + y * y
         });

@@ -2,6 +2,7 @@
 
 mod curve;
 mod noise;
+mod strided;
 pub mod settings;
 
 pub use noise::NoiseRelief;

@@ -1,12 +1,13 @@
 //! Relief of noise: the height of any vertex as a sum of fractals.
 
-use crate::area::Area;
+use crate::area::{Area, Stride};
 use crate::grid::Grid;
 use crate::hash::{self, Stream, StreamNumber};
-use crate::noise::{Fractal, FractalSpec};
+use crate::noise::FractalSpec;
 use crate::recipe::mask::Mask;
 use crate::relief::curve::Curve;
 use crate::relief::settings::{LandMask, NoiseTerm, WarpSettings};
+use crate::relief::strided::StridedFractal;
 
 /// Relief of noise: fractal terms added up over warped points, sunk to the sea floor where no land is.
 ///
@@ -21,14 +22,14 @@ pub struct NoiseRelief {
 
 #[derive(Debug)]
 struct WarpField {
-    east: Fractal,
-    south: Fractal,
+    east: StridedFractal,
+    south: StridedFractal,
     distance_m: f32,
 }
 
 #[derive(Debug)]
 struct Term {
-    fractal: Fractal,
+    fractal: StridedFractal,
     curve: Option<Curve>,
     height_m: f32,
     base_m: f32,
@@ -38,22 +39,23 @@ struct Term {
 /// A mask, ready to be read: `scale` and `shift` bring its noise from `from..to` to 0..1.
 #[derive(Debug)]
 struct Share {
-    noise: Fractal,
+    noise: StridedFractal,
     scale: f32,
     shift: f32,
 }
 
 impl NoiseRelief {
-    /// The relief of checked settings, whose defaults are filled in.
+    /// The relief of checked settings, whose defaults are filled in, at the nodes of a stride, by metres between vertices.
     pub(crate) fn new(
         terms: &[NoiseTerm],
         warp: Option<&WarpSettings>,
         land: Option<&LandMask>,
-        spacing_m: f64,
+        (spacing_m, stride): (f64, Stride),
         seed: u64,
     ) -> NoiseRelief {
-        let fractal =
-            |spec: &FractalSpec, stream: StreamNumber| Fractal::new(spec, spacing_m, hash::stream(seed, stream));
+        let fractal = |spec: &FractalSpec, stream: StreamNumber| {
+            StridedFractal::new(spec, spacing_m, stride, hash::stream(seed, stream))
+        };
         let share = |mask: &Mask, stream| {
             let scale = (1.0 / (mask.to - mask.from)) as f32;
             let noise = fractal(&mask.fractal(), stream);
@@ -110,17 +112,14 @@ impl NoiseRelief {
         // Where the noises are read.
         let warp = self.warp.as_ref().map(|warp| {
             for (fractal, displacement) in [(&warp.east, &mut *east), (&warp.south, &mut *south)] {
-                fractal.fill(band, displacement);
+                fractal.fill(band, None, displacement);
                 for metres in displacement {
                     *metres *= warp.distance_m;
                 }
             }
-            (&east[..], &south[..])
+            [&east[..], &south[..]]
         });
-        let read = |fractal: &Fractal, to: &mut [f32]| match warp {
-            Some((east, south)) => fractal.fill_warped(band, east, south, to),
-            None => fractal.fill(band, to),
-        };
+        let read = |fractal: &StridedFractal, to: &mut [f32]| fractal.fill(band, warp, to);
         // The land's relief: all terms, each where its mask lets it.
         for (index, term) in self.terms.iter().enumerate() {
             read(&term.fractal, value);

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::area::{Area, TileId};
+use crate::area::{Area, Stride, TileId};
 use crate::clock::{Clock, stage};
 use crate::grid::Grid;
 use crate::land::{Land, Water};
@@ -76,8 +76,11 @@ impl Tile {
         let wide = Imprint::input(shaped);
         // The vertices whose heights are seen on the tile, as slopes are: what lies further away does not concern it.
         let near = normals::input(id.area(world.tile_cells()));
-        // Rivers, settlements, and the roads between them.
-        let (lines, sites) = clock.time(stage::LINES, || (world.lines(&wide), world.sites(&sites_input(near))));
+        // Rivers, settlements, and the roads between them: none from afar, for there they do nothing to the land.
+        let (lines, sites) = match world.stride() {
+            Stride::ONE => clock.time(stage::LINES, || (world.lines(&wide), world.sites(&sites_input(near)))),
+            _ => Default::default(),
+        };
         // The bare heights and the water on them: more of them where water must find its way through built roads.
         let is_built = lines.iter().any(|line| matches!(line.bed, Bed::Built { .. }));
         let mut land = world.relief().land(if is_built { wide } else { shaped }, clock);

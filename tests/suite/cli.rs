@@ -958,3 +958,83 @@ fn an_experiment_that_cannot_be_is_refused() {
         desk.refused(&[&["experiment"], *arguments].concat(), words);
     }
 }
+
+#[test]
+fn a_bake_at_a_scale_covers_the_same_ground_and_says_so() {
+    let desk = Desk::new();
+    desk.done(&["bake", "small.toml", "--at=-8,4", "--size", "8x4", "--export", "exr,map", "--out", "whole"]);
+    desk.done(&[
+        "bake",
+        "small.toml",
+        "--at=-8,4",
+        "--size",
+        "8x4",
+        "--scale",
+        "1/4",
+        "--export",
+        "exr,map",
+        "--out",
+        "part",
+    ]);
+    let [whole, part] = ["whole", "part"].map(|folder| desk.manifest(folder));
+    assert_eq!((whole.stride, part.stride, part.spacing_m), (1, 4, 4.0 * whole.spacing_m));
+    assert_eq!(whole.region.bounds_km, part.region.bounds_km);
+    assert_eq!(
+        [part.region.width, part.region.height].map(|side| 4 * (side - 1) + 1),
+        [whole.region.width, whole.region.height]
+    );
+    // Heights mean the same at every scale.
+    assert_eq!((whole.preset, whole.height_range), (part.preset, part.height_range));
+}
+
+#[test]
+fn regions_are_asked_for_in_kilometres() {
+    let desk = Desk::new();
+    let plan = |arguments: &[&str]| {
+        let all = [&["bake", "small.toml", "--dry-run", "--json"], arguments].concat();
+        let line: Value = serde_json::from_str(desk.done(&all).stdout.lines().last().unwrap()).unwrap();
+        line["bounds_km"].as_array().unwrap().iter().map(|km| km.as_f64().unwrap()).collect::<Vec<_>>()
+    };
+    // Tiles are 16 m wide, and the sea of tiles counts rows to the south.
+    assert_eq!(plan(&["--bounds=-0.02,0.001,0.03,0.05"]), [-0.032, 0.0, 0.032, 0.064]);
+    assert_eq!(plan(&["--around=1,-2,0.032"]), [0.976, -2.016, 1.024, -1.984]);
+    assert_eq!(plan(&["--at=-1,2", "--size", "3x1"]), [-0.016, -0.048, 0.032, -0.032]);
+    for (arguments, word) in [
+        (&["--bounds=1,0,0,1"][..], "there is nothing"),
+        (&["--bounds=1,0,2"], "expected 4 numbers"),
+        (&["--around=1,2"], "expected 3 numbers"),
+        (&["--bounds=0,0,1e300,1"], "leaves the coordinates"),
+        (&["--around=0,0,1", "--at=0,0"], "cannot be used with"),
+        (&["--scale", "1/3"], "1/2, 1/4"),
+        (&["--scale", "1/8192"], "1/4096"),
+        (&["--scale", "2"], "1/2, 1/4"),
+    ] {
+        desk.refused(&[&["bake", "small.toml"], arguments].concat(), &[word]);
+    }
+}
+
+#[test]
+fn what_is_looked_for_is_found_nearest_first() {
+    let desk = Desk::new();
+    let find = |arguments: &[&str]| {
+        let all = [&["find", "alps", "--seed", "5", "--json", "--set", "places.site_m=4000"], arguments].concat();
+        let outcome = desk.done(&all);
+        outcome.stdout.lines().map(|line| serde_json::from_str::<Value>(line).unwrap()).collect::<Vec<_>>()
+    };
+    let found = find(&["--near=30,-20", "--radius", "25km", "--limit", "3", "peak > 2000 m", "river > 2 m3/s"]);
+    for (query, unit, least) in [("peak > 2000 m", "m", 2000.0), ("river > 2 m3/s", "m3/s", 2.0)] {
+        let own: Vec<&Value> = found.iter().filter(|found| found["query"] == query).collect();
+        assert_eq!(own.len(), 3, "{query}: {found:?}");
+        let distance = |found: &Value| found["distance_km"].as_f64().unwrap();
+        assert!(own.windows(2).all(|pair| distance(pair[0]) <= distance(pair[1])), "{own:?}");
+        for one in own {
+            assert!(one["values"][unit].as_f64().unwrap() > least && distance(one) <= 25.0, "{one}");
+            assert!(one["bake"].as_str().unwrap().starts_with("terrane bake alps --seed 5 "), "{one}");
+        }
+    }
+    desk.refused(&["find", "alps", "castle"], &["castle", "\"town on river\""]);
+    desk.refused(&["find", "alps", "peak > high"], &["expected a number"]);
+    desk.refused(&["find", "small.toml", "lake"], &["noise", "fluvial"]);
+    desk.refused(&["find", "alps", "lake", "--radius", "-3"], &["kilometres above 0"]);
+    desk.refused(&["find", "alps", "lake", "--near=1e300,0"], &["leave the coordinates"]);
+}

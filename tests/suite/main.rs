@@ -18,6 +18,7 @@ mod profiles;
 mod range;
 mod seams;
 mod simd;
+mod strides;
 mod vector;
 mod walker;
 mod water;

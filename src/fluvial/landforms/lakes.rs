@@ -6,7 +6,7 @@ use crate::fluvial::Fluvial;
 use crate::fluvial::channel::Knot;
 use crate::fluvial::lake::{Hollow, NO_LAKE};
 use crate::fluvial::landforms::contour::{contours, twice_area};
-use crate::fluvial::point::{GRAINS, Point};
+use crate::fluvial::point::Point;
 use crate::geometry::LineSegment;
 use crate::grid::Grid;
 use crate::land::WaterKind;
@@ -69,7 +69,7 @@ impl Lake {
         let shore = rings.iter().position(|ring| twice_area(ring) > 0.0)?;
         rings.swap(0, shore);
         rings[1..].sort_by(|a, b| a[0].partial_cmp(&b[0]).expect("places are numbers"));
-        let spacing_m = fluvial.fields().metres_a_grain() * GRAINS as f64;
+        let spacing_m = fluvial.node_m();
         let area_m2 = rings.iter().fold(0.0, |sum, ring| sum + twice_area(ring) / 2.0) * spacing_m * spacing_m;
         Some(Lake { id, rings, level_m, area_m2, outlet: fluvial.outlet(id) })
     }
@@ -105,7 +105,7 @@ fn depths(fluvial: &Fluvial, area: Area, near: Point) -> Option<Grid<f32>> {
     let land = fluvial.land(area, &Clock::default());
     let water = land.water?;
     let is_lake = |(x, y): (i64, i64)| water.kind.at(x, y) == WaterKind::Lake;
-    let distance = |(x, y): (i64, i64)| (Point::at_vertex(x, y).distance(near), x, y);
+    let distance = |(x, y): (i64, i64)| (fluvial.at_node(x, y).distance(near), x, y);
     let first = area
         .vertices()
         .filter(|at| is_lake(*at))

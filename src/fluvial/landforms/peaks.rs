@@ -5,7 +5,6 @@ use std::sync::Arc;
 use crate::area::Area;
 use crate::clock::Clock;
 use crate::fluvial::Fluvial;
-use crate::fluvial::point::GRAINS;
 use crate::memory::heap_bytes;
 
 /// Metres a side of a cell.
@@ -44,7 +43,7 @@ heap_bytes!(Summits: blocks);
 
 /// Vertices a side of a cell.
 pub(super) fn side(fluvial: &Fluvial) -> i64 {
-    let vertices = CELL_M / (fluvial.fields().metres_a_grain() * GRAINS as f64);
+    let vertices = CELL_M / fluvial.node_m();
     // A cell of fewer vertices has too few to choose from, one of more takes too long.
     ((vertices / BLOCK as f64).round() as i64).clamp(4, 64) * BLOCK
 }

@@ -1,0 +1,310 @@
+//! Finding: where in a world there is what somebody looks for, nearest first.
+//!
+//! ```text
+//! "lake > 2 km2" --> Query --> blocks by their distance --> what may be there, from afar --> what is there --> Found
+//! ```
+//!
+//! The world is looked at block by block, away from a place, until there is enough. What costs much to know is asked of the
+//! same world at the nodes of a stride first, and of every vertex only where it may be so.
+
+mod query;
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use crate::area::{Area, MAX_COORDINATE, Stride};
+use crate::error::Error;
+use crate::features::landforms::{LAKES, PEAKS};
+use crate::geometry::length;
+use crate::lines::{LineKind, LinePoint};
+use crate::preset::Preset;
+use crate::world::World;
+pub use query::{Beside, Bound, Measure, Query, Thing};
+
+/// Kilometres a side of a block.
+const BLOCK_KM: f64 = 12.0;
+
+/// Metres within which a thing is beside another.
+const BESIDE_M: f64 = 500.0;
+
+/// Vertices from a node to the next of the world from afar, at most, and nodes that the least lake is wide there, about.
+const COARSEST: u64 = 16;
+const LAKE_NODES: f64 = 12.0;
+
+/// The share of an area that a lake has from afar at least, and of the world's range of heights by which a peak is lower.
+const LEAST_AREA: f64 = 0.6;
+const LOWER: f32 = 0.05;
+
+/// Kilometres that are baked around something at least.
+const LEAST_AROUND_KM: f64 = 5.0;
+
+/// Something that was looked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// Its name in the world.
+    pub id: String,
+    /// Its name on a map; none in a world without places.
+    pub name: Option<String>,
+    /// Kilometres east and north of the origin: of its middle, and of a river where it is nearest.
+    pub at_km: [f64; 2],
+    /// Kilometres from where it was looked for.
+    pub distance_km: f64,
+    /// Kilometres that it is wide or high, and as much around it.
+    pub around_km: f64,
+    /// What it measures.
+    pub values: Vec<(Measure, f64)>,
+}
+
+/// A world as it is searched.
+#[derive(Debug)]
+pub struct Finder {
+    world: World,
+    afar: BTreeMap<Stride, World>,
+    preset: Preset,
+}
+
+impl Finder {
+    /// What finds things in the world of a preset.
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range, or its relief is noise, which knows of no things.
+    pub fn new(preset: Preset, seed: Option<u64>) -> Result<Finder, Error> {
+        let world = World::new(preset.clone(), seed)?;
+        if world.relief().fluvial().is_none() {
+            return Err(Error::Option {
+                message: "a world of noise has no lakes, peaks, rivers and places to be found".into(),
+                hint: "give a preset of fluvial relief, such as alps".into(),
+            });
+        }
+        Ok(Finder { world, afar: BTreeMap::new(), preset })
+    }
+
+    /// The world that is searched.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// At most `limit` things within so many kilometres of a place, nearest first: in kilometres east and north.
+    ///
+    /// # Errors
+    /// When the way leads out of the coordinates.
+    pub fn find(
+        &mut self,
+        query: &Query,
+        near_km: [f64; 2],
+        radius_km: f64,
+        limit: usize,
+    ) -> Result<Vec<Found>, Error> {
+        let spacing_km = self.world.spacing_m() / 1000.0;
+        let most_km = MAX_COORDINATE as f64 * spacing_km;
+        if !near_km.iter().all(|km| km.abs() + radius_km < most_km) {
+            return Err(Error::Option {
+                message: format!("{radius_km} km around {},{} leave the coordinates", near_km[0], near_km[1]),
+                hint: format!("no vertex lies more than {most_km:.0} km from the origin"),
+            });
+        }
+        let stride = self.stride(query);
+        if stride != Stride::ONE && !self.afar.contains_key(&stride) {
+            self.afar.insert(stride, World::strided(self.preset.clone(), Some(self.world.seed()), stride)?);
+        }
+        let afar = self.afar.get(&stride);
+        let search = Search { world: &self.world, afar, query, near_km };
+        // Quarters of it are whole nodes of all strides.
+        let whole = 4 * COARSEST as i64;
+        let side = ((BLOCK_KM / spacing_km) as i64).div_euclid(whole).max(1) * whole;
+        let block_km = side as f64 * spacing_km;
+        let first = near_km.map(|km| ((km - radius_km) / block_km).floor() as i64);
+        let last = near_km.map(|km| ((km + radius_km) / block_km).floor() as i64);
+        let mut found: BTreeMap<String, Found> = BTreeMap::new();
+        let count = [0, 1].map(|axis| (last[axis] - first[axis] + 1) as u64);
+        // Rings of blocks, of which each is further than the one before: all blocks at once might be more than memory has.
+        let middle = near_km.map(|km| (km / block_km).floor() as i64);
+        for ring in 0..count[0].max(count[1]) as i64 {
+            let mut blocks: Vec<[i64; 2]> = Vec::new();
+            for y in middle[1] - ring..=middle[1] + ring {
+                let is_end = (y - middle[1]).abs() == ring;
+                let columns = middle[0] - ring..=middle[0] + ring;
+                blocks.extend(columns.filter(|x| is_end || (x - middle[0]).abs() == ring).map(|x| [x, y]));
+            }
+            blocks.retain(|block| search.distance_km(*block, block_km) <= radius_km);
+            if blocks.is_empty() {
+                break;
+            }
+            let here = |block: &[i64; 2]| search.block(*block, side);
+            let all: Vec<Vec<Found>> = blocks.par_iter().map(here).collect();
+            let near = all.into_iter().flatten().filter(|found| found.distance_km <= radius_km);
+            found.extend(near.map(|found| (found.id.clone(), found)));
+            // Nothing beyond this ring is nearer than that.
+            let sure_km = ring as f64 * block_km;
+            if found.values().filter(|found| found.distance_km <= sure_km).count() >= limit {
+                break;
+            }
+        }
+        let mut found: Vec<Found> = found.into_values().collect();
+        found.sort_by(|a, b| a.distance_km.total_cmp(&b.distance_km).then_with(|| a.id.cmp(&b.id)));
+        found.truncate(limit);
+        Ok(found)
+    }
+
+    /// The stride at which what is looked for is seen from afar.
+    fn stride(&self, query: &Query) -> Stride {
+        let node_m = match query.thing {
+            Thing::Lake => (query.least(Measure::Area).unwrap_or(0.0) * 1e6).sqrt() / LAKE_NODES,
+            Thing::Peak => f64::INFINITY,
+            Thing::River | Thing::Site(_) => 0.0,
+        };
+        let vertices = (node_m / self.world.spacing_m()).min(COARSEST as f64).max(1.0) as u64;
+        Stride::new(1 << vertices.ilog2()).expect("a power of two that is no more than the coarsest")
+    }
+}
+
+/// A search for one thing.
+struct Search<'a> {
+    world: &'a World,
+    afar: Option<&'a World>,
+    query: &'a Query,
+    near_km: [f64; 2],
+}
+
+impl Search<'_> {
+    /// Kilometres to the nearest place of a block, east and north.
+    fn distance_km(&self, block: [i64; 2], block_km: f64) -> f64 {
+        length([0, 1].map(|axis| {
+            let low = block[axis] as f64 * block_km;
+            (low - self.near_km[axis]).max(self.near_km[axis] - low - block_km).max(0.0)
+        }))
+    }
+
+    /// What is in a block, or sticks out of it.
+    fn block(&self, [x, y]: [i64; 2], side: i64) -> Vec<Found> {
+        // Rows count to the south.
+        let area = Area::new(x * side, -(y + 1) * side, side as usize, side as usize);
+        match self.query.thing {
+            Thing::Lake => self.lakes(area),
+            Thing::Peak => self.peaks(area),
+            Thing::River => self.rivers(area),
+            Thing::Site(_) => self.sites(area),
+        }
+    }
+
+    fn lakes(&self, area: Area) -> Vec<Found> {
+        let least_m2 = self.query.least(Measure::Area).unwrap_or(0.0) * 1e6;
+        let seen = match self.afar {
+            None => vec![area],
+            Some(afar) => {
+                let stride = afar.stride().vertices();
+                let large = afar.lakes(&in_nodes(area, stride));
+                let large = large.iter().filter(|lake| lake.area_m2 >= LEAST_AREA * least_m2);
+                // A place on its shore: there the lake itself is, or not far from it.
+                let shore = large.map(|lake| lake.rings[0][0].map(|at| at as i64 * stride));
+                shore.map(|[x, y]| Area::new(x, y, 1, 1).padded(2 * stride as usize)).collect()
+            }
+        };
+        let mut found = Vec::new();
+        for lake in seen.iter().flat_map(|area| LAKES.find(self.world, area)) {
+            let values = vec![(Measure::Area, lake.area_m2 / 1e6), (Measure::Height, lake.level_m)];
+            found.extend(self.found(lake.id, lake.name, middle_of(&lake.rings[0]), values));
+        }
+        found
+    }
+
+    fn peaks(&self, area: Area) -> Vec<Found> {
+        let least_m = self.query.least(Measure::Height).unwrap_or(f64::NEG_INFINITY) as f32;
+        let parts = area.halves().into_iter().flat_map(Area::halves).flat_map(Area::halves).flat_map(Area::halves);
+        let may_have = |part: &Area| {
+            let Some(afar) = self.afar else { return true };
+            let (low_m, high_m) = afar.height_range_m();
+            let heights = afar.relief().heights(in_nodes(*part, afar.stride().vertices()));
+            heights.values().iter().any(|height_m| *height_m > least_m - LOWER * (high_m - low_m))
+        };
+        let peaks = parts.filter(may_have).flat_map(|part| PEAKS.find(self.world, &part));
+        let found = peaks.filter_map(|peak| {
+            self.found(peak.id, peak.name, [peak.at; 2], vec![(Measure::Height, f64::from(peak.height_m))])
+        });
+        found.collect()
+    }
+
+    fn rivers(&self, area: Area) -> Vec<Found> {
+        let least_m3s = self.query.least(Measure::Discharge).unwrap_or(0.0);
+        let rivers = self.world.lines_through(LineKind::River, &area);
+        let found = rivers.iter().filter_map(|river| {
+            let place = |point: &LinePoint| {
+                let [x, y] = river.place_from([0, 0], point);
+                [x * river.spacing_m, -y * river.spacing_m]
+            };
+            // A river is where it is nearest and as large as was asked for.
+            let off = |at: &[f64; 2]| length([0, 1].map(|axis| at[axis] - 1000.0 * self.near_km[axis]));
+            let large = river.points.iter().filter(|point| point.discharge_m3s >= least_m3s).map(place);
+            let at = large.min_by(|a, b| off(a).total_cmp(&off(b)))?;
+            let discharge_m3s = river.points[river.points.len() - 1].discharge_m3s;
+            let values = vec![(Measure::Length, river.length_m() / 1000.0), (Measure::Discharge, discharge_m3s)];
+            self.found(river.id.to_string(), river.name.clone(), [at; 2], values)
+        });
+        found.collect()
+    }
+
+    fn sites(&self, area: Area) -> Vec<Found> {
+        let Thing::Site(class) = self.query.thing else { return Vec::new() };
+        let sites = self.world.sites(&area);
+        let asked = sites.iter().filter(|site| class.is_none_or(|class| class == site.class));
+        let found = asked.filter_map(|site| {
+            let spacing_m = self.world.spacing_m();
+            let at = [site.at[0] as f64 * spacing_m, -site.at[1] as f64 * spacing_m];
+            let values =
+                vec![(Measure::Population, f64::from(site.population)), (Measure::Height, f64::from(site.height_m))];
+            self.found(site.id.to_string(), Some(site.name.clone()), [at; 2], values)
+        });
+        found.collect()
+    }
+
+    /// Something between two corners in metres east and north, if it is as was asked for.
+    fn found(
+        &self,
+        id: String,
+        name: Option<String>,
+        [low, high]: [[f64; 2]; 2],
+        values: Vec<(Measure, f64)>,
+    ) -> Option<Found> {
+        let middle = [0, 1].map(|axis| f64::midpoint(low[axis], high[axis]));
+        if !self.query.keeps(&values) || !self.query.beside.is_none_or(|beside| self.is_beside(beside, middle)) {
+            return None;
+        }
+        let at_km = middle.map(|m| m / 1000.0);
+        let wide_km = (high[0] - low[0]).max(high[1] - low[1]) / 1000.0;
+        Some(Found {
+            id,
+            name,
+            distance_km: length([0, 1].map(|axis| at_km[axis] - self.near_km[axis])),
+            around_km: (2.0 * wide_km).max(LEAST_AROUND_KM).ceil(),
+            at_km,
+            values,
+        })
+    }
+
+    /// Whether something lies beside a place in metres east and north.
+    fn is_beside(&self, beside: Beside, at: [f64; 2]) -> bool {
+        let spacing_m = self.world.spacing_m();
+        let [x, y] = [at[0], -at[1]].map(|m| (m / spacing_m).round() as i64);
+        let area = Area::new(x, y, 1, 1).padded((BESIDE_M / spacing_m).ceil() as usize);
+        match beside {
+            Beside::River => !self.world.lines_through(LineKind::River, &area).is_empty(),
+            Beside::Lake => !self.world.lakes(&area).is_empty(),
+            Beside::Sea => !self.world.coasts(&area).is_empty(),
+        }
+    }
+}
+
+/// The nodes of a stride that lie in an area of vertices, whose corners are nodes.
+fn in_nodes(area: Area, stride: i64) -> Area {
+    let Area { x0, y0, x1, y1 } = area;
+    Area { x0: x0 / stride, y0: y0 / stride, x1: x1 / stride, y1: y1 / stride }
+}
+
+/// The corners of the least rectangle around places.
+fn middle_of(places: &[[f64; 2]]) -> [[f64; 2]; 2] {
+    let fold = |start: f64, pick: fn(f64, f64) -> f64| {
+        [0, 1].map(|axis| places.iter().map(|place| place[axis]).fold(start, pick))
+    };
+    [fold(f64::INFINITY, f64::min), fold(f64::NEG_INFINITY, f64::max)]
+}

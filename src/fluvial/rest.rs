@@ -1,0 +1,87 @@
+//! The rest: what finer channels than those that are asked for make of the land between these, in the mean.
+//!
+//! Without its brooks a side would rise straight to the divide. With them it rises to their beds, and on by these: first as
+//! steep as a hillside, and then as steep as a brook, over whose bed the land between lies in the mean. What lies under water
+//! stays as it is, so that shores are where they are.
+
+use super::fields::{Fields, most_area};
+use super::valley::InRows;
+use crate::simd::Simd;
+
+/// The mean way from a place to the nearest channel of a level, in cells of it, as fits the land with all channels: of 0.15 to
+/// 0.4 the one with the least bias in seven presets at strides of 8 to 64.
+const NEAREST: f64 = 0.28;
+
+/// Metres added to a height that is divided by, which may be none.
+const LEAST_M: f32 = 1e-3;
+
+/// What the land is like at nodes beside the finest channels that are asked for.
+#[derive(Debug)]
+pub struct Rest {
+    /// Slope of the brooks, as a share of the hillside's.
+    pub slope: Vec<f32>,
+    /// Metres that the land lies above them in the mean.
+    pub height_m: Vec<f32>,
+}
+
+impl Rest {
+    /// Metres that the land rises at a node where a side alone would rise so many.
+    pub fn risen_m(&self, node: usize, risen_m: f32) -> f32 {
+        let above_m = risen_m * (1.0 - self.slope[node]);
+        risen_m - above_m * above_m / (above_m + self.height_m[node] + LEAST_M)
+    }
+}
+
+/// The same at one place.
+#[derive(Clone, Copy, Debug)]
+pub struct RestLaw {
+    /// Slope of the brooks, as a share of the hillside's.
+    pub slope: f64,
+    /// Metres that the land lies above them in the mean.
+    pub height_m: f64,
+}
+
+impl RestLaw {
+    /// The law between channels of so many levels, by uplift.
+    pub fn new(fields: &Fields, uplift: f64, levels: u32) -> RestLaw {
+        let hill_slope = fields.hill_slope(uplift);
+        let cell_m = |level: u32| fields.side(level) as f64 * fields.metres_a_grain();
+        let nearest_m = |level: u32| NEAREST * cell_m(level);
+        // Of a channel half of whose area drains there.
+        let slope = |level: u32| fields.river_slope(uplift, most_area(level) / 2.0).min(hill_slope);
+        let finest = fields.levels() - 1;
+        let mut height_m = hill_slope * nearest_m(finest);
+        for level in (levels..finest).rev() {
+            height_m += slope(level + 1) * nearest_m(level);
+        }
+        RestLaw { slope: slope(levels) / hill_slope, height_m }
+    }
+}
+
+/// The law in lanes.
+#[derive(Clone, Copy)]
+pub struct LaneRest<S: Simd> {
+    left: S::F32,
+    height_m: S::F32,
+}
+
+impl<S: Simd> LaneRest<S> {
+    #[inline(always)]
+    pub fn splat(simd: S, [slope, height_m]: [f32; 2]) -> LaneRest<S> {
+        LaneRest { left: simd.splat(1.0 - slope), height_m: simd.splat(height_m) }
+    }
+
+    #[inline(always)]
+    pub fn load(simd: S, lanes: InRows, rest: &Rest) -> LaneRest<S> {
+        let left = simd.splat(1.0) - lanes.load(simd, &rest.slope);
+        LaneRest { left, height_m: lanes.load(simd, &rest.height_m) }
+    }
+
+    /// Metres that the land rises beside a channel where its side alone would rise so many, and so many lie under water: as
+    /// steep as the side at the water, and beyond as brooks, so much above them.
+    #[inline(always)]
+    pub fn risen(&self, simd: S, open: S::F32, risen: S::F32) -> S::F32 {
+        let above = simd.max(risen - open, simd.splat(0.0)) * self.left;
+        risen - above * above / (above + self.height_m + simd.splat(LEAST_M))
+    }
+}
