@@ -119,7 +119,7 @@ impl World {
 
     /// The same world in tiles of so many cells a side.
     #[must_use]
-    pub(crate) fn with_tile_cells(self, tile_cells: u32) -> World {
+    pub fn with_tile_cells(self, tile_cells: u32) -> World {
         World { tile_cells, ..self }
     }
 

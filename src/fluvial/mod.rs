@@ -131,7 +131,9 @@ const LEAST_CELL: i64 = 12;
 /// Nodes that a square is wide whose water comes together in the least river that is seen: of more the land would be full.
 const LEAST_RIVER_CELL: i64 = 24;
 
-/// Nodes that the trunks' cells are wide at least; of nodes further apart the mean of those between is made, with straight trunks.
+/// Nodes that the trunks' cells are wide at least where these are seen to bend; and at all: of nodes further apart the mean of those
+/// between is made.
+const LEAST_BENT_CELL: i64 = 8;
 const LEAST_TRUNK_CELL: i64 = 3;
 
 /// Nodes from a knot of a channel to the next at least, where there are more than nodes show.
@@ -261,7 +263,7 @@ impl Fluvial {
         let levels = self.levels();
         let has_all = levels == self.fields.levels();
         let trunk_cell = self.fields.side(0) / GRAINS;
-        let is_far = trunk_cell < LEAST_CELL * self.stride;
+        let is_far = trunk_cell < LEAST_BENT_CELL * self.stride;
         let steps = std::iter::successors(Some(self.stride), |step| Some(step / 2));
         let mut steps = steps.filter(|step| *step == 1 || trunk_cell >= LEAST_TRUNK_CELL * step);
         Detail {

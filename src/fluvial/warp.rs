@@ -67,8 +67,8 @@ const OCTAVES: u32 = 5;
 const LONGEST: f64 = 16.0;
 const H: f64 = 1.6;
 
-/// Nodes that a wave is long at least that they show.
-const LEAST_WAVE: f64 = 2.0;
+/// Nodes that a wave is long at least that they show: the shortest ones move a place by a few metres.
+const LEAST_WAVE: f64 = 1.0;
 
 /// Cells a side of a patch of displacements that is remembered.
 const PATCH: i64 = 64;

@@ -146,6 +146,7 @@ impl Tile {
         let blend = clock.time(stage::BLEND, || {
             let Preset { ground, sea_level_m, .. } = world.preset();
             let rule = GroundRule::new(ground, *sea_level_m, spacing_m, world.seed());
+            let rule = if world.stride() == Stride::ONE { rule } else { rule.from_afar(spacing_m, world.seed()) };
             let mut blend = Blend::new(&rule, &heights, water.as_ref(), &normals);
             if let Some(imprint) = &imprint {
                 blend.cover_with(imprint);

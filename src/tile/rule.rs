@@ -25,7 +25,13 @@ pub struct GroundRule {
     pub(super) forest: Forest,
     pub(super) wet: Option<Wet>,
     /// What makes the edges of woods, scree and wet ground ragged; `None` where there is none of these.
-    pub(super) noise: Option<Fractal>,
+    pub(super) ragged: Option<Ragged>,
+}
+
+/// What makes edges ragged: noise, where vertices show any.
+#[derive(Clone, Debug)]
+pub(super) struct Ragged {
+    pub noise: Option<Fractal>,
 }
 
 /// Rubble beneath rock.
@@ -52,6 +58,8 @@ pub(super) struct Forest {
     too_steep: LinearStep,
     no_meadow: LinearStep,
     likes_wet: f32,
+    /// How suddenly a wood ends.
+    edge: f32,
 }
 
 /// What a forest looks at.
@@ -93,6 +101,16 @@ const MEADOW: f32 = 1.0;
 const BANK: f32 = 3.0;
 /// How suddenly a wood ends: the noise of its edge's two sides is a third apart.
 const EDGE: f32 = 3.0;
+/// Wavelength in metres of the noise of woods, and how it goes on from there.
+const FOREST_M: f64 = 1800.0;
+const LACUNARITY: f64 = 2.7;
+const H: f64 = 0.45;
+const OCTAVES: usize = 6;
+/// Vertices that its shortest waves are long at least; and nodes of a stride, from where a wood of a few would be a speck.
+const VERTICES: f64 = 3.0;
+const AFAR_VERTICES: f64 = 8.0;
+/// Standard deviation of its first octave, about.
+const NOISE_DEVIATION: f64 = 0.3;
 /// From which part of a ramp on the forest dies out whatever the noise says: at its end there is none.
 const LAST: f32 = 4.0;
 
@@ -123,11 +141,29 @@ impl GroundRule {
                 too_steep: LinearStep::between(ground.forest_slope),
                 no_meadow: or(ground.meadow, 1.0),
                 likes_wet: ground.forest_wet as f32,
+                edge: EDGE,
             },
             wet: ground.wet_m.map(|reach_m| Wet { reach_m: reach_m as f32 }),
-            noise: is_ragged
-                .then(|| Fractal::new(&noise_spec(spacing_m), spacing_m, stream(seed, Stream::GroundCover))),
+            ragged: is_ragged.then(|| {
+                let noise = Fractal::new(&noise_spec(spacing_m), spacing_m, stream(seed, Stream::GroundCover));
+                Ragged { noise: Some(noise) }
+            }),
         }
+    }
+
+    /// The same at the nodes of a stride: of woods that are too small to be seen there is the mean, so their edges are soft.
+    #[must_use]
+    pub fn from_afar(mut self, spacing_m: f64, seed: u64) -> GroundRule {
+        let seen = waves().take_while(|wave_m| *wave_m >= AFAR_VERTICES * spacing_m).count();
+        let lost = (seen..OCTAVES).map(|octave| libm::pow(LACUNARITY, -2.0 * H * octave as f64)).sum::<f64>();
+        // Half of the ramp of a wood's edge, as the noise has it, and what is left out of that, which is about normal.
+        let [ramp, left] = [0.5 / f64::from(EDGE), 1.25 * NOISE_DEVIATION * lost.sqrt()];
+        self.forest.edge = (0.5 / (ramp * ramp + left * left).sqrt()) as f32;
+        if let Some(ragged) = &mut self.ragged {
+            let spec = FractalSpec { octaves: seen as u32, ..noise_spec(FOREST_M / AFAR_VERTICES) };
+            ragged.noise = (seen > 0).then(|| Fractal::new(&spec, spacing_m, stream(seed, Stream::GroundCover)));
+        }
+        self
     }
 
     /// How much of what snow and rock leave is scree, by how much more rubble has come than rock stands there, from none
@@ -149,13 +185,15 @@ pub(super) fn wetland_share<S: Simd>(simd: S, damp: S::F32, noise: S::F32) -> S:
 
 /// From the size of a forest down to that of a glade, but no finer than what vertices show as a shape.
 fn noise_spec(spacing_m: f64) -> FractalSpec {
-    const FOREST_M: f64 = 1800.0;
-    const LACUNARITY: f64 = 2.7;
-    const VERTICES: f64 = 3.0;
     let wavelength_m = FOREST_M.max(2.0 * VERTICES * spacing_m);
     let waves = std::iter::successors(Some(wavelength_m), |wave_m| Some(wave_m / LACUNARITY));
-    let octaves = waves.take(6).take_while(|wave_m| *wave_m >= VERTICES * spacing_m).count();
-    FractalSpec { kind: FractalKind::Fbm, octaves: octaves as u32, wavelength_m, lacunarity: LACUNARITY, h: 0.45 }
+    let octaves = waves.take(OCTAVES).take_while(|wave_m| *wave_m >= VERTICES * spacing_m).count();
+    FractalSpec { kind: FractalKind::Fbm, octaves: octaves as u32, wavelength_m, lacunarity: LACUNARITY, h: H }
+}
+
+/// The wavelengths of its octaves in metres.
+fn waves() -> impl Iterator<Item = f64> {
+    std::iter::successors(Some(FOREST_M), |wave_m| Some(wave_m / LACUNARITY)).take(OCTAVES)
 }
 
 impl Forest {
@@ -170,7 +208,7 @@ impl Forest {
         let against = (high * simd.splat(TREE_LINE) + steep * simd.splat(STEEP)) + meadow * simd.splat(MEADOW);
         let bank = clamp(simd, damp * simd.splat(BANK)) * simd.splat(self.likes_wet);
         let score = (noise + simd.splat(self.bias)) + (bank - against);
-        let stands = clamp(simd, score * simd.splat(EDGE) + simd.splat(0.5));
+        let stands = clamp(simd, score * simd.splat(self.edge) + simd.splat(0.5));
         let low_enough = clamp(simd, (one - high) * simd.splat(LAST));
         stands * low_enough * clamp(simd, (one - steep) * simd.splat(LAST))
     }

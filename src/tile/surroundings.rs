@@ -52,9 +52,11 @@ impl GroundSurroundings {
         water: Option<&Water>,
         area: Area,
     ) -> Option<GroundSurroundings> {
-        let fractal = rule.noise.as_ref()?;
+        let ragged = rule.ragged.as_ref()?;
         let mut noise = Grid::filled(area, 0.0);
-        fractal.fill(area, noise.values_mut());
+        if let Some(fractal) = &ragged.noise {
+            fractal.fill(area, noise.values_mut());
+        }
         let none = || Grid::filled(area, 0.0);
         Some(GroundSurroundings {
             rubble: rubble(rule, heights, area).unwrap_or_else(none),

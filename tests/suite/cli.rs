@@ -1035,6 +1035,6 @@ fn what_is_looked_for_is_found_nearest_first() {
     desk.refused(&["find", "alps", "castle"], &["castle", "\"town on river\""]);
     desk.refused(&["find", "alps", "peak > high"], &["expected a number"]);
     desk.refused(&["find", "small.toml", "lake"], &["noise", "fluvial"]);
-    desk.refused(&["find", "alps", "lake", "--radius", "-3"], &["kilometres above 0"]);
+    desk.refused(&["find", "alps", "lake", "--radius=-3"], &["kilometres above 0"]);
     desk.refused(&["find", "alps", "lake", "--near=1e300,0"], &["leave the coordinates"]);
 }

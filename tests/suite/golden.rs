@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 use rayon::prelude::*;
-use terrane::area::{Area, TileId};
+use terrane::area::{Area, Stride, TileId};
 use terrane::lines::LineKind;
 use terrane::map::MapPainter;
 use terrane::preset::{BUILT_IN, Preset};
@@ -25,10 +25,15 @@ const TILES: [(i64, i64); 4] = [(0, 0), (1_000_000_000, -1_000_000_000), (-7, 3)
 /// the time for.
 const WITH_PLACES: &str = "-with-places";
 
+/// Presets that are looked at from afar, too, and at which strides: gullies in the mean, brooks, nothing but trunks, and the mean of
+/// these; and noise.
+const AFAR: [(&str, u64); 5] = [("alps", 4), ("plains", 16), ("archipelago", 32), ("fjords", 1024), ("mountains", 8)];
+
 /// A preset and those of its tiles whose hashes are in the list.
 struct Golden {
     name: String,
     preset: Preset,
+    stride: Stride,
     tiles: Vec<(i64, i64)>,
 }
 
@@ -71,25 +76,30 @@ fn goldens(list: &str) -> Vec<Golden> {
         let preset = Preset { places: None, ..preset };
         // Rivers are followed to their ends, wherever a tile is: two places are enough for a build without optimisation.
         let tiles = if preset.fluvial.is_some() { &TILES[..2] } else { &TILES[..] };
-        Golden { name: name.to_owned(), preset, tiles: tiles.to_vec() }
+        Golden { name: name.to_owned(), preset, stride: Stride::ONE, tiles: tiles.to_vec() }
     });
     let settled = presets().filter(|(_, preset)| preset.places.is_some()).map(|(name, preset)| {
         let name = format!("{name}{WITH_PLACES}");
         let tiles = listed(&name);
         // Of a preset that the list does not know yet, the tile of a settlement, to which roads go.
         let tiles = if tiles.is_empty() { vec![settlement(&preset)] } else { tiles };
-        Golden { name, preset, tiles }
+        Golden { name, preset, stride: Stride::ONE, tiles }
     });
-    bare.chain(settled).collect()
+    let afar = AFAR.iter().map(|(preset, vertices)| {
+        let name = format!("{preset}-at-{vertices}");
+        let (_, preset) = Preset::load(preset).unwrap();
+        Golden { name, preset, stride: Stride::new(*vertices).unwrap(), tiles: TILES[..1].to_vec() }
+    });
+    bare.chain(settled).chain(afar).collect()
 }
 
-fn world(preset: &Preset) -> World {
+fn world(preset: &Preset, stride: Stride) -> World {
     // Debug builds take part, so the tiles are small; the size is no multiple of a lane count on purpose.
-    World::new(Preset { tile_cells: 48, ..preset.clone() }, Some(1)).unwrap()
+    World::strided(Preset { tile_cells: 48, ..preset.clone() }, Some(1), stride).unwrap()
 }
 
 fn settlement(preset: &Preset) -> (i64, i64) {
-    world(preset).sites(&Area::new(0, 0, 2560, 2560))[0].at.map(|at| at.div_euclid(48)).into()
+    world(preset, Stride::ONE).sites(&Area::new(0, 0, 2560, 2560))[0].at.map(|at| at.div_euclid(48)).into()
 }
 
 /// The tiles that are compared here. The suite's are all of noise, which costs nothing, and one of each fluvial preset: of
@@ -99,14 +109,15 @@ fn tried(golden: &Golden) -> &[(i64, i64)] {
     // A build without optimisation has the bare ones alone.
     let has_places = preset != golden.name;
     let shows_most = has_places == (is_quick(preset) && !cfg!(debug_assertions));
-    let quick = if golden.preset.fluvial.is_some() { usize::from(shows_most) } else { golden.tiles.len() };
+    let is_whole = golden.stride == Stride::ONE;
+    let quick = if golden.preset.fluvial.is_some() && is_whole { usize::from(shows_most) } else { golden.tiles.len() };
     if IS_LONG { &golden.tiles[quick..] } else { &golden.tiles[..quick] }
 }
 
 /// A line a tile.
 fn hashes(golden: &Golden, tiles: &[(i64, i64)]) -> String {
     let mut lines = String::new();
-    let world = world(&golden.preset);
+    let world = world(&golden.preset, golden.stride);
     let painter = MapPainter::new(&world);
     for &(x, y) in tiles {
         let tile = Tile::new(&world, TileId { x, y });

@@ -17,10 +17,11 @@ fn every_instruction_set_bakes_the_same_bytes() {
         let preset = folder.path().join("small.toml");
         fs::write(&preset, small_tiles(text)).unwrap();
         let light = settings(text);
-        let listed = |level: Level| {
-            let out = folder.path().join(format!("{name}-{}", level.name()));
+        let listed = |level: Level, scale: &str| {
+            let out = folder.path().join(format!("{name}-{}-{}", level.name(), scale.len()));
             let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
             command.args(["bake", preset.to_str().unwrap(), "--at", "-2,1000000000", "--size", "2x2", "--quiet"]);
+            command.args(["--scale", scale]);
             // The hashes are those of all parts of a tile, water, beds and lines among them.
             let exports = "height,blend,normal,map,exr,hashes,vector,geojson,gltf";
             command.args(["--export", exports, "--out", out.to_str().unwrap()]).args(&light);
@@ -29,9 +30,12 @@ fn every_instruction_set_bakes_the_same_bytes() {
             fs::read_to_string(out.join("bake.json")).unwrap()
         };
         let levels = Level::available();
-        let reference = listed(levels[0]);
-        for &level in &levels[1..] {
-            assert_eq!(listed(level), reference, "{name}: {} differs from {}", level.name(), levels[0].name());
+        for scale in ["1", "1/16"] {
+            let reference = listed(levels[0], scale);
+            for &level in &levels[1..] {
+                let [one, other] = [level, levels[0]].map(Level::name);
+                assert_eq!(listed(level, scale), reference, "{name} at {scale}: {one} differs from {other}");
+            }
         }
     }
 }
