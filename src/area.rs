@@ -213,7 +213,7 @@ impl Region {
     /// with as little beside it as can be where no such tiles begin and end with this region.
     ///
     /// # Errors
-    /// When its tiles would have less than [`LEAST_STRIDED_CELLS`] cells, however many of this region's they cover.
+    /// When a vertex of it would lie more than [`MAX_COORDINATE`] nodes from the origin.
     pub fn strided(&self, stride: Stride) -> Result<Region, Error> {
         let (vertices, cells) = (stride.vertices() as u64, self.cells as u64);
         // So many tiles a side, in nodes.
@@ -230,12 +230,9 @@ impl Region {
             let made = count[0] as u128 * count[1] as u128 * (u128::from(nodes) + STRIDED_PAD).pow(2);
             (beside.min(1), made, first, count, nodes as u32)
         });
-        let Some((.., first, count, nodes)) = covering.min_by_key(|(beside, made, ..)| (*beside, *made)) else {
-            return Err(Error::Region {
-                message: format!("tiles of {cells} cells cannot be cut in parts of {vertices}"),
-                hint: "give a power of two with --tile-cells, such as 256".into(),
-            });
-        };
+        let best = covering.min_by_key(|(beside, made, ..)| (*beside, *made));
+        // As many tiles as a node has vertices are always as many nodes wide as a tile has cells.
+        let (.., first, count, nodes) = best.expect("there are whole nodes in a tile's vertices times a node's");
         Region::new(TileId { x: first[0], y: first[1] }, count[0], count[1], nodes)
     }
 
