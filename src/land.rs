@@ -29,6 +29,19 @@ pub struct Water {
     pub ice_m: Option<Grid<f32>>,
 }
 
+impl Water {
+    /// An area without any, of a relief that has no glaciers.
+    pub(crate) fn none(area: Area) -> Water {
+        Water {
+            kind: Grid::filled(area, WaterKind::Dry),
+            bed: Grid::filled(area, false),
+            depth_m: Grid::filled(area, 0.0),
+            flow_m3s: Grid::filled(area, 0.0),
+            ice_m: None,
+        }
+    }
+}
+
 impl Land {
     /// The land of a part of the area, which must be within it.
     pub(crate) fn part(&self, area: Area) -> Land {

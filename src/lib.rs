@@ -42,6 +42,7 @@
 //!   world       Preset + seed -> World: ranges proved, memories bounded
 //!   tile/       land, lines -> imprint -> normals -> blend weights; the digest of each part
 //!   features/   World, area -> rivers, lakes, coasts, roads, sites, peaks, crossings with typed attributes
+//!   find/       "lake > 2 km2", a place -> the nearest ones, seen from afar first
 //!   mesh/       tile -> triangles: land, water, ribbons      map/  tile -> picture
 //!      |
 //!   bake/       Region -> all its tiles, in parallel, in order, to sinks
@@ -55,6 +56,10 @@
 //! What a stage reads around the area that it makes stands in that stage, as a function `input(area) -> area`, and
 //! whoever calls it folds these: [`tile::shaped_input`] those of normals and weights, and [`lines::Imprint::input`] that of
 //! drains. For each a test fills all outside with NaN and finds the result unchanged.
+//!
+//! The same world can be had at the nodes of a [stride](area::Stride), every 2^k-th vertex ([`world::World::strided`]): areas, tiles and
+//! lines are then counted in nodes, and all layers below `relief` are the same. What nodes do not show is left out before it
+//! costs anything, and is there in the mean.
 //!
 //! # Words
 //!

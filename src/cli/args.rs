@@ -326,7 +326,8 @@ pub(super) fn parse_numbers<const N: usize>(text: &str) -> Result<[f64; N], Stri
 
 /// Kilometres above 0, with their unit or without.
 fn parse_kilometres(text: &str) -> Result<f64, String> {
-    match text.trim().trim_end_matches("km").trim_end().parse::<f64>() {
+    let number = text.trim();
+    match number.strip_suffix("km").unwrap_or(number).trim_end().parse::<f64>() {
         Ok(km) if km.is_finite() && km > 0.0 => Ok(km),
         _ => Err(format!("expected kilometres above 0, such as 200km, found {text:?}")),
     }
@@ -353,6 +354,11 @@ impl From<TileArguments> for BakeArguments {
     fn from(TileArguments { preset, x, y, common }: TileArguments) -> BakeArguments {
         BakeArguments { preset, at: Some(TileId { x, y }), size: Some((1, 1)), bounds: None, around: None, common }
     }
+}
+
+/// Kilometres from the origin at which the furthest vertices lie.
+fn most_km(spacing_m: f64) -> f64 {
+    MAX_COORDINATE as f64 * spacing_m / 1000.0
 }
 
 /// A preset with what is set in it.
@@ -409,9 +415,7 @@ impl BakeArguments {
         if [x0, y0, x1, y1].iter().any(|tile| tile.abs() > MAX_COORDINATE as f64) {
             return Err(Error::Region {
                 message: format!("{west},{south},{east},{north} km leaves the coordinates"),
-                hint: format!("no vertex lies more than 2^53 from the origin, which are {:.0} km", {
-                    MAX_COORDINATE as f64 * spacing_m / 1000.0
-                }),
+                hint: format!("no vertex lies more than {:.0} km from the origin", most_km(spacing_m)),
             });
         }
         let at = TileId { x: x0 as i64, y: y0 as i64 };

@@ -86,7 +86,8 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     let rate = region.vertices() as f64 / elapsed.as_secs_f64() / 1e6;
     let object = json!({
         "type": "done", "out": out.to_string_lossy(), "files": manifest.files.len() + 1, "bytes": bytes, "tiles": region.tiles(),
-        "vertices": region.vertices(), "bounds_km": region.bounds_km(world.spacing_m()), "seconds": elapsed.as_secs_f64(), "mvertices_per_second": rate,
+        "vertices": region.vertices(), "bounds_km": region.bounds_km(world.spacing_m()),
+        "seconds": elapsed.as_secs_f64(), "mvertices_per_second": rate,
     });
     let text = format!(
         "{}: {} x {} vertices, {}, in {} files, {}, {:.2} s ({rate:.1} Mvertices/s)\n",
@@ -125,7 +126,8 @@ fn print_plan(
     let seconds = forecast.map(|forecast| forecast.time.as_secs_f64());
     let object = json!({
         "type": "plan", "out": out.to_string_lossy(), "tiles": region.tiles(), "width": region.width(),
-        "height": region.height(), "bounds_km": region.bounds_km(world.spacing_m()), "min_m": min_m, "max_m": max_m, "step_m": step_m, "files": cost.files,
+        "height": region.height(), "bounds_km": region.bounds_km(world.spacing_m()), "min_m": min_m,
+        "max_m": max_m, "step_m": step_m, "files": cost.files,
         "disk_bytes_at_most": cost.disk_bytes, "memory_bytes": memory_bytes,
         "memory_bytes_at_most": cost.memory_bytes, "seconds": seconds, "threads": threads,
     });

@@ -38,14 +38,7 @@ impl Means {
     /// The land at the nodes of an area, with so many finer ones from one to the next, given what makes the land of an area of
     /// these. Of what lies around a node, that on its edge counts half.
     pub fn of(area: Area, finer: i64, sea_level_m: f32, make: impl Fn(Area) -> Land) -> Land {
-        let water = Water {
-            kind: Grid::filled(area, WaterKind::Dry),
-            bed: Grid::filled(area, false),
-            depth_m: Grid::filled(area, 0.0),
-            flow_m3s: Grid::filled(area, 0.0),
-            ice_m: None,
-        };
-        let mut means = Means { finer, sea_level_m, heights: Grid::filled(area, 0.0), water };
+        let mut means = Means { finer, sea_level_m, heights: Grid::filled(area, 0.0), water: Water::none(area) };
         let side = (MOST_NODES / finer).max(1) as usize;
         for y0 in (area.y0..area.y1).step_by(side) {
             for x0 in (area.x0..area.x1).step_by(side) {
@@ -135,16 +128,7 @@ mod tests {
     #[test]
     fn a_node_is_the_mean_of_what_it_covers_and_parts_agree() {
         let land = |area: Area| {
-            let mut land = Land {
-                heights: Grid::filled(area, 0.0),
-                water: Some(Water {
-                    kind: Grid::filled(area, WaterKind::Dry),
-                    bed: Grid::filled(area, false),
-                    depth_m: Grid::filled(area, 0.0),
-                    flow_m3s: Grid::filled(area, 0.0),
-                    ice_m: None,
-                }),
-            };
+            let mut land = Land { heights: Grid::filled(area, 0.0), water: Some(Water::none(area)) };
             for (x, y) in area.vertices() {
                 // A slope that the sea comes up to.
                 let height_m = 3.0 * x as f32 + y as f32 + 0.5;

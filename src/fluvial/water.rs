@@ -257,14 +257,7 @@ impl<'a> FillWater<'a> {
 
     /// Heights and water of an area, whose [`input`] must be within the nodes.
     pub fn fill(&self, area: Area) -> Land {
-        let water = Water {
-            kind: Grid::filled(area, WaterKind::Dry),
-            bed: Grid::filled(area, false),
-            depth_m: Grid::filled(area, 0.0),
-            flow_m3s: Grid::filled(area, 0.0),
-            ice_m: None,
-        };
-        let (mut heights, mut water) = (Grid::filled(area, 0.0), water);
+        let (mut heights, mut water) = (Grid::filled(area, 0.0), Water::none(area));
         let [columns, rows] = [area.width(), area.height()].map(|vertices| vertices.div_ceil(BLOCK));
         let mut bounds = Grid::filled(Area::new(0, 0, columns, rows), Bounds::NONE);
         for (index, bounds) in bounds.values_mut().iter_mut().enumerate() {
