@@ -317,6 +317,8 @@ mod tests {
         // Where whole tiles fit there are no others; where they do not, smaller ones.
         assert_eq!(strided(&region(-8, 4, 8, 16), 4), Region::new(TileId { x: -2, y: 1 }, 2, 4, 256).unwrap());
         assert_eq!(strided(&region(5, 7, 8, 8), 4), Region::new(TileId { x: 5, y: 7 }, 8, 8, 64).unwrap());
+        // Also where fewer larger ones would be less to make.
+        assert_eq!(strided(&region(1, 1, 16, 16), 4), Region::new(TileId { x: 1, y: 1 }, 16, 16, 64).unwrap());
         for vertices in (0..=Stride::MAX_POWER).map(|power| 1 << power) {
             for asked in [region(-3, 5, 1, 1), region(-100, -7, 157, 3)] {
                 let covering = strided(&asked, vertices);
