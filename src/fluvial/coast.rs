@@ -125,6 +125,7 @@ pub fn heights(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fluvial::valley;
     use crate::preset::Preset;
 
     const FAR: i64 = 1 << 40;
@@ -158,7 +159,8 @@ mod tests {
         let vertices = displacements();
         let metres: Vec<f32> = vertices.iter().map(|by| by * preset.spacing_m as f32).collect();
         let high_m = vec![1e6; vertices.len()];
-        let hillsides = |len: usize| Hillsides { levels: fields.levels(), slope: vec![0.5; len], rest: None };
+        let reach = valley::reach(&fields, fields.levels());
+        let hillsides = |len: usize| Hillsides { reach, slope: vec![0.5; len], rest: None };
         for corner in [0, -COAST_STEP, 5 * COAST_STEP - 1, FAR, FAR + COAST_STEP, -FAR - 1] {
             let area = Area::new(corner, -corner, vertices.len(), 1);
             let nodes = Displaced { area, step: 1, metres: [metres.clone(), metres.clone()] };

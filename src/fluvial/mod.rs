@@ -85,7 +85,7 @@ use network::{Network, ShownChannels};
 use point::{GRAINS, Point};
 use rest::{Rest, RestLaw};
 use rivers::RiverMemories;
-use segment::Segments;
+use segment::{Reach, Segments};
 use settings::FluvialSettings;
 use skerries::{AreaSkerries, Skerries};
 use valley::{FillValleys, Hillsides, Valleys};
@@ -101,7 +101,8 @@ pub struct Fluvial {
     fields: Arc<Fields>,
     network: Network,
     warp: Warp,
-    gullies: Option<Gullies>,
+    /// Those at its nodes, and those that are surveyed at every second node, every fourth, and so on.
+    gullies: Vec<Gullies>,
     skerries: Option<Skerries>,
     moraines: Option<Moraines>,
     barriers: Option<Barriers>,
@@ -119,6 +120,8 @@ struct Detail {
     step: i64,
     /// The channels; what the others make of the land is there in the mean.
     channels: ShownChannels,
+    /// Cells of their finest level within which a brook is looked for.
+    brook_cells: i64,
     /// Whether there are gullies.
     gullies: bool,
     /// Whether hollows are cut open. What is cut is a vertex wide, and takes a wide pad.
@@ -170,13 +173,16 @@ impl Fluvial {
         let fields = Arc::new(Fields::new(settings, spacing_m, sea_level_m, seed));
         let stride = strided.vertices();
         let node_m = spacing_m * stride as f64;
+        let steps = std::iter::successors(Some(strided), |step| Stride::new(2 * step.vertices() as u64));
+        let steps = steps.take_while(|step| step.vertices() <= stride.max(survey::MOST_GULLY_STEP));
+        let gullies = steps.filter_map(|step| Gullies::new(&fields, (spacing_m, step), seed));
         let shows = |most_m: f64| stride == 1 || node_m <= most_m;
         Fluvial {
             spacing_m,
             stride,
             network: Network::new(Arc::clone(&fields), hash::stream(seed, Stream::Network)),
             warp: Warp::new(&fields, spacing_m, seed),
-            gullies: Gullies::new(&fields, (spacing_m, strided), seed),
+            gullies: gullies.collect(),
             skerries: Skerries::new(&fields, seed).filter(|_| shows(SMALL_M)),
             moraines: Moraines::new(&fields, spacing_m, seed).filter(|_| shows(SMALL_M)),
             barriers: Barriers::new(&fields, spacing_m, seed).filter(|_| shows(SMALL_M)),
@@ -273,16 +279,10 @@ impl Fluvial {
                 least_piece: if has_all { 0.0 } else { (LEAST_PIECE * self.stride * GRAINS) as f64 },
                 are_straight: is_far,
             },
-            gullies: self.gullies.is_some() && has_all,
-            breaches: self.gullies.is_some() && self.stride == 1,
+            brook_cells: valley::BROOK_CELLS,
+            gullies: has_all,
+            breaches: !self.gullies.is_empty() && self.stride == 1,
         }
-    }
-
-    /// Nodes so many vertices apart, for who plans on them.
-    fn surveyed(&self, step: i64) -> Detail {
-        let channels = ShownChannels::whole(self.fields.levels());
-        let gullies = self.gullies.is_some() && step == 1;
-        Detail { step, channels, gullies, breaches: false }
     }
 
     /// The number of levels whose channels are seen; trunks are there always.
@@ -299,7 +299,8 @@ impl Fluvial {
 
     /// The gullies, where they are asked for.
     fn gullies(&self, detail: Detail) -> Option<&Gullies> {
-        self.gullies.as_ref().filter(|_| detail.gullies)
+        let doubled = (detail.step / self.stride).max(1).ilog2();
+        self.gullies.get(doubled as usize).filter(|_| detail.gullies)
     }
 
     /// The nodes whose warp those of an area are made of.
@@ -356,10 +357,15 @@ impl Fluvial {
     }
 
     /// The segments of channels that matter to an area of nodes.
-    fn segments(&self, area: Area, Detail { step, channels, .. }: Detail) -> Segments {
+    fn segments(&self, area: Area, detail: Detail) -> Segments {
+        let Detail { step, channels, .. } = detail;
         let origin = Point::at_vertex(area.x0 * step, area.y0 * step);
-        let reach = valley::reach(&self.fields, channels.levels);
-        self.network.segments(channels, self.warp.input(area, step), origin, reach)
+        self.network.segments(channels, self.warp.input(area, step), origin, self.reach(detail))
+    }
+
+    /// How far from a node channels are looked for.
+    fn reach(&self, Detail { channels, brook_cells, .. }: Detail) -> Reach {
+        valley::reach_to(&self.fields, channels.levels, brook_cells)
     }
 
     /// Metres above the lowest side up to which gullies and moraines ask for the next-best one.
@@ -435,8 +441,8 @@ impl Fluvial {
     }
 
     /// The hillsides at the nodes of an area.
-    fn hillsides(&self, area: Area, Detail { step, channels, .. }: Detail) -> Hillsides {
-        let levels = channels.levels;
+    fn hillsides(&self, area: Area, detail: Detail) -> Hillsides {
+        let (step, levels) = (detail.step, detail.channels.levels);
         let coarse = SLOPE_STEP.max(step);
         let uplift = |(x, y): (i64, i64)| self.fields.uplift(Point::at_vertex(x * coarse, y * coarse));
         let uplifts: Vec<f64> = corners(area, coarse / step).vertices().map(uplift).collect();
@@ -445,7 +451,7 @@ impl Fluvial {
         let laws: Vec<RestLaw> =
             uplifts.iter().filter(|_| has_rest).map(|uplift| RestLaw::new(&self.fields, *uplift, levels)).collect();
         Hillsides {
-            levels,
+            reach: self.reach(detail),
             slope: table(uplifts.iter().map(|uplift| self.fields.hill_slope(*uplift) as f32).collect()),
             rest: has_rest.then(|| Rest {
                 slope: table(laws.iter().map(|law| law.slope as f32).collect()),

@@ -2,15 +2,15 @@
 //! rivers as lines.
 //!
 //! The same kernel that fills tiles fills every `step`th vertex, at the cost of the nodes alone. Heights are those of a
-//! tile but for rounding, and for what is cut through its hollows. What has been found is remembered for a while, block by
+//! tile but for rounding, for what is cut through its hollows, and for gullies that fewer nodes know less well. What has been found is remembered for a while, block by
 //! block, which changes nothing but time.
 
 use crate::area::Area;
 use crate::clock::Clock;
-use crate::fluvial::Fluvial;
 use crate::fluvial::network::ShownChannels;
-use crate::fluvial::point::{GRAINS, Point};
+use crate::fluvial::point::{self, GRAINS, Point, overlap};
 use crate::fluvial::segment::{Reach, Segments};
+use crate::fluvial::{Detail, Fluvial};
 use crate::geometry::{length, lerp};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
@@ -25,20 +25,40 @@ const PAGE: i64 = 256;
 /// Vertices from one point of a river's line to the next, at most: so finely it follows the bends of the world.
 const RIVER_VERTICES: f64 = 3.0;
 
+/// How far a piece of a channel is bent aside in the world, at most, as a share of its length.
+const BENDS: f64 = 2.0;
+
 /// A grain is as fine as the parts in which lines are counted.
 const _: () = assert!(FIXED == GRAINS);
 
+/// How finely land is surveyed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Sampling {
+    /// Vertices from a node to the next, a power of two.
+    pub step: i64,
+    /// Whether brooks that hold no water are known; else it is only what they make of the land in the mean. Most channels
+    /// are such brooks, so it takes a fraction of the time.
+    pub dry_brooks: bool,
+}
+
+impl Sampling {
+    /// All that may be known at nodes so many vertices apart.
+    pub const fn whole(step: i64) -> Sampling {
+        Sampling { step, dry_brooks: true }
+    }
+}
+
 /// What is known about the land before anything is planned on it.
 ///
-/// Whatever is asked must be a pure function of the place and the step: the same vertex has the same height and water in
-/// every question with that step, and a piece of a river is the same in every area that it touches. With longer steps
+/// Whatever is asked must be a pure function of the place and the sampling: the same vertex has the same height and water in
+/// every question with that, and a piece of a river is the same in every area that it touches. With longer steps
 /// the land may be known less finely.
 pub trait Survey: Sync {
     /// Height in metres of the bare land at the vertices `(x0 + i * step, y0 + j * step)`, row by row, `cols` x `rows`.
-    fn heights_m(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<f32>;
+    fn heights_m(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<f32>;
 
     /// What stands on the land there, likewise. A river does where it is wide enough for a vertex to lie in it.
-    fn waters(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<WaterKind>;
+    fn waters(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<WaterKind>;
 
     /// All pieces of rivers whose middle line touches `area`, in any order.
     fn rivers(&self, area: &Area) -> Vec<RiverPiece>;
@@ -66,13 +86,20 @@ impl RiverPiece {
     }
 }
 
+/// Vertices from a node to the next up to which the survey knows of gullies.
+pub(super) const MOST_GULLY_STEP: i64 = 4;
+
+/// Cells of the finest level within which brooks are known to the survey: less far than to tiles, for all that lies around what
+/// is planned is made for this alone.
+const BROOK_CELLS: i64 = 4;
+
 /// What has been found lately.
 #[derive(Debug)]
 pub(super) struct Memories {
-    /// By step, column and row.
-    blocks: Memory<(i64, i64, i64), SurveyBlock>,
-    /// Channels around pages.
-    pages: Memory<(i64, i64), Segments>,
+    /// By sampling, column and row.
+    blocks: Memory<(Sampling, i64, i64), SurveyBlock>,
+    /// Channels around pages, by whether dry brooks are among them, column and row.
+    pages: Memory<(bool, i64, i64), Segments>,
 }
 
 impl Default for Memories {
@@ -99,12 +126,12 @@ struct SurveyBlock {
 heap_bytes!(SurveyBlock: heights_m, waters);
 
 impl Survey for Fluvial {
-    fn heights_m(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<f32> {
-        self.sampled([x0, y0], step, (cols, rows), 0.0, |block| &block.heights_m)
+    fn heights_m(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<f32> {
+        self.sampled([x0, y0], sampling, (cols, rows), 0.0, |block| &block.heights_m)
     }
 
-    fn waters(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<WaterKind> {
-        self.sampled([x0, y0], step, (cols, rows), WaterKind::Dry, |block| &block.waters)
+    fn waters(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<WaterKind> {
+        self.sampled([x0, y0], sampling, (cols, rows), WaterKind::Dry, |block| &block.waters)
     }
 
     fn rivers(&self, area: &Area) -> Vec<RiverPiece> {
@@ -112,19 +139,39 @@ impl Survey for Fluvial {
         // All that the warp may bring here, and a vertex more for what is rounded on the way.
         let rectangle = self.warp.input(area.padded(1), 1);
         let spring_m3s = fields.spring_m3s();
-        let levels = (0..fields.levels()).take_while(|level| self.has_rivers(*level)).count() as u32;
+        let levels = self.wet_levels();
         let origin = Point::at_vertex(area.x0, area.y0);
         let pieces = self.network().segments(ShownChannels::whole(levels), rectangle, origin, Reach::even(0.0));
+        let asked = [Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1, area.y1)];
         let mut rivers = Vec::new();
+        // Where a piece ended, in the network and in the world.
+        let mut last = (origin, self.in_world(origin));
         for piece in &pieces.all {
             if fields.discharge_m3s(lerp(piece.area, 1.0)) < spring_m3s {
                 continue;
             }
             let start = pieces.channels[piece.channel as usize].knots[piece.knot as usize].at;
+            let end = start.moved(piece.along);
+            // Most begin where the one before has ended.
+            let first = if last.0 == start { last.1 } else { self.in_world(start) };
+            last = (end, self.in_world(end));
+            // Few come to the area that is asked about: the rest lie where others may be bent to.
+            let aside = BENDS * length(piece.along) + GRAINS as f64;
+            let around = point::around([first, last.1].into_iter(), aside).expect("there are two");
+            if !overlap(around, asked) {
+                continue;
+            }
             let parts = (length(piece.along) / (RIVER_VERTICES * GRAINS as f64)).ceil().max(1.0) as usize;
             let end = |part: usize| {
                 let share = part as f64 / parts as f64;
-                let at = self.in_world(start.moved(piece.along.map(|along| along * share)));
+                let at = match part {
+                    0 => first,
+                    _ if part == parts => last.1,
+                    _ => {
+                        let guess = first.moved(last.1.from(first).map(|way| way * share));
+                        self.warp.undo_from(start.moved(piece.along.map(|along| along * share)), guess)
+                    }
+                };
                 [at.x, at.y]
             };
             let mut from = end(0);
@@ -163,11 +210,12 @@ impl Fluvial {
     fn sampled<T: Copy>(
         &self,
         first: [i64; 2],
-        step: i64,
+        sampling: Sampling,
         (cols, rows): (usize, usize),
         value: T,
         of: impl Fn(&SurveyBlock) -> &[T],
     ) -> Vec<T> {
+        let Sampling { step, .. } = sampling;
         assert!(step > 0 && step & (step - 1) == 0, "{step} vertices between nodes is no power of two");
         assert!(first.iter().all(|at| at % step == 0), "{first:?} is not a node of every {step} vertices");
         let [x0, y0] = first.map(|at| at / step);
@@ -176,7 +224,7 @@ impl Fluvial {
         let blocks = |from: i64, to: i64| from.div_euclid(BLOCK)..=(to - 1).div_euclid(BLOCK);
         for by in blocks(nodes.y0, nodes.y1) {
             for bx in blocks(nodes.x0, nodes.x1) {
-                let block = self.survey.blocks.get((step, bx, by), || self.block(step, bx, by));
+                let block = self.survey.blocks.get((sampling, bx, by), || self.block(sampling, bx, by));
                 let own = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
                 let part = nodes.common(&own).expect("the block lies under the nodes");
                 for y in part.y0..part.y1 {
@@ -190,14 +238,28 @@ impl Fluvial {
         values
     }
 
-    fn block(&self, step: i64, bx: i64, by: i64) -> SurveyBlock {
+    /// The number of levels of channels that may hold water.
+    fn wet_levels(&self) -> u32 {
+        (0..self.fields().levels()).take_while(|level| self.has_rivers(*level)).count() as u32
+    }
+
+    /// What is seen of the land that is surveyed.
+    fn surveyed(&self, Sampling { step, dry_brooks }: Sampling) -> Detail {
+        let levels = if dry_brooks { self.fields().levels() } else { self.wet_levels() };
+        let gullies = dry_brooks && step <= MOST_GULLY_STEP;
+        let channels = ShownChannels::whole(levels);
+        Detail { step, channels, brook_cells: BROOK_CELLS, gullies, breaches: false }
+    }
+
+    fn block(&self, sampling: Sampling, bx: i64, by: i64) -> SurveyBlock {
         let area = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
-        let (clock, detail) = (Clock::default(), self.surveyed(step));
+        let Sampling { step, dry_brooks } = sampling;
+        let (clock, detail) = (Clock::default(), self.surveyed(sampling));
         let land = if BLOCK * step <= PAGE {
             let [px, py] = [area.x0, area.y0].map(|at| (at * step).div_euclid(PAGE));
             let page = Area::new(px * PAGE, py * PAGE, PAGE as usize, PAGE as usize);
-            let whole = self.surveyed(1);
-            let pieces = self.survey.pages.get((px, py), || self.segments(self.around(page, whole), whole));
+            let whole = self.surveyed(Sampling { step: 1, dry_brooks });
+            let pieces = self.survey.pages.get((dry_brooks, px, py), || self.segments(self.around(page, whole), whole));
             self.land_of(&pieces, area, detail, &clock)
         } else {
             self.land_of(&self.segments(self.around(area, detail), detail), area, detail, &clock)

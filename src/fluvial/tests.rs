@@ -139,7 +139,7 @@ fn what_is_told_of_crests(is_tried: fn(&str) -> bool) {
             let area = valley::input(AREA);
             let (nodes, hillsides) = (fluvial.warp.fill(area, 1), fluvial.hillsides(area, fluvial.detail()));
             let segments = fluvial.segments(area, fluvial.detail());
-            let read_m = fluvial.crest_read_m(fluvial.gullies.as_ref());
+            let read_m = fluvial.crest_read_m(fluvial.gullies.first());
             let told = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, read_m);
             let whole = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M);
             assert_eq!(told.height_m, whole.height_m, "{name}, {levels} levels");
@@ -163,7 +163,7 @@ fn gullies_read_their_input_alone_elsewhere() {
 fn gullies_read_their_input_alone_in(names: &[&str]) {
     for name in names {
         let fluvial = relief(name);
-        let gullies = fluvial.gullies.as_ref().unwrap();
+        let gullies = &fluvial.gullies[0];
         let carved = |mut known: Known| {
             gullies.carve(&known.nodes, &known.hillsides.slope, &mut known.valleys);
             let mut heights = Grid::filled(known.nodes.area, 0.0);
@@ -180,7 +180,7 @@ fn gullies_read_their_input_alone_in(names: &[&str]) {
 #[test]
 fn gullies_are_whole_where_the_facets_of_a_hillside_meet() {
     let fluvial = relief("alps");
-    let gullies = fluvial.gullies.as_ref().unwrap();
+    let gullies = &fluvial.gullies[0];
     let area = valley::input(Area::new(-1200, 300, 640, 640));
     let (nodes, hillsides) = (fluvial.warp.fill(area, 1), fluvial.hillsides(area, fluvial.detail()));
     let segments = fluvial.segments(area, fluvial.detail());

@@ -28,7 +28,7 @@ const BLOCK: usize = 2 * QUARTER;
 
 /// Cells of the finest level within which a brook can matter to a vertex, where its sides are as steep as the hill;
 /// measured: of 25,000 vertices of six worlds a dozen are reached over 3 to 4.5.
-const BROOK_CELLS: i64 = 7;
+pub const BROOK_CELLS: i64 = 7;
 
 /// Cells of the finest level within which any channel matters to one.
 const MOST_CELLS: i64 = 24;
@@ -38,7 +38,12 @@ const ROUNDING_M: f32 = 0.02;
 
 /// How far from a vertex, once it is displaced, channels of so many levels matter.
 pub fn reach(fields: &Fields, levels: u32) -> Reach {
-    let [brook, most] = [BROOK_CELLS, MOST_CELLS].map(|cells| (cells * fields.side(levels - 1)) as f64);
+    reach_to(fields, levels, BROOK_CELLS)
+}
+
+/// The same where brooks are looked for within so many cells of their level.
+pub fn reach_to(fields: &Fields, levels: u32, brook_cells: i64) -> Reach {
+    let [brook, most] = [brook_cells, MOST_CELLS].map(|cells| (cells * fields.side(levels - 1)) as f64);
     Reach { brook, most, least_cross: fields.least_cross() }
 }
 
@@ -107,8 +112,8 @@ impl Valleys {
 /// What the hillsides between valleys are like at nodes.
 #[derive(Debug)]
 pub struct Hillsides {
-    /// Levels of the channels that valleys are made for.
-    pub levels: u32,
+    /// How far from a node channels are looked for.
+    pub reach: Reach,
     /// How steep they are.
     pub slope: Vec<f32>,
     /// What they rise in the mean, if there are more levels.
@@ -187,7 +192,7 @@ impl Kernel for FillValleys<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let mut work = Work::default();
-        let reach = reach(self.fields, self.hillsides.levels);
+        let reach = self.hillsides.reach;
         for (number, segment) in self.segments.all.iter().enumerate() {
             work.all.push(self.fields, segment, number as u32, reach);
             work.from[0].push(segment.from[0]);

@@ -131,6 +131,11 @@ impl Warp {
     ///
     /// By Newton's method: where the plane is bent most, going by what is missing alone leads ever further away.
     pub fn undo(&self, network: Point) -> Point {
+        self.undo_from(network, network)
+    }
+
+    /// The same, looked for from a place on: the nearer, the sooner it is found.
+    pub fn undo_from(&self, network: Point, mut world: Point) -> Point {
         const STEPS: usize = 40;
         const SHORTEST: f64 = 1.0 / 64.0;
         const LEAST_AREA: f64 = 1.0 / 64.0;
@@ -138,7 +143,6 @@ impl Warp {
             let off = network.from(world);
             [off[0] - by[0], off[1] - by[1]]
         };
-        let mut world = network;
         let mut by = self.at(world);
         let mut left = missing(world, by);
         for _ in 0..STEPS {

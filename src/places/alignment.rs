@@ -1,6 +1,6 @@
 //! The middle line of a road: a way with its corners rounded, as points that lie evenly along it.
 
-use crate::fluvial::survey::Survey;
+use crate::fluvial::survey::{Sampling, Survey};
 use crate::geometry::{bilinear, length};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
@@ -20,7 +20,7 @@ const BEND_PIECES: i64 = 16;
 // Few, since the land is asked about their bounds, whose area grows with the square on a slanting line.
 const CHUNK: usize = 16;
 
-/// The middle line of a road, about [`Scale::fine`] vertices from point to point.
+/// The middle line of a road, about [`Scale::apart`] vertices from point to point.
 #[derive(Debug)]
 pub(super) struct Alignment {
     /// Places in 1/256 vertex from the window's first node.
@@ -78,7 +78,7 @@ impl Alignment {
         let lengths: Vec<f64> = path.windows(2).map(|pair| direction(pair[0].0, pair[1].0).1).collect();
         let whole: f64 = lengths.iter().sum();
         // There is always a point between the ends, which are the sites'.
-        let count = ((whole / scale.fine as f64) as usize).max(2);
+        let count = ((whole / scale.apart as f64) as usize).max(2);
         let mut line = Alignment { points: Vec::new(), bridged: Vec::new(), lengths_m: Vec::new(), scale: *scale };
         let (mut piece, mut before) = (0, 0.0);
         for index in 0..=count {
@@ -135,15 +135,15 @@ impl Alignment {
         (0..route.bridges.len()).min_by(|a, b| far(*a).total_cmp(&far(*b))).expect("a way has legs")
     }
 
-    /// The water that each point lies in, or that the line to the next one may cross: that of any corner of its cell,
-    /// [`Scale::fine`] vertices a side, lakes and the sea before rivers. `origin` is the window's first vertex.
+    /// The water that each point lies in, or that the line to the next one may cross: a lake or the sea at any corner of its
+    /// cell, [`Scale::fine`] vertices a side, or what is at the nearest. `origin` is the window's first vertex.
     pub fn waters(&self, land: &dyn Survey, origin: [i64; 2]) -> Vec<WaterKind> {
         self.asked(origin, |x0, y0, cols, rows| {
-            let waters = land.waters(x0, y0, self.scale.fine, cols, rows);
-            move |corners: [usize; 4], _| {
-                let waters = corners.map(|corner| waters[corner]);
-                let river = || waters.iter().find(|water| **water == WaterKind::River);
-                *waters.iter().find(|water| water.is_open()).or_else(river).unwrap_or(&WaterKind::Dry)
+            let waters = land.waters(x0, y0, Sampling::whole(self.scale.fine), cols, rows);
+            move |corners: [usize; 4], share: [f64; 2]| {
+                let [right, below] = share.map(|share| usize::from(share >= 0.5));
+                let nearest = waters[corners[2 * below + right]];
+                corners.map(|corner| waters[corner]).into_iter().find(|water| water.is_open()).unwrap_or(nearest)
             }
         })
     }
@@ -151,7 +151,7 @@ impl Alignment {
     /// The height of the land at each point in metres. `origin` is the window's first vertex.
     pub fn heights_m(&self, land: &dyn Survey, origin: [i64; 2]) -> Vec<f64> {
         self.asked(origin, |x0, y0, cols, rows| {
-            let heights_m = land.heights_m(x0, y0, self.scale.fine, cols, rows);
+            let heights_m = land.heights_m(x0, y0, Sampling::whole(self.scale.fine), cols, rows);
             move |corners: [usize; 4], share| bilinear(corners.map(|corner| heights_m[corner] as f64), share)
         })
     }

@@ -11,12 +11,13 @@ use crate::places::bridging::carry;
 use crate::places::ellipse::{Ellipse, apart};
 use crate::places::levels::Levelled;
 use crate::places::move_cost::Ground;
+use crate::places::outlook::Outlook;
 use crate::places::plan_land::{PlanLand, PlanNode, Window};
 use crate::places::route::route;
 use crate::places::route_land::RouteLand;
 use crate::places::settings::{PlacesSettings, Standard};
-use crate::places::site::{Site, SiteClass};
-use crate::places::spans::{REST_M, spans};
+use crate::places::site::{Seat, SiteClass};
+use crate::places::spans::spans;
 use crate::places::way_by;
 
 /// How far corners are rounded, chosen by eye; the next is tried where a rounder line would run into water.
@@ -36,27 +37,28 @@ pub(super) struct Builder<'a> {
 impl Builder<'_> {
     /// The road from one site to another, if there is a way: where the land has none for the class that the two ask for,
     /// one of a lower class.
-    pub fn road(&self, a: &Site, b: &Site) -> Option<Line> {
+    pub fn road(&self, a: &Seat, b: &Seat) -> Option<Line> {
         let scale = &self.plan.scale;
         let window = self.window([a, b].map(|site| scale.node(site.at)));
         // The same for all classes, so it is made once.
-        let land = RouteLand::new(window, scale, REST_M, self.seed);
+        let land = RouteLand::new(window, scale, self.seed);
         let asked = class_between(a, b);
         let classes = [RoadClass::Highway, RoadClass::Road, RoadClass::Track];
         classes.into_iter().filter(|class| *class <= asked).find_map(|class| self.of_class(class, &land, [a, b]))
     }
 
     /// The road of a class from one site to another, if there is a way for it.
-    fn of_class(&self, class: RoadClass, land: &RouteLand, sites: [&Site; 2]) -> Option<Line> {
+    fn of_class(&self, class: RoadClass, land: &RouteLand, sites: [&Seat; 2]) -> Option<Line> {
         let standard = self.settings.standard(class);
-        let [from, to] = sites.map(|site| {
+        let ends = sites.map(|site| {
             let node = land.scale.node(site.at);
             [0, 1].map(|axis| node[axis] - land.window.at[axis])
         });
         // Anew for each class: where a wide road does not go, a narrower one may.
         let mut closed = BTreeSet::new();
+        let outlook = Outlook::new(&Ground { land, standard: &standard, closed: &closed }, ends);
         for _ in 0..TRIES {
-            let route = route(&Ground { land, standard: &standard, closed: &closed }, from, to)?;
+            let route = route(&Ground { land, standard: &standard, closed: &closed }, &outlook, ends)?;
             let mut culprits = BTreeSet::new();
             for softness in SOFTNESS {
                 let line = Alignment::along(&route, &land.scale, standard.radius_m, softness);
@@ -92,7 +94,7 @@ impl Builder<'_> {
         line: &Alignment,
         land: &RouteLand,
         standard: &Standard,
-        [a, b]: [&Site; 2],
+        [a, b]: [&Seat; 2],
     ) -> Result<(Vec<LinePoint>, Vec<Structure>), Vec<usize>> {
         let origin = land.scale.vertex(land.window.at);
         // What needs no land first, then the waters: a line that drowns needs no heights.
@@ -107,7 +109,7 @@ impl Builder<'_> {
         }
         let mut spans = spans(line, &land.rivers, &waters, standard)?;
         let heights_m = line.heights_m(self.survey, origin);
-        let ends_m = [a.height_m as f64, b.height_m as f64];
+        let ends_m = [a, b].map(|seat| f64::from(seat.height_m(&self.plan.scale, self.survey)));
         let levelled = Levelled { line, heights_m: &heights_m, rivers: &land.rivers, standard, ends_m };
         let Some(levels_m) = levelled.levels_m(&mut spans, self.settings.clearance_m) else {
             return Err(spans.iter().flat_map(|span| [span.first, span.last]).collect());
@@ -135,7 +137,7 @@ impl Builder<'_> {
         class: RoadClass,
         standard: &Standard,
         (points, structures): (Vec<LinePoint>, Vec<Structure>),
-        [a, b]: [&Site; 2],
+        [a, b]: [&Seat; 2],
     ) -> Line {
         let (spacing_m, bank_m) = (self.plan.scale.spacing_m, self.settings.bank_m);
         let id = LineId::Road { from: a.id, to: b.id, part: 0 };
@@ -158,7 +160,7 @@ impl Builder<'_> {
 }
 
 /// The class of the road that two settlements ask for.
-pub(super) fn class_between(a: &Site, b: &Site) -> RoadClass {
+pub(super) fn class_between(a: &Seat, b: &Seat) -> RoadClass {
     match (a.class.min(b.class), a.class.max(b.class)) {
         (SiteClass::Village | SiteClass::Town, SiteClass::Town) => RoadClass::Highway,
         (SiteClass::Village, SiteClass::Village) | (SiteClass::Hamlet, SiteClass::Town) => RoadClass::Road,

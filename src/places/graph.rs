@@ -6,25 +6,25 @@
 //! Based on: K. R. Gabriel, R. R. Sokal, "A new statistical approach to geographic variation analysis", 1969.
 
 use crate::area::Area;
-use crate::places::site::Site;
+use crate::places::site::Seat;
 
 /// The longest edge in site cells. If each cell had a site, no empty circle would be wider than 2.83 of them, and few are
 /// wider than 2; the land that a tile looks at for its roads grows with the square of this.
 pub(super) const CELLS: i64 = 2;
 
 /// Whether two sites are near enough for an edge; `side` is that of a site cell in vertices.
-pub(super) fn within_cap(a: &Site, b: &Site, side: i64) -> bool {
+pub(super) fn within_cap(a: &Seat, b: &Seat, side: i64) -> bool {
     let most = (CELLS * side) as i128;
     apart2(a.at, b.at) <= most * most
 }
 
 /// Whether a third site keeps two others from being neighbours.
-pub(super) fn separates(third: &Site, a: &Site, b: &Site) -> bool {
+pub(super) fn separates(third: &Seat, a: &Seat, b: &Seat) -> bool {
     third.id != a.id && third.id != b.id && is_inside(third.at, [a.at, b.at])
 }
 
 /// Whether a third site keeps another one from being the neighbour of any on the vertices of `area`.
-pub(super) fn separates_all(third: &Site, a: &Site, area: Area) -> bool {
+pub(super) fn separates_all(third: &Seat, a: &Seat, area: Area) -> bool {
     let corners = [[area.x0, area.y0], [area.x1 - 1, area.y0], [area.x0, area.y1 - 1], [area.x1 - 1, area.y1 - 1]];
     // The difference of the squares is linear in the other end, so it is largest at a corner.
     third.id != a.id && corners.iter().all(|b| is_inside(third.at, [a.at, *b]))

@@ -3,12 +3,14 @@
 //! ```text
 //! Survey --> plan_land.rs heights, waters and rivers on the nodes of the plan, about 64 m apart; remembered by blocks
 //!             |
-//!          site.rs     the best of 40 hashed positions of each site cell: suitability.rs     crate::names  what it is called
+//!          site.rs     the best of 40 hashed positions of each site cell, on a coarser plan: suitability.rs
+//!             |                                                                  crate::names  what it is called
 //!             |
 //!          graph.rs    which sites are neighbours: the Gabriel graph, 2 site cells at most
 //!             |
 //!          route.rs    the way of least cost between two neighbours, within an ellipse
-//!             |          move_cost.rs, turn_cost.rs  what it costs; route_land.rs  the land that it sees
+//!             |          move_cost.rs, turn_cost.rs  what it costs; outlook.rs  what is left to pay, about;
+//!             |          route_land.rs  the land that it sees
 //!          build.rs    a line along that way:
 //!             |          alignment.rs  rounded, spans.rs  carried over waters, levels.rs, profile.rs  given heights,
 //!             |          bridging.rs   carried over dips and bored through ridges
@@ -30,6 +32,7 @@ mod junction;
 mod levels;
 mod move_cost;
 mod moves;
+mod outlook;
 mod plan_land;
 mod profile;
 mod river_index;
@@ -57,7 +60,7 @@ use crate::places::build::Builder;
 use crate::places::ellipse::Ellipse;
 use crate::places::plan_land::{PlanLand, Scale};
 use crate::places::settings::PlacesSettings;
-use crate::places::site::Site;
+use crate::places::site::{Seat, Site};
 use crate::recipe::fault::KeyPath;
 
 /// Settlements and roads of a world. What has been found is remembered for a while, which changes nothing but time.
@@ -68,6 +71,9 @@ pub struct Places {
     settings: PlacesSettings,
     seed: u64,
     plan: PlanLand,
+    /// The land on which seats are looked for.
+    seat_plan: PlanLand,
+    seats: Memory<SiteId, Option<Seat>>,
     sites: Memory<SiteId, Option<Arc<Site>>>,
     edges: Memory<(SiteId, SiteId), bool>,
     /// Roads as they are before others cut them, and what is left of them.
@@ -82,13 +88,16 @@ impl Places {
     /// When a value of the settings is out of its range.
     pub fn new(settings: &PlacesSettings, spacing_m: f64, seed: u64) -> Result<Places, Error> {
         settings.check(&KeyPath::default(), spacing_m)?;
+        let scale = Scale::new(settings.site_m, spacing_m);
         Ok(Places {
             settings: settings.clone(),
             seed,
-            plan: PlanLand::new(Scale::new(settings.site_m, spacing_m)),
+            plan: PlanLand::new(scale, true),
+            seat_plan: PlanLand::new(scale.doubled(), false),
             // Room for some ten thousand cells and pairs, and for some three hundred roads of 500 points of 48 bytes, which is
             // more than one tile asks about.
-            sites: Memory::new(2 << 20),
+            seats: Memory::new(2 << 20),
+            sites: Memory::new(1 << 20),
             edges: Memory::new(1 << 20),
             roads: Memory::new(8 << 20),
             parts: Memory::new(4 << 20),
@@ -97,7 +106,8 @@ impl Places {
 
     /// How full its memories are.
     pub(crate) fn usages(&self) -> Vec<Usage> {
-        vec![self.plan.usage(), self.sites.usage(), self.edges.usage(), self.roads.usage(), self.parts.usage()]
+        let plans = [self.plan.usage(), self.seat_plan.usage(), self.seats.usage(), self.sites.usage()];
+        [&plans[..], &[self.edges.usage(), self.roads.usage(), self.parts.usage()]].concat()
     }
 
     /// Side of a site cell in vertices.
@@ -125,8 +135,8 @@ impl Places {
 
     /// All settlements that stand on a vertex of `area`, sorted by id.
     pub fn sites(&self, land: &dyn Survey, area: &Area) -> Vec<Arc<Site>> {
-        let inside = |site: &Arc<Site>| area.contains(&site.area());
-        let mut sites: Vec<Arc<Site>> = self.sites_of_cells(land, self.cells(area, 0)).filter(inside).collect();
+        let seats = self.seats_of_cells(land, self.cells(area, 0)).filter(|seat| area.contains(&seat.area()));
+        let mut sites: Vec<Arc<Site>> = seats.filter_map(|seat| self.site(land, seat.id)).collect();
         sites.sort_by_key(|site| site.id);
         sites
     }
@@ -151,7 +161,7 @@ impl Places {
     /// What is left of a road beside those that rank above it.
     fn parts(&self, land: &dyn Survey, road: &Line) -> Lines {
         let rank = junction::rank(road);
-        let may_rank_above = |(a, b): &(Arc<Site>, Arc<Site>)| {
+        let may_rank_above = |(a, b): &(Seat, Seat)| {
             let id = LineId::Road { from: a.id, to: b.id, part: 0 };
             (Reverse(build::class_between(a, b)), id) < rank
         };
@@ -164,7 +174,7 @@ impl Places {
     }
 
     /// The neighbours whose road may have an effect on a vertex of one of some areas before it is cut, the smaller first.
-    fn edges(&self, land: &dyn Survey, areas: &[Area]) -> Vec<(Arc<Site>, Arc<Site>)> {
+    fn edges(&self, land: &dyn Survey, areas: &[Area]) -> Vec<(Seat, Seat)> {
         let Some(hull) = areas.iter().copied().reduce(|hull, area| hull.hull(&area)) else { return Vec::new() };
         // No site of an edge is further from a place in its ellipse.
         let side = self.plan.scale.side;
@@ -178,12 +188,12 @@ impl Places {
                     continue;
                 }
                 let nearer = if nearest2(a, hull) <= nearest2(b, hull) { [first, second] } else { [second, first] };
-                let Some(near) = self.site(land, nearer[0]) else { continue };
+                let Some(near) = self.seat(land, nearer[0]) else { continue };
                 let there = site::positions(nearer[1], &self.plan.scale);
                 if !self.may_touch([near.area(), there], areas) || self.is_separated(land, &near, there, hull) {
                     continue;
                 }
-                let Some(far) = self.site(land, nearer[1]) else { continue };
+                let Some(far) = self.seat(land, nearer[1]) else { continue };
                 let (a, b) = if near.id < far.id { (near, far) } else { (far, near) };
                 if graph::within_cap(&a, &b, self.site_side())
                     && self.may_touch([a.area(), b.area()], areas)
@@ -198,23 +208,28 @@ impl Places {
 
     /// Whether a site that is nearer to `hull` than a cell keeps another one from being a neighbour of any in that cell: for
     /// most that are far off that is so, and they need not be found.
-    fn is_separated(&self, land: &dyn Survey, site: &Site, cell: Area, hull: Area) -> bool {
+    fn is_separated(&self, land: &dyn Survey, site: &Seat, cell: Area, hull: Area) -> bool {
         let is_nearer = |id: &SiteId| {
             let own = site::positions(*id, &self.plan.scale);
             own != cell && nearest2(own, hull) <= nearest2(cell, hull)
         };
         let between = self.cells_around(site.id, 1).filter(is_nearer);
-        self.sites_of_cells(land, between).any(|third| graph::separates_all(&third, site, cell))
+        self.seats_of_cells(land, between).any(|third| graph::separates_all(&third, site, cell))
     }
 
     /// The settlement of a site cell, if it has one.
     pub fn site(&self, land: &dyn Survey, id: SiteId) -> Option<Arc<Site>> {
-        let site = self.sites.get(id, || site::site(&self.settings, self.seed, &self.plan, land, id).map(Arc::new));
+        let settled = |seat: Seat| Arc::new(seat.settled(self.seed, &self.plan.scale, land));
+        let site = self.sites.get(id, || self.seat(land, id).map(settled));
         site.as_ref().clone()
     }
 
+    fn seat(&self, land: &dyn Survey, id: SiteId) -> Option<Seat> {
+        *self.seats.get(id, || site::seat(&self.settings, self.seed, &self.seat_plan, land, id))
+    }
+
     /// The road between two neighbours before others cut it, if there is a way.
-    fn road(&self, land: &dyn Survey, a: &Site, b: &Site) -> Option<Arc<Line>> {
+    fn road(&self, land: &dyn Survey, a: &Seat, b: &Seat) -> Option<Arc<Line>> {
         let road = self.roads.get((a.id, b.id), || {
             let builder = Builder { settings: &self.settings, seed: self.seed, plan: &self.plan, survey: land };
             builder.road(a, b).map(Arc::new)
@@ -240,22 +255,18 @@ impl Places {
     }
 
     /// Whether two sites within the cap are neighbours in the graph.
-    fn are_neighbours(&self, land: &dyn Survey, a: &Site, b: &Site) -> bool {
+    fn are_neighbours(&self, land: &dyn Survey, a: &Seat, b: &Seat) -> bool {
         *self.edges.get((a.id.min(b.id), a.id.max(b.id)), || {
             // The circle over the edge lies within half an edge of its middle.
             let middle = [0, 1].map(|axis| (a.at[axis] + b.at[axis]).div_euclid(2));
             let half = (a.at[0] - b.at[0]).abs().max((a.at[1] - b.at[1]).abs()) * 3 / 4 + 2;
             let circle = Area::new(middle[0], middle[1], 1, 1).padded(half as usize);
-            !self.sites_of_cells(land, self.cells(&circle, 0)).any(|third| graph::separates(&third, a, b))
+            !self.seats_of_cells(land, self.cells(&circle, 0)).any(|third| graph::separates(&third, a, b))
         })
     }
 
-    fn sites_of_cells(
-        &self,
-        land: &dyn Survey,
-        cells: impl Iterator<Item = SiteId>,
-    ) -> impl Iterator<Item = Arc<Site>> {
-        cells.filter_map(move |id| self.site(land, id))
+    fn seats_of_cells(&self, land: &dyn Survey, cells: impl Iterator<Item = SiteId>) -> impl Iterator<Item = Seat> {
+        cells.filter_map(move |id| self.seat(land, id))
     }
 
     /// The site cells that hold a vertex of `area`, and `more` around them, row by row.

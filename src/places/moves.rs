@@ -22,6 +22,11 @@ pub(super) fn vector(number: usize) -> [i64; 2] {
     }
 }
 
+/// The vectors of all moves that go so far along rows and columns at most.
+pub(super) fn up_to(most: i64) -> impl Iterator<Item = [i64; 2]> {
+    (0..MOVES).map(vector).filter(move |vector| vector.iter().all(|part| part.abs() <= most))
+}
+
 /// The number of the move back: the one half of all moves on, since the quarters follow each other.
 pub(super) fn back(number: usize) -> usize {
     (number + MOVES / 2) % MOVES

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::area::Area;
-use crate::fluvial::survey::{RiverPiece, Survey};
+use crate::fluvial::survey::{RiverPiece, Sampling, Survey};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::memory::{Memory, Usage, heap_bytes};
@@ -18,7 +18,10 @@ pub(super) struct Scale {
     pub spacing_m: f64,
     /// Vertices from a node of the plan to the next.
     pub step: i64,
-    /// Vertices from a sample along a planned road to the next.
+    /// Vertices from a point of a planned road to the next.
+    pub apart: i64,
+    /// Vertices from a node to the next of the land that is asked about along a planned road.
+    // Twice as far as its points: a quarter of the land, which is all that a profile sees of its gullies.
     pub fine: i64,
     /// Nodes a side of a site cell.
     pub side: i64,
@@ -37,8 +40,14 @@ impl Scale {
         while (step * 2) as f64 * spacing_m <= most_m {
             step *= 2;
         }
-        let side = (site_m / (step as f64 * spacing_m) + 0.5) as i64;
-        Scale { spacing_m, step, fine: (step / 8).max(1), side }
+        // Even, so that half as many are a side of the same length.
+        let side = 2 * (site_m / (2 * step) as f64 / spacing_m + 0.5) as i64;
+        Scale { spacing_m, step, apart: (step / 8).max(1), fine: (step / 4).max(1), side }
+    }
+
+    /// That of nodes twice as far apart.
+    pub fn doubled(self) -> Scale {
+        Scale { step: 2 * self.step, side: self.side / 2, ..self }
     }
 
     /// Metres between nodes.
@@ -78,6 +87,8 @@ const REMEMBERED: usize = 12 << 20;
 #[derive(Debug)]
 pub(super) struct PlanLand {
     pub scale: Scale,
+    /// How finely it is surveyed.
+    sampling: Sampling,
     blocks: Memory<(i64, i64), PlanBlock>,
 }
 
@@ -106,8 +117,9 @@ pub(super) struct Window {
 }
 
 impl PlanLand {
-    pub fn new(scale: Scale) -> PlanLand {
-        PlanLand { scale, blocks: Memory::new(REMEMBERED) }
+    pub fn new(scale: Scale, dry_brooks: bool) -> PlanLand {
+        let sampling = Sampling { step: scale.step, dry_brooks };
+        PlanLand { scale, sampling, blocks: Memory::new(REMEMBERED) }
     }
 
     /// How full its memory is.
@@ -159,8 +171,8 @@ impl PlanLand {
             let [x0, y0] = self.scale.vertex([bx * BLOCK, by * BLOCK]);
             let area = Area::new(x0, y0, side * step as usize + 1, side * step as usize + 1);
             PlanBlock {
-                heights_m: land.heights_m(x0, y0, step, side, side),
-                waters: land.waters(x0, y0, step, side, side),
+                heights_m: land.heights_m(x0, y0, self.sampling, side, side),
+                waters: land.waters(x0, y0, self.sampling, side, side),
                 rivers: land.rivers(&area),
             }
         })

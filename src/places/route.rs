@@ -11,6 +11,7 @@ use std::collections::BinaryHeap;
 use crate::places::ellipse::Ellipse;
 use crate::places::move_cost::{FORBIDDEN, Ground, Step, UNIT};
 use crate::places::moves::{MOVES, moved};
+use crate::places::outlook::Outlook;
 use crate::places::plan_land::PlanNode;
 use crate::places::route_land::RouteLand;
 use crate::places::turn_cost::{hairpin, turns};
@@ -27,8 +28,8 @@ pub(super) struct Route {
 }
 
 /// The way from one node of a window to another, if there is one: A* over nodes and the moves that lead to them. Of ways that
-/// cost the same it is always the same one.
-pub(super) fn route(ground: &Ground, from: PlanNode, to: PlanNode) -> Option<Route> {
+/// cost the same it is always the same one. The outlook is that to the second of the two.
+pub(super) fn route(ground: &Ground, outlook: &Outlook, [from, to]: [PlanNode; 2]) -> Option<Route> {
     let Ground { land, standard, .. } = *ground;
     let window = &land.window;
     let ellipse = Ellipse::new([from, to]);
@@ -45,7 +46,7 @@ pub(super) fn route(ground: &Ground, from: PlanNode, to: PlanNode) -> Option<Rou
     let start = window.index(from);
     least[start] = 0;
     // Ordered by estimate, cost and state: ties are broken by number, never by when they were pushed.
-    heap.push(Reverse((ground.to_go(from, to), 0, u32::MAX)));
+    heap.push(Reverse((outlook.to_go(from), 0, u32::MAX)));
     let slack = (SLACK_M * UNIT) as u32;
     while let Some(Reverse((_, cost, state))) = heap.pop() {
         let (at, came) = match state {
@@ -89,7 +90,7 @@ pub(super) fn route(ground: &Ground, from: PlanNode, to: PlanNode) -> Option<Rou
             best[state] = cost;
             least[there] = least[there].min(cost);
             before[state] = came.map_or(u32::MAX, |came| (at * MOVES + came) as u32);
-            heap.push(Reverse((cost + ground.to_go(next, to), cost, state as u32)));
+            heap.push(Reverse((cost + outlook.to_go(next), cost, state as u32)));
         }
     }
     None

@@ -5,15 +5,15 @@ use crate::hash::{self, Stream};
 use crate::land::WaterKind;
 use crate::places::plan_land::{PlanNode, Scale, Window};
 use crate::places::river_index::{PlanPiece, RiverIndex};
+use crate::places::spans::{REST_M, drawn_m};
 
 /// Nodes from one value to the next of how bad the ground is to walk on: half a kilometre, as far as a bend of a way over a
 /// plain is long. Chosen by eye.
 const WANDER_NODES: i64 = 6;
 
-/// Metres from a river's edge to a node, and vertices, since the narrowest river is drawn a vertex wide. The metres are chosen
-/// by eye: half of a highway, and a verge.
-const SHORE_M: f64 = 6.0;
-const SHORE_VERTICES: f64 = 1.0;
+/// Metres from the edge of a river, as it is drawn, to a node and to a way along it. Chosen by eye: a verge.
+const SHORE_M: f64 = 2.0;
+const _: () = assert!(SHORE_M >= REST_M, "what lies beside a bridge is found");
 
 /// A window, and what routes ask of its nodes.
 pub(super) struct RouteLand {
@@ -31,9 +31,10 @@ pub(super) struct RouteLand {
 }
 
 impl RouteLand {
-    /// The land of a window. Rivers are found up to `beside_m` metres from their edges, or further.
-    pub fn new(window: Window, scale: &Scale, beside_m: f64, seed: u64) -> RouteLand {
-        let rivers = RiverIndex::new(&window, scale, shore_m(scale).max(beside_m) + 1.0);
+    /// The land of a window.
+    pub fn new(window: Window, scale: &Scale, seed: u64) -> RouteLand {
+        // From the edge of the narrowest, which is drawn wider than others by most.
+        let rivers = RiverIndex::new(&window, scale, drawn_m(0.0, scale.spacing_m) / 2.0 + SHORE_M + 1.0);
         let mut near = Vec::new();
         RouteLand {
             scale: *scale,
@@ -94,14 +95,10 @@ fn around(from: PlanNode, to: PlanNode, part: i64, parts: i64) -> ([PlanNode; 2]
     ([low, high], rest.map(|rest| rest as f64 / parts as f64))
 }
 
-/// Metres from a river's edge to a node, at least.
-fn shore_m(scale: &Scale) -> f64 {
-    SHORE_M.max(SHORE_VERTICES * scale.spacing_m)
-}
-
 /// The square of the distance of a node from the middle of a river, at least, in (1/256 vertex)^2.
+// What lies nearer is in the river once it is drawn, and a line that goes there is not built.
 pub(super) fn shore2(piece: &PlanPiece, scale: &Scale) -> f64 {
-    let distance = scale.fixed_length(piece.width_m / 2.0 + shore_m(scale));
+    let distance = scale.fixed_length(drawn_m(piece.width_m, scale.spacing_m) / 2.0 + SHORE_M);
     distance * distance
 }
 

@@ -1,7 +1,10 @@
 //! Settlements: at most one a site cell, at the best of some hashed positions.
+//!
+//! Far more of them are looked for than roads are built, so they are on the nodes of a coarser plan, and dry brooks are known
+//! there in the mean only: what is good to live on is the floors of larger valleys.
 
 use crate::area::Area;
-use crate::fluvial::survey::Survey;
+use crate::fluvial::survey::{Sampling, Survey};
 use crate::hash::{self, Stream};
 use crate::land::WaterKind;
 use crate::lines::SiteId;
@@ -66,10 +69,37 @@ pub struct Site {
 
 heap_bytes!(Site: name);
 
-impl Site {
+/// A settlement as roads are planned between them: what is known of it before its ground is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Seat {
+    pub id: SiteId,
     /// The vertex that it stands on.
-    pub(super) fn area(&self) -> Area {
+    pub at: [i64; 2],
+    pub class: SiteClass,
+    population: u32,
+}
+
+heap_bytes!(Seat);
+
+impl Seat {
+    pub fn new(id: SiteId, at: [i64; 2], class: SiteClass, population: u32) -> Seat {
+        Seat { id, at, class, population }
+    }
+
+    /// The vertex that it stands on.
+    pub fn area(&self) -> Area {
         Area::new(self.at[0], self.at[1], 1, 1)
+    }
+
+    /// The height of the land there in metres, as its roads know it.
+    pub fn height_m(&self, scale: &Scale, land: &dyn Survey) -> f32 {
+        land.heights_m(self.at[0], self.at[1], Sampling::whole(scale.fine), 1, 1)[0]
+    }
+
+    /// The settlement, all told.
+    pub fn settled(&self, seed: u64, scale: &Scale, land: &dyn Survey) -> Site {
+        let &Seat { id, at, class, population } = self;
+        Site { id, at, height_m: self.height_m(scale, land), class, population, name: names::settlement(seed, id) }
     }
 }
 
@@ -86,14 +116,14 @@ fn settled_nodes(scale: &Scale) -> [i64; 2] {
     [scale.side / EDGE, scale.side - 2 * (scale.side / EDGE)]
 }
 
-/// The settlement of a cell, if it has one.
-pub(super) fn site(
+/// The seat of a cell's settlement, if it has one.
+pub(super) fn seat(
     settings: &PlacesSettings,
     seed: u64,
     plan: &PlanLand,
     land: &dyn Survey,
     id: SiteId,
-) -> Option<Site> {
+) -> Option<Seat> {
     // Many cells are empty however good they are; of those nothing needs to be known.
     let luck = hash::share(id.hash(seed, Stream::Settled));
     if luck >= settings.density {
@@ -124,16 +154,7 @@ pub(super) fn site(
     }
     // Good land and luck make a town.
     let (class, population) = class_and_people(0.5 * worth + 0.5 * hash::share(id.hash(seed, Stream::SiteClass)));
-    let vertex = vertex(at);
-    Some(Site {
-        id,
-        at: vertex,
-        // The plan's nodes may know the land less finely.
-        height_m: land.heights_m(vertex[0], vertex[1], 1, 1, 1)[0],
-        class,
-        population,
-        name: names::settlement(seed, id),
-    })
+    Some(Seat::new(id, vertex(at), class, population))
 }
 
 /// The class of a settlement of a rank, 0 to 1, and how many people live there. Chosen by eye.
@@ -146,10 +167,13 @@ fn class_and_people(rank: f64) -> (SiteClass, u32) {
     (class, people as u32)
 }
 
-/// Whether there is no water within so many metres of a vertex: the plan's nodes know less of it than the land does.
+/// Whether there is no water within so many metres of a vertex: the plan's nodes know less of it than the land does. That is
+/// asked without dry brooks, as these nodes were: what they cut into a shore matters little here.
 fn is_dry(land: &dyn Survey, scale: &Scale, at: [i64; 2], dry_m: f64) -> bool {
     let reach = (dry_m / (scale.fine as f64 * scale.spacing_m)) as i64;
     let [x0, y0] = at.map(|at| at - reach * scale.fine);
     let side = (2 * reach + 1) as usize;
-    land.waters(x0, y0, scale.fine, side, side).iter().all(|water| *water == WaterKind::Dry)
+    land.waters(x0, y0, Sampling { step: scale.fine, dry_brooks: false }, side, side)
+        .iter()
+        .all(|water| *water == WaterKind::Dry)
 }

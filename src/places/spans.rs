@@ -168,6 +168,6 @@ impl Wetness<'_> {
 }
 
 /// Metres from bank to bank of a river in rasters, where a narrow one is wider than it is.
-fn drawn_m(width_m: f64, spacing_m: f64) -> f64 {
+pub(super) fn drawn_m(width_m: f64, spacing_m: f64) -> f64 {
     width_m.max(2.0 * (DRAWN_VERTICES * spacing_m).min(DRAWN_MOST_M))
 }

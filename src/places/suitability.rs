@@ -79,7 +79,7 @@ pub(super) fn suitability(
         return None;
     }
     let near = Surroundings::new(window, rivers, scale, at, range);
-    if near.shore_m.min(near.river_m) < range.dry_m.max(scale.step_m()) || height_m < near.flood_m {
+    if near.shore_m.min(near.river_m) < range.dry_m.max(scale.step_m() / 2.0) || height_m < near.flood_m {
         return None;
     }
     let share = |value: f64| value.clamp(0.0, 1.0);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use super::*;
-use crate::fluvial::survey::RiverPiece;
+use crate::fluvial::survey::{RiverPiece, Sampling};
 use crate::grid::Grid;
 use crate::hash;
 use crate::land::WaterKind;
@@ -125,12 +125,12 @@ impl TestLand {
 }
 
 impl Survey for TestLand {
-    fn heights_m(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<f32> {
-        sampled(x0, y0, step, cols, rows, |at| self.height_m(at) as f32)
+    fn heights_m(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<f32> {
+        sampled(x0, y0, sampling.step, cols, rows, |at| self.height_m(at) as f32)
     }
 
-    fn waters(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<WaterKind> {
-        sampled(x0, y0, step, cols, rows, |at| self.water(at))
+    fn waters(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<WaterKind> {
+        sampled(x0, y0, sampling.step, cols, rows, |at| self.water(at))
     }
 
     fn rivers(&self, area: &Area) -> Vec<RiverPiece> {
@@ -246,21 +246,21 @@ const FLOODED_M: f64 = 150.0;
 
 impl Confluences {
     /// Vertices a side of a site cell, and from its edge to its middle.
-    const SIDE: i64 = 2016;
+    const SIDE: i64 = 1984;
     const MIDDLE: i64 = Self::SIDE / 2;
 }
 
 impl Survey for Confluences {
-    fn heights_m(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<f32> {
+    fn heights_m(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<f32> {
         let height_m = |[_, y]: [i64; 2]| {
             let river_m = (y.rem_euclid(Self::SIDE) - Self::MIDDLE).abs() as f64 * SPACING_M;
             if river_m < FLOODED_M { 100.0 } else { 103.0 }
         };
-        sampled(x0, y0, step, cols, rows, height_m)
+        sampled(x0, y0, sampling.step, cols, rows, height_m)
     }
 
-    fn waters(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<WaterKind> {
-        sampled(x0, y0, step, cols, rows, |_| WaterKind::Dry)
+    fn waters(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<WaterKind> {
+        sampled(x0, y0, sampling.step, cols, rows, |_| WaterKind::Dry)
     }
 
     fn rivers(&self, area: &Area) -> Vec<RiverPiece> {
@@ -302,6 +302,13 @@ fn class(road: &Line) -> usize {
 /// The places of a road's points in 1/256 vertex.
 fn places_of(road: &Line) -> Vec<[i64; 2]> {
     road.points.iter().map(|point| road.fixed(point)).collect()
+}
+
+/// The vertices around a place at which the land is asked about under a road.
+fn asked(at: [i64; 2]) -> [[i64; 2]; 4] {
+    let side = places().plan.scale.fine;
+    let [x, y] = at.map(|at| at.div_euclid(side * FIXED) * side);
+    [[x, y], [x + side, y], [x, y + side], [x + side, y + side]]
 }
 
 /// The places and levels of all points of roads that the ground carries.
@@ -458,7 +465,7 @@ fn roads_follow_the_land() {
         on_ground(roads()).map(|(at, level_m)| (level_m - land.height_m(vertex(at))).abs()).collect();
     off_m.sort_by(f64::total_cmp);
     let (nearly_all_m, most_m) = (off_m[off_m.len() * 99 / 100], off_m[off_m.len() - 1]);
-    assert!(nearly_all_m < 3.0 && most_m < 12.0, "99 of 100 points lie within {nearly_all_m} m, all within {most_m} m");
+    assert!(nearly_all_m < 3.0 && most_m < 18.0, "99 of 100 points lie within {nearly_all_m} m, all within {most_m} m");
 }
 
 #[test]
@@ -519,9 +526,13 @@ fn roads_keep_out_of_lakes_and_are_carried_over_rivers() {
         }
         for structure in &road.structures {
             let (first, last) = (structure.first, structure.last);
-            let wet = at[first..=last].iter().any(|at| land.water(at.map(|at| at.div_euclid(FIXED))).is_open());
-            assert!(wet || at[first..=last].windows(2).any(crosses), "{} {structure:?}", road.id);
+            let wet = at[first..=last].iter().any(|at| asked(*at).iter().any(|at| land.water(*at).is_open()));
             let points = &road.points[first..=last];
+            let is_high = |point: &LinePoint| {
+                point.level_m - land.height_m(road.fixed(point).map(|at| at.div_euclid(FIXED))) > 10.0
+            };
+            let is_viaduct = points.iter().any(is_high);
+            assert!(wet || is_viaduct || at[first..=last].windows(2).any(crosses), "{} {structure:?}", road.id);
             if structure.kind == StructureKind::Ford {
                 fords += 1;
                 assert!(points.iter().all(|point| point.level_m < RIVER_M));
@@ -557,8 +568,7 @@ fn gullies_are_bridged_and_ridges_bored_through() {
             (0..road.points.len()).map(point).collect::<Vec<_>>()
         };
         for (at, level_m, carrier) in roads.iter().flat_map(points) {
-            let [x, y] = at.map(|at| at.div_euclid(4 * FIXED) * 4);
-            let corners = [[x, y], [x + 4, y], [x, y + 4], [x + 4, y + 4]].map(|at| land.height_m(at));
+            let corners = asked(at).map(|at| land.height_m(at));
             let above_m = level_m - corners.into_iter().fold(f64::NEG_INFINITY, f64::max);
             let under_m = corners.into_iter().fold(f64::INFINITY, f64::min) - level_m;
             if carrier.is_none() {
@@ -616,12 +626,12 @@ fn steep_land_has_roads_that_wind() {
 struct Slope(f64);
 
 impl Survey for Slope {
-    fn heights_m(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<f32> {
-        sampled(x0, y0, step, cols, rows, |[_, y]| (1000.0 + self.0 * SPACING_M * y as f64) as f32)
+    fn heights_m(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<f32> {
+        sampled(x0, y0, sampling.step, cols, rows, |[_, y]| (1000.0 + self.0 * SPACING_M * y as f64) as f32)
     }
 
-    fn waters(&self, x0: i64, y0: i64, step: i64, cols: usize, rows: usize) -> Vec<WaterKind> {
-        sampled(x0, y0, step, cols, rows, |_| WaterKind::Dry)
+    fn waters(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<WaterKind> {
+        sampled(x0, y0, sampling.step, cols, rows, |_| WaterKind::Dry)
     }
 
     fn rivers(&self, _: &Area) -> Vec<RiverPiece> {
@@ -635,8 +645,7 @@ fn a_side_too_steep_for_a_straight_road_is_climbed_by_hairpins() {
     let site = |number: i64| {
         let at = [number * 10, number * 30].map(|at| at * places.plan.scale.step);
         let id = SiteId { i: 0, j: number };
-        let height_m = slope.heights_m(at[0], at[1], 1, 1, 1)[0];
-        Site { id, at, height_m, class: site::SiteClass::Hamlet, population: 50, name: String::new() }
+        Seat::new(id, at, site::SiteClass::Hamlet, 50)
     };
     let builder = Builder { settings: &settings, seed: 7, plan: &places.plan, survey: &slope };
     let road = builder.road(&site(0), &site(1)).expect("hairpins climb it");
@@ -646,8 +655,9 @@ fn a_side_too_steep_for_a_straight_road_is_climbed_by_hairpins() {
     assert!(turns >= 4, "{turns} hairpins");
     assert!(road.max_grade() <= settings.max_grade[class(&road)] && road.structures.is_empty());
     for (point, at) in road.points.iter().zip(&at) {
-        let off_m =
-            point.level_m - slope.heights_m(0, 0, 1, 1, 1)[0] as f64 - 0.35 * SPACING_M * at[1] as f64 / FIXED as f64;
+        let off_m = point.level_m
+            - slope.heights_m(0, 0, Sampling::whole(1), 1, 1)[0] as f64
+            - 0.35 * SPACING_M * at[1] as f64 / FIXED as f64;
         assert!(off_m.abs() <= 8.0, "{off_m} m off the land at {at:?}");
     }
     let radius_m = sharpest_m(&at);
@@ -669,7 +679,7 @@ fn beds_agree_where_areas_overlap_and_end_at_their_reach() {
         if reversed {
             chosen.reverse();
         }
-        let bare = land.heights_m(area.x0, area.y0, 1, area.width(), area.height());
+        let bare = land.heights_m(area.x0, area.y0, Sampling::whole(1), area.width(), area.height());
         let mut heights = Grid::filled(area, 0.0);
         heights.values_mut().copy_from_slice(&bare);
         let mut built = Built::blank(area);

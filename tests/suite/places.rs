@@ -3,7 +3,7 @@
 use std::sync::{LazyLock, OnceLock};
 
 use terrane::area::{Area, TileId};
-use terrane::fluvial::survey::Survey;
+use terrane::fluvial::survey::{Sampling, Survey};
 use terrane::geometry::LineSegment;
 use terrane::land::WaterKind;
 use terrane::lines::{FIXED, Line, LineId, LineKind, Lines, Structure, StructureKind};
@@ -203,7 +203,7 @@ fn roads_are_dry_but_for_bridges_and_fords() {
             let [from, to] = [from, to].map(|point| road.fixed(point));
             for at in [from, to] {
                 let [x, y] = at.map(|at| (at + FIXED / 2).div_euclid(FIXED));
-                let water = land.waters(x, y, 1, 1, 1)[0];
+                let water = land.waters(x, y, Sampling::whole(1), 1, 1)[0];
                 let bridged = carrier == Some(StructureKind::Bridge);
                 // A vertex is wet or not, so next to a crossing a road may still be in the river.
                 let near = |structure: &Structure| {
@@ -261,8 +261,8 @@ fn sparse_land_is_that_of_the_vertices() {
     let kinds = full.water.unwrap().kind;
     for step in [1, 2, 4, 8] {
         let (cols, rows) = (area.width() / step as usize, area.height() / step as usize);
-        let heights_m = land.heights_m(area.x0, area.y0, step, cols, rows);
-        let waters = land.waters(area.x0, area.y0, step, cols, rows);
+        let heights_m = land.heights_m(area.x0, area.y0, Sampling::whole(step), cols, rows);
+        let waters = land.waters(area.x0, area.y0, Sampling::whole(step), cols, rows);
         let mut other = 0;
         for (index, (height_m, water)) in heights_m.iter().zip(&waters).enumerate() {
             let (x, y) = (area.x0 + (index % cols) as i64 * step, area.y0 + (index / cols) as i64 * step);
