@@ -218,11 +218,11 @@ impl World {
     /// Vertices around an area that are planned to make it, about.
     pub(crate) fn planned_around(&self) -> i64 {
         // What lies around asks in turn for what lies around it: measured on bakes of 1 x 1 to 16 x 16 tiles of alps.
-        const IN_TURN: i64 = 2;
+        const IN_TURN: f64 = 1.25;
         let trunks =
             self.relief.fluvial().map_or(0, |fluvial| 2 * fluvial.fields().side(0) / GRAINS / self.stride.vertices());
         let places = self.places.as_ref().map_or(0, Places::reach);
-        (IN_TURN * trunks.max(places)).max(self.agents.reach())
+        ((IN_TURN * trunks.max(places) as f64) as i64).max(self.agents.reach())
     }
 
     /// Bytes that a thread holds while it plans, measured: a search of a usual route among them, which is far from the
