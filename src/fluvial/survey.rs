@@ -157,7 +157,7 @@ impl Survey for Fluvial {
             last = (end, self.in_world(end));
             // Few come to the area that is asked about: the rest lie where others may be bent to.
             let aside = BENDS * length(piece.along) + GRAINS as f64;
-            let around = point::around([first, last.1].into_iter(), aside).expect("there are two");
+            let around = point::around([first, last.1], aside).expect("there are two");
             if !overlap(around, asked) {
                 continue;
             }
