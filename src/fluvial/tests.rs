@@ -8,11 +8,13 @@ use super::*;
 use crate::geometry::{LineSegment, length, lines};
 use crate::grid::Grid;
 use crate::land::WaterKind;
+use crate::lines::FIXED;
 use crate::preset::Preset;
 use above::AsksAbove;
 use channel::{Channel, Knot};
 use point::GRAINS;
 use segment::Segment;
+use survey::{RiverPiece, Survey};
 
 const AREA: Area = Area { x0: -130, y0: 70, x1: -66, y1: 118 };
 
@@ -618,5 +620,29 @@ fn meanders_do_not_cross_themselves_in_tight_bends() {
     for (index, line) in lines.iter().enumerate() {
         let crosses = lines[index + 1..].iter().skip(1).any(|other| other.crosses(line));
         assert!(!crosses, "it crosses itself after knot {index}");
+    }
+}
+
+/// Whoever asks for rivers block by block finds each piece in all blocks that it touches, and in no other form.
+#[test]
+fn pieces_of_rivers_are_the_same_in_every_area() {
+    for name in ["alps", "archipelago"] {
+        let fluvial = relief(name);
+        let whole = Area::new(-700, 300, 1024, 1024);
+        let touches = |piece: &RiverPiece, area: &Area| {
+            let span = |axis: usize| [piece.from[axis].min(piece.to[axis]), piece.from[axis].max(piece.to[axis])];
+            let is_within = |[low, high]: [i64; 2], first: i64, past: i64| low < past * FIXED && high >= first * FIXED;
+            is_within(span(0), area.x0, area.x1) && is_within(span(1), area.y0, area.y1)
+        };
+        let all = Survey::rivers(&fluvial, &whole);
+        assert!(all.len() > 100, "{name}: {} pieces", all.len());
+        for (column, row) in (0..16).map(|n| (n % 4, n / 4)) {
+            let part = Area::new(whole.x0 + 256 * column, whole.y0 + 256 * row, 256, 256);
+            let keys = |pieces: &[RiverPiece]| {
+                let own = pieces.iter().filter(|piece| touches(piece, &part));
+                own.map(RiverPiece::key).collect::<BTreeSet<_>>()
+            };
+            assert_eq!(keys(&Survey::rivers(&fluvial, &part)), keys(&all), "{name}: {part:?}");
+        }
     }
 }
