@@ -15,7 +15,7 @@ use crate::fluvial::valley::Valleys;
 use crate::fluvial::warp::Displaced;
 use crate::hash::{self, Stream};
 use crate::noise::{Fractal, FractalKind, FractalSpec, Stripes};
-use crate::simd::{Kernel, Simd, dispatch};
+use crate::simd::{Kernel, MAX_LANES, Simd, dispatch};
 
 /// The gullies of a world.
 #[derive(Debug)]
@@ -226,25 +226,46 @@ impl Kernel for FallLine<'_> {
         let [east, south] = self.warp;
         let one = simd.splat(1.0);
         let per_metre = simd.splat(0.5 / self.spacing_m);
-        // Rows are whole patches, so lanes end with the row; neighbours beyond the first and last vertex are not there,
-        // and vertices next to them are not used.
-        let mut at = 0;
-        while at < len {
-            let (left, right) = (at.max(1) - 1, (at + 1).min(len - S::LANES));
-            let (up, down) = (at.max(width) - width, (at + width).min(len - S::LANES));
-            let east_x = (simd.load(&east[right..]) - simd.load(&east[left..])) * per_metre;
-            let east_y = (simd.load(&east[down..]) - simd.load(&east[up..])) * per_metre;
-            let south_x = (simd.load(&south[right..]) - simd.load(&south[left..])) * per_metre;
-            let south_y = (simd.load(&south[down..]) - simd.load(&south[up..])) * per_metre;
+        // Vertices at the edges are not used, for they lack neighbours.
+        for at in (0..len).step_by(S::LANES) {
+            let bend =
+                |metres: &[f32], by: usize| (after(simd, metres, at, by) - before(simd, metres, at, by)) * per_metre;
+            let (east_x, east_y) = (bend(east, 1), bend(east, width));
+            let (south_x, south_y) = (bend(south, 1), bend(south, width));
             // By the chain rule: the height's gradient in the plane, times how the plane is bent here.
             let away = [simd.load(&self.valleys.away[0][at..]), simd.load(&self.valleys.away[1][at..])];
             let x = away[0] * (one + east_x) + away[1] * south_x;
             let y = away[0] * east_y + away[1] * (one + south_y);
             simd.store(x, &mut self.fall[0][at..]);
             simd.store(y, &mut self.fall[1][at..]);
-            at += S::LANES;
         }
     }
+}
+
+/// The lanes that lie so many values before those at an index; where there are none, some value.
+#[inline(always)]
+fn before<S: Simd>(simd: S, values: &[f32], at: usize, by: usize) -> S::F32 {
+    if at >= by { simd.load(&values[at - by..]) } else { one_by_one(simd, |lane| values[(at + lane).max(by) - by]) }
+}
+
+/// The lanes that lie so many values after those at an index; where there are none, some value.
+#[inline(always)]
+fn after<S: Simd>(simd: S, values: &[f32], at: usize, by: usize) -> S::F32 {
+    let last = values.len() - 1;
+    match values.get(at + by..at + by + S::LANES) {
+        Some(values) => simd.load(values),
+        None => one_by_one(simd, |lane| values[(at + lane + by).min(last)]),
+    }
+}
+
+/// Lanes of single values: some of a group may have a neighbour where others have none.
+#[inline(always)]
+fn one_by_one<S: Simd>(simd: S, value: impl Fn(usize) -> f32) -> S::F32 {
+    let mut lanes = [0.0; MAX_LANES];
+    for (lane, to) in lanes[..S::LANES].iter_mut().enumerate() {
+        *to = value(lane);
+    }
+    simd.load(&lanes)
 }
 
 /// The mean of each value and those before and after it, of which it counts for as much as both.
@@ -260,11 +281,10 @@ impl Kernel for Smooth<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let (half, last) = (simd.splat(0.5), self.values.len() - S::LANES);
+        let half = simd.splat(0.5);
         for at in (0..self.values.len()).step_by(S::LANES) {
             // Those at the edge have no neighbours, and are not used.
-            let (before, after) = (at.max(self.apart) - self.apart, (at + self.apart).min(last));
-            let around = half * (simd.load(&self.values[before..]) + simd.load(&self.values[after..]));
+            let around = half * (before(simd, self.values, at, self.apart) + after(simd, self.values, at, self.apart));
             simd.store(half * (simd.load(&self.values[at..]) + around), &mut self.smoothed[at..]);
         }
     }
