@@ -218,7 +218,7 @@ impl Fluvial {
 
     /// Where in the world a point of the network lies: the network is straight, and the world is not.
     pub fn in_world(&self, network: Point) -> Point {
-        self.warp.undo(network)
+        self.warp.points().undo(network)
     }
 
     /// Height in metres of the land, or of water, that the network has at a level.

@@ -20,7 +20,7 @@ use super::channel::Channel;
 use super::fields::{Fields, most_area};
 use super::lake;
 use super::point::{Point, overlap};
-use super::segment::{Reach, Segment, Segments, segments_of, widened};
+use super::segment::{Reach, Segments, segments_of, touches, widened};
 use super::tributary::Tributaries;
 use super::tributary_course;
 use super::trunk::Trunks;
@@ -126,9 +126,9 @@ impl Network {
         }
     }
 
-    /// The segments of the channels that are shown whose [reach](Segment::reach) touches a rectangle, relative to `origin`.
+    /// The segments of the channels that are shown whose [reach](super::segment::Segment::reach) touches a rectangle, relative to `origin`.
     pub fn segments(&self, shown: ShownChannels, rectangle: [Point; 2], origin: Point, reach: Reach) -> Segments {
-        let [low, high] = rectangle.map(|corner| corner.from(origin));
+        let asked = rectangle.map(|corner| corner.from(origin));
         let (mut channels, mut all) = (Vec::new(), Vec::new());
         for level in 0..shown.levels {
             let own = reach.of(self.fields.side(level) as f64);
@@ -136,18 +136,13 @@ impl Network {
             let widest = widened(own / gentlest, self.fields.widest_trough(level));
             let widest = widest + lake::most_sunk(&self.fields, level);
             let around = [rectangle[0].moved([-widest; 2]), rectangle[1].moved([widest; 2])];
-            let touches = |[from, to]: [[f64; 2]; 2], reach: f64| {
-                [0, 1].into_iter().all(|axis| {
-                    from[axis].max(to[axis]) + reach >= low[axis] && from[axis].min(to[axis]) - reach <= high[axis]
-                })
-            };
+            let comes_near = |ends: [[f64; 2]; 2], by: f64| touches(ends, asked, by);
             let mut take = |channel: &Arc<Channel>| {
                 let before = all.len();
                 // Most are further than any may be.
                 let segments =
-                    segments_of(&self.fields, channel, channels.len() as u32, origin, |ends| touches(ends, widest));
-                let reaches = |segment: &Segment| touches(segment.bounds(), segment.reach(reach));
-                all.extend(segments.filter(reaches));
+                    segments_of(&self.fields, channel, channels.len() as u32, origin, |ends| comes_near(ends, widest));
+                all.extend(segments.filter(|segment| segment.reaches(asked, reach)));
                 if all.len() > before {
                     channels.push(Arc::clone(channel));
                 }
@@ -164,7 +159,8 @@ impl Network {
                 take(channel);
                 if level == 0 {
                     // No further from its trunk than the floor of that is wide.
-                    let is_wanted = |branch: &Channel| touches(branch.bounds().map(|at| at.from(origin)), branch.near);
+                    let is_wanted =
+                        |branch: &Channel| comes_near(branch.bounds().map(|at| at.from(origin)), branch.near);
                     self.branches(channel, is_wanted).iter().for_each(&mut take);
                 }
             });

@@ -21,6 +21,16 @@ pub struct Segments {
     pub all: Vec<Segment>,
 }
 
+impl Segments {
+    /// Those of them whose [reach](Segment::reach) touches a rectangle.
+    #[must_use]
+    pub fn near(&self, rectangle: [Point; 2], reach: Reach) -> Segments {
+        let rectangle = rectangle.map(|corner| corner.from(self.origin));
+        let near = self.all.iter().filter(|segment| segment.reaches(rectangle, reach));
+        Segments { origin: self.origin, channels: self.channels.clone(), all: near.cloned().collect() }
+    }
+}
+
 /// A straight segment of a channel: from one knot to the next. Pairs are a value at its upper end, and how that changes
 /// to its lower end.
 #[derive(Clone, Debug)]
@@ -227,6 +237,11 @@ impl Segment {
         risen.min(self.near)
     }
 
+    /// Whether its [reach](Segment::reach) touches a rectangle, given by its corners.
+    pub fn reaches(&self, rectangle: [[f64; 2]; 2], reach: Reach) -> bool {
+        touches(self.bounds(), rectangle, self.reach(reach))
+    }
+
     /// Its lowest water in metres.
     pub fn lowest_m(&self) -> f64 {
         least(self.level_m[0], self.level_m[0] + self.level_m[1])
@@ -370,6 +385,13 @@ impl Bounds {
         let risen = (most_m - self.level_m[0]) / (slope * self.gentlest_cross);
         risen > 0.0 && rise(square.sqrt(), self.widest_shore, self.widest_trough, self.least_lean) <= risen
     }
+}
+
+/// Whether a rectangle lies so near to another, by their corners.
+pub fn touches([from, to]: [[f64; 2]; 2], [low, high]: [[f64; 2]; 2], reach: f64) -> bool {
+    [0, 1]
+        .into_iter()
+        .all(|axis| from[axis].max(to[axis]) + reach >= low[axis] && from[axis].min(to[axis]) - reach <= high[axis])
 }
 
 /// The smaller one of two numbers; `min` also asks for what is no number.

@@ -16,11 +16,14 @@ use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::memory::{Memory, Usage, heap_bytes};
 
-/// Nodes a side of a block of sparse land.
-const BLOCK: i64 = 32;
+/// Nodes a side of a block of sparse land, and of one with gullies, which are made with all around them.
+const BLOCK: i64 = 16;
+const GULLY_BLOCK: i64 = 32;
 
-/// Vertices a side of the squares for which channels are gathered at a time.
+/// Vertices a side of the squares for which channels are gathered at a time, and of those without dry brooks: of these there
+/// are fewer, and they matter further.
 const PAGE: i64 = 256;
+const WET_PAGE: i64 = 512;
 
 /// Vertices from one point of a river's line to the next, at most: so finely it follows the bends of the world.
 const RIVER_VERTICES: f64 = 3.0;
@@ -45,6 +48,16 @@ impl Sampling {
     /// All that may be known at nodes so many vertices apart.
     pub const fn whole(step: i64) -> Sampling {
         Sampling { step, dry_brooks: true }
+    }
+
+    /// Whether gullies are known.
+    fn has_gullies(self) -> bool {
+        self.dry_brooks && self.step <= MOST_GULLY_STEP
+    }
+
+    /// Nodes a side of a block.
+    fn block(self) -> i64 {
+        if self.has_gullies() { GULLY_BLOCK } else { BLOCK }
     }
 }
 
@@ -91,7 +104,7 @@ pub(super) const MOST_GULLY_STEP: i64 = 4;
 
 /// Cells of the finest level within which brooks are known to the survey: less far than to tiles, for all that lies around what
 /// is planned is made for this alone.
-const BROOK_CELLS: i64 = 4;
+const BROOK_CELLS: i64 = 3;
 
 /// What has been found lately.
 #[derive(Debug)]
@@ -145,7 +158,8 @@ impl Survey for Fluvial {
         let asked = [Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1, area.y1)];
         let mut rivers = Vec::new();
         // Where a piece ended, in the network and in the world.
-        let mut last = (origin, self.in_world(origin));
+        let mut world = self.warp.points();
+        let mut last = (origin, world.undo(origin));
         for piece in &pieces.all {
             if fields.discharge_m3s(lerp(piece.area, 1.0)) < spring_m3s {
                 continue;
@@ -153,8 +167,8 @@ impl Survey for Fluvial {
             let start = pieces.channels[piece.channel as usize].knots[piece.knot as usize].at;
             let end = start.moved(piece.along);
             // Most begin where the one before has ended.
-            let first = if last.0 == start { last.1 } else { self.in_world(start) };
-            last = (end, self.in_world(end));
+            let first = if last.0 == start { last.1 } else { world.undo(start) };
+            last = (end, world.undo(end));
             // Few come to the area that is asked about: the rest lie where others may be bent to.
             let aside = BENDS * length(piece.along) + GRAINS as f64;
             let around = point::around([first, last.1], aside).expect("there are two");
@@ -162,14 +176,14 @@ impl Survey for Fluvial {
                 continue;
             }
             let parts = (length(piece.along) / (RIVER_VERTICES * GRAINS as f64)).ceil().max(1.0) as usize;
-            let end = |part: usize| {
+            let mut end = |part: usize| {
                 let share = part as f64 / parts as f64;
                 let at = match part {
                     0 => first,
                     _ if part == parts => last.1,
                     _ => {
                         let guess = first.moved(last.1.from(first).map(|way| way * share));
-                        self.warp.undo_from(start.moved(piece.along.map(|along| along * share)), guess)
+                        world.undo_from(start.moved(piece.along.map(|along| along * share)), guess)
                     }
                 };
                 [at.x, at.y]
@@ -221,11 +235,12 @@ impl Fluvial {
         let [x0, y0] = first.map(|at| at / step);
         let nodes = Area::new(x0, y0, cols, rows);
         let mut values = vec![value; nodes.len()];
-        let blocks = |from: i64, to: i64| from.div_euclid(BLOCK)..=(to - 1).div_euclid(BLOCK);
+        let side = sampling.block();
+        let blocks = |from: i64, to: i64| from.div_euclid(side)..=(to - 1).div_euclid(side);
         for by in blocks(nodes.y0, nodes.y1) {
             for bx in blocks(nodes.x0, nodes.x1) {
                 let block = self.survey.blocks.get((sampling, bx, by), || self.block(sampling, bx, by));
-                let own = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
+                let own = Area::new(bx * side, by * side, side as usize, side as usize);
                 let part = nodes.common(&own).expect("the block lies under the nodes");
                 for y in part.y0..part.y1 {
                     let source = (y - own.y0) as usize * own.width() + (part.x0 - own.x0) as usize;
@@ -244,26 +259,32 @@ impl Fluvial {
     }
 
     /// What is seen of the land that is surveyed.
-    fn surveyed(&self, Sampling { step, dry_brooks }: Sampling) -> Detail {
+    fn surveyed(&self, sampling: Sampling) -> Detail {
+        let Sampling { step, dry_brooks } = sampling;
         let levels = if dry_brooks { self.fields().levels() } else { self.wet_levels() };
-        let gullies = dry_brooks && step <= MOST_GULLY_STEP;
         let channels = ShownChannels::whole(levels);
-        Detail { step, channels, brook_cells: BROOK_CELLS, gullies, breaches: false }
+        Detail { step, channels, brook_cells: BROOK_CELLS, gullies: sampling.has_gullies(), breaches: false }
     }
 
     fn block(&self, sampling: Sampling, bx: i64, by: i64) -> SurveyBlock {
-        let area = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
         let Sampling { step, dry_brooks } = sampling;
-        let (clock, detail) = (Clock::default(), self.surveyed(sampling));
-        let land = if BLOCK * step <= PAGE {
-            let [px, py] = [area.x0, area.y0].map(|at| (at * step).div_euclid(PAGE));
-            let page = Area::new(px * PAGE, py * PAGE, PAGE as usize, PAGE as usize);
+        let side = sampling.block();
+        let area = Area::new(bx * side, by * side, side as usize, side as usize);
+        let detail = self.surveyed(sampling);
+        // Those that may come to its nodes; what else lies around a page would only be looked at in vain.
+        let around = self.around(area, detail);
+        let page_side = if dry_brooks { PAGE } else { WET_PAGE };
+        let segments = if side * step <= page_side {
+            let [px, py] = [area.x0, area.y0].map(|at| (at * step).div_euclid(page_side));
+            let page = Area::new(px * page_side, py * page_side, page_side as usize, page_side as usize);
             let whole = self.surveyed(Sampling { step: 1, dry_brooks });
-            let pieces = self.survey.pages.get((dry_brooks, px, py), || self.segments(self.around(page, whole), whole));
-            self.land_of(&pieces, area, detail, &clock)
+            let around_page = self.around(page, whole);
+            let pieces = self.survey.pages.get((dry_brooks, px, py), || self.segments(around_page, whole));
+            pieces.near(self.warp.input(around, step), self.reach(detail))
         } else {
-            self.land_of(&self.segments(self.around(area, detail), detail), area, detail, &clock)
+            self.segments(around, detail)
         };
+        let land = self.land_of(&segments, area, detail, &Clock::default());
         let kinds = land.water.expect("fluvial land knows its water").kind;
         SurveyBlock { heights_m: land.heights.values().to_vec(), waters: kinds.values().to_vec() }
     }

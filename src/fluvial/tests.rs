@@ -646,3 +646,20 @@ fn pieces_of_rivers_are_the_same_in_every_area() {
         }
     }
 }
+
+#[test]
+fn a_survey_without_dry_brooks_knows_the_land_in_the_mean() {
+    use survey::Sampling;
+    for (name, step) in [("alps", 16), ("plains", 16)] {
+        let fluvial = relief(name);
+        let (first, side) = (-64 * step, 128);
+        let heights_m = |sampling| fluvial.heights_m(first, first, sampling, side, side);
+        let (whole_m, mean_m) = (heights_m(Sampling::whole(step)), heights_m(Sampling { step, dry_brooks: false }));
+        let off_m: Vec<f64> = whole_m.iter().zip(&mean_m).map(|(a, b)| f64::from(a - b)).collect();
+        let (count, relief_m) = (off_m.len() as f64, f64::from(whole_m.iter().copied().fold(0.0, f32::max)));
+        let bias_m = off_m.iter().sum::<f64>() / count;
+        let cut_m = off_m.iter().map(|off_m| off_m.abs()).sum::<f64>() / count;
+        assert!(cut_m > 0.002 * relief_m, "{name}: brooks cut {cut_m} m into {relief_m} m");
+        assert!(bias_m.abs() < 0.02 * relief_m, "{name}: {bias_m} m too high of {relief_m} m");
+    }
+}

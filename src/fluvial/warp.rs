@@ -4,6 +4,8 @@
 //! changes by less than a vertex from one vertex to the next, so the plane is bent but never folded: lines that do not
 //! cross in the network do not cross in the world.
 
+use std::sync::Arc;
+
 use crate::area::{Area, Stride};
 use crate::fluvial::fields::Fields;
 use crate::fluvial::point::{GRAINS, Point};
@@ -127,15 +129,32 @@ impl Warp {
         })
     }
 
+    /// The displacement of single points.
+    pub fn points(&self) -> WarpPoints<'_> {
+        WarpPoints { warp: self, last: None }
+    }
+}
+
+/// The displacement of single points, one near the other: the last patch is at hand.
+#[derive(Debug)]
+pub struct WarpPoints<'a> {
+    warp: &'a Warp,
+    last: Option<LastPatch>,
+}
+
+/// The column and row of a patch, and its metres east and south.
+type LastPatch = ((i64, i64), Arc<[Vec<f32>; 2]>);
+
+impl WarpPoints<'_> {
     /// The point of the world that is displaced to a point of the network.
     ///
     /// By Newton's method: where the plane is bent most, going by what is missing alone leads ever further away.
-    pub fn undo(&self, network: Point) -> Point {
+    pub fn undo(&mut self, network: Point) -> Point {
         self.undo_from(network, network)
     }
 
     /// The same, looked for from a place on: the nearer, the sooner it is found.
-    pub fn undo_from(&self, network: Point, mut world: Point) -> Point {
+    pub fn undo_from(&mut self, network: Point, mut world: Point) -> Point {
         const STEPS: usize = 40;
         const SHORTEST: f64 = 1.0 / 64.0;
         const LEAST_AREA: f64 = 1.0 / 64.0;
@@ -156,10 +175,11 @@ impl Warp {
             let area = (east[0] * south[1] - east[1] * south[0]).max(LEAST_AREA);
             let way =
                 [(south[1] * left[0] - south[0] * left[1]) / area, (east[0] * left[1] - east[1] * left[0]) / area];
-            // Less far where the whole way leads past it.
+            // Less far where the whole way leads past it, as long as it leads anywhere.
             let shares = std::iter::successors(Some(1.0), |share| Some(share / 2.0));
-            let nearer = shares.take_while(|share| *share >= SHORTEST).find_map(|share| {
-                let next = world.moved(way.map(|part| part * share));
+            let nexts =
+                shares.take_while(|share| *share >= SHORTEST).map(|share| world.moved(way.map(|part| part * share)));
+            let nearer = nexts.take_while(|next| *next != world).find_map(|next| {
                 let by = self.at(next);
                 let still = missing(next, by);
                 (length(still) < length(left)).then_some((next, by, still))
@@ -171,12 +191,18 @@ impl Warp {
     }
 
     /// The displacement of any point in grains: that of the four vertices around it, mixed.
-    fn at(&self, point: Point) -> [f64; 2] {
+    fn at(&mut self, point: Point) -> [f64; 2] {
         let vertex = (point.x.div_euclid(GRAINS), point.y.div_euclid(GRAINS));
         let patch = (vertex.0.div_euclid(PATCH), vertex.1.div_euclid(PATCH));
         let side = PATCH as usize + 1;
-        let metres =
-            self.patches.get(patch, || self.fill(Area::new(patch.0 * PATCH, patch.1 * PATCH, side, side), 1).metres);
+        let metres = match &mut self.last {
+            Some((last, metres)) if *last == patch => metres,
+            last => {
+                let area = Area::new(patch.0 * PATCH, patch.1 * PATCH, side, side);
+                let metres = self.warp.patches.get(patch, || self.warp.fill(area, 1).metres);
+                &mut last.insert((patch, metres)).1
+            }
+        };
         let first = (vertex.1.rem_euclid(PATCH) as usize) * side + vertex.0.rem_euclid(PATCH) as usize;
         let [u, v] = [point.x, point.y].map(|grains| grains.rem_euclid(GRAINS) as f64 / GRAINS as f64);
         metres.each_ref().map(|metres| {
@@ -185,7 +211,7 @@ impl Warp {
                 west + (east - west) * u
             };
             let (north, south) = (row(first), row(first + side));
-            (north + (south - north) * v) / self.spacing_m * GRAINS as f64
+            (north + (south - north) * v) / self.warp.spacing_m * GRAINS as f64
         })
     }
 }
@@ -202,12 +228,13 @@ mod tests {
             let settings = preset.fluvial.as_ref().unwrap();
             let fields = Fields::new(settings, preset.spacing_m, preset.sea_level_m, seed);
             let warp = Warp::new(&fields, preset.spacing_m, seed);
+            let mut points = warp.points();
             // Over the whole of a region, for the plane is bent most in few places.
             for place in 0..64 * 64 {
                 let world = Point::at_vertex(place % 64 * 32, place / 64 * 32);
-                let network = world.moved(warp.at(world));
-                let again = warp.undo(network);
-                let off = again.moved(warp.at(again)).distance(network);
+                let network = world.moved(points.at(world));
+                let again = points.undo(network);
+                let off = again.moved(points.at(again)).distance(network);
                 assert!(off < 4.0, "{name}, seed {seed}: {world:?} is missed by {off} grains");
             }
         }

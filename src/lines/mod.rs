@@ -241,7 +241,16 @@ impl Line {
 
     /// Whether it can have an effect on a vertex of `area`; lines with natural beds have none, and count where they lie.
     pub fn concerns(&self, area: &Area) -> bool {
-        self.bounds.common(area).is_some() && (self.bed != Bed::Natural || self.touches(area))
+        self.bounds.common(area).is_some()
+            && match self.bed {
+                Bed::Natural => self.touches(area),
+                Bed::Built { bank_m } => {
+                    let half_width_m = self.points.iter().map(|point| point.half_width_m).fold(0.0, f64::max);
+                    // Two more, for what is rounded on the way.
+                    self.touches(&area.padded(((half_width_m + bank_m) / self.spacing_m) as usize + 2))
+                }
+                Bed::Dug { .. } | Bed::Trodden { .. } => true,
+            }
     }
 
     /// Whether a part of it lies in the rectangle that the outer vertices of an area span: of its middle, or of all that an

@@ -5,14 +5,15 @@ use std::collections::BTreeSet;
 
 use crate::area::Area;
 use crate::fluvial::survey::Survey;
+use crate::land::WaterKind;
 use crate::lines::{self, Bed, FIXED, Line, LineEnd, LineId, LineKind, LinePoint, RoadClass, Structure};
 use crate::places::alignment::Alignment;
 use crate::places::bridging::carry;
+use crate::places::corridor::{CoarseGround, Corridor, Outlook};
 use crate::places::ellipse::{Ellipse, apart};
 use crate::places::levels::Levelled;
 use crate::places::move_cost::Ground;
-use crate::places::outlook::Outlook;
-use crate::places::plan_land::{PlanLand, PlanNode, Window};
+use crate::places::plan_land::{PlanNode, Plans, Window};
 use crate::places::route::route;
 use crate::places::route_land::RouteLand;
 use crate::places::settings::{PlacesSettings, Standard};
@@ -30,35 +31,66 @@ const TRIES: usize = 8;
 pub(super) struct Builder<'a> {
     pub settings: &'a PlacesSettings,
     pub seed: u64,
-    pub plan: &'a PlanLand,
+    pub plans: &'a Plans,
     pub survey: &'a dyn Survey,
 }
 
 impl Builder<'_> {
-    /// The road from one site to another, if there is a way: where the land has none for the class that the two ask for,
-    /// one of a lower class.
-    pub fn road(&self, a: &Seat, b: &Seat) -> Option<Line> {
-        let scale = &self.plan.scale;
-        let window = self.window([a, b].map(|site| scale.node(site.at)));
+    /// Where the road from one site to another may go, if there may be one.
+    pub fn corridor(&self, a: &Seat, b: &Seat) -> Option<Corridor> {
+        let ends = [a, b].map(|site| self.plans.coarse.scale.node(site.at));
+        let window = self.coarse_window(ends);
+        let standard = self.settings.standard(class_between(a, b));
+        let ground = CoarseGround::new(&window, &self.plans.coarse.scale, &standard, self.seed);
+        Corridor::new(&ground, ends.map(|end| window.inner(end)))
+    }
+
+    /// The road from one site to another along their corridor, if there is a way: where the land has none for the class that the
+    /// two ask for, one of a lower class.
+    pub fn road(&self, a: &Seat, b: &Seat, corridor: &Corridor) -> Option<Line> {
+        let scale = &self.plans.fine.scale;
+        let coarse = self.coarse_window([a, b].map(|site| self.plans.coarse.scale.node(site.at)));
+        let [first, past] = corridor.fine_bounds();
+        let [cols, rows] = [0, 1].map(|axis| (past[axis] - first[axis]) as usize);
+        let is_looked_at = |nodes: Area| corridor.looks_at([nodes.x0, nodes.y0], [nodes.x1 - 1, nodes.y1 - 1]);
+        let window = self.plans.fine.window(self.survey, &self.plans.rivers, first, (cols, rows), is_looked_at);
         // The same for all classes, so it is made once.
-        let land = RouteLand::new(window, scale, self.seed);
+        let land = RouteLand::new(window, corridor, scale, self.seed);
         let asked = class_between(a, b);
         let classes = [RoadClass::Highway, RoadClass::Road, RoadClass::Track];
-        classes.into_iter().filter(|class| *class <= asked).find_map(|class| self.of_class(class, &land, [a, b]))
+        let mut lower = classes.into_iter().filter(|class| *class <= asked);
+        lower.find_map(|class| {
+            let standard = self.settings.standard(class);
+            let ground = CoarseGround::new(&coarse, &self.plans.coarse.scale, &standard, self.seed);
+            let outlook = Outlook::new(&ground, corridor, coarse.inner(self.plans.coarse.scale.node(b.at)));
+            self.of_class(class, &land, &outlook, [a, b])
+        })
+    }
+
+    /// The coarse land under all ways between two of its nodes.
+    fn coarse_window(&self, ends: [PlanNode; 2]) -> Window {
+        let [a, b] = ends;
+        // A function of the two nodes alone, so the road is the same whatever area asks for it.
+        // Two more than the ellipse, for what rounding takes from its radius and its middle.
+        let radius = Ellipse::radius(apart(a, b)) as i64 + 2;
+        let middle = [0, 1].map(|axis| (a[axis] + b[axis]).div_euclid(2));
+        let side = (2 * radius + 1) as usize;
+        // As for the radius: a search looks at the ellipse and at the nodes next to it.
+        let axis = Ellipse::axis(apart(a, b)) + 4.0;
+        let ends = ends.map(|[x, y]| Area::new(x, y, 1, 1));
+        let is_looked_at = |nodes: Area| way_by(nodes, ends) <= axis;
+        let at = middle.map(|at| at - radius);
+        self.plans.coarse.window(self.survey, &self.plans.rivers, at, (side, side), is_looked_at)
     }
 
     /// The road of a class from one site to another, if there is a way for it.
-    fn of_class(&self, class: RoadClass, land: &RouteLand, sites: [&Seat; 2]) -> Option<Line> {
+    fn of_class(&self, class: RoadClass, land: &RouteLand, outlook: &Outlook, sites: [&Seat; 2]) -> Option<Line> {
         let standard = self.settings.standard(class);
-        let ends = sites.map(|site| {
-            let node = land.scale.node(site.at);
-            [0, 1].map(|axis| node[axis] - land.window.at[axis])
-        });
+        let ends = sites.map(|site| land.window.inner(land.scale.node(site.at)));
         // Anew for each class: where a wide road does not go, a narrower one may.
         let mut closed = BTreeSet::new();
-        let outlook = Outlook::new(&Ground { land, standard: &standard, closed: &closed }, ends);
         for _ in 0..TRIES {
-            let route = route(&Ground { land, standard: &standard, closed: &closed }, &outlook, ends)?;
+            let route = route(&Ground { land, standard: &standard, closed: &closed }, outlook, ends)?;
             let mut culprits = BTreeSet::new();
             for softness in SOFTNESS {
                 let line = Alignment::along(&route, &land.scale, standard.radius_m, softness);
@@ -71,21 +103,6 @@ impl Builder<'_> {
             closed.extend(culprits.iter().map(|leg| (route.nodes[*leg], route.nodes[leg + 1])));
         }
         None
-    }
-
-    /// The land under all ways between two nodes.
-    fn window(&self, ends: [PlanNode; 2]) -> Window {
-        let [a, b] = ends;
-        // A function of the two nodes alone, so the road is the same whatever area asks for it.
-        // Two more than the ellipse, for what rounding takes from its radius and its middle.
-        let radius = Ellipse::radius(apart(a, b)) as i64 + 2;
-        let middle = [0, 1].map(|axis| (a[axis] + b[axis]).div_euclid(2));
-        let side = (2 * radius + 1) as usize;
-        // As for the radius: a search looks at the ellipse and at the nodes next to it.
-        let axis = Ellipse::axis(apart(a, b)) + 4.0;
-        let ends = ends.map(|[x, y]| Area::new(x, y, 1, 1));
-        let is_looked_at = |nodes: Area| way_by(nodes, ends) <= axis;
-        self.plan.window(self.survey, middle.map(|at| at - radius), (side, side), is_looked_at)
     }
 
     /// The points of a road along a line and what carries them, or the points of the line that do not do.
@@ -101,6 +118,10 @@ impl Builder<'_> {
         if let Some([first, second]) = line.crosses_itself() {
             return Err(vec![first, first + 1, second, second + 1]);
         }
+        if !land.has_open_water() {
+            // Most lines that do not do run in a river, which its pieces tell.
+            spans(line, &land.rivers, &vec![WaterKind::Dry; line.points.len()], standard)?;
+        }
         let waters = line.waters(self.survey, origin);
         let is_drowned = |point: &usize| waters[*point].is_open() && !line.bridged[*point];
         let drowned: Vec<usize> = (0..waters.len()).filter(is_drowned).collect();
@@ -109,7 +130,7 @@ impl Builder<'_> {
         }
         let mut spans = spans(line, &land.rivers, &waters, standard)?;
         let heights_m = line.heights_m(self.survey, origin);
-        let ends_m = [a, b].map(|seat| f64::from(seat.height_m(&self.plan.scale, self.survey)));
+        let ends_m = [a, b].map(|seat| f64::from(seat.height_m(&self.plans.fine.scale, self.survey)));
         let levelled = Levelled { line, heights_m: &heights_m, rivers: &land.rivers, standard, ends_m };
         let Some(levels_m) = levelled.levels_m(&mut spans, self.settings.clearance_m) else {
             return Err(spans.iter().flat_map(|span| [span.first, span.last]).collect());
@@ -139,7 +160,7 @@ impl Builder<'_> {
         (points, structures): (Vec<LinePoint>, Vec<Structure>),
         [a, b]: [&Seat; 2],
     ) -> Line {
-        let (spacing_m, bank_m) = (self.plan.scale.spacing_m, self.settings.bank_m);
+        let (spacing_m, bank_m) = (self.plans.fine.scale.spacing_m, self.settings.bank_m);
         let id = LineId::Road { from: a.id, to: b.id, part: 0 };
         Line {
             id,

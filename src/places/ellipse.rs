@@ -1,4 +1,4 @@
-//! The ellipse around two nodes, in which all ways between them lie.
+//! The ellipse around two nodes of the coarse plan, in which all ways between them lie.
 
 use crate::geometry::length;
 use crate::places::plan_land::PlanNode;
@@ -7,7 +7,7 @@ use crate::places::plan_land::PlanNode;
 /// land that a tile looks at grows with the square of it.
 // So a way by any one place in it is at most 1.4 times as long as straight, and those nodes.
 const AXIS: f64 = 1.4;
-const AXIS_NODES: f64 = 6.0;
+const AXIS_NODES: f64 = 3.0;
 
 /// The ellipse in which ways between two nodes lie.
 #[derive(Clone, Copy, Debug)]

@@ -1,16 +1,18 @@
 //! Settlements, their names, and the roads between them: each a pure function of the seed, the settings and lattice ids.
 //!
 //! ```text
-//! Survey --> plan_land.rs heights, waters and rivers on the nodes of the plan, about 64 m apart; remembered by blocks
+//! Survey --> plan_land.rs heights, waters and rivers on the nodes of two plans: the fine one's are about 64 m apart, the
+//!             |           coarse one's twice as far; remembered by blocks
 //!             |
-//!          site.rs     the best of 40 hashed positions of each site cell, on a coarser plan: suitability.rs
+//!          site.rs     coarse: the best of 40 hashed positions of each site cell: suitability.rs
 //!             |                                                                  crate::names  what it is called
 //!             |
 //!          graph.rs    which sites are neighbours: the Gabriel graph, 2 site cells at most
 //!             |
-//!          route.rs    the way of least cost between two neighbours, within an ellipse
-//!             |          move_cost.rs, turn_cost.rs  what it costs; outlook.rs  what is left to pay, about;
-//!             |          route_land.rs  the land that it sees
+//!          corridor.rs coarse: where the road between two neighbours may go, and what is left to pay from there, about
+//!             |
+//!          route.rs    fine: the way of least cost within the corridor
+//!             |          move_cost.rs, turn_cost.rs  what it costs; route_land.rs  the land that it sees
 //!          build.rs    a line along that way:
 //!             |          alignment.rs  rounded, spans.rs  carried over waters, levels.rs, profile.rs  given heights,
 //!             |          bridging.rs   carried over dips and bored through ridges
@@ -18,13 +20,14 @@
 //! ```
 //!
 //! Nothing depends on the area that is asked for, on what was asked before, on threads or on what is remembered. A road
-//! is a function of its two sites and of the land in the ellipse around them; whether it is there at all, of the sites
+//! is a function of its two sites and of the land in the ellipse around them, of which its corridor is a part; whether it is there at all, of the sites
 //! within two cells; and what is left of it, of those above it whose ellipses it enters, as they are before they are cut.
 
 mod alignment;
 mod bridging;
 mod buckets;
 mod build;
+mod corridor;
 mod ellipse;
 mod fixed;
 mod graph;
@@ -32,7 +35,6 @@ mod junction;
 mod levels;
 mod move_cost;
 mod moves;
-mod outlook;
 mod plan_land;
 mod profile;
 mod river_index;
@@ -57,8 +59,9 @@ use crate::fluvial::survey::Survey;
 use crate::lines::{Line, LineId, Lines, SiteId};
 use crate::memory::{Memory, Usage};
 use crate::places::build::Builder;
+use crate::places::corridor::Corridor;
 use crate::places::ellipse::Ellipse;
-use crate::places::plan_land::{PlanLand, Scale};
+use crate::places::plan_land::{Plans, Scale};
 use crate::places::settings::PlacesSettings;
 use crate::places::site::{Seat, Site};
 use crate::recipe::fault::KeyPath;
@@ -70,12 +73,11 @@ use crate::recipe::fault::KeyPath;
 pub struct Places {
     settings: PlacesSettings,
     seed: u64,
-    plan: PlanLand,
-    /// The land on which seats are looked for.
-    seat_plan: PlanLand,
+    plans: Plans,
     seats: Memory<SiteId, Option<Seat>>,
     sites: Memory<SiteId, Option<Arc<Site>>>,
     edges: Memory<(SiteId, SiteId), bool>,
+    corridors: Memory<(SiteId, SiteId), Option<Corridor>>,
     /// Roads as they are before others cut them, and what is left of them.
     roads: Memory<(SiteId, SiteId), Option<Arc<Line>>>,
     parts: Memory<(SiteId, SiteId), Lines>,
@@ -92,13 +94,13 @@ impl Places {
         Ok(Places {
             settings: settings.clone(),
             seed,
-            plan: PlanLand::new(scale, true),
-            seat_plan: PlanLand::new(scale.doubled(), false),
+            plans: Plans::new(scale),
             // Room for some ten thousand cells and pairs, and for some three hundred roads of 500 points of 48 bytes, which is
             // more than one tile asks about.
             seats: Memory::new(2 << 20),
             sites: Memory::new(1 << 20),
             edges: Memory::new(1 << 20),
+            corridors: Memory::new(2 << 20),
             roads: Memory::new(8 << 20),
             parts: Memory::new(4 << 20),
         })
@@ -106,13 +108,14 @@ impl Places {
 
     /// How full its memories are.
     pub(crate) fn usages(&self) -> Vec<Usage> {
-        let plans = [self.plan.usage(), self.seat_plan.usage(), self.seats.usage(), self.sites.usage()];
-        [&plans[..], &[self.edges.usage(), self.roads.usage(), self.parts.usage()]].concat()
+        let graph = [self.seats.usage(), self.sites.usage(), self.edges.usage()];
+        let roads = [self.corridors.usage(), self.roads.usage(), self.parts.usage()];
+        [&self.plans.usages()[..], &graph, &roads].concat()
     }
 
     /// Side of a site cell in vertices.
     pub fn site_side(&self) -> i64 {
-        self.plan.scale.side * self.plan.scale.step
+        self.plans.fine.scale.side * self.plans.fine.scale.step
     }
 
     /// The site cell that a vertex lies in, which names of things there are asked for with.
@@ -123,14 +126,14 @@ impl Places {
 
     /// Vertices from the middle between two neighbours to the furthest vertex that their road may have an effect on, at most.
     pub fn reach(&self) -> i64 {
-        let Scale { step, spacing_m, .. } = self.plan.scale;
+        let Scale { step, spacing_m, .. } = self.plans.coarse.scale;
         let effect = (self.settings.effect_m() / spacing_m) as i64;
         self.widest_radius() * step + effect + 2 + junction::reach(&self.settings, spacing_m)
     }
 
-    /// Nodes from the middle of the widest ellipse to its furthest, at most.
+    /// Nodes of the coarse plan from the middle of the widest ellipse to its furthest, at most.
     fn widest_radius(&self) -> i64 {
-        Ellipse::radius((graph::CELLS * self.plan.scale.side) as f64) as i64 + 1
+        Ellipse::radius((graph::CELLS * self.plans.coarse.scale.side) as f64) as i64 + 1
     }
 
     /// All settlements that stand on a vertex of `area`, sorted by id.
@@ -147,10 +150,10 @@ impl Places {
             return Vec::new();
         }
         // What is left of a road may lie a little beside it.
-        let wide = area.padded(junction::reach(&self.settings, self.plan.scale.spacing_m) as usize);
+        let wide = area.padded(junction::reach(&self.settings, self.plans.fine.scale.spacing_m) as usize);
         let mut roads = Vec::new();
         for (a, b) in self.edges(land, &[wide]) {
-            let Some(road) = self.road(land, &a, &b).filter(|road| road.concerns(&wide)) else { continue };
+            let Some(road) = self.road(land, &a, &b, &[wide]).filter(|road| road.concerns(&wide)) else { continue };
             let parts = self.parts.get((a.id, b.id), || self.parts(land, &road));
             roads.extend(parts.iter().filter(|part| part.concerns(area)).cloned());
         }
@@ -165,31 +168,31 @@ impl Places {
             let id = LineId::Road { from: a.id, to: b.id, part: 0 };
             (Reverse(build::class_between(a, b)), id) < rank
         };
-        let near = junction::areas(road, &self.plan.scale, &self.settings);
+        let near = junction::areas(road, &self.plans.fine.scale, &self.settings);
         let edges = self.edges(land, &near).into_iter().filter(may_rank_above);
-        let mut above: Lines = edges.filter_map(|(a, b)| self.road(land, &a, &b)).collect();
+        let mut above: Lines = edges.filter_map(|(a, b)| self.road(land, &a, &b, &near)).collect();
         above.retain(|other| junction::rank(other) < rank && near.iter().any(|area| other.concerns(area)));
         above.sort_by_key(|other| junction::rank(other));
-        junction::parts(road, &above, &self.plan.scale, &self.settings).into_iter().map(Arc::new).collect()
+        junction::parts(road, &above, &self.plans.fine.scale, &self.settings).into_iter().map(Arc::new).collect()
     }
 
     /// The neighbours whose road may have an effect on a vertex of one of some areas before it is cut, the smaller first.
     fn edges(&self, land: &dyn Survey, areas: &[Area]) -> Vec<(Seat, Seat)> {
         let Some(hull) = areas.iter().copied().reduce(|hull, area| hull.hull(&area)) else { return Vec::new() };
         // No site of an edge is further from a place in its ellipse.
-        let side = self.plan.scale.side;
+        let side = self.plans.coarse.scale.side;
         let cells = self.widest_radius() / side + 1 + graph::CELLS;
         let mut edges = Vec::new();
         for first in self.cells(&hull, cells) {
             for second in self.cells_around(first, graph::CELLS).filter(|second| first < *second) {
                 // Most pairs of cells are too far off wherever their sites are, which cost more to find than all of this.
-                let [a, b] = [first, second].map(|id| site::positions(id, &self.plan.scale));
+                let [a, b] = [first, second].map(|id| site::positions(id, &self.plans.fine.scale));
                 if !self.may_touch([a, b], areas) {
                     continue;
                 }
                 let nearer = if nearest2(a, hull) <= nearest2(b, hull) { [first, second] } else { [second, first] };
                 let Some(near) = self.seat(land, nearer[0]) else { continue };
-                let there = site::positions(nearer[1], &self.plan.scale);
+                let there = site::positions(nearer[1], &self.plans.fine.scale);
                 if !self.may_touch([near.area(), there], areas) || self.is_separated(land, &near, there, hull) {
                     continue;
                 }
@@ -210,7 +213,7 @@ impl Places {
     /// most that are far off that is so, and they need not be found.
     fn is_separated(&self, land: &dyn Survey, site: &Seat, cell: Area, hull: Area) -> bool {
         let is_nearer = |id: &SiteId| {
-            let own = site::positions(*id, &self.plan.scale);
+            let own = site::positions(*id, &self.plans.fine.scale);
             own != cell && nearest2(own, hull) <= nearest2(cell, hull)
         };
         let between = self.cells_around(site.id, 1).filter(is_nearer);
@@ -219,28 +222,37 @@ impl Places {
 
     /// The settlement of a site cell, if it has one.
     pub fn site(&self, land: &dyn Survey, id: SiteId) -> Option<Arc<Site>> {
-        let settled = |seat: Seat| Arc::new(seat.settled(self.seed, &self.plan.scale, land));
+        let settled = |seat: Seat| Arc::new(seat.settled(self.seed, &self.plans.fine.scale, land));
         let site = self.sites.get(id, || self.seat(land, id).map(settled));
         site.as_ref().clone()
     }
 
     fn seat(&self, land: &dyn Survey, id: SiteId) -> Option<Seat> {
-        *self.seats.get(id, || site::seat(&self.settings, self.seed, &self.seat_plan, land, id))
+        *self.seats.get(id, || site::seat(&self.settings, self.seed, &self.plans, land, id))
     }
 
-    /// The road between two neighbours before others cut it, if there is a way.
-    fn road(&self, land: &dyn Survey, a: &Seat, b: &Seat) -> Option<Arc<Line>> {
-        let road = self.roads.get((a.id, b.id), || {
-            let builder = Builder { settings: &self.settings, seed: self.seed, plan: &self.plan, survey: land };
-            builder.road(a, b).map(Arc::new)
-        });
-        road.as_ref().clone()
+    /// The road between two neighbours before others cut it, if there is a way, and if it may touch one of some areas.
+    fn road(&self, land: &dyn Survey, a: &Seat, b: &Seat, areas: &[Area]) -> Option<Arc<Line>> {
+        let builder = Builder { settings: &self.settings, seed: self.seed, plans: &self.plans, survey: land };
+        let corridor = self.corridors.get((a.id, b.id), || builder.corridor(a, b));
+        let corridor = corridor.as_ref().as_ref()?;
+        let Scale { step, spacing_m, .. } = self.plans.fine.scale;
+        // The bounds of a road are a rectangle with a few vertices to spare.
+        let beside = (self.settings.effect_m() / spacing_m) as i64 / step + 2;
+        let may_touch = |area: &Area| {
+            let [low, high] = [[area.x0, area.y0], [area.x1 - 1, area.y1 - 1]].map(|at| self.plans.fine.scale.node(at));
+            corridor.may_touch(low, high.map(|at| at + 1), beside)
+        };
+        if !areas.iter().any(may_touch) {
+            return None;
+        }
+        self.roads.get((a.id, b.id), || builder.road(a, b, corridor).map(Arc::new)).as_ref().clone()
     }
 
     /// Whether the ellipse of a road between a vertex of one area and one of another, and its effect, may touch one of some
     /// others.
     fn may_touch(&self, [a, b]: [Area; 2], areas: &[Area]) -> bool {
-        let Scale { step, spacing_m, .. } = self.plan.scale;
+        let Scale { step, spacing_m, .. } = self.plans.coarse.scale;
         let cap = (graph::CELLS * self.site_side()) as f64;
         let apart = [nearest2(a, b), furthest2(a, b)].map(|square| (square as f64).sqrt());
         if apart[0] > cap {

@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 
 use crate::geometry::length;
-use crate::places::ellipse::{Ellipse, apart};
+use crate::places::ellipse::apart;
 use crate::places::fixed::FixedSegment;
 use crate::places::moves::{self, MOVES, moved};
 use crate::places::plan_land::PlanNode;
@@ -31,10 +31,6 @@ const SIDE: f64 = 3.0;
 /// How much more a metre costs where it is worst to walk for no reason that the heights show: what keeps ways from
 /// following the lattice over a plain. Chosen by eye.
 const WANDER: f64 = 0.5;
-
-/// What the rest of a way is taken to cost, as a share of what it does [about](Ground::about): more, for the rivers and turns that
-/// this leaves out. With 1.1 half as many nodes are looked at as with 0.8, and ways of `alps` cost 1 in 100 more.
-const EXPECTED: f64 = 1.1;
 
 /// Metres that a crossing costs, and that each metre of a river's width costs more: a ford, a bridge. Chosen by eye: a way
 /// goes round some hundred metres rather than over a bridge.
@@ -82,16 +78,45 @@ pub(super) struct Ground<'a> {
     pub closed: &'a BTreeSet<(PlanNode, PlanNode)>,
 }
 
+/// What the best even climb over so many metres costs.
+pub(super) fn even_climb_m(standard: &Standard, length_m: f64, rise_m: f64) -> f64 {
+    // The length at which a longer way would cost more than it saves.
+    let even_m = rise_m * STEEP.sqrt() / standard.max_grade;
+    match even_m > length_m {
+        // The sum below, at the length where it is least.
+        true => 2.0 * even_m,
+        false => length_m + even_m * even_m / length_m,
+    }
+}
+
+/// What so many metres cost that go from a node of such a gradient or to it, for the land that falls to their side there: half of
+/// them.
+pub(super) fn sideways_m([east, south]: [f64; 2], [dx, dy]: [f64; 2], length_m: f64) -> f64 {
+    // The slope across the way only; that along it is paid for by its parts.
+    let side = east * dy - south * dx;
+    length_m * SIDE / 2.0 * side * side
+}
+
+/// What so many metres cost for how bad a node at one end is to walk on: half of them.
+pub(super) fn wandering_m(wander: f64, length_m: f64) -> f64 {
+    length_m * WANDER / 2.0 * wander
+}
+
+/// What so many metres on a bridge cost more than on land, without its ends.
+pub(super) fn over_water_m(length_m: f64) -> f64 {
+    BRIDGE_COST_M[1] * length_m
+}
+
 impl Ground<'_> {
-    /// The costs of all moves from a node within an ellipse. Those of other nodes are known in part; the way back costs the
+    /// The costs of all moves from a node within the corridor. Those of other nodes are known in part; the way back costs the
     /// same.
-    pub fn costs(&self, ellipse: &Ellipse, node: PlanNode, known: &[Option<Box<Costs>>]) -> Costs {
+    pub fn costs(&self, node: PlanNode, known: &[Option<Box<Costs>>]) -> Costs {
         let window = &self.land.window;
         let mut near = Vec::new();
-        let is_open = self.is_open(ellipse, node);
+        let is_open = self.is_open(node);
         let moves: [u32; MOVES] = std::array::from_fn(|number| {
             let next = moved(node, number, 1);
-            if !self.is_open(ellipse, next) {
+            if !self.is_open(next) {
                 return FORBIDDEN;
             }
             // A node that no move may end on, as a start may be, has no way back that could be read.
@@ -104,59 +129,27 @@ impl Ground<'_> {
         for number in (0..MOVES).filter(|number| moves::vector(*number).iter().all(|part| part.abs() <= 2)) {
             // More than one move at a time pays where the first would end in water.
             let next = moved(node, number, 1);
-            if moves[number] != FORBIDDEN || !window.holds(next) || !self.land.is_wet(next) {
+            if moves[number] != FORBIDDEN || !self.land.holds(next) || !self.land.is_wet(next) {
                 continue;
             }
             let one_m = length(moves::vector(number).map(|part| part as f64)) * self.land.scale.step_m();
             // Some more, since nodes stand back from the water; `cost` refuses what is too long after all.
             let most = ((self.standard.bridge_m / one_m) as i64 + 2).min(u8::MAX as i64);
             // The first landing or none: what goes on from there is another move.
-            let landing = (2..=most).find(|times| self.is_open(ellipse, moved(node, number, *times)));
-            bridges.extend(landing.map(|times| {
-                let cost = self.cost(node, moved(node, number, times), &mut near);
+            let mut nodes = (2..=most).map(|times| (times, moved(node, number, times)));
+            let landing = nodes.find(|(_, next)| !self.land.holds(*next) || !self.land.is_wet(*next));
+            let landing = landing.filter(|(_, next)| self.is_open(*next));
+            bridges.extend(landing.map(|(times, next)| {
+                let cost = self.cost(node, next, &mut near);
                 Step { number, times, cost }
             }));
         }
         Costs { moves, bridges }
     }
 
-    /// What a way from one node to another that is not far costs, about: that of the best even climb, but for its rivers.
-    pub fn about(&self, from: PlanNode, to: PlanNode) -> u32 {
-        let length_m = apart(from, to) * self.land.scale.step_m();
-        let mut cost_m = self.even_climb_m(length_m, self.rise_m(from, to).abs());
-        let [east, south] = [0, 1].map(|axis| (to[axis] - from[axis]) as f64 * self.land.scale.step_m() / length_m);
-        for end in [from, to] {
-            cost_m += self.sideways_m(end, [east, south], length_m);
-            if self.land.window.water(end).is_open() {
-                cost_m += BRIDGE_COST_M[1] * length_m / 2.0;
-            }
-        }
-        cost_m += length_m * WANDER * (self.land.wander(from) + self.land.wander(to)) / 2.0;
-        (cost_m * EXPECTED * UNIT) as u32
-    }
-
-    /// What the best even climb over so many metres costs.
-    fn even_climb_m(&self, length_m: f64, rise_m: f64) -> f64 {
-        // The length at which a longer way would cost more than it saves.
-        let even_m = rise_m * STEEP.sqrt() / self.standard.max_grade;
-        match even_m > length_m {
-            // The sum below, at the length where it is least.
-            true => 2.0 * even_m,
-            false => length_m + even_m * even_m / length_m,
-        }
-    }
-
-    /// What so many metres cost that go from a node or to it, for the land that falls to their side there: half of them.
-    fn sideways_m(&self, end: PlanNode, [dx, dy]: [f64; 2], length_m: f64) -> f64 {
-        let [east, south] = self.land.gradient(end);
-        // The slope across the way only; that along it is paid for by its parts.
-        let side = east * dy - south * dx;
-        length_m * SIDE / 2.0 * side * side
-    }
-
     /// Whether a move may end on a node.
-    fn is_open(&self, ellipse: &Ellipse, node: PlanNode) -> bool {
-        self.land.window.holds(node) && ellipse.holds(node) && !self.land.is_wet(node)
+    fn is_open(&self, node: PlanNode) -> bool {
+        self.land.holds(node) && !self.land.is_wet(node)
     }
 
     fn rise_m(&self, from: PlanNode, to: PlanNode) -> f64 {
@@ -189,12 +182,12 @@ impl Ground<'_> {
             if length_m > self.standard.bridge_m + 2.0 * step_m {
                 return None;
             }
-            let [base_m, more] = BRIDGE_COST_M;
-            cost_m += base_m + more * length_m + length_m * self.climb(rise_m / length_m);
+            let [base_m, _] = BRIDGE_COST_M;
+            cost_m += base_m + over_water_m(length_m) + length_m * self.climb(rise_m / length_m);
         } else {
             cost_m = self.with_slopes(cost_m, from, to, length_m)?;
         }
-        Some(cost_m + length_m * WANDER * (self.land.wander(from) + self.land.wander(to)) / 2.0)
+        Some(cost_m + [from, to].iter().map(|end| wandering_m(self.land.wander(*end), length_m)).sum::<f64>())
     }
 
     /// The steepest grade between nodes.
@@ -225,7 +218,7 @@ impl Ground<'_> {
         }
         let [dx, dy] = [0, 1].map(|axis| (to[axis] - from[axis]) as f64 * self.land.scale.step_m() / length_m);
         for end in [from, to] {
-            cost_m += self.sideways_m(end, [dx, dy], length_m);
+            cost_m += sideways_m(self.land.gradient(end), [dx, dy], length_m);
         }
         Some(cost_m)
     }

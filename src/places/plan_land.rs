@@ -1,5 +1,6 @@
 //! The coarse lattice on which places are planned, and the land on it, block by block.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::area::Area;
@@ -77,11 +78,38 @@ impl Scale {
 }
 
 /// Nodes a side of a block of land that is remembered.
-const BLOCK: i64 = 32;
+const BLOCK: i64 = 16;
 
-/// Bytes of blocks that are remembered: more than the largest search looks at, which has 550 x 550 nodes of 5 bytes, and
-/// rivers.
-const REMEMBERED: usize = 12 << 20;
+/// Bytes of blocks that are remembered: more than the largest search looks at, which has 550 x 550 nodes of 5 bytes.
+const REMEMBERED: usize = 6 << 20;
+
+/// The plans of a world.
+#[derive(Debug)]
+pub(super) struct Plans {
+    /// That on which ways are searched.
+    pub fine: PlanLand,
+    /// That on which seats and corridors are looked for: its nodes are twice as far apart, and dry brooks are not known.
+    pub coarse: PlanLand,
+    /// The rivers of both.
+    pub rivers: PlanRivers,
+}
+
+impl Plans {
+    /// Those of a world with such a fine plan.
+    pub fn new(scale: Scale) -> Plans {
+        let coarse = scale.doubled();
+        Plans {
+            fine: PlanLand::new(scale, true),
+            coarse: PlanLand::new(coarse, false),
+            rivers: PlanRivers::new(&coarse),
+        }
+    }
+
+    /// How full their memories are.
+    pub fn usages(&self) -> Vec<Usage> {
+        vec![self.fine.blocks.usage(), self.coarse.blocks.usage(), self.rivers.squares.usage()]
+    }
+}
 
 /// The land on the nodes of the plan, remembered block by block.
 #[derive(Debug)]
@@ -96,10 +124,9 @@ pub(super) struct PlanLand {
 struct PlanBlock {
     heights_m: Vec<f32>,
     waters: Vec<WaterKind>,
-    rivers: Vec<RiverPiece>,
 }
 
-heap_bytes!(PlanBlock: heights_m, waters, rivers);
+heap_bytes!(PlanBlock: heights_m, waters);
 
 /// The land on a rectangle of nodes.
 #[derive(Debug)]
@@ -117,14 +144,9 @@ pub(super) struct Window {
 }
 
 impl PlanLand {
-    pub fn new(scale: Scale, dry_brooks: bool) -> PlanLand {
+    fn new(scale: Scale, dry_brooks: bool) -> PlanLand {
         let sampling = Sampling { step: scale.step, dry_brooks };
         PlanLand { scale, sampling, blocks: Memory::new(REMEMBERED) }
-    }
-
-    /// How full its memory is.
-    pub fn usage(&self) -> Usage {
-        self.blocks.usage()
     }
 
     /// The land on `cols` x `rows` nodes from node `at` on, in those blocks of nodes that will be looked at; elsewhere it is
@@ -132,6 +154,7 @@ impl PlanLand {
     pub fn window(
         &self,
         land: &dyn Survey,
+        rivers: &PlanRivers,
         at: PlanNode,
         (cols, rows): (usize, usize),
         is_looked_at: impl Fn(Area) -> bool,
@@ -145,6 +168,7 @@ impl PlanLand {
             rivers: Vec::new(),
         };
         let area = Area::new(at[0], at[1], cols, rows);
+        let mut squares = BTreeSet::new();
         let blocks = |from: i64, to: i64| from.div_euclid(BLOCK)..=(to - 1).div_euclid(BLOCK);
         for by in blocks(area.y0, area.y1) {
             for bx in blocks(area.x0, area.x1) {
@@ -156,10 +180,15 @@ impl PlanLand {
                 let part = area.common(&own).expect("the block lies under the window");
                 copy(&block.heights_m, own, &mut window.heights_m, area, part);
                 copy(&block.waters, own, &mut window.waters, area, part);
-                window.rivers.extend(&block.rivers);
+                let [x0, y0] = self.scale.vertex([own.x0, own.y0]);
+                let side = own.width() * self.scale.step as usize + 1;
+                squares.extend(rivers.squares(Area::new(x0, y0, side, side)));
             }
         }
-        // Blocks that a piece lies in both have it.
+        for square in squares {
+            window.rivers.extend(rivers.of(land, square).iter());
+        }
+        // Squares that a piece lies in both have it.
         window.rivers.sort_by_key(RiverPiece::key);
         window.rivers.dedup_by_key(|piece| piece.key());
         window
@@ -167,15 +196,42 @@ impl PlanLand {
 
     fn block(&self, land: &dyn Survey, (bx, by): (i64, i64)) -> Arc<PlanBlock> {
         self.blocks.get((bx, by), || {
-            let (step, side) = (self.scale.step, BLOCK as usize);
+            let side = BLOCK as usize;
             let [x0, y0] = self.scale.vertex([bx * BLOCK, by * BLOCK]);
-            let area = Area::new(x0, y0, side * step as usize + 1, side * step as usize + 1);
             PlanBlock {
                 heights_m: land.heights_m(x0, y0, self.sampling, side, side),
                 waters: land.waters(x0, y0, self.sampling, side, side),
-                rivers: land.rivers(&area),
             }
         })
+    }
+}
+
+/// The rivers of the land, remembered by squares.
+#[derive(Debug)]
+pub(super) struct PlanRivers {
+    /// Vertices a side of a square.
+    side: i64,
+    squares: Memory<(i64, i64), Vec<RiverPiece>>,
+}
+
+impl PlanRivers {
+    /// Those of a world with such a coarse plan: in squares of four of its blocks, since rivers are bent into a square from far
+    /// around.
+    fn new(scale: &Scale) -> PlanRivers {
+        PlanRivers { side: 2 * scale.step * BLOCK, squares: Memory::new(REMEMBERED) }
+    }
+
+    /// The squares that an area lies in.
+    fn squares(&self, area: Area) -> impl Iterator<Item = (i64, i64)> + use<> {
+        let side = self.side;
+        let span = move |from: i64, to: i64| from.div_euclid(side)..=(to - 1).div_euclid(side);
+        span(area.y0, area.y1).flat_map(move |y| span(area.x0, area.x1).map(move |x| (x, y)))
+    }
+
+    /// The pieces that touch a square.
+    fn of(&self, land: &dyn Survey, (x, y): (i64, i64)) -> Arc<Vec<RiverPiece>> {
+        let side = self.side as usize;
+        self.squares.get((x, y), || land.rivers(&Area::new(x * self.side, y * self.side, side, side)))
     }
 }
 
@@ -190,6 +246,11 @@ fn copy<T: Copy>(from: &[T], from_area: Area, to: &mut [T], to_area: Area, part:
 }
 
 impl Window {
+    /// A node of the world as one of the window.
+    pub fn inner(&self, [x, y]: PlanNode) -> PlanNode {
+        [x - self.at[0], y - self.at[1]]
+    }
+
     /// Whether a node lies in the window.
     pub fn holds(&self, [col, row]: PlanNode) -> bool {
         (0..self.cols as i64).contains(&col) && (0..self.rows as i64).contains(&row)

@@ -1,17 +1,16 @@
 //! The way of least cost between two sites, over the nodes of the plan.
 //!
 //! What a move costs stands in `move_cost.rs`, what a turn from one to the next does in `turn_cost.rs`. The search sees an
-//! ellipse around the two sites and nothing else, so the way is a function of them and of the land.
+//! corridor between the two sites and nothing else, so the way is a function of them and of the land.
 //!
 //! Based on: E. Galin, A. Peytavie, N. Marechal, E. Guerin, "Procedural Generation of Roads", 2010.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::places::ellipse::Ellipse;
+use crate::places::corridor::Outlook;
 use crate::places::move_cost::{FORBIDDEN, Ground, Step, UNIT};
 use crate::places::moves::{MOVES, moved};
-use crate::places::outlook::Outlook;
 use crate::places::plan_land::PlanNode;
 use crate::places::route_land::RouteLand;
 use crate::places::turn_cost::{hairpin, turns};
@@ -32,7 +31,6 @@ pub(super) struct Route {
 pub(super) fn route(ground: &Ground, outlook: &Outlook, [from, to]: [PlanNode; 2]) -> Option<Route> {
     let Ground { land, standard, .. } = *ground;
     let window = &land.window;
-    let ellipse = Ellipse::new([from, to]);
     let turns = turns(standard, land.scale.step_m());
     let nodes = window.cols * window.rows;
     let mut costs = Vec::new();
@@ -46,7 +44,8 @@ pub(super) fn route(ground: &Ground, outlook: &Outlook, [from, to]: [PlanNode; 2
     let start = window.index(from);
     least[start] = 0;
     // Ordered by estimate, cost and state: ties are broken by number, never by when they were pushed.
-    heap.push(Reverse((outlook.to_go(from), 0, u32::MAX)));
+    let to_go = |[x, y]: PlanNode| outlook.to_go([x + window.at[0], y + window.at[1]]);
+    heap.push(Reverse((to_go(from), 0, u32::MAX)));
     let slack = (SLACK_M * UNIT) as u32;
     while let Some(Reverse((_, cost, state))) = heap.pop() {
         let (at, came) = match state {
@@ -63,7 +62,7 @@ pub(super) fn route(ground: &Ground, outlook: &Outlook, [from, to]: [PlanNode; 2
         }
         // Up to 32 states leave a node and find its moves at the same cost, and many nodes are never come to.
         if costs[at].is_none() {
-            costs[at] = Some(Box::new(ground.costs(&ellipse, node, &costs)));
+            costs[at] = Some(Box::new(ground.costs(node, &costs)));
         }
         let leave = costs[at].as_ref().expect("it has just been made");
         for Step { number, times, cost: step } in leave.steps() {
@@ -90,7 +89,11 @@ pub(super) fn route(ground: &Ground, outlook: &Outlook, [from, to]: [PlanNode; 2
             best[state] = cost;
             least[there] = least[there].min(cost);
             before[state] = came.map_or(u32::MAX, |came| (at * MOVES + came) as u32);
-            heap.push(Reverse((cost + outlook.to_go(next), cost, state as u32)));
+            // Where there is no way on there is nothing to go on for.
+            let left = to_go(next);
+            if left != FORBIDDEN {
+                heap.push(Reverse((cost + left, cost, state as u32)));
+            }
         }
     }
     None

@@ -3,6 +3,7 @@
 use crate::geometry::bilinear;
 use crate::hash::{self, Stream};
 use crate::land::WaterKind;
+use crate::places::corridor::Corridor;
 use crate::places::plan_land::{PlanNode, Scale, Window};
 use crate::places::river_index::{PlanPiece, RiverIndex};
 use crate::places::spans::{REST_M, drawn_m};
@@ -22,6 +23,8 @@ pub(super) struct RouteLand {
     pub rivers: RiverIndex,
     /// By node, row by row, as all below: whether it is so near to water that no road can stand there.
     wet: Vec<bool>,
+    /// Whether it belongs to the corridor; of others nothing is known.
+    held: Vec<bool>,
     /// Metres up a metre east and south.
     gradient: Vec<[f64; 2]>,
     /// How bad it is to walk on, 0 to 1.
@@ -31,26 +34,39 @@ pub(super) struct RouteLand {
 }
 
 impl RouteLand {
-    /// The land of a window.
-    pub fn new(window: Window, scale: &Scale, seed: u64) -> RouteLand {
+    /// The land of a window in which a corridor lies.
+    pub fn new(window: Window, corridor: &Corridor, scale: &Scale, seed: u64) -> RouteLand {
         // From the edge of the narrowest, which is drawn wider than others by most.
         let rivers = RiverIndex::new(&window, scale, drawn_m(0.0, scale.spacing_m) / 2.0 + SHORE_M + 1.0);
+        let in_world = |[x, y]: PlanNode| [x + window.at[0], y + window.at[1]];
+        let held: Vec<bool> = window.nodes().map(|node| corridor.holds(in_world(node))).collect();
         let mut near = Vec::new();
         RouteLand {
             scale: *scale,
-            wet: window.nodes().map(|node| is_wet(&window, &rivers, scale, node, &mut near)).collect(),
-            gradient: window.nodes().map(|node| window.gradient(node, scale.step_m())).collect(),
+            wet: of_held(&window, &held, true, |node| is_wet(&window, &rivers, scale, node, &mut near)),
+            gradient: of_held(&window, &held, [0.0; 2], |node| window.gradient(node, scale.step_m())),
             // By nodes of the world: roads of other windows find the same places bad.
-            wander: window.nodes().map(|[x, y]| wander(seed, [x + window.at[0], y + window.at[1]])).collect(),
+            wander: of_held(&window, &held, 0.0, |node| wander(seed, in_world(node))),
+            held,
             has_open_water: window.has_open_water(),
             window,
             rivers,
         }
     }
 
+    /// Whether a node lies in the window and belongs to the corridor.
+    pub fn holds(&self, node: PlanNode) -> bool {
+        self.window.holds(node) && self.held[self.window.index(node)]
+    }
+
     /// Whether a node of the window is so near to water that no road can stand there.
     pub fn is_wet(&self, node: PlanNode) -> bool {
         self.wet[self.window.index(node)]
+    }
+
+    /// Whether there is a lake or the sea on any node.
+    pub fn has_open_water(&self) -> bool {
+        self.has_open_water
     }
 
     /// The steepness at a node, metres up a metre east and south.
@@ -76,6 +92,11 @@ impl RouteLand {
         let is_open = |part: i64| around(from, to, part, parts).0.iter().any(|node| self.window.water(*node).is_open());
         self.has_open_water && (1..parts).any(is_open)
     }
+}
+
+/// A value for each node of a window that is held, and the same for all others, row by row.
+fn of_held<T: Copy>(window: &Window, held: &[bool], other: T, mut of: impl FnMut(PlanNode) -> T) -> Vec<T> {
+    window.nodes().zip(held).map(|(node, held)| if *held { of(node) } else { other }).collect()
 }
 
 /// The parts of the way from one node to another, as many as it goes along a row or a column, whichever are more.
@@ -111,7 +132,7 @@ fn is_wet(window: &Window, rivers: &RiverIndex, scale: &Scale, node: PlanNode, n
 }
 
 /// How bad a node of the world is to walk on, 0 to 1: smooth noise on the lattice of nodes.
-fn wander(seed: u64, at: PlanNode) -> f64 {
+pub(super) fn wander(seed: u64, at: PlanNode) -> f64 {
     let cell = at.map(|at| at.div_euclid(WANDER_NODES));
     let value = |dx: i64, dy: i64| {
         let hash = hash::lattice(hash::stream(seed, Stream::RouteWander), cell[0] + dx, cell[1] + dy);

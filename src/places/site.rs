@@ -10,7 +10,7 @@ use crate::land::WaterKind;
 use crate::lines::SiteId;
 use crate::memory::heap_bytes;
 use crate::names;
-use crate::places::plan_land::{PlanLand, PlanNode, Scale};
+use crate::places::plan_land::{PlanNode, Plans, Scale};
 use crate::places::river_index::RiverIndex;
 use crate::places::settings::PlacesSettings;
 use crate::places::suitability::{WaterRange, suitability};
@@ -117,26 +117,20 @@ fn settled_nodes(scale: &Scale) -> [i64; 2] {
 }
 
 /// The seat of a cell's settlement, if it has one.
-pub(super) fn seat(
-    settings: &PlacesSettings,
-    seed: u64,
-    plan: &PlanLand,
-    land: &dyn Survey,
-    id: SiteId,
-) -> Option<Seat> {
+pub(super) fn seat(settings: &PlacesSettings, seed: u64, plans: &Plans, land: &dyn Survey, id: SiteId) -> Option<Seat> {
     // Many cells are empty however good they are; of those nothing needs to be known.
     let luck = hash::share(id.hash(seed, Stream::Settled));
     if luck >= settings.density {
         return None;
     }
-    let scale = &plan.scale;
+    let scale = &plans.coarse.scale;
     let range = WaterRange::new(settings.site_m);
     let [edge, count] = settled_nodes(scale);
     // So far from the cell waters matter to a position that keeps off its edge.
     let around = ((range.far_m / scale.step_m()) as i64 + 2 - edge).max(2);
     let first = [id.i * scale.side, id.j * scale.side];
     let nodes = (scale.side + 2 * around + 1) as usize;
-    let window = plan.window(land, first.map(|at| at - around), (nodes, nodes), |_| true);
+    let window = plans.coarse.window(land, &plans.rivers, first.map(|at| at - around), (nodes, nodes), |_| true);
     let rivers = RiverIndex::new(&window, scale, range.far_m);
     let positions = (0..POSITIONS).map(|number| {
         let hash = id.hash(seed, Stream::SitePosition.of(number));
