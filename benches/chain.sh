@@ -69,7 +69,7 @@ timed "gdal_translate: 16-bit PNG" "${one[@]}" gdal_translate -q -of PNG -co ZLE
 timed "gdaldem: hillshade" "${one[@]}" gdaldem hillshade -q -z "$scale" "$raw" "$work/shade.tif"
 timed "gdaldem: colour relief" "${one[@]}" gdaldem color-relief -q "$raw" "$work/colours.txt" "$work/colours.tif"
 if [ -x "$hmm" ]; then
-    timed "hmm: mesh at 1 m" "${one[@]}" "$hmm" "$work/height.png" "$work/mesh.stl" -z "$range_m" -e 1
+    timed "hmm: mesh at 1 m" "${one[@]}" "$hmm" "$work/height.png" "$work/mesh.stl" -z "$range_m" -e "$(awk -v range="$range_m" 'BEGIN { print 1 / range }')"
 else
     echo "SKIPPED: hmm, since its source cannot be had here"
 fi
