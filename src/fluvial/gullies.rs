@@ -245,27 +245,30 @@ impl Kernel for FallLine<'_> {
 /// The lanes that lie so many values before those at an index; where there are none, some value.
 #[inline(always)]
 fn before<S: Simd>(simd: S, values: &[f32], at: usize, by: usize) -> S::F32 {
-    if at >= by { simd.load(&values[at - by..]) } else { one_by_one(simd, |lane| values[(at + lane).max(by) - by]) }
+    beside(simd, values, at as isize - by as isize)
 }
 
 /// The lanes that lie so many values after those at an index; where there are none, some value.
 #[inline(always)]
 fn after<S: Simd>(simd: S, values: &[f32], at: usize, by: usize) -> S::F32 {
-    let last = values.len() - 1;
-    match values.get(at + by..at + by + S::LANES) {
-        Some(values) => simd.load(values),
-        None => one_by_one(simd, |lane| values[(at + lane + by).min(last)]),
+    beside(simd, values, at as isize + by as isize)
+}
+
+/// The lanes from an index on that may lie beyond the ends.
+#[inline(always)]
+fn beside<S: Simd>(simd: S, values: &[f32], first: isize) -> S::F32 {
+    match (0..=values.len() as isize - S::LANES as isize).contains(&first) {
+        true => simd.load(&values[first as usize..]),
+        false => simd.load(&one_by_one(values, first)),
     }
 }
 
-/// Lanes of single values: some of a group may have a neighbour where others have none.
-#[inline(always)]
-fn one_by_one<S: Simd>(simd: S, value: impl Fn(usize) -> f32) -> S::F32 {
-    let mut lanes = [0.0; MAX_LANES];
-    for (lane, to) in lanes[..S::LANES].iter_mut().enumerate() {
-        *to = value(lane);
-    }
-    simd.load(&lanes)
+/// Single values from an index on, those at the ends for what lies beyond: some of a group may be there where others are not.
+// Few groups lie there, and the others are faster without this among them.
+#[cold]
+#[inline(never)]
+fn one_by_one(values: &[f32], first: isize) -> [f32; MAX_LANES] {
+    std::array::from_fn(|lane| values[(first + lane as isize).clamp(0, values.len() as isize - 1) as usize])
 }
 
 /// The mean of each value and those before and after it, of which it counts for as much as both.
