@@ -2,8 +2,8 @@
 //! rivers as lines.
 //!
 //! The same kernel that fills tiles fills every `step`th vertex, at the cost of the nodes alone. Heights are those of a
-//! tile but for rounding, for what is cut through its hollows, and for gullies that fewer nodes know less well. What has been found is remembered for a while, block by
-//! block, which changes nothing but time.
+//! tile but for rounding, for what is cut through its hollows, and for gullies that fewer nodes know less well. What has been
+//! found is remembered for a while, block by block, which changes nothing but time.
 
 use crate::area::Area;
 use crate::clock::Clock;

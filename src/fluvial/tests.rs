@@ -663,3 +663,19 @@ fn a_survey_without_dry_brooks_knows_the_land_in_the_mean() {
         assert!(bias_m.abs() < 0.02 * relief_m, "{name}: {bias_m} m too high of {relief_m} m");
     }
 }
+
+#[test]
+fn the_segments_near_a_part_are_those_that_it_would_ask_for() {
+    for name in ["alps", "archipelago"] {
+        let fluvial = relief(name);
+        let (part, detail) = (Area::new(-40, 70, 32, 32), fluvial.detail());
+        let all = fluvial.segments(part.padded(400), detail);
+        let near = all.near(fluvial.warp.input(part, 1), fluvial.reach(detail));
+        let names = |segments: &Segments| {
+            let name = |segment: &Segment| (segments.channels[segment.channel as usize].id, segment.knot);
+            segments.all.iter().map(name).collect::<BTreeSet<_>>()
+        };
+        assert_eq!(names(&near), names(&fluvial.segments(part, detail)), "{name}");
+        assert!(near.all.len() < all.all.len(), "{name}: {} segments", near.all.len());
+    }
+}

@@ -20,7 +20,7 @@ use crate::places::settings::Standard;
 const FAR: i64 = 2;
 
 /// What a way may cost that still lies in the corridor: so many times what the best does, and so many metres more, a side
-/// valley's width. Chosen by measuring: with 1.15 some islands lose a road that goes round a bay, and 2 finds hardly any more.
+/// valley's width. Chosen by measuring: of 41 roads of `archipelago` that a factor of 2 finds, 1.3 finds 40 and 1.15 finds 38.
 const DEARER: f64 = 1.3;
 const DEARER_M: f64 = 400.0;
 

@@ -691,6 +691,45 @@ fn a_side_too_steep_for_a_straight_road_is_climbed_by_hairpins() {
     assert!(radius_m >= settings.radius_m[class(&road)] * 0.9, "{radius_m} m");
 }
 
+/// Level land on both sides of a strait that flows east, so many metres wide.
+struct Strait(f64);
+
+impl Survey for Strait {
+    fn heights_m(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<f32> {
+        sampled(x0, y0, sampling.step, cols, rows, |_| 10.0)
+    }
+
+    fn waters(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<WaterKind> {
+        sampled(x0, y0, sampling.step, cols, rows, |[_, y]| match (y as f64 * SPACING_M).abs() < self.0 / 2.0 {
+            true => WaterKind::Sea,
+            false => WaterKind::Dry,
+        })
+    }
+
+    fn rivers(&self, _: &Area) -> Vec<RiverPiece> {
+        Vec::new()
+    }
+}
+
+#[test]
+fn a_strait_is_bridged_or_has_no_corridor() {
+    let settings = PlacesSettings::default();
+    let most_m = settings.bridge_m.into_iter().fold(0.0, f64::max);
+    for (width_m, is_bridged) in [(0.95 * most_m, true), (4.0 * most_m + 1000.0, false)] {
+        let (places, strait) = (places(), Strait(width_m));
+        let seat = |row: i64| {
+            let at = [0, row * 20].map(|at| at * places.plans.coarse.scale.step);
+            Seat::new(SiteId { i: 0, j: row }, at, site::SiteClass::Town, 3000)
+        };
+        let builder = Builder { settings: &settings, seed: 7, plans: &places.plans, survey: &strait };
+        let (a, b) = (seat(-1), seat(1));
+        let road = builder.corridor(&a, &b).map(|corridor| builder.road(&a, &b, &corridor));
+        assert_eq!(road.is_some(), is_bridged, "a corridor over {width_m} m");
+        let is_bridge = |line: Line| line.structures.iter().any(|structure| structure.kind == StructureKind::Bridge);
+        assert!(road.is_none_or(|road| road.is_some_and(is_bridge)), "{width_m} m");
+    }
+}
+
 #[test]
 fn beds_agree_where_areas_overlap_and_end_at_their_reach() {
     let land = land();
