@@ -25,7 +25,8 @@ const DEARER: f64 = 1.3;
 const DEARER_M: f64 = 400.0;
 
 /// What a way on the fine plan is taken to cost, as a share of what it does on the coarse one: more, for the rivers and turns
-/// that this leaves out. With 1.1 a search looks at half of the nodes that it looks at with 0.8.
+/// that this leaves out. With 1.1 a search looks at 6 to 8 in 10 of the nodes that it looks at with 0.8, for ways that cost 1 in
+/// 100 more.
 const EXPECTED: f64 = 1.1;
 
 /// Fine nodes from a coarse one of the corridor to the furthest that a road may touch, beside its own width: those that
