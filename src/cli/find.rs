@@ -13,7 +13,7 @@ use crate::find::{Finder, Found, Query};
 /// Finds what the command line asks for, and prints it as a table or as JSON lines.
 pub(super) fn run(arguments: &FindArguments, console: &Console) -> Result<(), Error> {
     let queries: Vec<Query> = arguments.queries.iter().map(|text| text.parse()).collect::<Result<_, Error>>()?;
-    let preset = arguments.sources()?.preset()?;
+    let preset = arguments.sources()?.read_all()?;
     let mut finder = Finder::new(preset, arguments.seed)?;
     let pool = thread_pool(thread_count(arguments.threads))?;
     for (number, query) in queries.iter().enumerate() {

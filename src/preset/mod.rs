@@ -4,17 +4,11 @@
 //! with the units, ranges and defaults of their keys, stand with that stage; here they are put together, and what must
 //! hold between stages is checked. The settings of what comes after the world, [`ground`] and [`map`], stand here too.
 //!
-//! ```text
-//! origin.rs   name or path -> text        built_in.rs   the files of presets/
-//! source.rs   texts that extend each other, options -> one table (merge.rs) -> Preset
-//! ```
+//! How one is read stands in [`recipe`](crate::recipe).
 
 mod built_in;
 pub mod ground;
 pub mod map;
-mod merge;
-mod origin;
-mod source;
 
 use std::ops::RangeInclusive;
 
@@ -25,6 +19,7 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use crate::agents::settings::{RiverAgents, RoadAgents};
+use crate::error::Error;
 use crate::fluvial::settings::FluvialSettings;
 use crate::places::settings::PlacesSettings;
 use crate::preset::ground::GroundSettings;
@@ -33,10 +28,10 @@ use crate::recipe::HEIGHT_LIMIT_M;
 use crate::recipe::fault::{Fault, KeyPath};
 use crate::recipe::form;
 use crate::recipe::mask::Mask;
+use crate::recipe::source::{self, Recipe};
 use crate::relief::settings::{LandMask, NoiseTerm, WarpSettings};
 
-pub use built_in::{BUILT_IN, built_in, summary};
-pub use source::Sources;
+pub use built_in::{BUILT_IN, summary};
 
 /// A world's recipe: the content of a preset file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -97,6 +92,23 @@ fn default_tile_cells() -> u32 {
 pub const TILE_CELLS: RangeInclusive<u32> = 16..=4096;
 
 impl Preset {
+    /// The built-in preset of that name or else the preset in the file of that path, and its short name.
+    ///
+    /// # Errors
+    /// When there is no such preset, or when it cannot be read or understood.
+    pub fn load(name_or_path: &str) -> Result<(String, Preset), Error> {
+        let sources = Sources::load(name_or_path)?;
+        Ok((sources.name().to_owned(), sources.read_all()?))
+    }
+
+    /// The preset that `text` writes, with every default filled in. `file` is what errors name.
+    ///
+    /// # Errors
+    /// When it is not TOML, has an unknown key, lacks one or has a value out of its range; the error points at it.
+    pub fn parse(file: &str, text: &str) -> Result<Preset, Error> {
+        Sources::parse(file, text)?.read_all()
+    }
+
     /// The JSON schema of preset files.
     pub fn schema() -> serde_json::Value {
         let mut schema = form::schema::<Preset>();
@@ -181,6 +193,24 @@ impl Preset {
     /// The same recipe with tiles of another size.
     pub(crate) fn with_tile_cells(&self, tile_cells: u32) -> Preset {
         Preset { tile_cells, ..self.clone() }
+    }
+}
+
+/// The texts that make a preset, from the one that all extend to the last setting.
+pub type Sources = source::Sources<Preset>;
+
+impl Recipe for Preset {
+    const WHAT: &'static str = "preset";
+    const FOLDER: &'static str = "presets";
+    const BUILT_IN: &'static [(&'static str, &'static str)] = BUILT_IN;
+
+    fn check_written(root: &DeValue) -> Result<(), Fault> {
+        check_needs(root)
+    }
+
+    fn complete(&mut self) -> Result<(), Fault> {
+        self.fill_defaults();
+        self.check_together()
     }
 }
 

@@ -7,7 +7,7 @@ use crate::error::{Error, clipped};
 
 /// What is wrong with a setting, and under which key.
 #[derive(Debug)]
-pub(crate) struct Fault {
+pub struct Fault {
     /// The setting, or the table where it should be.
     pub path: KeyPath,
     /// Whether it is the key itself that is wrong, and not its value.
@@ -56,14 +56,16 @@ impl From<Fault> for Error {
 
 /// A step from a table or a list to what is in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Step {
+pub enum Step {
+    /// A key of a table.
     Key(String),
+    /// A place in a list, from 0.
     Index(usize),
 }
 
 /// The way from the preset's root to a value.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct KeyPath(pub Vec<Step>);
+pub struct KeyPath(pub Vec<Step>);
 
 impl Display for KeyPath {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -80,14 +82,17 @@ impl Display for KeyPath {
 }
 
 impl KeyPath {
+    /// The path of a key of the table at this path.
     pub fn key(&self, key: &str) -> KeyPath {
         KeyPath([self.0.clone(), vec![Step::Key(key.to_owned())]].concat())
     }
 
+    /// The path of a value of the list at this path.
     pub fn index(&self, index: usize) -> KeyPath {
         KeyPath([self.0.clone(), vec![Step::Index(index)]].concat())
     }
 
+    /// What is wrong with the value at this path, and what would do.
     pub fn fault(&self, message: impl Into<String>, hint: impl Into<String>) -> Fault {
         Fault { path: self.clone(), key_itself: false, message: message.into(), found: None, hint: hint.into() }
     }

@@ -62,7 +62,7 @@ impl<'a> Form<'a> {
             (Some("number"), DeValue::Integer(_) | DeValue::Float(_)) | (Some("integer"), DeValue::Integer(_)) => {
                 check_range(schema, value, path)
             }
-            (Some("boolean"), DeValue::Boolean(_)) => Ok(()),
+            (Some("boolean"), DeValue::Boolean(_)) | (Some("string"), DeValue::String(_)) => Ok(()),
             (kind, _) => {
                 let expected = match kind {
                     Some("object") => "a table",
@@ -70,6 +70,7 @@ impl<'a> Form<'a> {
                     Some("number") => "a number",
                     Some("integer") => "a whole number",
                     Some("boolean") => "true or false",
+                    Some("string") => "a text",
                     _ => "nothing",
                 };
                 Err(path.fault(format!("expected {expected}"), KEYS).found(described(value)))
@@ -98,7 +99,7 @@ impl<'a> Form<'a> {
 }
 
 /// What is said where nothing better can be.
-const KEYS: &str = "keys and their meanings: terrane schema preset";
+const KEYS: &str = "keys and their meanings: terrane schema preset, or style";
 
 /// Checks one of a few words.
 fn check_word(schema: &Value, value: &DeValue, path: &KeyPath) -> Result<(), Fault> {

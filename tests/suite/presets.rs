@@ -229,7 +229,7 @@ fn a_setting_comes_over_all_texts() {
     let set = |settings: &[&str]| {
         let mut sources = Sources::load("thesis").unwrap();
         settings.iter().try_for_each(|setting| sources.set("--set", setting))?;
-        sources.preset()
+        sources.read_all()
     };
     let preset =
         set(&["noise[0].height_m=300", "noise.0.octaves = 4", "map.tint=\"arid\"", "rivers.width_m=[1, 2]"]).unwrap();
@@ -334,7 +334,7 @@ proptest! {
         match Sources::parse("p.toml", &tokens.concat()) {
             Ok(mut sources) => {
                 _ = sources.set("--set", &setting.concat());
-                sources.preset().map_or_else(refused, |_| Ok(()))?;
+                sources.read_all().map_or_else(refused, |_| Ok(()))?;
             }
             Err(error) => refused(error)?,
         }

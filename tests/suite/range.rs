@@ -176,7 +176,7 @@ fn a_sea_above_the_land_is_refused_and_one_far_below_is_warned_of() {
     let world = |name: &str, setting: &str| {
         let mut sources = Sources::load(name).unwrap();
         sources.set("--set", setting).unwrap();
-        sources.preset().map(|preset| World::new(preset, None).unwrap())
+        sources.read_all().map(|preset| World::new(preset, None).unwrap())
     };
     let refused = world("archipelago", "sea_level_m=5000").unwrap_err().to_string();
     assert!(refused.starts_with("--set:1:13: sea_level_m: expected at most 600, knee times ceiling_m"), "{refused}");

@@ -1,28 +1,69 @@
-//! Where a preset is written: its text, those that it extends, and settings on top, read with errors that point there.
+//! Where a recipe is written: its text, those that it extends, and settings on top, read with errors that point there.
 
 use std::io::Read;
+use std::marker::PhantomData;
 use std::ops::Range;
 use std::path::Path;
 
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
-use crate::error::{Error, SourcePlace, clipped};
-use crate::preset::built_in::built_in;
-use crate::preset::merge::{key_path, locate, merge, put};
-use crate::preset::origin::{Origin, read_text, text_of};
-use crate::preset::{Preset, check_needs};
+use crate::error::{Error, SourcePlace, clipped, nearest};
 use crate::recipe::fault::{Fault, KeyPath};
 use crate::recipe::form;
+use crate::recipe::merge::{key_path, locate, merge, put};
+use crate::recipe::origin::{Origin, read_text, text_of};
 
-/// The texts that make a preset, from the one that all extend to the last setting.
+/// A kind of text that an author writes, in TOML: a preset, a style.
+pub trait Recipe: DeserializeOwned + JsonSchema {
+    /// What one is called.
+    const WHAT: &'static str;
+    /// The folder of those that the program brings along, and the command that lists them.
+    const FOLDER: &'static str;
+    /// Those that the program brings along, as name and text.
+    const BUILT_IN: &'static [(&'static str, &'static str)];
+
+    /// Finds the first key, as written, that does not go with others.
+    ///
+    /// # Errors
+    /// When there is one.
+    fn check_written(_root: &DeValue) -> Result<(), Fault> {
+        Ok(())
+    }
+
+    /// Writes the defaults that depend on other keys, and finds the first value that does not go with others.
+    ///
+    /// # Errors
+    /// When there is one.
+    fn complete(&mut self) -> Result<(), Fault>;
+}
+
+/// The text of a recipe that the program brings along.
+///
+/// # Errors
+/// When there is none of that name; the hint lists the names.
+pub fn built_in<T: Recipe>(name: &str) -> Result<&'static str, Error> {
+    let names = T::BUILT_IN.iter().map(|(name, _)| *name);
+    T::BUILT_IN.iter().find(|(known, _)| *known == name).map(|(_, text)| *text).ok_or_else(|| {
+        let meant = nearest(name, names.clone()).map_or_else(String::new, |meant| format!("did you mean {meant}? "));
+        Error::Preset {
+            message: format!("there is neither a file nor a built-in {} named {name:?}", T::WHAT),
+            source_place: None,
+            hint: format!("{meant}built-in {}s: {}", T::WHAT, names.collect::<Vec<_>>().join(", ")),
+        }
+    })
+}
+
+/// The texts that make a recipe, from the one that all extend to the last setting.
 ///
 /// Tables are merged, and all else is replaced by what comes later.
 #[derive(Debug)]
-pub struct Sources {
+pub struct Sources<T> {
     name: String,
     texts: Vec<Source>,
+    makes: PhantomData<fn() -> T>,
 }
 
 /// A text, and where it begins in an imaginary one that has all of them: so that a place in any is a single number.
@@ -38,38 +79,42 @@ struct Source {
     key: Option<KeyPath>,
 }
 
-impl Sources {
-    /// The built-in preset of that name or else the preset in the file of that path.
+impl<T: Recipe> Sources<T> {
+    fn new(name: &str) -> Sources<T> {
+        Sources { name: name.to_owned(), texts: Vec::new(), makes: PhantomData }
+    }
+
+    /// The built-in recipe of that name or else the one in the file of that path.
     ///
     /// # Errors
-    /// When there is no such preset, or when it cannot be read, or one that it extends.
-    pub fn load(name_or_path: &str) -> Result<Sources, Error> {
-        let mut sources = Sources { name: String::new(), texts: Vec::new() };
-        let origin = Origin::find(name_or_path, Path::new(""))?;
+    /// When there is none, or when it cannot be read, or one that it extends.
+    pub fn load(name_or_path: &str) -> Result<Sources<T>, Error> {
+        let mut sources = Sources::new("");
+        let origin = Origin::find::<T>(name_or_path, Path::new(""))?;
         sources.name = origin.name();
         sources.add(&origin, &mut Vec::new())?;
         Ok(sources)
     }
 
-    /// The preset that a reader gives, such as standard input. `file` is what errors name, and the preset's name.
+    /// The recipe that a reader gives, such as standard input. `file` is what errors name, and the recipe's name.
     ///
     /// # Errors
     /// When it cannot be read, or one that it extends.
-    pub fn read(file: &str, reader: impl Read) -> Result<Sources, Error> {
-        Sources::parse(file, &text_of(file, reader)?)
+    pub fn read(file: &str, reader: impl Read) -> Result<Sources<T>, Error> {
+        Sources::parse(file, &text_of::<T>(file, reader)?)
     }
 
-    /// The preset that `text` writes. `file` is what errors name, and the preset's name.
+    /// The recipe that `text` writes. `file` is what errors name, and the recipe's name.
     ///
     /// # Errors
-    /// When it is not TOML, or when a preset that it extends cannot be read.
-    pub fn parse(file: &str, text: &str) -> Result<Sources, Error> {
-        let mut sources = Sources { name: file.to_owned(), texts: Vec::new() };
+    /// When it is not TOML, or when one that it extends cannot be read.
+    pub fn parse(file: &str, text: &str) -> Result<Sources<T>, Error> {
+        let mut sources = Sources::new(file);
         sources.add_text(file, text, Path::new(""), &mut Vec::new())?;
         Ok(sources)
     }
 
-    /// The preset's short name.
+    /// The recipe's short name.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -106,25 +151,24 @@ impl Sources {
         Ok(())
     }
 
-    /// The preset, with every default filled in.
+    /// What is written, with every default filled in.
     ///
     /// # Errors
     /// When a key is unknown or missing, or a value out of its range; the error points at it.
-    pub fn preset(&self) -> Result<Preset, Error> {
+    pub fn read_all(&self) -> Result<T, Error> {
         let merged = self.merged()?;
         let point = |fault: Fault| {
             let (span, written) = locate(&merged, &fault);
             self.error(fault.sentence(written), span, &fault.hint)
         };
-        form::check_table(&form::schema::<Preset>(), merged.get_ref()).map_err(point)?;
-        check_needs(merged.get_ref()).map_err(point)?;
+        form::check_table(&form::schema::<T>(), merged.get_ref()).map_err(point)?;
+        T::check_written(merged.get_ref()).map_err(point)?;
         let DeValue::Table(table) = merged.get_ref() else { unreachable!("the root is a table") };
         let table = Spanned::new(merged.span(), table.clone());
-        let mut preset = Preset::deserialize(Deserializer::from(table))
+        let mut recipe = T::deserialize(Deserializer::from(table))
             .map_err(|error| self.error(error.message().to_owned(), error.span().unwrap_or(0..0), ""))?;
-        preset.fill_defaults();
-        preset.check_together().map_err(point)?;
-        Ok(preset)
+        recipe.complete().map_err(point)?;
+        Ok(recipe)
     }
 
     fn next_start(&self) -> usize {
@@ -132,16 +176,16 @@ impl Sources {
         self.texts.last().map_or(0, |last| last.start + last.text.len() + 2)
     }
 
-    /// Adds a preset after those that it extends; `within` are those that it is extended by.
+    /// Adds a recipe after those that it extends; `within` are those that it is extended by.
     fn add(&mut self, origin: &Origin, within: &mut Vec<Origin>) -> Result<(), Error> {
         within.push(origin.clone());
         match origin {
             Origin::BuiltIn(name) => {
-                self.add_text(&format!("presets/{name}.toml"), built_in(name)?, Path::new(""), within)?;
+                self.add_text(&format!("{}/{name}.toml", T::FOLDER), built_in::<T>(name)?, Path::new(""), within)?;
             }
             Origin::File { given, .. } => {
                 let folder = given.parent().unwrap_or(Path::new(""));
-                self.add_text(&given.to_string_lossy(), &read_text(given)?, folder, within)?;
+                self.add_text(&given.to_string_lossy(), &read_text::<T>(given)?, folder, within)?;
             }
         }
         within.pop();
@@ -156,13 +200,15 @@ impl Sources {
             hint: hint.into(),
         };
         let table = DeTable::parse(text).map_err(|error| {
-            let hint = "presets are TOML; terrane presets thesis prints one to start from";
-            refuse(error.message().trim(), error.span().unwrap_or(0..0), hint)
+            let example = T::BUILT_IN[T::BUILT_IN.len() - 1].0;
+            let hint = format!("{}s are TOML; terrane {} {example} prints one to start from", T::WHAT, T::FOLDER);
+            refuse(error.message().trim(), error.span().unwrap_or(0..0), &hint)
         })?;
         if let Some(base) = table.get_ref().get("extends") {
             let Some(name) = base.get_ref().as_str() else {
-                let hint = "write extends = \"alps\", or a path from here";
-                return Err(refuse("extends: expected the name of a preset or of its file", base.span(), hint));
+                let hint = format!("write extends = {:?}, or a path from here", T::BUILT_IN[0].0);
+                let message = format!("extends: expected the name of a {} or of its file", T::WHAT);
+                return Err(refuse(&message, base.span(), &hint));
             };
             // What is wrong with the file itself is said with its own name.
             let there = |error: Error| match error {
@@ -171,9 +217,10 @@ impl Sources {
                 }
                 error => error,
             };
-            let origin = Origin::find(name, folder).map_err(there)?;
+            let origin = Origin::find::<T>(name, folder).map_err(there)?;
             if within.iter().any(|other| other.is(&origin)) {
-                return Err(refuse("extends: this preset extends itself", base.span(), "leave one of them out"));
+                let message = format!("extends: this {} extends itself", T::WHAT);
+                return Err(refuse(&message, base.span(), "leave one of them out"));
             }
             self.add(&origin, within).map_err(there)?;
         }
@@ -185,7 +232,7 @@ impl Sources {
 
     /// One table of all that is written, every value with its place.
     fn merged(&self) -> Result<Spanned<DeValue<'_>>, Error> {
-        // What is written nowhere is missed where the preset itself begins.
+        // What is written nowhere is missed where the recipe itself begins.
         let main = self.texts.iter().rfind(|source| source.key.is_none()).map_or(0, |source| source.start);
         let mut root = Spanned::new(main..main, DeValue::Table(DeTable::new()));
         for source in &self.texts {
@@ -214,24 +261,5 @@ impl Sources {
         let span = span.start - source.start..span.end.saturating_sub(source.start);
         let place = SourcePlace::new(&source.file, &source.text, span);
         Error::Preset { message: clipped(&message), source_place: Some(Box::new(place)), hint: hint.to_owned() }
-    }
-}
-
-impl Preset {
-    /// The built-in preset of that name or else the preset in the file of that path, and its short name.
-    ///
-    /// # Errors
-    /// When there is no such preset, or when it cannot be read or understood.
-    pub fn load(name_or_path: &str) -> Result<(String, Preset), Error> {
-        let sources = Sources::load(name_or_path)?;
-        Ok((sources.name().to_owned(), sources.preset()?))
-    }
-
-    /// The preset that `text` writes, with every default filled in. `file` is what errors name.
-    ///
-    /// # Errors
-    /// When it is not TOML, has an unknown key, lacks one or has a value out of its range; the error points at it.
-    pub fn parse(file: &str, text: &str) -> Result<Preset, Error> {
-        Sources::parse(file, text)?.preset()
     }
 }

@@ -1,16 +1,16 @@
-//! Where a preset is found, and its text.
+//! Where a recipe is found, and its text.
 
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
-use crate::preset::built_in::{BUILT_IN, built_in};
+use crate::recipe::source::{Recipe, built_in};
 
-/// No preset is longer than this; a longer file is something else.
-const MAX_PRESET_BYTES: u64 = 1 << 20;
+/// No recipe is longer than this; a longer file is something else.
+const MAX_BYTES: u64 = 1 << 20;
 
-/// Where a preset is found.
+/// Where a recipe is found.
 #[derive(Clone, Debug)]
 pub(super) enum Origin {
     BuiltIn(&'static str),
@@ -18,15 +18,15 @@ pub(super) enum Origin {
 }
 
 impl Origin {
-    /// A built-in preset, or else a file, as named from a folder.
-    pub fn find(name: &str, folder: &Path) -> Result<Origin, Error> {
-        if let Some((name, _)) = BUILT_IN.iter().find(|(known, _)| *known == name) {
+    /// A built-in recipe, or else a file, as named from a folder.
+    pub fn find<T: Recipe>(name: &str, folder: &Path) -> Result<Origin, Error> {
+        if let Some((name, _)) = T::BUILT_IN.iter().find(|(known, _)| *known == name) {
             return Ok(Origin::BuiltIn(name));
         }
         let given = folder.join(name);
         let canonical = fs::canonicalize(&given).ok();
         if canonical.is_none() && Path::new(name).components().count() == 1 && Path::new(name).extension().is_none() {
-            built_in(name)?;
+            built_in::<T>(name)?;
         }
         Ok(Origin::File { given, canonical })
     }
@@ -49,34 +49,38 @@ impl Origin {
     }
 }
 
-/// The text of a preset file.
-pub(super) fn read_text(path: &Path) -> Result<String, Error> {
+/// The text of a recipe's file.
+pub(super) fn read_text<T: Recipe>(path: &Path) -> Result<String, Error> {
     let refuse = |message: String, hint: &str| {
         let message = format!("{}: {message}", path.display());
         Err(Error::Preset { message, source_place: None, hint: hint.into() })
     };
     match fs::metadata(path) {
-        Ok(metadata) if metadata.is_dir() => refuse("is a folder, not a preset".into(), "name the file in it"),
+        Ok(metadata) if metadata.is_dir() => refuse(format!("is a folder, not a {}", T::WHAT), "name the file in it"),
         Ok(_) => match fs::File::open(path) {
-            Ok(file) => text_of(&path.to_string_lossy(), file),
+            Ok(file) => text_of::<T>(&path.to_string_lossy(), file),
             Err(error) => refuse(error.to_string(), ""),
         },
-        Err(error) => refuse(error.to_string(), "name a preset file or a built-in preset (terrane presets)"),
+        Err(error) => {
+            let hint = format!("name a {} file or a built-in {} (terrane {})", T::WHAT, T::WHAT, T::FOLDER);
+            refuse(error.to_string(), &hint)
+        }
     }
 }
 
 /// The text that a reader gives, if it is one.
-pub(super) fn text_of(file: &str, reader: impl Read) -> Result<String, Error> {
+pub(super) fn text_of<T: Recipe>(file: &str, reader: impl Read) -> Result<String, Error> {
     let refuse = |message: String, hint: &str| {
         Err(Error::Preset { message: format!("{file}: {message}"), source_place: None, hint: hint.into() })
     };
     let mut bytes = Vec::new();
     // One byte more than allowed is enough to know, even of a device that never ends.
-    if let Err(error) = reader.take(MAX_PRESET_BYTES + 1).read_to_end(&mut bytes) {
+    if let Err(error) = reader.take(MAX_BYTES + 1).read_to_end(&mut bytes) {
         return refuse(error.to_string(), "");
     }
-    if bytes.len() as u64 > MAX_PRESET_BYTES {
-        return refuse("is longer than 1 MiB, so it is no preset".into(), "a preset is a short TOML text");
+    if bytes.len() as u64 > MAX_BYTES {
+        let hint = format!("a {} is a short TOML text", T::WHAT);
+        return refuse(format!("is longer than 1 MiB, so it is no {}", T::WHAT), &hint);
     }
     String::from_utf8(bytes).or_else(|error| {
         let at = error.utf8_error().valid_up_to();
