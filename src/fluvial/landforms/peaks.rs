@@ -10,12 +10,8 @@ use crate::memory::heap_bytes;
 /// Metres a side of a cell.
 const CELL_M: f64 = 3000.0;
 
-/// Vertices a side of a block, of which the lowest and the highest looked at are known. Cells are whole blocks.
+/// Vertices a side of a block, of which the lowest and the highest are known. Cells are whole blocks.
 const BLOCK: i64 = 16;
-
-/// Of so many strips of vertices one is looked at, and a strip's height: as high as the relief makes them at once.
-const STRIPS: i64 = 4;
-const STRIP: i64 = 4;
 
 /// Metres that a peak rises above the lowest ground of half a cell around it.
 const LEAST_RISE_M: f32 = 60.0;
@@ -49,48 +45,24 @@ pub(super) fn side(fluvial: &Fluvial) -> i64 {
 }
 
 impl Summits {
-    /// Looks at strips of a cell, and then from the highest vertex found up to where none around is higher.
+    /// Looks at all of a cell: at once, for land costs much more in parts.
     pub(super) fn new(fluvial: &Fluvial, cell: (i64, i64)) -> Summits {
         let side = side(fluvial);
-        let (x0, y0) = (cell.0 * side, cell.1 * side);
+        let area = Area::new(cell.0 * side, cell.1 * side, side as usize, side as usize);
         let columns = (side / BLOCK) as usize;
         let mut blocks = vec![[f32::INFINITY, f32::NEG_INFINITY]; columns * columns];
-        let mut highest = (f32::NEG_INFINITY, [x0, y0]);
-        let mut look = |area: Area| {
-            let heights = fluvial.land(area, &Clock::default()).heights;
-            for y in area.y0..area.y1 {
-                for (x, height_m) in (area.x0..).zip(heights.row(y, area.x0, area.x1)) {
-                    let block = &mut blocks[((y - y0) / BLOCK) as usize * columns + ((x - x0) / BLOCK) as usize];
-                    *block = [block[0].min(*height_m), block[1].max(*height_m)];
-                    // Of equal vertices the first, from north to south and from west to east.
-                    if *height_m > highest.0 || (*height_m == highest.0 && [y, x] < [highest.1[1], highest.1[0]]) {
-                        highest = (*height_m, [x, y]);
-                    }
-                }
+        // Of equal vertices the first, from north to south and from west to east.
+        let mut highest = (f32::NEG_INFINITY, [area.x0, area.y0]);
+        let heights = fluvial.land(area, &Clock::default()).heights;
+        for ((x, y), &height_m) in area.vertices().zip(heights.values()) {
+            let block = &mut blocks[((y - area.y0) / BLOCK) as usize * columns + ((x - area.x0) / BLOCK) as usize];
+            *block = [block[0].min(height_m), block[1].max(height_m)];
+            if height_m > highest.0 {
+                highest = (height_m, [x, y]);
             }
-            highest.1
-        };
-        let mut top = [x0, y0];
-        for y in (y0..y0 + side).step_by((STRIPS * STRIP) as usize) {
-            top = look(Area { x0, y0: y, x1: x0 + side, y1: y + STRIP });
-        }
-        // Up from there.
-        let cell = Area { x0, y0, x1: x0 + side, y1: y0 + side };
-        loop {
-            let around = around(top).common(&cell).expect("a vertex of the cell is in it");
-            let next = look(around);
-            if next == top {
-                break;
-            }
-            top = next;
         }
         Summits { highest, blocks }
     }
-}
-
-/// What is looked at around a vertex.
-fn around([x, y]: [i64; 2]) -> Area {
-    Area::new(x, y, 1, 1).padded((STRIPS * STRIP) as usize)
 }
 
 impl Peak {
@@ -127,11 +99,6 @@ impl Peak {
             }
         }
         let is_land = fluvial.fields().sea_level_m() < height_m as f64;
-        if !is_land || height_m - lowest_m < LEAST_RISE_M {
-            return None;
-        }
-        // The cells around are known by their strips alone.
-        let heights = fluvial.land(around(at), &Clock::default()).heights;
-        heights.values().iter().all(|other_m| *other_m <= height_m).then_some(Peak { id: cell, at, height_m })
+        (is_land && height_m - lowest_m >= LEAST_RISE_M).then_some(Peak { id: cell, at, height_m })
     }
 }
