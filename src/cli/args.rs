@@ -10,6 +10,7 @@ use clap::{Arg, Args, Parser, Subcommand, ValueEnum};
 use crate::area::{MAX_COORDINATE, Region, Stride, TileId};
 use crate::error::Error;
 use crate::export::{Export, Lods, MeshOptions, Profile};
+use crate::map::style::STYLES;
 use crate::preset::{BUILT_IN, Sources};
 
 /// Bakes endless procedural terrain, offline, into maps and assets.
@@ -26,6 +27,8 @@ pub(super) enum Command {
     Bake(BakeArguments),
     /// Bake one tile alone: the same bytes as in any region.
     Tile(TileArguments),
+    /// Draw a map of a part of a world: relief, contours, waters, roads, places and names, at any scale.
+    Map(MapArguments),
     /// Find the nearest lakes, peaks, rivers and places that are as you want them, each with the command that bakes it.
     Find(FindArguments),
     /// List the tile registry of a bake: where rivers and roads start, hashes, files.
@@ -47,7 +50,16 @@ pub(super) enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Print the JSON schema of a file: of bake.json, or of a preset with all its keys.
+    /// List the built-in styles of maps, or print one to start from.
+    Styles {
+        /// The style to print.
+        #[arg(value_parser = Named(style_names), hide_possible_values = true)]
+        name: Option<String>,
+        /// Print one JSON object a line.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Print the JSON schema of a file: of bake.json, or of a preset or a style with all its keys.
     Schema {
         /// The file.
         #[arg(default_value = "bake")]
@@ -68,6 +80,8 @@ pub(super) enum Schema {
     Bake,
     /// A preset.
     Preset,
+    /// A style of maps.
+    Style,
 }
 
 #[derive(Args)]
@@ -171,6 +185,66 @@ pub(super) struct CommonArguments {
 }
 
 #[derive(Args)]
+pub(super) struct MapArguments {
+    /// A preset file, the name of a built-in preset (terrane presets), - for standard input, or the folder of a bake.
+    #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
+    pub preset: String,
+    /// The style: a built-in one (terrane styles), or a file.
+    #[arg(long, value_name = "NAME|FILE", default_value = "topographic")]
+    #[arg(value_parser = Named(style_names), hide_possible_values = true)]
+    pub style: String,
+    /// Set a key of the style, such as relief.sun_deg=300 or contours.interval_m=50; the value is as in TOML. May be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub style_set: Vec<String>,
+    /// The file to write [default: out/ and the preset's name, .png].
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// North-western tile of the map; may be negative [default: 0,0, or that of the bake].
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = parse_tile, help_heading = "Place")]
+    pub at: Option<TileId>,
+    /// Size of the map in tiles [default: 8x8, or that of the bake].
+    #[arg(long, value_name = "COLSxROWS", value_parser = parse_size, help_heading = "Place")]
+    pub size: Option<(u64, u64)>,
+    /// What the map shows, in kilometres east and north of the origin.
+    #[arg(long, value_name = "W,S,E,N", allow_hyphen_values = true, value_parser = parse_numbers::<4>)]
+    #[arg(conflicts_with_all = ["at", "size", "around"], help_heading = "Place")]
+    pub bounds: Option<[f64; 4]>,
+    /// The middle of the map in kilometres east and north of the origin, and how wide and high it is.
+    #[arg(long, value_name = "X,Y,KM", allow_hyphen_values = true, value_parser = parse_numbers::<3>)]
+    #[arg(conflicts_with_all = ["at", "size"], help_heading = "Place")]
+    pub around: Option<[f64; 3]>,
+    /// The scale on paper, such as 1:50000.
+    #[arg(long, value_name = "1:N", value_parser = parse_map_scale, help_heading = "Scale")]
+    #[arg(conflicts_with_all = ["width", "metres_per_pixel"])]
+    pub scale: Option<f64>,
+    /// Pixels to an inch of paper: how large lines and letters are.
+    #[arg(long, value_name = "N", default_value_t = 200.0, value_parser = parse_dpi, help_heading = "Scale")]
+    pub dpi: f64,
+    /// Pixels from west to east [default: 2048].
+    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(16..=1_000_000), help_heading = "Scale")]
+    #[arg(conflicts_with = "metres_per_pixel")]
+    pub width: Option<u32>,
+    /// Metres that a pixel shows.
+    #[arg(long, value_name = "METRES", value_parser = parse_positive, help_heading = "Scale")]
+    pub metres_per_pixel: Option<f64>,
+    /// Seed of the world [default: the preset's].
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Set a key of the preset, as for bake. May be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Threads to use [default: one a core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Replace the file if there is one.
+    #[arg(long)]
+    pub overwrite: bool,
+    /// Print one JSON object instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
 pub(super) struct FindArguments {
     /// A preset file, the name of a built-in preset (terrane presets), or - for standard input.
     #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
@@ -256,7 +330,8 @@ impl Command {
     pub fn is_json(&self) -> bool {
         match self {
             Command::Bake(BakeArguments { common, .. }) | Command::Tile(TileArguments { common, .. }) => common.json,
-            Command::Registry { json, .. } | Command::Presets { json, .. } => *json,
+            Command::Registry { json, .. } | Command::Presets { json, .. } | Command::Styles { json, .. } => *json,
+            Command::Map(arguments) => arguments.json,
             Command::Find(arguments) => arguments.json,
             Command::Experiment(arguments) => arguments.json,
             _ => false,
@@ -283,6 +358,10 @@ impl TypedValueParser for Named {
 /// The names of the built-in presets.
 pub(super) fn preset_names() -> Vec<&'static str> {
     BUILT_IN.iter().map(|(name, _)| *name).collect()
+}
+
+fn style_names() -> Vec<&'static str> {
+    STYLES.iter().map(|(name, _)| *name).collect()
 }
 
 fn export_names() -> Vec<&'static str> {
@@ -339,6 +418,29 @@ fn parse_scale(text: &str) -> Result<Stride, String> {
     stride.ok_or_else(|| "expected 1, or 1/2, 1/4, 1/8 and so on to 1/4096".to_owned())
 }
 
+/// The second number of a scale on paper.
+fn parse_map_scale(text: &str) -> Result<f64, String> {
+    let number = text.trim().strip_prefix("1:").unwrap_or_default().replace(['_', ' '], "");
+    match number.parse::<f64>() {
+        Ok(number) if (1.0..=1e12).contains(&number) => Ok(number),
+        _ => Err(format!("expected 1: and a number from 1 on, such as 1:50000, found {text:?}")),
+    }
+}
+
+fn parse_dpi(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(number) if (10.0..=2400.0).contains(&number) => Ok(number),
+        _ => Err(format!("expected 10 to 2400, found {text:?}")),
+    }
+}
+
+fn parse_positive(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(number) if (0.001..=1e9).contains(&number) => Ok(number),
+        _ => Err(format!("expected metres, 0.001 to 1,000,000,000, found {text:?}")),
+    }
+}
+
 fn parse_size(text: &str) -> Result<(u64, u64), String> {
     let (cols, rows) = text.split_once(['x', 'X']).ok_or("expected columns x rows, such as 8x8")?;
     let number = |text: &str| match text.trim().parse() {
@@ -362,7 +464,7 @@ fn most_km(spacing_m: f64) -> f64 {
 }
 
 /// A preset with what is set in it.
-fn sources(preset: &str, settings: &[String]) -> Result<Sources, Error> {
+pub(super) fn sources(preset: &str, settings: &[String]) -> Result<Sources, Error> {
     let mut sources = match preset {
         "-" => Sources::read("stdin", io::stdin().lock())?,
         name_or_path => Sources::load(name_or_path)?,

@@ -6,6 +6,7 @@ mod completions;
 mod console;
 mod experiment;
 mod find;
+mod map;
 mod progress;
 mod registry_list;
 
@@ -20,7 +21,9 @@ use console::Console;
 
 use crate::error::Error;
 use crate::export::Manifest;
+use crate::map::style::{STYLES, Style};
 use crate::preset::{self, Preset};
+use crate::recipe::source;
 use crate::simd::Level;
 
 /// Runs the command that the program was called with.
@@ -57,14 +60,23 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
     match command {
         Command::Bake(arguments) => bake::run(&arguments, console),
         Command::Tile(arguments) => bake::run(&arguments.into(), console),
+        Command::Map(arguments) => map::run(&arguments, console),
         Command::Find(arguments) => find::run(&arguments, console),
         Command::Registry { folder, .. } => registry_list::run(&folder, console),
         Command::Experiment(arguments) => experiment::run(arguments, console),
         Command::Presets { name: Some(name), .. } => {
-            let text = preset::built_in(&name)?;
+            let text = source::built_in::<Preset>(&name)?;
             console.message(json!({ "name": name, "about": preset::summary(text), "text": text }), text)
         }
         Command::Presets { name: None, .. } => preset::BUILT_IN.iter().try_for_each(|(name, text)| {
+            let about = preset::summary(text);
+            console.message(json!({ "name": name, "about": about }), &format!("{name:12} {about}\n"))
+        }),
+        Command::Styles { name: Some(name), .. } => {
+            let text = source::built_in::<Style>(&name)?;
+            console.message(json!({ "name": name, "about": preset::summary(text), "text": text }), text)
+        }
+        Command::Styles { name: None, .. } => STYLES.iter().try_for_each(|(name, text)| {
             let about = preset::summary(text);
             console.message(json!({ "name": name, "about": about }), &format!("{name:12} {about}\n"))
         }),
@@ -72,6 +84,7 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
             let schema = match of {
                 Schema::Bake => Manifest::schema().to_value(),
                 Schema::Preset => Preset::schema(),
+                Schema::Style => Style::schema(),
             };
             Console::text(&(serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"))
         }

@@ -1,12 +1,15 @@
 //! Hypsometric tints: colours by height and by depth.
 
+use crate::map::style::{Stop as StyleStop, TintStyle};
 use crate::preset::map::Tint;
+use crate::world::World;
 
 /// Steps of a colour table: four a level of a channel's 256, and 12 KiB as `f32`, which a first-level cache holds.
 const STEPS: usize = 1024;
 
 /// The colours of a world's heights and depths, as tables of sRGB 0 to 255.
-pub(super) struct TintScale {
+#[derive(Debug)]
+pub(super) struct Tints {
     land: Vec<[f32; 3]>,
     land_low_m: f32,
     land_steps_per_m: f32,
@@ -14,18 +17,53 @@ pub(super) struct TintScale {
     sea_steps_per_m: f32,
 }
 
-impl TintScale {
-    /// Land colours from `low_m` to `high_m`; sea colours for depths down to the world's lowest height.
-    pub fn new(tint: Tint, lowest_m: f32, low_m: f32, high_m: f32) -> TintScale {
-        // By what the world can have and not by what a tile has: neighbours must agree on a colour.
-        let deepest_m = (low_m - lowest_m).max(1.0);
-        TintScale {
-            land: table(land_stops(tint)),
-            land_low_m: low_m,
-            land_steps_per_m: (STEPS - 1) as f32 / (high_m - low_m),
-            sea: table(SEA_STOPS),
-            sea_steps_per_m: (STEPS - 1) as f32 / deepest_m,
+impl Tints {
+    /// The colours of plain maps of a world.
+    pub fn plain(world: &World) -> Tints {
+        Tints::new(world, land_stops(world.preset().map.tint), SEA_STOPS)
+    }
+
+    /// The colours that a style has for a world.
+    pub fn of_style(style: &TintStyle, world: &World) -> Tints {
+        let stops = |stops: &[StyleStop]| -> Vec<Stop> { stops.iter().map(|it| (it.at as f32, it.colour.0)).collect() };
+        let mut tints = Tints::new(world, &stops(style.land(world.preset().map.tint)), &stops(&style.sea));
+        if style.depth_lines > 0 {
+            // The middle of each step, for all of it.
+            let (smooth, steps) = (tints.sea.clone(), style.depth_lines as usize);
+            for (index, colour) in tints.sea.iter_mut().enumerate() {
+                // Steps are wider in the deep, as depths are there.
+                let step = ((index as f32 / STEPS as f32).sqrt() * steps as f32).floor();
+                let share = (step + 0.5) / steps as f32;
+                *colour = smooth[((share * share * STEPS as f32) as usize).min(STEPS - 1)];
+            }
         }
+        tints
+    }
+
+    /// Land colours from the lowest to the highest height that a map of the world shows; sea colours for depths down to the
+    /// lowest that the world can have.
+    ///
+    /// Where the preset says nothing, that is from the sea, or the lowest height, to the highest that the world can have.
+    fn new(world: &World, land: &[Stop], sea: &[Stop]) -> Tints {
+        let preset = world.preset();
+        let (lowest_m, highest_m) = world.height_range_m();
+        let sea_level_m = preset.sea_level_m.map_or(f32::NEG_INFINITY, |level| level as f32);
+        let low_m = preset.map.low_m.map_or(sea_level_m.max(lowest_m), |low| low as f32);
+        let high_m = preset.map.high_m.map_or(highest_m, |high| high as f32);
+        // By what the world can have and not by what a tile has: neighbours must agree on a colour. A metre at least, or level
+        // land would divide by zero.
+        Tints {
+            land: table(land),
+            land_low_m: low_m,
+            land_steps_per_m: (STEPS - 1) as f32 / (high_m - low_m).max(1.0),
+            sea: table(sea),
+            sea_steps_per_m: (STEPS - 1) as f32 / (low_m - lowest_m).max(1.0),
+        }
+    }
+
+    /// The lowest and the highest land that the colours tell apart, in metres.
+    pub fn range_m(&self) -> (f32, f32) {
+        (self.land_low_m, self.land_low_m + (STEPS - 1) as f32 / self.land_steps_per_m)
     }
 
     /// The colour of land at a height; beyond the ends, that of the end.
@@ -140,15 +178,19 @@ fn srgb([lightness, a, b]: [f32; 3]) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::preset::Preset;
 
     #[test]
     fn stops_keep_their_colours() {
+        let (_, mut preset) = Preset::load("alps").unwrap();
+        (preset.map.low_m, preset.map.high_m) = (Some(0.0), Some(1000.0));
         for tint in [Tint::Temperate, Tint::Arid, Tint::Alpine] {
-            let scale = TintScale::new(tint, -100.0, 0.0, 1000.0);
+            preset.map.tint = tint;
+            let tints = Tints::plain(&World::new(preset.clone(), None).unwrap());
             let stops = land_stops(tint);
             for (height_m, stop) in [(-5.0, stops[0]), (1500.0, stops[stops.len() - 1])] {
-                for (got, expected) in scale.land(height_m).iter().zip(stop.1) {
-                    assert!((got - expected as f32).abs() < 0.5, "{tint:?} {:?} {stop:?}", scale.land(height_m));
+                for (got, expected) in tints.land(height_m).iter().zip(stop.1) {
+                    assert!((got - expected as f32).abs() < 0.5, "{tint:?} {:?} {stop:?}", tints.land(height_m));
                 }
             }
         }

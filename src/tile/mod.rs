@@ -98,6 +98,13 @@ impl Tile {
         Tile { lines, sites, ..Tile::of_shaped(world, id, land, imprint, clock) }
     }
 
+    /// The tile at `id` of land that no line has shaped: for pictures, which draw lines themselves.
+    pub(crate) fn without_lines(world: &World, id: TileId) -> Tile {
+        let clock = Clock::default();
+        let land = world.relief().land(shaped_input(world, id.area(world.tile_cells())), &clock);
+        Tile::of_shaped(world, id, land, None, &clock)
+    }
+
     /// The heights of the tile at `id` before anything shapes them, as far as a tile needs them.
     pub fn bare_heights(world: &World, id: TileId) -> Grid<f32> {
         world.relief().heights(shaped_input(world, id.area(world.tile_cells())))

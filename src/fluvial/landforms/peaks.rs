@@ -44,6 +44,12 @@ pub(super) fn side(fluvial: &Fluvial) -> i64 {
     ((vertices / BLOCK as f64).round() as i64).clamp(4, 64) * BLOCK
 }
 
+/// The cell of a vertex: the name of its peak, if it is one.
+pub(crate) fn cell(fluvial: &Fluvial, at: [i64; 2]) -> (i64, i64) {
+    let [x, y] = at.map(|at| at.div_euclid(side(fluvial)));
+    (x, y)
+}
+
 impl Summits {
     /// Looks at all of a cell: at once, for land costs much more in parts.
     pub(super) fn new(fluvial: &Fluvial, cell: (i64, i64)) -> Summits {

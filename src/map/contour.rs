@@ -1,0 +1,190 @@
+//! Contours: lines of equal height through the pixels of a map.
+//!
+//! Where a line crosses from a square of pixels to the next depends on the two heights there alone, taken in one order, so the
+//! lines of two areas meet to the bit.
+
+use std::collections::HashMap;
+
+use crate::area::Area;
+use crate::grid::Grid;
+
+/// Pixels a side of the squares that lines are found in, counted from the origin of the scale.
+const STEP: i64 = 2;
+
+/// Each so manieth line is an index line.
+const INDEX: i64 = 5;
+
+/// A line of one height, in pixels of the scale.
+pub(super) struct Contour {
+    /// How many intervals it is above 0 m.
+    pub number: i64,
+    /// East and south, in pixels from the area's north-western one.
+    pub points: Vec<[f64; 2]>,
+}
+
+impl Contour {
+    /// Whether it is drawn as an index line.
+    pub fn is_index(&self) -> bool {
+        self.number.rem_euclid(INDEX) == 0
+    }
+}
+
+/// The lines of one height, as [`contours`] has them: shores.
+pub(super) fn shores(heights: &Grid<f32>, area: Area, level_m: f32) -> Vec<Vec<[f64; 2]>> {
+    let mut segments = Vec::new();
+    for_each_square(heights, area, |corners, at| square(corners, level_m, at, &mut segments));
+    let line = |chain: Vec<Edge>| chain.into_iter().map(|edge| crossing(heights, edge, level_m, area)).collect();
+    chains(&segments).into_iter().map(line).collect()
+}
+
+/// Calls with the heights at the corners of each square of an area and around it, from the north-western one clockwise.
+fn for_each_square(heights: &Grid<f32>, area: Area, mut call: impl FnMut([f32; 4], [i64; 2])) {
+    let first = |at: i64| at.div_euclid(STEP) * STEP;
+    let last = |at: i64| (at - 1).div_euclid(STEP) * STEP + STEP;
+    for y in (first(area.y0)..last(area.y1)).step_by(STEP as usize) {
+        for x in (first(area.x0)..last(area.x1)).step_by(STEP as usize) {
+            call([[0, 0], [1, 0], [1, 1], [0, 1]].map(|[dx, dy]| heights.at(x + dx * STEP, y + dy * STEP)), [x, y]);
+        }
+    }
+}
+
+/// An edge of a square: its western or northern end, and whether it runs south.
+type Edge = (i64, i64, bool);
+
+/// The contours in an area and up to two pixels around it, given the heights at the middles of its pixels and of some
+/// around, and the metres between two lines. None lies at or under the sea's level.
+pub(super) fn contours(heights: &Grid<f32>, area: Area, interval_m: f64, sea_level_m: f32) -> Vec<Contour> {
+    let mut segments: HashMap<i64, Vec<[Edge; 2]>> = HashMap::new();
+    let lowest = (f64::from(sea_level_m) / interval_m).floor();
+    for_each_square(heights, area, |corners, at| {
+        let (low, high) = corners.iter().fold((f32::MAX, f32::MIN), |(low, high), &m| (low.min(m), high.max(m)));
+        let from = ((f64::from(low) / interval_m).ceil()).max(lowest + 1.0) as i64;
+        for number in from..=(f64::from(high) / interval_m).floor() as i64 {
+            square(corners, (number as f64 * interval_m) as f32, at, segments.entry(number).or_default());
+        }
+    });
+    let mut numbers: Vec<i64> = segments.keys().copied().collect();
+    numbers.sort_unstable();
+    let mut lines = Vec::new();
+    for number in numbers {
+        let level = (number as f64 * interval_m) as f32;
+        for chain in chains(&segments[&number]) {
+            let points = chain.into_iter().map(|edge| crossing(heights, edge, level, area)).collect();
+            lines.push(Contour { number, points });
+        }
+    }
+    lines
+}
+
+/// Adds the lines of a level through a square: from edge to edge.
+fn square(corners: [f32; 4], level: f32, [x, y]: [i64; 2], segments: &mut Vec<[Edge; 2]>) {
+    let above = corners.map(|corner| corner >= level);
+    // Northern, eastern, southern and western edge.
+    let edges = [(x, y, false), (x + STEP, y, true), (x, y + STEP, false), (x, y, true)];
+    let crossed: Vec<usize> = (0..4).filter(|edge| above[*edge] != above[(edge + 1) % 4]).collect();
+    match crossed[..] {
+        [one, other] => segments.push([edges[one], edges[other]]),
+        [_, _, _, _] => {
+            // A saddle: its middle says which corners belong together.
+            let middle = ((corners[0] + corners[1]) + (corners[2] + corners[3])) * 0.25 >= level;
+            let [first, second] = if middle == above[0] { [[0, 1], [2, 3]] } else { [[3, 0], [1, 2]] };
+            segments.push(first.map(|edge| edges[edge]));
+            segments.push(second.map(|edge| edges[edge]));
+        }
+        _ => {}
+    }
+}
+
+/// Where a level crosses an edge, in pixels from the area's corner.
+fn crossing(heights: &Grid<f32>, (x, y, south): Edge, level: f32, area: Area) -> [f64; 2] {
+    let end = if south { [x, y + STEP] } else { [x + STEP, y] };
+    let (from, to) = (f64::from(heights.at(x, y)), f64::from(heights.at(end[0], end[1])));
+    let share = (f64::from(level) - from) / (to - from) * STEP as f64;
+    let [east, down] = if south { [0.0, share] } else { [share, 0.0] };
+    // A pixel's height is that of its middle.
+    [(x - area.x0) as f64 + 0.5 + east, (y - area.y0) as f64 + 0.5 + down]
+}
+
+/// Segments joined into lines as long as they can be; a ring ends where it begins.
+fn chains(segments: &[[Edge; 2]]) -> Vec<Vec<Edge>> {
+    let mut at: HashMap<Edge, Vec<usize>> = HashMap::with_capacity(segments.len() * 2);
+    for (index, ends) in segments.iter().enumerate() {
+        ends.iter().for_each(|end| at.entry(*end).or_default().push(index));
+    }
+    let mut used = vec![false; segments.len()];
+    let mut lines = Vec::new();
+    // Open lines from their ends first, then what is left: rings.
+    let is_end = |index: usize| segments[index].iter().any(|end| at[end].len() == 1);
+    let order = (0..segments.len()).filter(|index| is_end(*index)).chain(0..segments.len());
+    for start in order {
+        if used[start] {
+            continue;
+        }
+        used[start] = true;
+        let [a, b] = segments[start];
+        let mut line = if at[&a].len() == 1 { vec![a, b] } else { vec![b, a] };
+        loop {
+            let end = line[line.len() - 1];
+            let Some(&next) = at[&end].iter().find(|index| !used[**index]) else { break };
+            used[next] = true;
+            let [a, b] = segments[next];
+            line.push(if a == end { b } else { a });
+        }
+        lines.push(line);
+    }
+    lines
+}
+
+/// Metres between two contours for a scale, about so many millimetres apart on steep slopes of a world whose heights span so
+/// many metres.
+pub(super) fn interval_m(denominator: f64, spacing_mm: f64, range_m: f64) -> f64 {
+    // Land of small heights has gentle slopes.
+    let steep = (range_m / 3000.0).clamp(0.1, 1.0);
+    let least_m = spacing_mm * denominator / 1000.0 * steep;
+    let power = libm::pow(10.0, libm::floor(libm::log10(least_m)));
+    [1.0, 2.0, 5.0, 10.0].map(|step| step * power).into_iter().find(|step| *step >= least_m * 0.8).unwrap_or(least_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cone(area: Area) -> Grid<f32> {
+        let mut grid = Grid::filled(area, 0.0);
+        for (x, y) in area.vertices() {
+            let (east, south) = (x as f32 - 20.3, y as f32 - 31.7);
+            grid.row_mut(y, x, x + 1)[0] = 500.0 - 9.0 * (east * east + south * south).sqrt();
+        }
+        grid
+    }
+
+    #[test]
+    fn a_contour_lies_at_its_height_and_rings_close() {
+        let area = Area::new(-40, -40, 130, 140);
+        let heights = cone(area.padded(4));
+        let lines = contours(&heights, area, 20.0, f32::NEG_INFINITY);
+        let mut rings = 0;
+        for line in &lines {
+            for [x, y] in &line.points {
+                let (east, south) = (x - 40.5 - 20.3, y - 40.5 - 31.7);
+                let height_m = 500.0 - 9.0 * (east * east + south * south).sqrt();
+                let near_top = line.number as f64 * 20.0 > 460.0;
+                assert!(
+                    (height_m - line.number as f64 * 20.0).abs() < 1.0 || near_top,
+                    "{height_m} of {}",
+                    line.number
+                );
+            }
+            rings += usize::from(line.points[0] == line.points[line.points.len() - 1]);
+        }
+        assert!(rings >= 20, "{rings} rings of {}", lines.len());
+        assert!(lines.iter().any(Contour::is_index));
+    }
+
+    #[test]
+    fn intervals_are_round_and_grow_with_the_scale() {
+        let intervals = [25_000.0, 50_000.0, 250_000.0, 2_000_000.0].map(|scale| interval_m(scale, 0.6, 4000.0));
+        assert_eq!(intervals, [20.0, 50.0, 200.0, 1000.0]);
+        assert_eq!(interval_m(25_000.0, 0.6, 300.0), 2.0);
+    }
+}

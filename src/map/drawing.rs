@@ -1,0 +1,303 @@
+//! What a map draws with lines: rivers, lakes, coasts, roads and places of a part of the world, in pixels of its scale.
+//!
+//! A line is simplified and smoothed as a whole, wherever the map ends, so that every map of one scale shows the same.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use crate::area::Area;
+use crate::features::landforms::{LAKES, LakeFeature};
+use crate::features::sites::{SITES, SiteFeature};
+use crate::lines::{Line, LineKind, RoadClass, StructureKind};
+use crate::map::generalise::{smooth, thinned};
+use crate::map::names::is_drawn;
+use crate::map::scale::Scale;
+use crate::map::style::Style;
+use crate::world::World;
+
+/// Nodes a side of the parts in which things are found at once.
+const PART: i64 = 512;
+
+/// Square pixels that a bend of a line spans at least.
+const LEAST_BEND: f64 = 0.4;
+
+/// Chords of a lake that are looked at for its widest place.
+const CHORDS: u32 = 12;
+
+/// Square pixels that a lake has at least.
+const LEAST_LAKE: f64 = 6.0;
+
+/// How many times the discharge of the least river that is drawn one has that has a name.
+const NAMED: f64 = 6.0;
+
+/// How many times the discharge of the least river one has that is drawn at full width.
+const WIDEST: f64 = 3000.0;
+
+const SECONDS_A_YEAR: f64 = 31_557_600.0;
+
+/// All of a part of the world.
+#[derive(Debug, Default)]
+pub(super) struct Drawing {
+    pub lakes: Vec<LakeShape>,
+    pub rivers: Vec<Strokes>,
+    /// From the worst class to the best.
+    pub roads: Vec<(RoadClass, Shape)>,
+    pub bridges: Vec<(RoadClass, Shape)>,
+    pub tunnels: Vec<(RoadClass, Shape)>,
+    pub sites: Vec<SiteFeature>,
+    pub named: Vec<NamedRiver>,
+}
+
+/// A lake, in pixels.
+#[derive(Clone, Debug)]
+pub(super) struct LakeShape {
+    pub shape: Shape,
+    pub id: String,
+    pub name: Option<String>,
+    pub area_px: f64,
+    /// A place well inside, and how wide the lake is there from west to east.
+    pub middle: [f64; 2],
+    pub widest: f64,
+}
+
+/// A river with a name, from where it is large enough to be drawn, in pixels.
+#[derive(Clone, Debug)]
+pub(super) struct NamedRiver {
+    pub id: String,
+    pub name: String,
+    pub line: Vec<[f64; 2]>,
+    /// How wide it is drawn at most.
+    pub width: f64,
+    pub discharge_m3s: f64,
+}
+
+/// Lines, or the rings of an area, in pixels, and what they span: west, north, east and south.
+#[derive(Clone, Debug)]
+pub(super) struct Shape {
+    pub bounds: [f64; 4],
+    pub lines: Vec<Vec<[f64; 2]>>,
+}
+
+/// A line in parts of one width each, in pixels.
+#[derive(Debug)]
+pub(super) struct Strokes {
+    pub bounds: [f64; 4],
+    pub parts: Vec<(f64, Vec<[f64; 2]>)>,
+}
+
+impl Shape {
+    /// Lines, or the rings of an area.
+    pub fn new(lines: Vec<Vec<[f64; 2]>>) -> Shape {
+        Shape { bounds: bounds(lines.iter().flatten()), lines }
+    }
+}
+
+impl LakeShape {
+    fn new(lake: LakeFeature, rings: Vec<Vec<[f64; 2]>>, area_px: f64) -> LakeShape {
+        let shape = Shape::new(rings);
+        let [_, north, _, south] = shape.bounds;
+        // The widest of some chords from west to east.
+        let chords = (1..CHORDS).map(|number| north + (south - north) * f64::from(number) / f64::from(CHORDS));
+        let widest = chords.map(|y| (shape.widest_at(y), y)).max_by(|a, b| a.0.1.total_cmp(&b.0.1));
+        let ((x, widest), y) = widest.expect("there are some chords");
+        LakeShape { shape, id: lake.id, name: lake.name, area_px, middle: [x, y], widest }
+    }
+}
+
+impl Shape {
+    /// The middle of the widest part inside at a height of the map, and how wide that is.
+    fn widest_at(&self, y: f64) -> (f64, f64) {
+        let mut crossings: Vec<f64> = Vec::new();
+        for pair in self.lines.iter().flat_map(|line| line.windows(2)) {
+            let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
+            if (y0 <= y) != (y1 <= y) {
+                crossings.push(x0 + (x1 - x0) * (y - y0) / (y1 - y0));
+            }
+        }
+        crossings.sort_by(f64::total_cmp);
+        let inside = crossings.chunks_exact(2).map(|pair| ((pair[0] + pair[1]) * 0.5, pair[1] - pair[0]));
+        inside.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((self.bounds[0], 0.0))
+    }
+}
+
+/// What points span.
+fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 4] {
+    let none = [f64::MAX, f64::MAX, f64::MIN, f64::MIN];
+    points.fold(none, |[w, n, e, s], [x, y]| [w.min(*x), n.min(*y), e.max(*x), s.max(*y)])
+}
+
+/// Where all of a part of the world is found, and how it is drawn.
+pub(super) struct Draughtsman<'a> {
+    pub style: &'a Style,
+    pub scale: Scale,
+    /// The world at the nodes of the scale.
+    pub world: &'a World,
+    /// The world whose roads and settlements are drawn, if they are.
+    pub settled: Option<&'a World>,
+}
+
+impl Draughtsman<'_> {
+    /// All that lies in an area of pixels or reaches into it.
+    pub fn draw(&self, area: Area) -> Drawing {
+        let mut drawing = Drawing::default();
+        let nodes = self.scale.nodes_of(area, self.world.spacing_m());
+        if self.style.water.draw {
+            self.draw_water(nodes, &mut drawing);
+        }
+        if let Some(settled) = self.settled {
+            let vertices = self.scale.nodes_of(area, settled.spacing_m());
+            self.draw_roads(settled, vertices, &mut drawing);
+            if self.style.places.draw {
+                let sites = Self::find(vertices, |part| SITES.find(settled, part), |site| site.id);
+                drawing.sites = sites.into_iter().filter(|site| is_drawn(site.class, self.scale)).collect();
+            }
+        }
+        drawing
+    }
+
+    /// All that is found in an area of nodes, part by part; what lies in several parts once, in the order of the keys.
+    fn find<T: Send, K: Ord + Send>(
+        area: Area,
+        find: impl Fn(&Area) -> Vec<T> + Sync,
+        key: impl Fn(&T) -> K + Sync,
+    ) -> Vec<T> {
+        let corners = |from: i64, to: i64| (from.div_euclid(PART)..=(to - 1).div_euclid(PART)).map(|at| at * PART);
+        let parts: Vec<Area> = corners(area.y0, area.y1)
+            .flat_map(|y| corners(area.x0, area.x1).map(move |x| Area::new(x, y, PART as usize + 1, PART as usize + 1)))
+            .filter_map(|part| part.common(&area))
+            .collect();
+        let found: Vec<Vec<(K, T)>> =
+            parts.par_iter().map(|part| find(part).into_iter().map(|it| (key(&it), it)).collect()).collect();
+        found.into_iter().flatten().collect::<BTreeMap<K, T>>().into_values().collect()
+    }
+
+    /// A place in metres east and north, in pixels.
+    pub fn pixel(&self, [east, north]: [f64; 2]) -> [f64; 2] {
+        [east / self.scale.metres_per_pixel, -north / self.scale.metres_per_pixel]
+    }
+
+    fn draw_water(&self, nodes: Area, drawing: &mut Drawing) {
+        let outline = |ring: &Vec<[f64; 2]>| {
+            let ring: Vec<[f64; 2]> = ring.iter().map(|at| self.pixel(*at)).collect();
+            thinned(&ring, LEAST_BEND).into_iter().map(|index| ring[index]).collect::<Vec<_>>()
+        };
+        for lake in Self::find(nodes, |part| LAKES.find(self.world, part), |lake| lake.id.clone()) {
+            let area_px = lake.area_m2 / self.scale.metres_per_pixel / self.scale.metres_per_pixel;
+            if area_px >= LEAST_LAKE {
+                let rings: Vec<Vec<[f64; 2]>> = lake.rings.iter().map(|ring| smooth(&outline(ring))).collect();
+                drawing.lakes.push(LakeShape::new(lake, rings, area_px));
+            }
+        }
+        let least_m3s = self.least_m3s();
+        let rivers = |part: &Area| self.world.lines_through(LineKind::River, part);
+        for river in Self::find(nodes, rivers, |river| river.id) {
+            let Some(strokes) = self.river(&river, least_m3s) else { continue };
+            let most_m3s = river.points.iter().map(|point| point.discharge_m3s).fold(0.0, f64::max);
+            if let Some(name) = river.name.as_ref().filter(|_| most_m3s >= NAMED * least_m3s) {
+                let line = strokes.parts.iter().flat_map(|(_, part)| part).copied().collect();
+                let width = strokes.parts.iter().map(|(width, _)| *width).fold(0.0, f64::max);
+                let (id, name) = (river.id.to_string(), name.clone());
+                drawing.named.push(NamedRiver { id, name, line, width, discharge_m3s: most_m3s });
+            }
+            drawing.rivers.push(strokes);
+        }
+    }
+
+    /// What flows in the least river that is drawn.
+    fn least_m3s(&self) -> f64 {
+        let runoff_m = self.world.preset().fluvial.as_ref().map_or(0.0, |fluvial| fluvial.runoff_m);
+        let share = self.scale.denominator() / 100_000.0;
+        self.style.water.least_km2 * share * share * 1e6 * runoff_m / SECONDS_A_YEAR
+    }
+
+    /// A river from where it is large enough to be drawn, in strokes that grow wider.
+    fn river(&self, river: &Line, least_m3s: f64) -> Option<Strokes> {
+        let start = river.points.iter().position(|point| point.discharge_m3s >= least_m3s)?;
+        let points = &river.points[start..];
+        let pixels_per_vertex = river.spacing_m / self.scale.metres_per_pixel;
+        let at: Vec<[f64; 2]> =
+            points.iter().map(|point| river.place_from([0, 0], point).map(|axis| axis * pixels_per_vertex)).collect();
+        let kept = thinned(&at, LEAST_BEND);
+        let width = |index: usize| {
+            let point = &points[index];
+            let share = libm::log((point.discharge_m3s / least_m3s.max(1e-9)).max(1.0)) / libm::log(WIDEST);
+            let [least, most] = self.style.water.river_mm.map(|mm| self.scale.pixels(mm));
+            let drawn = least + (most - least) * share.min(1.0);
+            // In steps that the eye does not see.
+            (drawn.max(2.0 * point.half_width_m / self.scale.metres_per_pixel) * 6.0).round() / 6.0
+        };
+        let line: Vec<[f64; 2]> = kept.iter().map(|index| at[*index]).collect();
+        let mut parts: Vec<(f64, Vec<[f64; 2]>)> = Vec::new();
+        for (number, piece) in smooth_pieces(&line).into_iter().enumerate() {
+            let width = width(kept[number]);
+            match parts.last_mut() {
+                Some((last, part)) if *last == width => part.extend(&piece[1..]),
+                _ => parts.push((width, piece)),
+            }
+        }
+        let bounds = bounds(parts.iter().flat_map(|(_, part)| part));
+        Some(Strokes { bounds, parts })
+    }
+
+    fn draw_roads(&self, settled: &World, vertices: Area, drawing: &mut Drawing) {
+        if !self.style.roads.draw {
+            return;
+        }
+        let roads = |part: &Area| settled.lines_through(LineKind::Road, part);
+        for road in Self::find(vertices, roads, |road| road.id) {
+            let class = road.class.unwrap_or(RoadClass::Track);
+            if self.scale.denominator() > self.style.roads.classes[2 - class as usize].most {
+                continue;
+            }
+            let pixels_per_vertex = road.spacing_m / self.scale.metres_per_pixel;
+            let at: Vec<[f64; 2]> = road
+                .points
+                .iter()
+                .map(|point| road.place_from([0, 0], point).map(|axis| axis * pixels_per_vertex))
+                .collect();
+            let part = |range: std::ops::RangeInclusive<usize>| {
+                let part = &at[range];
+                let line: Vec<[f64; 2]> =
+                    thinned(part, LEAST_BEND * 0.25).into_iter().map(|index| part[index]).collect();
+                Shape::new(vec![smooth(&line)])
+            };
+            // Tunnels are drawn apart from what is seen of the road.
+            let mut seen = 0;
+            for structure in &road.structures {
+                match structure.kind {
+                    StructureKind::Tunnel => {
+                        if structure.first > seen {
+                            drawing.roads.push((class, part(seen..=structure.first)));
+                        }
+                        if structure.last > structure.first {
+                            drawing.tunnels.push((class, part(structure.first..=structure.last)));
+                        }
+                        seen = structure.last;
+                    }
+                    StructureKind::Bridge if structure.last > structure.first => {
+                        drawing.bridges.push((class, part(structure.first..=structure.last)));
+                    }
+                    _ => {}
+                }
+            }
+            if seen + 1 < at.len() {
+                drawing.roads.push((class, part(seen..=at.len() - 1)));
+            }
+        }
+        drawing.roads.sort_by_key(|(class, _)| *class);
+    }
+}
+
+/// The pieces of a smooth line around each of its points, from the middle before it to the middle after it.
+fn smooth_pieces(line: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
+    let middle = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|axis| (a[axis] + b[axis]) * 0.5);
+    let last = line.len() - 1;
+    (0..line.len())
+        .map(|index| {
+            let from = if index == 0 { line[0] } else { middle(line[index - 1], line[index]) };
+            let to = if index == last { line[last] } else { middle(line[index], line[index + 1]) };
+            crate::map::generalise::bend(from, line[index], to)
+        })
+        .collect()
+}

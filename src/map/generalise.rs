@@ -1,0 +1,143 @@
+//! Generalisation: lines without the bends that a scale cannot show, and without corners.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// The points of a line that are left when those are taken away, least first, whose triangle with their neighbours has less
+/// than `least` area, as indices. Ends stay.
+///
+/// Based on: M. Visvalingam and J. D. Whyatt, "Line generalisation by repeated elimination of points" (1993).
+pub(super) fn thinned(line: &[[f64; 2]], least: f64) -> Vec<usize> {
+    let count = line.len();
+    if count < 3 {
+        return (0..count).collect();
+    }
+    let area = |a: usize, b: usize, c: usize| {
+        let [a, b, c] = [line[a], line[b], line[c]];
+        0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])).abs()
+    };
+    let mut before: Vec<usize> = (0..count).map(|index| index.saturating_sub(1)).collect();
+    let mut after: Vec<usize> = (1..=count).collect();
+    let mut areas: Vec<f64> = vec![f64::MAX; count];
+    let mut heap = BinaryHeap::with_capacity(count);
+    for index in 1..count - 1 {
+        areas[index] = area(index - 1, index, index + 1);
+        heap.push(Least { area: areas[index], index });
+    }
+    let mut left = vec![true; count];
+    while let Some(Least { area: smallest, index }) = heap.pop() {
+        if !left[index] || smallest != areas[index] {
+            continue;
+        }
+        if smallest >= least {
+            break;
+        }
+        left[index] = false;
+        let (from, to) = (before[index], after[index]);
+        (after[from], before[to]) = (to, from);
+        for other in [from, to] {
+            if other > 0 && other < count - 1 {
+                // Never less than what has been taken away, or a whole bend would go at once.
+                areas[other] = area(before[other], other, after[other]).max(smallest);
+                heap.push(Least { area: areas[other], index: other });
+            }
+        }
+    }
+    (0..count).filter(|index| left[*index]).collect()
+}
+
+/// A point and the area that it stands for; the least is the greatest, for a heap.
+#[derive(PartialEq)]
+struct Least {
+    area: f64,
+    index: usize,
+}
+
+impl Eq for Least {}
+
+impl Ord for Least {
+    fn cmp(&self, other: &Least) -> Ordering {
+        other.area.total_cmp(&self.area).then(other.index.cmp(&self.index))
+    }
+}
+
+impl PartialOrd for Least {
+    fn partial_cmp(&self, other: &Least) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// A line without corners: through the middles of its pieces, bent around its points. A ring stays one.
+pub(super) fn smooth(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let count = line.len();
+    if count < 3 {
+        return line.to_vec();
+    }
+    let middle = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|axis| (a[axis] + b[axis]) * 0.5);
+    let is_ring = line[0] == line[count - 1];
+    let mut points = vec![if is_ring { middle(line[0], line[1]) } else { line[0] }];
+    for index in 1..count - 1 {
+        let from = points[points.len() - 1];
+        let is_last = index == count - 2 && !is_ring;
+        let to = if is_last { line[count - 1] } else { middle(line[index], line[index + 1]) };
+        points.extend(&bend(from, line[index], to)[1..]);
+    }
+    if is_ring {
+        let (from, to) = (points[points.len() - 1], points[0]);
+        points.extend(&bend(from, line[0], to)[1..]);
+    }
+    points
+}
+
+/// A parabola from a point to another, towards a third, in pieces that are short where it bends.
+pub(super) fn bend(from: [f64; 2], towards: [f64; 2], to: [f64; 2]) -> Vec<[f64; 2]> {
+    let off = [0, 1].map(|axis| from[axis] - 2.0 * towards[axis] + to[axis]);
+    // As far as the chord may be off, an eighth of this over the square of the pieces: a tenth of a pixel.
+    let bent = (off[0] * off[0] + off[1] * off[1]).sqrt();
+    let pieces = (bent / 0.8).sqrt().ceil().clamp(1.0, 16.0);
+    let at = |index: usize| {
+        let t = index as f64 / pieces;
+        let u = 1.0 - t;
+        [0, 1].map(|axis| u * u * from[axis] + 2.0 * u * t * towards[axis] + t * t * to[axis])
+    };
+    (0..=pieces as usize).map(|index| if index as f64 == pieces { to } else { at(index) }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_bends_go_and_large_ones_stay() {
+        let line: Vec<[f64; 2]> = (0..200)
+            .map(|index| {
+                let x = f64::from(index) * 0.25;
+                [x, 10.0 * (x * 0.2).sin() + 0.05 * f64::from(index % 2)]
+            })
+            .collect();
+        let kept = thinned(&line, 0.4);
+        assert!(kept.len() < 60 && kept.len() > 10, "{}", kept.len());
+        assert_eq!((kept[0], kept[kept.len() - 1]), (0, 199));
+        for pair in kept.windows(2) {
+            for index in pair[0]..pair[1] {
+                let share = (line[index][0] - line[pair[0]][0]) / (line[pair[1]][0] - line[pair[0]][0]);
+                let height = line[pair[0]][1] + share * (line[pair[1]][1] - line[pair[0]][1]);
+                assert!((height - line[index][1]).abs() < 0.6, "{index}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_smooth_line_keeps_its_ends_and_a_ring_closes() {
+        let line = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [20.0, 10.0]];
+        let smoothed = smooth(&line);
+        assert_eq!((smoothed[0], smoothed[smoothed.len() - 1]), (line[0], line[3]));
+        let ring = smooth(&[[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 0.0]]);
+        assert_eq!(ring[0], ring[ring.len() - 1]);
+        for triple in smoothed.windows(3) {
+            let [a, b] = [0, 1].map(|index| [0, 1].map(|axis| triple[index + 1][axis] - triple[index][axis]));
+            let turn = (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1]);
+            assert!(turn.abs() < 0.7, "{turn}");
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! Light and shadow on the ground of a map, on the lanes of simd.
+
+use crate::simd::{Kernel, Simd};
+
+/// Pixels lit at once: a multiple of all lane counts.
+pub(super) const CHUNK: usize = 256;
+
+/// Numbers that a row of heights has for a chunk: one more on each side, and room for the last lanes.
+pub(super) const WIDE: usize = CHUNK + 2;
+
+/// What level ground has of a light that stands 45 degrees high.
+pub(super) const FLAT: f32 = std::f32::consts::FRAC_1_SQRT_2;
+
+/// Shares of the main light, and of a softer one 60 degrees to each side of it.
+const MAIN: f32 = 0.64;
+const SIDE: f32 = 0.18;
+const HALF: f32 = 0.5;
+const SINE: f32 = 0.866_025_4;
+
+/// Slope, metres up a metre ahead, of wide forms from which on the light turns as far as it may.
+const TURNED: f32 = 0.12;
+
+/// Metres that a shore rises within a pixel at least: where it is flatter, its edge is not as soft as it could be.
+const LEAST_RISE_M: f32 = 0.02;
+
+/// What a style and a scale say about the light.
+#[derive(Clone, Debug)]
+pub(super) struct Lamp {
+    pub metres_per_pixel: f32,
+    pub sea_level_m: f32,
+    /// Towards the sun: east and south.
+    pub sun: [f32; 2],
+    /// The tangent of the angle by which the light turns at most.
+    pub turn: f32,
+    pub steepening: f32,
+    pub strength: f32,
+    pub texture: f32,
+    pub aerial: f32,
+    pub haze: [f32; 3],
+    pub haze_share: f32,
+    pub under_water: f32,
+    pub shadow: [f32; 3],
+    pub light: [f32; 3],
+    /// How much of that light is mixed in where a slope has all of it.
+    pub highlight: f32,
+    /// The lowest land, and what makes metres above it a share of the highest.
+    pub low_m: f32,
+    pub per_m: f32,
+}
+
+/// Lights a chunk of pixels.
+pub(super) struct Light<'a> {
+    pub lamp: &'a Lamp,
+    /// Heights of three rows, from a pixel west of the chunk to one east of it.
+    pub heights: [&'a [f32; WIDE]; 3],
+    /// The same of wide forms alone.
+    pub smooth: [&'a [f32; WIDE]; 3],
+    /// How much ridges stand out at all sizes alike.
+    pub texture: &'a [f32; CHUNK],
+    /// Tints of land and of sea, 0 to 255.
+    pub land: &'a [[f32; CHUNK]; 3],
+    pub sea: &'a [[f32; CHUNK]; 3],
+    /// What covers the ground: red, green and blue times the share that is seen, and that share.
+    pub cover: [&'a [f32; CHUNK]; 4],
+    /// The pixels: red in the lowest byte, then green and blue.
+    pub words: &'a mut [u32; CHUNK],
+}
+
+impl Kernel for Light<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let lamp = self.lamp;
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+        let steepening = simd.splat(lamp.steepening);
+        let per_pixel = simd.splat(0.125 / lamp.metres_per_pixel);
+        let mut at = 0;
+        while at < CHUNK {
+            let [east, south] = slope(simd, self.heights, at);
+            let [east, south] = [east * per_pixel, south * per_pixel];
+            let [wide_east, wide_south] = slope(simd, self.smooth, at);
+            let wide = steepening * per_pixel;
+            // The way that wide forms fall, in the frame of the sun: twice the angle between is what the light turns by.
+            let [wide_east, wide_south] = [zero - wide_east * wide, zero - wide_south * wide];
+            let (sun_east, sun_south) = (simd.splat(lamp.sun[0]), simd.splat(lamp.sun[1]));
+            let steep = wide_east * wide_east + wide_south * wide_south;
+            let along = wide_east * sun_east + wide_south * sun_south;
+            let across = wide_south * sun_east - wide_east * sun_south;
+            let twice = (along + along) * across / (steep + simd.splat(TURNED * TURNED));
+            let turn = simd.splat(lamp.turn) * twice;
+            let length = simd.sqrt(one + turn * turn);
+            let main_east = (sun_east - sun_south * turn) / length;
+            let main_south = (sun_south + sun_east * turn) / length;
+            let (normal_east, normal_south) = (zero - east * steepening, zero - south * steepening);
+            let scale = simd.splat(FLAT) / simd.sqrt((one + normal_east * normal_east) + normal_south * normal_south);
+            let (half, sine) = (simd.splat(HALF), simd.splat(SINE));
+            let main = simd.max(normal_east * main_east + normal_south * main_south + one, zero);
+            let left_east = main_east * half - main_south * sine;
+            let left_south = main_south * half + main_east * sine;
+            let left = simd.max(normal_east * left_east + normal_south * left_south + one, zero);
+            let right_east = main_east * half + main_south * sine;
+            let right_south = main_south * half - main_east * sine;
+            let right = simd.max(normal_east * right_east + normal_south * right_south + one, zero);
+            let lit = (main * simd.splat(MAIN) + (left + right) * simd.splat(SIDE)) * scale - simd.splat(FLAT);
+            // The lower, the weaker, under more air.
+            let smooth = simd.load(&self.smooth[1][at + 1..]);
+            let elevation = (smooth - simd.splat(lamp.low_m)) * simd.splat(lamp.per_m);
+            let low = one - simd.min(simd.max(elevation, zero), one);
+            let texture = simd.load(&self.texture[at..]);
+            let texture = texture / (one + simd.max(texture, zero - texture) * simd.splat(2.5));
+            let tone = lit * (one - low * simd.splat(lamp.aerial)) + texture * simd.splat(lamp.texture);
+            let tone = tone * simd.splat(lamp.strength);
+            let deep = lit * simd.splat(lamp.under_water * lamp.strength);
+            let haze = low * simd.splat(lamp.haze_share);
+            // The share of the pixel that the sea covers, by how far its shore is.
+            let rise_m = simd.sqrt(east * east + south * south) * simd.splat(lamp.metres_per_pixel);
+            let depth_m = simd.splat(lamp.sea_level_m) - simd.load(&self.heights[1][at + 1..]);
+            let sea = depth_m / simd.max(rise_m, simd.splat(LEAST_RISE_M)) + simd.splat(0.5);
+            let sea = simd.min(simd.max(sea, zero), one);
+            let bare = one - simd.load(&self.cover[3][at..]);
+            let [bright, dark] = shares(simd, lamp, tone);
+            let [deep_bright, deep_dark] = shares(simd, lamp, deep);
+            let mut word = simd.splat_u32(0);
+            let mut channel = 3;
+            // From blue to red, since each shifts those before it up by a byte.
+            while channel > 0 {
+                channel -= 1;
+                let (light, shadow) = (simd.splat(lamp.light[channel]), simd.splat(lamp.shadow[channel]) - one);
+                let covered = simd.load(&self.land[channel][at..]) * bare + simd.load(&self.cover[channel][at..]);
+                let land = (covered + (light - covered) * bright) * (one + shadow * dark);
+                let land = land + (simd.splat(lamp.haze[channel]) - land) * haze;
+                let water = simd.load(&self.sea[channel][at..]);
+                let water = (water + (light - water) * deep_bright) * (one + shadow * deep_dark);
+                let colour = land + (water - land) * sea;
+                let colour = simd.min(simd.max(colour, zero) + simd.splat(0.5), simd.splat(255.0));
+                word = simd.shl::<8>(word) | simd.truncate_to_i32(colour);
+            }
+            simd.store_u32(word, &mut self.words[at..]);
+            at += S::LANES;
+        }
+    }
+}
+
+/// How much of full light is mixed in, and how deep the shadow is, at more or less light than level ground has.
+#[inline(always)]
+fn shares<S: Simd>(simd: S, lamp: &Lamp, tone: S::F32) -> [S::F32; 2] {
+    let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+    let bright = simd.min(simd.max(tone, zero) * simd.splat(1.0 / (1.0 - FLAT)), one) * simd.splat(lamp.highlight);
+    let dark = simd.min(simd.max(zero - tone, zero) * simd.splat(1.0 / FLAT), one);
+    [bright, dark]
+}
+
+/// Eight times what heights rise from a pixel to the next, to the east and to the south: from both neighbours and those beside
+/// them.
+///
+/// Based on: B. K. P. Horn, "Hill shading and the reflectance map" (1981).
+#[inline(always)]
+fn slope<S: Simd>(simd: S, [north, middle, south]: [&[f32; WIDE]; 3], at: usize) -> [S::F32; 2] {
+    let [north_west, north_middle, north_east] =
+        [simd.load(&north[at..]), simd.load(&north[at + 1..]), simd.load(&north[at + 2..])];
+    let [west, east] = [simd.load(&middle[at..]), simd.load(&middle[at + 2..])];
+    let [south_west, south_middle, south_east] =
+        [simd.load(&south[at..]), simd.load(&south[at + 1..]), simd.load(&south[at + 2..])];
+    let two = simd.splat(2.0);
+    let rise_east = (north_east - north_west) + two * (east - west) + (south_east - south_west);
+    let rise_south = (south_west - north_west) + two * (south_middle - north_middle) + (south_east - north_east);
+    [rise_east, rise_south]
+}

@@ -1,0 +1,216 @@
+//! Names and heights on a map: what could be written where, and what there is room for.
+
+use crate::area::Area;
+use crate::hash;
+use crate::map::drawing::Drawing;
+use crate::map::label::{self, Candidate, Rank, along_line, around_point, place};
+use crate::map::scale::Scale;
+use crate::map::style::{LabelStyle, Style};
+use crate::map::summits::Summit;
+use crate::map::text::{Placed, Quad, Shaped, shape};
+use crate::places::site::SiteClass;
+
+/// Millimetres that a name and what belongs to it is long at most: longer ones are not written.
+const LONGEST_MM: f64 = 42.0;
+
+/// Millimetres between names.
+const MARGIN_MM: f64 = 0.5;
+
+/// Millimetres of paper from a river's name to the next along it.
+const REPEAT_MM: f64 = 110.0;
+
+/// Scales, as second numbers, from which on villages and hamlets have no name, nor symbol.
+const MOST_VILLAGES: f64 = 400_000.0;
+const MOST_HAMLETS: f64 = 130_000.0;
+
+/// Something that is written on a map.
+#[derive(Clone, Debug)]
+pub(super) struct Writing {
+    pub texts: Vec<Placed>,
+    pub style: LabelStyle,
+    /// The middle of a peak that is marked with it.
+    pub peak: Option<[f64; 2]>,
+}
+
+/// Pixels around an area in which what could be written has a say in what is written there.
+pub(super) fn pad(scale: Scale) -> usize {
+    label::pad_px(scale.pixels(LONGEST_MM), scale.pixels(MARGIN_MM)) as usize + 1
+}
+
+/// Whether a settlement of a class is drawn at a scale.
+pub(super) fn is_drawn(class: SiteClass, scale: Scale) -> bool {
+    match class {
+        SiteClass::Town => true,
+        SiteClass::Village => scale.denominator() <= MOST_VILLAGES,
+        SiteClass::Hamlet => scale.denominator() <= MOST_HAMLETS,
+    }
+}
+
+/// Radius of a settlement's symbol in millimetres.
+pub(super) fn symbol_mm(class: SiteClass) -> f64 {
+    match class {
+        SiteClass::Hamlet => 0.42,
+        SiteClass::Village => 0.6,
+        SiteClass::Town => 0.85,
+    }
+}
+
+/// All that is written in an area of pixels, given what is drawn there and [around](pad).
+pub(super) fn write(style: &Style, scale: Scale, drawing: &Drawing, summits: &[Summit], area: Area) -> Vec<Writing> {
+    let mut writer = Writer { style, scale, candidates: Vec::new(), obstacles: Vec::new() };
+    writer.write_sites(drawing);
+    writer.write_lakes(drawing);
+    writer.write_rivers(drawing);
+    writer.write_peaks(summits);
+    let longest = scale.pixels(LONGEST_MM);
+    writer.candidates.retain(|candidate| extent(&candidate.boxes) <= longest);
+    let shown = place(writer.candidates, &writer.obstacles, scale.pixels(MARGIN_MM));
+    let seen = |candidate: &Candidate<Writing>| {
+        candidate
+            .boxes
+            .iter()
+            .flatten()
+            .any(|[x, y]| *x > area.x0 as f64 && *x < area.x1 as f64 && *y > area.y0 as f64 && *y < area.y1 as f64)
+    };
+    shown.into_iter().filter(seen).map(|candidate| candidate.item).collect()
+}
+
+/// The larger side of what boxes span.
+fn extent(boxes: &[Quad]) -> f64 {
+    let span = |axis: usize| {
+        let places = || boxes.iter().flatten().map(|point| point[axis]);
+        places().fold(f64::MIN, f64::max) - places().fold(f64::MAX, f64::min)
+    };
+    span(0).max(span(1))
+}
+
+struct Writer<'a> {
+    style: &'a Style,
+    scale: Scale,
+    candidates: Vec<Candidate<Writing>>,
+    obstacles: Vec<Quad>,
+}
+
+/// What comes first where there is not room for all.
+#[derive(Clone, Copy)]
+enum Class {
+    Town,
+    Lake,
+    Village,
+    River,
+    Peak,
+    Hamlet,
+}
+
+impl Writer<'_> {
+    fn shaped(&self, text: &str, style: &LabelStyle) -> Shaped {
+        shape(text, style.face, self.scale.pixels(style.size_mm) as f32, style.spacing as f32)
+    }
+
+    fn pixel(&self, [east, north]: [f64; 2]) -> [f64; 2] {
+        [east / self.scale.metres_per_pixel, -north / self.scale.metres_per_pixel]
+    }
+
+    fn push(&mut self, class: Class, (weight, feature, place): (u64, u64, u32), texts: Vec<Placed>, style: LabelStyle) {
+        let boxes = texts.iter().flat_map(|text| text.boxes.iter().copied()).collect();
+        let rank = Rank { class: class as u32, weight, feature, place };
+        self.candidates.push(Candidate { rank, boxes, item: Writing { texts, style, peak: None } });
+    }
+
+    fn write_sites(&mut self, drawing: &Drawing) {
+        for site in &drawing.sites {
+            let at = self.pixel(site.at);
+            let radius = self.scale.pixels(symbol_mm(site.class));
+            self.obstacles.push(square(at, radius));
+            let (class, style) = match site.class {
+                SiteClass::Town => (Class::Town, self.style.labels.places[0]),
+                SiteClass::Village => (Class::Village, self.style.labels.places[1]),
+                SiteClass::Hamlet => (Class::Hamlet, self.style.labels.places[2]),
+            };
+            let name = self.shaped(&site.name, &style);
+            let feature = number(&[1, site.id.i, site.id.j]);
+            let radius = radius + self.scale.pixels(0.5);
+            for (index, start) in (0..).zip(around_point(at, radius, &name)) {
+                let order = (u64::from(site.population), feature, index);
+                self.push(class, order, vec![name.at(start, 0.0)], style);
+            }
+        }
+    }
+
+    fn write_lakes(&mut self, drawing: &Drawing) {
+        let style = self.style.labels.lake;
+        for lake in &drawing.lakes {
+            let Some(text) = &lake.name else { continue };
+            let name = self.shaped(text, &style);
+            let feature = number(&[2, hash_of(&lake.id) as i64]);
+            // In it where it is wide enough, or else beside it.
+            let [x, y] = lake.middle;
+            let inside = [x - 0.5 * name.width, y + 0.5 * name.x_height];
+            let mut places = Vec::new();
+            if lake.widest >= 1.15 * name.width {
+                places.push(inside);
+            }
+            let [west, north, east, south] = lake.shape.bounds;
+            let gap = self.scale.pixels(0.6);
+            places.push([east + gap, y + 0.5 * name.x_height]);
+            places.push([west - gap - name.width, y + 0.5 * name.x_height]);
+            places.push([x - 0.5 * name.width, south + gap + name.ascent * 0.7]);
+            places.push([x - 0.5 * name.width, north - gap]);
+            for (index, start) in (0..).zip(places) {
+                self.push(Class::Lake, (lake.area_px as u64, feature, index), vec![name.at(start, 0.0)], style);
+            }
+        }
+    }
+
+    fn write_rivers(&mut self, drawing: &Drawing) {
+        let style = self.style.labels.river;
+        let size = self.scale.pixels(style.size_mm);
+        for river in &drawing.named {
+            let name = self.shaped(&river.name, &style);
+            let lift = 0.5 * river.width + self.scale.pixels(0.55);
+            for spot in along_line(&river.line, name.width, self.scale.pixels(REPEAT_MM), size) {
+                let feature = number(&[3, hash_of(&river.id) as i64, i64::from(spot.repetition)]);
+                // Above the line first, or else below it.
+                for (side, lift) in (0..).zip([lift, -lift - name.x_height]) {
+                    if let Some(text) = name.along(&spot.line, spot.start, lift) {
+                        let order = ((river.discharge_m3s * 1000.0) as u64, feature, 2 * spot.place + side);
+                        self.push(Class::River, order, vec![text], style);
+                    }
+                }
+            }
+        }
+    }
+
+    fn write_peaks(&mut self, summits: &[Summit]) {
+        let style = self.style.labels.peak;
+        for summit in summits {
+            let at = self.pixel(summit.at);
+            let radius = self.scale.pixels(0.6);
+            let height = format!("{:.0}", summit.height_m);
+            let text = summit.name.as_ref().map_or(height.clone(), |name| format!("{name} {height}"));
+            let line = self.shaped(&text, &style);
+            let feature = number(&[4, summit.id[0], summit.id[1]]);
+            for (index, start) in (0..).zip(around_point(at, radius + self.scale.pixels(0.3), &line)) {
+                let text = line.at(start, 0.0);
+                let boxes = text.boxes.iter().copied().chain([square(at, radius)]).collect();
+                let weight = summit.height_m.max(0.0) as u64;
+                let rank = Rank { class: Class::Peak as u32, weight, feature, place: index };
+                let item = Writing { texts: vec![text], style, peak: Some(at) };
+                self.candidates.push(Candidate { rank, boxes, item });
+            }
+        }
+    }
+}
+
+fn square([x, y]: [f64; 2], half: f64) -> Quad {
+    [[x - half, y - half], [x + half, y - half], [x + half, y + half], [x - half, y + half]]
+}
+
+/// What tells a thing from others: mixed from its numbers.
+fn number(parts: &[i64]) -> u64 {
+    parts.iter().fold(0, |number, part| hash::mix(number ^ *part as u64))
+}
+
+fn hash_of(text: &str) -> u64 {
+    text.bytes().fold(0, |number, byte| hash::mix(number ^ u64::from(byte)))
+}

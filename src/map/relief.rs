@@ -1,0 +1,189 @@
+//! The ground of a map: tints, what the ground is made of, light and shadow.
+
+use crate::area::Area;
+use crate::grid::Grid;
+use crate::map::light::{CHUNK, Lamp, Light, WIDE};
+use crate::map::rows::{smoothed, weigh};
+use crate::map::style::{Colour, Style};
+use crate::map::terrain::{Nodes, Terrain};
+use crate::map::tint::Tints;
+use crate::simd::dispatch;
+
+/// Levels of detail that texture shading sums up, each twice as wide as the one before.
+const LEVELS: usize = 4;
+
+/// Pixels around an area that its light is made of: what the widest level of detail looks at, and one for slopes.
+const HALO: usize = 2 * ((1 << LEVELS) - 1) + 1;
+
+/// The scale at which slopes are as steep as the style says, and the power by which they are steepened at smaller ones.
+const TRUE_SCALE: f64 = 25_000.0;
+const STEEPENED: f64 = 0.22;
+
+/// The ground of a world's maps in one style and scale.
+#[derive(Debug)]
+pub(super) struct Relief {
+    tints: Tints,
+    /// Colours of the materials, and how much of each is seen, by a weight of 1.
+    covers: [([f32; 3], f32); 8],
+    lamp: Lamp,
+}
+
+/// The ground at the pixels of an area.
+pub(super) struct Ground {
+    pub area: Area,
+    /// Red in the lowest byte, then green and blue, row by row.
+    pub pixels: Vec<u32>,
+    /// Heights of the area and of some pixels around it.
+    pub heights: Grid<f32>,
+    /// How much snow there is, 0 to 1.
+    pub snow: Grid<f32>,
+}
+
+fn channels(colour: Colour) -> [f32; 3] {
+    colour.0.map(f32::from)
+}
+
+impl Relief {
+    /// The ground of a style on some terrain.
+    pub fn new(style: &Style, terrain: &Terrain, denominator: f64, metres_per_pixel: f64) -> Relief {
+        let relief = &style.relief;
+        let radians = relief.sun_deg.to_radians();
+        let steepening = relief.exaggeration * libm::pow((denominator / TRUE_SCALE).max(0.3), STEEPENED);
+        let tints = Tints::of_style(&style.tint, terrain.world());
+        let (low_m, high_m) = tints.range_m();
+        let lamp = Lamp {
+            metres_per_pixel: metres_per_pixel as f32,
+            // A height that no land has, where there is no sea: infinity less a height divided by a rise is no number.
+            sea_level_m: terrain.world().preset().sea_level_m.map_or(f32::MIN / 1e6, |level| level as f32),
+            sun: [libm::sin(radians) as f32, -libm::cos(radians) as f32],
+            turn: libm::tan(relief.turn_deg.to_radians()) as f32,
+            steepening: steepening as f32,
+            strength: relief.strength as f32,
+            texture: relief.texture as f32,
+            aerial: relief.aerial as f32,
+            haze: channels(relief.haze),
+            haze_share: relief.haze_share as f32,
+            under_water: relief.under_water as f32,
+            shadow: channels(relief.shadow).map(|channel| channel / 255.0),
+            light: channels(relief.light),
+            highlight: relief.highlight as f32,
+            low_m,
+            per_m: 1.0 / (high_m - low_m),
+        };
+        let covers = style.cover.all().map(|cover| (channels(cover.colour), cover.share as f32 / 255.0));
+        Relief { tints, covers, lamp }
+    }
+
+    /// The ground at the pixels of an area.
+    pub fn ground(&self, terrain: &Terrain, area: Area) -> Ground {
+        let wide = area.padded(HALO);
+        let nodes = terrain.nodes(wide);
+        let heights = terrain.at_pixels(&nodes.heights, wide);
+        let (texture, smooth) = self.texture_of(&heights, area);
+        let cover = self.covers_of(&nodes).map(|plane| terrain.at_pixels(&plane, area));
+        let snow = terrain.at_pixels(&snow_of(&nodes), area);
+        let mut pixels = vec![0; area.len()];
+        for (y, row) in (area.y0..).zip(pixels.chunks_exact_mut(area.width())) {
+            for (x0, pixels) in (area.x0..).step_by(CHUNK).zip(row.chunks_mut(CHUNK)) {
+                let x1 = x0 + pixels.len() as i64;
+                let mut words = [0; CHUNK];
+                let three = |grid: &Grid<f32>| [-1, 0, 1].map(|by| filled::<WIDE>(grid.row(y + by, x0 - 1, x1 + 1)));
+                let (heights_of_three, smooth_of_three) = (three(&heights), three(&smooth));
+                let [land, sea] = self.tints_of(&heights_of_three[1][1..=pixels.len()]);
+                dispatch(Light {
+                    lamp: &self.lamp,
+                    heights: heights_of_three.each_ref(),
+                    smooth: smooth_of_three.each_ref(),
+                    texture: &filled(texture.row(y, x0, x1)),
+                    land: &land,
+                    sea: &sea,
+                    cover: cover.each_ref().map(|plane| filled(plane.row(y, x0, x1))).each_ref(),
+                    words: &mut words,
+                });
+                pixels.copy_from_slice(&words[..pixels.len()]);
+            }
+        }
+        Ground { area, pixels, heights, snow }
+    }
+
+    /// Tints of heights as land and as sea, by channel. Looked up one by one: lanes cannot read from a table of this size.
+    fn tints_of(&self, heights: &[f32]) -> [[[f32; CHUNK]; 3]; 2] {
+        let mut tints = [[[0.0; CHUNK]; 3]; 2];
+        let lowest_m = heights.iter().fold(f32::MAX, |low, height_m| low.min(*height_m));
+        let mut put = |kind: usize, index: usize, colour: [f32; 3]| {
+            (0..3).for_each(|channel| tints[kind][channel][index] = colour[channel]);
+        };
+        for (index, height_m) in heights.iter().enumerate() {
+            put(0, index, self.tints.land(*height_m));
+        }
+        // A shore is soft, so land a little above the sea may have some of it.
+        if lowest_m < self.lamp.sea_level_m + self.lamp.metres_per_pixel * 8.0 {
+            for (index, height_m) in heights.iter().enumerate() {
+                put(1, index, self.tints.sea(self.lamp.sea_level_m - height_m));
+            }
+        }
+        tints
+    }
+
+    /// Planes of what covers the ground: red, green and blue times the share that is seen, and that share.
+    fn covers_of(&self, nodes: &Nodes) -> [Grid<f32>; 4] {
+        let area = nodes.heights.area();
+        let mut planes = [(); 4].map(|()| Grid::filled(area, 0.0));
+        let [red, green, blue, share] = &mut planes;
+        let sums = red.values_mut().iter_mut().zip(green.values_mut()).zip(blue.values_mut()).zip(share.values_mut());
+        let words = nodes.ground.values().iter().zip(nodes.cover.values());
+        for ((((red, green), blue), share), (ground, cover)) in sums.zip(words) {
+            let weights = ground.to_le_bytes().into_iter().chain(cover.to_le_bytes());
+            for (weight, (colour, seen)) in weights.zip(&self.covers) {
+                let seen = f32::from(weight) * seen;
+                *red += colour[0] * seen;
+                *green += colour[1] * seen;
+                *blue += colour[2] * seen;
+                *share += seen;
+            }
+        }
+        planes
+    }
+
+    /// Texture shading, and the heights of wide forms alone: the heights are smoothed level by level, and what each level
+    /// takes away counts by its steepness, so that forms of all sizes are seen alike.
+    ///
+    /// An approximation of: L. Brown, "Texture shading: a new technique for depicting terrain relief" (2010).
+    fn texture_of(&self, heights: &Grid<f32>, area: Area) -> (Grid<f32>, Grid<f32>) {
+        let mut texture = Grid::filled(area, 0.0f32);
+        let mut sum = vec![0.0; area.width()];
+        let mut fine = heights.clone();
+        for level in 0..LEVELS {
+            let step = 1 << level;
+            let Area { x0, y0, x1, y1 } = fine.area();
+            let by = 2 * step;
+            let coarse = smoothed(&fine, Area { x0: x0 + by, y0: y0 + by, x1: x1 - by, y1: y1 - by }, step);
+            // Metres that this level has, as a share of what it is wide.
+            let per_m = self.lamp.steepening / (self.lamp.metres_per_pixel * (2 * step) as f32);
+            for y in area.y0..area.y1 {
+                let rows =
+                    [texture.row(y, area.x0, area.x1), fine.row(y, area.x0, area.x1), coarse.row(y, area.x0, area.x1)];
+                weigh(rows, [1.0, per_m, -per_m], &mut sum);
+                texture.row_mut(y, area.x0, area.x1).copy_from_slice(&sum);
+            }
+            fine = coarse;
+        }
+        (texture, fine)
+    }
+}
+
+/// Values that may be fewer than wanted, and zeros.
+fn filled<const N: usize>(values: &[f32]) -> [f32; N] {
+    let mut filled = [0.0; N];
+    filled[..values.len()].copy_from_slice(values);
+    filled
+}
+
+/// How much of each node is snow or ice.
+fn snow_of(nodes: &Nodes) -> Grid<f32> {
+    let mut snow = Grid::filled(nodes.cover.area(), 0.0);
+    for (value, word) in snow.values_mut().iter_mut().zip(nodes.cover.values()) {
+        *value = f32::from(word.to_le_bytes()[0]) / 255.0;
+    }
+    snow
+}

@@ -1,0 +1,71 @@
+//! The scale of a map: metres of the world to pixels, and pixels to millimetres on paper.
+
+use crate::area::{Area, Stride};
+
+/// Millimetres on paper of the least forms of land that are seen.
+const SEEN_MM: f64 = 0.2;
+
+/// How many metres a pixel shows, and how many pixels a millimetre on paper is.
+///
+/// Pixel (x, y) of a scale is the square of the world that begins so many pixels east and south of the origin: a place in
+/// the world is in the same pixel of every map of one scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// Metres from a pixel to the next.
+    pub metres_per_pixel: f64,
+    /// Pixels on a millimetre of paper.
+    pub pixels_per_mm: f64,
+}
+
+impl Scale {
+    /// The second number of 1:50,000.
+    pub fn denominator(&self) -> f64 {
+        self.metres_per_pixel * self.pixels_per_mm * 1000.0
+    }
+
+    /// So many millimetres on paper, in pixels.
+    pub fn pixels(&self, mm: f64) -> f64 {
+        mm * self.pixels_per_mm
+    }
+
+    /// The stride whose nodes lie about as far apart as pixels, or as what the eye sees on paper, given the metres between
+    /// vertices.
+    pub fn stride(&self, spacing_m: f64) -> Stride {
+        let steps = (0..=Stride::MAX_POWER).filter_map(|power| Stride::new(1 << power));
+        // Nodes may lie up to a root of two further apart than pixels: then they are as close as they can be to one a pixel.
+        let pixel_m = self.metres_per_pixel * std::f64::consts::SQRT_2;
+        let most_m = pixel_m.max(SEEN_MM * self.denominator() / 1000.0);
+        steps.take_while(|stride| spacing_m * stride.vertices() as f64 <= most_m).last().unwrap_or(Stride::ONE)
+    }
+
+    /// The pixels of a rectangle of the world: metres east and north of the origin, west, south, east and north.
+    pub fn pixels_of(&self, [west, south, east, north]: [f64; 4]) -> Area {
+        let at = |metres: f64| (metres / self.metres_per_pixel).round() as i64;
+        Area { x0: at(west), y0: at(-north), x1: at(east), y1: at(-south) }
+    }
+
+    /// The vertices or nodes, so many metres apart, that lie in an area of pixels or right beside it.
+    pub fn nodes_of(&self, pixels: Area, node_m: f64) -> Area {
+        let first = |pixel: i64| (pixel as f64 * self.metres_per_pixel / node_m).floor() as i64;
+        let last = |pixel: i64| (pixel as f64 * self.metres_per_pixel / node_m).ceil() as i64 + 1;
+        Area { x0: first(pixels.x0), y0: first(pixels.y0), x1: last(pixels.x1), y1: last(pixels.y1) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nodes_lie_about_as_far_apart_as_pixels() {
+        for (metres_per_pixel, stride) in
+            [(2.0, 1), (10.0, 1), (14.0, 1), (15.0, 2), (40.0, 4), (170.0, 16), (1e6, 4096)]
+        {
+            let scale = Scale { metres_per_pixel, pixels_per_mm: 10.0 };
+            assert_eq!(scale.stride(10.0).vertices(), stride, "{metres_per_pixel}");
+        }
+        let scale = Scale { metres_per_pixel: 2.5, pixels_per_mm: 10.0 };
+        assert_eq!(scale.denominator(), 25_000.0);
+        assert_eq!(scale.pixels_of([-10.0, -5.0, 20.0, 10.0]), Area { x0: -4, y0: -4, x1: 8, y1: 2 });
+    }
+}

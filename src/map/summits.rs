@@ -1,0 +1,156 @@
+//! The peaks that a map of some scale has room for.
+
+use rayon::prelude::*;
+
+use crate::area::{Area, Stride};
+use crate::clock::Clock;
+use crate::error::Error;
+use crate::features::landforms::PEAKS;
+use crate::fluvial::landforms::peaks;
+use crate::grid::Grid;
+use crate::map::scale::Scale;
+use crate::preset::Preset;
+use crate::world::World;
+
+/// Millimetres on paper, and metres of ground, in which there is one peak at most.
+const ROOM_MM: f64 = 18.0;
+const ROOM_M: f64 = 3000.0;
+
+/// Nodes from afar that this is.
+const CELL: i64 = 16;
+
+/// Cells a side of what is looked at at once.
+const BLOCK: i64 = 6;
+
+/// Metres that a peak rises above the lowest ground of a cell around it.
+const LEAST_RISE_M: f32 = 100.0;
+
+/// Vertices to each side of where a peak is from afar in which it is looked for at once, and how often that is moved.
+const NEAR: usize = 24;
+const MOVES: usize = 12;
+
+/// A peak, by its vertex.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Summit {
+    /// Metres east and north.
+    pub at: [f64; 2],
+    pub height_m: f32,
+    pub name: Option<String>,
+    /// Tells it from all others.
+    pub id: [i64; 2],
+}
+
+/// Where the peaks of a world are found.
+#[derive(Debug)]
+pub(super) struct Summits {
+    world: World,
+    /// The world from afar, in which peaks are looked for where there is not room for all.
+    afar: Option<World>,
+}
+
+impl Summits {
+    /// The peaks of the world of a preset, for maps of a scale.
+    pub fn new(preset: &Preset, seed: Option<u64>, scale: Scale) -> Result<Summits, Error> {
+        let room_m = ROOM_MM * scale.denominator() / 1000.0;
+        let world = World::new(preset.clone(), seed)?;
+        let mut afar = None;
+        if room_m > ROOM_M {
+            let steps = (1..=Stride::MAX_POWER).filter_map(|power| Stride::new(1 << power));
+            let fits = |stride: &Stride| (stride.vertices() * CELL) as f64 * preset.spacing_m <= room_m;
+            let stride = steps.take_while(fits).last().unwrap_or(Stride::ONE);
+            afar = Some(World::strided(preset.clone(), seed, stride)?);
+        }
+        Ok(Summits { world, afar })
+    }
+
+    /// All peaks in an area of pixels.
+    pub fn find(&self, scale: Scale, pixels: Area) -> Vec<Summit> {
+        let Some(afar) = self.afar.as_ref().filter(|afar| afar.relief().fluvial().is_some()) else {
+            return self.all(scale.nodes_of(pixels, self.world.spacing_m()));
+        };
+        let area = scale.nodes_of(pixels, afar.spacing_m());
+        let side = BLOCK * CELL;
+        let span = |from: i64, to: i64| from.div_euclid(side)..=(to - 1).div_euclid(side);
+        let blocks: Vec<[i64; 2]> =
+            span(area.y0, area.y1).flat_map(|y| span(area.x0, area.x1).map(move |x| [x, y])).collect();
+        let found: Vec<Vec<Summit>> = blocks.par_iter().map(|block| self.block(afar, *block)).collect();
+        found.into_iter().flatten().collect()
+    }
+
+    /// All that the vectors of a bake have.
+    fn all(&self, area: Area) -> Vec<Summit> {
+        let rows: Vec<Area> =
+            (area.y0..area.y1).step_by(512).map(|y0| Area { y0, y1: area.y1.min(y0 + 512), ..area }).collect();
+        let found: Vec<Vec<Summit>> = rows
+            .par_iter()
+            .map(|row| {
+                let peaks = PEAKS.find(&self.world, row).into_iter();
+                let number = |at: f64| (at / self.world.spacing_m()).round() as i64;
+                peaks
+                    .map(|peak| Summit {
+                        id: peak.at.map(number),
+                        at: peak.at,
+                        height_m: peak.height_m,
+                        name: peak.name,
+                    })
+                    .collect()
+            })
+            .collect();
+        found.into_iter().flatten().collect()
+    }
+
+    /// The peaks of a block of cells from afar, each where it is at the vertices.
+    fn block(&self, afar: &World, [x, y]: [i64; 2]) -> Vec<Summit> {
+        let side = (BLOCK * CELL) as usize;
+        let area = Area::new(x * BLOCK * CELL, y * BLOCK * CELL, side, side);
+        let land = afar.relief().land(area.padded(CELL as usize), &Clock::default());
+        let mut found = Vec::new();
+        for cell_y in (area.y0..area.y1).step_by(CELL as usize) {
+            for cell_x in (area.x0..area.x1).step_by(CELL as usize) {
+                let cell = Area::new(cell_x, cell_y, CELL as usize, CELL as usize);
+                let (top, height_m) = highest(&land.heights, cell);
+                let around = Area::new(top[0], top[1], 1, 1).padded((CELL * 3 / 4) as usize);
+                let around = around.common(&land.heights.area()).expect("it is in the area");
+                let lowest_m = around.vertices().map(|(x, y)| land.heights.at(x, y)).fold(f32::MAX, f32::min);
+                let sea_level_m = afar.preset().sea_level_m.map_or(f32::MIN, |level| level as f32);
+                if highest(&land.heights, around).0 == top
+                    && height_m - lowest_m >= LEAST_RISE_M
+                    && height_m > sea_level_m
+                {
+                    found.push(self.summit(top.map(|at| at * afar.stride().vertices())));
+                }
+            }
+        }
+        found
+    }
+
+    /// The peak that one climbs from a vertex.
+    fn summit(&self, mut at: [i64; 2]) -> Summit {
+        let mut height_m = 0.0;
+        for _ in 0..MOVES {
+            let area = Area::new(at[0], at[1], 1, 1).padded(NEAR);
+            let (top, top_m) = highest(&self.world.relief().heights(area), area);
+            height_m = top_m;
+            if std::mem::replace(&mut at, top) == top {
+                break;
+            }
+        }
+        let name = self.world.names().zip(self.world.relief().fluvial()).map(|(names, fluvial)| {
+            let (x, y) = peaks::cell(fluvial, at);
+            names.peak(at, &[x, y])
+        });
+        let spacing_m = self.world.spacing_m();
+        Summit { at: [at[0] as f64 * spacing_m, -at[1] as f64 * spacing_m], height_m, name, id: at }
+    }
+}
+
+/// The highest of the vertices of an area; of equals the first, row by row.
+fn highest(heights: &Grid<f32>, area: Area) -> ([i64; 2], f32) {
+    let mut highest = ([area.x0, area.y0], f32::MIN);
+    for (x, y) in area.vertices() {
+        if heights.at(x, y) > highest.1 {
+            highest = ([x, y], heights.at(x, y));
+        }
+    }
+    highest
+}

@@ -1,0 +1,137 @@
+//! The land as a map of some scale sees it: heights at its pixels, and what the ground is made of.
+
+use std::sync::Arc;
+
+use crate::area::{Area, TileId};
+use crate::grid::Grid;
+use crate::map::rows::weigh;
+use crate::map::scale::Scale;
+use crate::memory::{Memory, heap_bytes};
+use crate::tile::Tile;
+use crate::world::World;
+
+/// Nodes a side of a patch of land that is made at once, and bytes of patches that are remembered.
+const PATCH: i64 = 256;
+const REMEMBERED: usize = 192 << 20;
+
+/// The land of a world for maps of one scale. Whatever is asked for, a pixel is the same.
+#[derive(Debug)]
+pub(super) struct Terrain {
+    /// The world at the nodes of the scale's stride, in tiles that are patches.
+    world: World,
+    scale: Scale,
+    patches: Memory<TileId, Patch>,
+}
+
+/// The nodes of a tile without those of its eastern and southern edges, row by row.
+#[derive(Debug)]
+struct Patch {
+    heights: Vec<f32>,
+    ground: Vec<u32>,
+    cover: Vec<u32>,
+}
+
+heap_bytes!(Patch: heights, ground, cover);
+
+/// Land at nodes.
+pub(super) struct Nodes {
+    pub heights: Grid<f32>,
+    /// Weights of materials, as [`Blend`](crate::tile::Blend) packs them.
+    pub ground: Grid<u32>,
+    pub cover: Grid<u32>,
+}
+
+impl Terrain {
+    /// The land of a world that was made for the stride of a scale.
+    pub fn new(world: World, scale: Scale) -> Terrain {
+        Terrain { world: world.with_tile_cells(PATCH as u32), scale, patches: Memory::new(REMEMBERED) }
+    }
+
+    /// The world at the nodes that the land is made at.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Nodes from a pixel to the next.
+    fn nodes_per_pixel(&self) -> f64 {
+        self.scale.metres_per_pixel / self.world.spacing_m()
+    }
+
+    /// The land at all nodes that the pixels of an area are made of.
+    pub fn nodes(&self, pixels: Area) -> Nodes {
+        let [x, y] = [(pixels.x0, pixels.x1), (pixels.y0, pixels.y1)].map(|(from, to)| {
+            let ends = [from, to - 1].map(|pixel| Spline::at(pixel, self.nodes_per_pixel()).first);
+            (ends[0], ends[1] + 4)
+        });
+        let area = Area { x0: x.0, y0: y.0, x1: x.1, y1: y.1 };
+        let mut nodes =
+            Nodes { heights: Grid::filled(area, 0.0), ground: Grid::filled(area, 0), cover: Grid::filled(area, 0) };
+        for ty in area.y0.div_euclid(PATCH)..=(area.y1 - 1).div_euclid(PATCH) {
+            for tx in area.x0.div_euclid(PATCH)..=(area.x1 - 1).div_euclid(PATCH) {
+                let patch = self.patch(TileId { x: tx, y: ty });
+                let own = Area::new(tx * PATCH, ty * PATCH, PATCH as usize, PATCH as usize);
+                let common = own.common(&area).expect("the patch was chosen by the area");
+                for y in common.y0..common.y1 {
+                    let start = ((y - own.y0) * PATCH + common.x0 - own.x0) as usize;
+                    let range = start..start + common.width();
+                    nodes.heights.row_mut(y, common.x0, common.x1).copy_from_slice(&patch.heights[range.clone()]);
+                    nodes.ground.row_mut(y, common.x0, common.x1).copy_from_slice(&patch.ground[range.clone()]);
+                    nodes.cover.row_mut(y, common.x0, common.x1).copy_from_slice(&patch.cover[range]);
+                }
+            }
+        }
+        nodes
+    }
+
+    fn patch(&self, id: TileId) -> Arc<Patch> {
+        self.patches.get(id, || {
+            let tile = Tile::without_lines(&self.world, id);
+            let area = Area::new(id.x * PATCH, id.y * PATCH, PATCH as usize, PATCH as usize);
+            Patch {
+                heights: tile.heights().part(area).values().to_vec(),
+                ground: tile.blend().ground().part(area).values().to_vec(),
+                cover: tile.blend().cover().part(area).values().to_vec(),
+            }
+        })
+    }
+
+    /// Values at the pixels of an area, given those at [its nodes](Terrain::nodes): a smooth surface, whose bends go through
+    /// near the nodes.
+    pub fn at_pixels(&self, nodes: &Grid<f32>, pixels: Area) -> Grid<f32> {
+        let area = nodes.area();
+        let columns: Vec<Spline> = (pixels.x0..pixels.x1).map(|x| Spline::at(x, self.nodes_per_pixel())).collect();
+        let mut values = Grid::filled(pixels, 0.0);
+        let mut row = vec![0.0; area.width()];
+        for y in pixels.y0..pixels.y1 {
+            let spline = Spline::at(y, self.nodes_per_pixel());
+            let rows = [0, 1, 2, 3].map(|index| nodes.row(spline.first + index, area.x0, area.x1));
+            weigh(rows, spline.weights, &mut row);
+            for (value, column) in values.row_mut(y, pixels.x0, pixels.x1).iter_mut().zip(&columns) {
+                let at = (column.first - area.x0) as usize;
+                let [wa, wb, wc, wd] = column.weights;
+                let [a, b, c, d] = [row[at], row[at + 1], row[at + 2], row[at + 3]];
+                *value = (a * wa + b * wb) + (c * wc + d * wd);
+            }
+        }
+        values
+    }
+}
+
+/// The four nodes that a pixel's middle is made of, and their weights: a cubic B-spline, which has no corners that light
+/// would show.
+struct Spline {
+    first: i64,
+    weights: [f32; 4],
+}
+
+impl Spline {
+    fn at(pixel: i64, nodes_per_pixel: f64) -> Spline {
+        let at = (pixel as f64 + 0.5) * nodes_per_pixel;
+        let floor = at.floor();
+        let t = (at - floor) as f32;
+        let u = 1.0 - t;
+        let sixth = 1.0 / 6.0;
+        let near = |t: f32| (4.0 - 6.0 * t * t + 3.0 * t * t * t) * sixth;
+        Spline { first: floor as i64 - 1, weights: [u * u * u * sixth, near(t), near(u), t * t * t * sixth] }
+    }
+}
