@@ -10,9 +10,10 @@ use serde_json::{Value, json};
 use crate::bake::FileRecord;
 use crate::error::Error;
 use crate::file::write_whole;
+use crate::web::draft::HEIGHT_SPACING_PX;
 use crate::web::encode::HEIGHT_STEP_M;
 use crate::web::meta::{Meta, ground};
-use crate::web::{Choice, Content, EXPORT, Feature, HEIGHT_SPACING_PX, Plan};
+use crate::web::{Choice, Content, EXPORT, Feature, Plan};
 
 /// The page, which is there only when all is that it shows.
 pub(super) const PAGE: &str = "index.html";

@@ -161,14 +161,12 @@ fn bytes_do_not_depend_on_threads() {
     let map = |threads: usize| {
         let folder = tempfile::tempdir().unwrap();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let bounds_m = [1e7, -2e6, 1e7 + 7000.0, -2e6 + 4000.0];
+        let bounds_m = [1e7, -2e6, 1e7 + 5000.0, -2e6 + 2500.0];
         let (_, written) = pool.install(|| written(folder.path(), bounds_m, 8.0, Choice { dense: false, ..ALL }));
         (files(folder.path()), written)
     };
     let one = map(1);
-    for threads in [2, 5] {
-        assert!(map(threads) == one, "{threads} threads");
-    }
+    assert!(map(3) == one);
 }
 
 #[test]

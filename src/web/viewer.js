@@ -7,7 +7,7 @@
 const terrane = (() => {
   const TILE = 256;
   const BEYOND = 2; // levels that the finest tiles may be enlarged by
-  const KEPT_TILES = 400; // pictures in memory: 100 MB, or 400 MB of dense ones at the most
+  const KEPT_TILES = { plain: 480, dense: 160 }; // pictures in memory: 130 MB, or 170 MB of dense ones
   const KEPT_HEIGHTS = 64;
   const AT_ONCE = 8; // pictures under way
   const FADE_MS = 160;
@@ -24,6 +24,7 @@ const terrane = (() => {
   let bounds = null; // in world pixels: { x0, y0, x1, y1 }
   let names = [];
   let layer = 0;
+  let layerBefore = 0;
   let size = { width: 0, height: 0, dense: 1 };
   const view = { x: 0, y: 0, zoom: 0 };
   let motion = null; // what moves the view: (milliseconds since the last frame) => whether it goes on
@@ -90,6 +91,8 @@ const terrane = (() => {
   // ---------- motions
 
   function move(step) {
+    // A motion begins now, and not with the last frame before it.
+    if (!framed) lastFrame = performance.now();
     motion = step;
     invalidate();
   }
@@ -196,13 +199,11 @@ const terrane = (() => {
   let frame = 0;
   let under = 0;
 
-  const address = (z, x, y) => {
-    const dense = about.dense && size.dense > 1.25 ? "@2x" : "";
-    return `${about.layers[layer].name}/${z}/${x}/${y}${dense}.${about.ending}`;
-  };
+  const isDense = () => about.dense && size.dense > 1.25;
+  const address = (z, x, y, of = layer) => `${about.layers[of].name}/${z}/${x}/${y}${isDense() ? "@2x" : ""}.${about.ending}`;
 
-  function tile(z, x, y) {
-    const found = tiles.get(address(z, x, y));
+  function tile(z, x, y, of) {
+    const found = tiles.get(address(z, x, y, of));
     if (!found || found.state !== "ready") return null;
     found.used = frame;
     return found;
@@ -268,10 +269,11 @@ const terrane = (() => {
   }
 
   function forget() {
-    if (tiles.size <= KEPT_TILES) return;
+    const kept = isDense() ? KEPT_TILES.dense : KEPT_TILES.plain;
+    if (tiles.size <= kept) return;
     const old = [...tiles].filter(([, entry]) => entry.state !== "waiting" && entry.used < frame);
     old.sort(([, a], [, b]) => a.used - b.used);
-    for (const [at] of old.slice(0, tiles.size - KEPT_TILES)) tiles.delete(at);
+    for (const [at] of old.slice(0, tiles.size - kept)) tiles.delete(at);
   }
 
   // Draws a part of a picture where a tile is; edges lie on whole pixels of the screen, so that neighbours meet.
@@ -285,7 +287,7 @@ const terrane = (() => {
     context.drawImage(image, u * pixels, v * pixels, share * pixels, share * pixels, x0, y0, x1 - x0, y1 - y0);
   }
 
-  // Draws a tile, or what there is in its place: a part of a coarser one, and finer ones over it.
+  // Draws a tile, or what there is in its place: a part of a coarser one, finer ones over it, or that of the layer before.
   function drawTile({ z, x, y }, now) {
     const own = tile(z, x, y);
     const shownFor = own ? now - own.since : 0;
@@ -302,6 +304,8 @@ const terrane = (() => {
         const fine = tile(z + 1, 2 * x + dx, 2 * y + dy);
         if (fine) put(fine, z + 1, 2 * x + dx, 2 * y + dy);
       }
+      const before = layerBefore === layer ? null : tile(z, x, y, layerBefore);
+      if (before) put(before, z, x, y);
     }
     if (own) {
       context.globalAlpha = opacity;
@@ -753,7 +757,7 @@ const terrane = (() => {
   // ---------- layers
 
   function show(index) {
-    layer = index;
+    [layerBefore, layer] = [layer, index];
     for (const [at, button] of [...$("layers").children].entries()) {
       button.setAttribute("aria-checked", String(at === index));
       button.tabIndex = at === index ? 0 : -1;
