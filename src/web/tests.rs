@@ -140,6 +140,8 @@ fn tiles_are_the_pixels_that_their_places_say() {
     // Two layers at two scales and terrain; the heights, five archives twice, and the page with two scripts.
     assert_eq!((written.pictures, files.len()), (5 * 14, 6 * 14 + 5 * 2 + 3));
     assert_eq!(written.files.len(), 5 * 2 + 3);
+    let page = str::from_utf8(&files["index.html"]).unwrap();
+    assert!(page.contains("const terrane = ") && page.matches("</script>").count() == 3, "the page has its program");
     for zoom in 0..=plan.max_zoom() {
         for (x, y) in plan.places(zoom).vertices() {
             let pixels = plan.world_pixels(zoom, Area::new(x, y, 1, 1));

@@ -69,13 +69,16 @@ const terrane = (() => {
   const lowest = () => whole().zoom - 0.25;
   const highest = () => ground.max_zoom + BEYOND;
 
-  // Keeps the middle of the window in the map, or where the whole map is shown from.
-  function keepIn() {
-    view.zoom = clamp(view.zoom, lowest(), highest());
+  // A view whose middle is in the map; the nearer it comes to showing all, the nearer to the middle of all.
+  function kept({ x, y, zoom }) {
     const all = whole();
-    view.x = clamp(view.x, Math.min(bounds.x0, all.x), Math.max(bounds.x1, all.x));
-    view.y = clamp(view.y, Math.min(bounds.y0, all.y), Math.max(bounds.y1, all.y));
+    const near = clamp(zoom, lowest(), highest());
+    const free = clamp((near - all.zoom) / 0.75, 0.12, 1);
+    const between = (at, middle, low, high) => clamp(at, middle + (low - middle) * free, middle + (high - middle) * free);
+    return { x: between(x, all.x, bounds.x0, bounds.x1), y: between(y, all.y, bounds.y0, bounds.y1), zoom: near };
   }
+
+  const keepIn = () => Object.assign(view, kept(view));
 
   function zoomAround(zoom, anchor) {
     const held = fromScreen(anchor);
@@ -153,7 +156,7 @@ const terrane = (() => {
   // panning", 2003, with their rho of 1.4.
   function fly(goal) {
     const RHO = 1.4;
-    const end = { ...goal, zoom: clamp(goal.zoom, lowest(), highest()) };
+    const end = kept(goal);
     const start = { ...view };
     const [w0, w1] = [start, end].map(({ zoom }) => size.width / 2 ** (zoom - ground.max_zoom));
     const [dx, dy] = [end.x - start.x, end.y - start.y];
