@@ -47,6 +47,8 @@
 //!      |
 //!   bake/       Region -> all its tiles, in parallel, in order, to sinks
 //!   registry    which tiles there are; a log and never an input of a bake
+//!   file        files that are whole or not there
+//!   web/        pictures at any scale -> a pyramid of tiles, packed for the web, and a page that shows it
 //!   export/     a file a format, and the list of formats; profiles, plan, manifest
 //!   walker/     the endless terrain around a walker, whose agents look at neighbours
 //!   experiment/ World, camera -> timings, tables, charts: the thesis' measurement
@@ -139,6 +141,8 @@ pub mod mesh;
 pub mod map;
 pub mod bake;
 pub mod registry;
+mod file;
+pub mod web;
 pub mod export;
 pub mod walker;
 pub mod experiment;

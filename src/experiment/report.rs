@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::error::Error;
 use crate::experiment::chart::chart;
 use crate::experiment::{FRAME_RATES, Method, MethodRecord, Report, ThesisRow, Walk};
-use crate::export::file::{remove_unfinished, sync_folder, write_whole};
+use crate::file::{remove_unfinished, sync_folder, write_whole};
 
 /// The names of all files that an experiment leaves.
 pub const FILES: [&str; 5] = ["expansions.csv", "summary.json", "report.md", "chart.svg", "walk.png"];

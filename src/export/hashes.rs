@@ -7,9 +7,9 @@ use std::sync::Mutex;
 use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
-use crate::export::file::PartFile;
 use crate::export::format::{Format, FormatCost, Request, folder};
 use crate::export::locked;
+use crate::file::PartFile;
 use crate::tile::{Tile, TilePart};
 
 /// The file in the folder of the bake.

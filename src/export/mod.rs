@@ -7,11 +7,10 @@
 //!   mesh/         tiles -> glTF, OBJ                options.rs   what the user may choose of them
 //!   hashes.rs     tiles -> a list of hashes
 //!   profile/      what an engine takes: formats of its own, sizes, IMPORT.md
-//!   plan.rs       what is asked for -> its cost -> files        file.rs   whole or not there
+//!   plan.rs       what is asked for -> its cost -> files
 //!   manifest.rs, registry_sink.rs                   what every bake leaves besides
 //! ```
 
-pub(crate) mod file;
 mod options;
 mod format;
 mod raster;

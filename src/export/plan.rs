@@ -10,11 +10,11 @@ use crate::area::Region;
 use crate::bake::{Sink, Watch, bake, rows_in_flight};
 use crate::error::Error;
 use crate::export::cost::{Cost, Forecast};
-use crate::export::file::{PartFile, remove_unfinished, sync_folder, write_whole};
 use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
 use crate::export::manifest::{self, Manifest};
 use crate::export::registry_sink::BakeRegistry;
 use crate::export::{Export, MeshOptions, Profile, profile};
+use crate::file::{PartFile, remove_unfinished, sync_folder, write_whole};
 use crate::tile::shaped_input;
 use crate::world::World;
 

@@ -102,34 +102,49 @@ impl Chart {
 }
 
 impl Picture<'_> {
+    /// The pixels that it shows.
+    pub fn area(&self) -> Area {
+        self.area
+    }
+
     /// Hands on the picture in strips of whole rows, from north to south: RGB, row by row.
     ///
     /// # Errors
     /// When `write` fails.
     pub fn strips<E>(&self, mut write: impl FnMut(&[u8]) -> Result<(), E>) -> Result<(), E> {
-        let width = self.area.width();
-        for row in self.area.y0.div_euclid(BLOCK)..=(self.area.y1 - 1).div_euclid(BLOCK) {
-            let columns = self.area.x0.div_euclid(BLOCK)..=(self.area.x1 - 1).div_euclid(BLOCK);
-            let columns: Vec<i64> = columns.collect();
-            let blocks: Vec<(Area, Vec<u8>)> = columns.par_iter().map(|column| self.block(*column, row)).collect();
-            let Area { y0, y1, .. } = blocks[0].0;
-            let mut strip = vec![0; width * (y1 - y0) as usize * 3];
-            for (area, pixels) in &blocks {
-                let left = (area.x0 - self.area.x0) as usize * 3;
-                let bytes = area.width() * 3;
-                for (line, pixels) in strip.chunks_exact_mut(width * 3).zip(pixels.chunks_exact(bytes)) {
-                    line[left..left + bytes].copy_from_slice(pixels);
-                }
-            }
-            write(&strip)?;
-        }
-        Ok(())
+        let rows = self.area.y0.div_euclid(BLOCK)..=(self.area.y1 - 1).div_euclid(BLOCK);
+        rows.map(|row| Area { y0: row * BLOCK, y1: (row + 1) * BLOCK, ..self.area })
+            .filter_map(|strip| strip.common(&self.area))
+            .try_for_each(|strip| write(&self.pixels(strip)))
     }
 
-    /// The pixels of a block that lie in the picture.
-    fn block(&self, column: i64, row: i64) -> (Area, Vec<u8>) {
+    /// The pixels of a part of it: RGB, row by row.
+    ///
+    /// # Panics
+    /// When it is not within the picture.
+    pub fn pixels(&self, part: Area) -> Vec<u8> {
+        assert!(self.area.contains(&part), "a picture knows what it shows and no more");
+        let span = |from: i64, to: i64| from.div_euclid(BLOCK)..=(to - 1).div_euclid(BLOCK);
+        let columns = span(part.x0, part.x1);
+        let places: Vec<[i64; 2]> =
+            span(part.y0, part.y1).flat_map(|row| columns.clone().map(move |column| [column, row])).collect();
+        let blocks: Vec<(Area, Vec<u8>)> = places.par_iter().map(|[column, row]| self.block(part, *column, *row)).collect();
+        let mut pixels = vec![0; part.len() * 3];
+        let bytes = part.width() * 3;
+        for (area, block) in &blocks {
+            let left = (area.x0 - part.x0) as usize * 3;
+            let lines = pixels.chunks_exact_mut(bytes).skip((area.y0 - part.y0) as usize);
+            for (line, block) in lines.zip(block.chunks_exact(area.width() * 3)) {
+                line[left..left + block.len()].copy_from_slice(block);
+            }
+        }
+        pixels
+    }
+
+    /// The pixels of a block that lie in a part.
+    fn block(&self, part: Area, column: i64, row: i64) -> (Area, Vec<u8>) {
         let block = Area::new(column * BLOCK, row * BLOCK, BLOCK as usize, BLOCK as usize);
-        let seen = block.common(&self.area).expect("the block was chosen by the area");
+        let seen = block.common(&part).expect("the block was chosen by the area");
         let ground = self.chart.relief.ground(&self.chart.terrain, block);
         let mut canvas = Canvas::new(&ground);
         self.draw(&ground, &mut canvas);

@@ -25,12 +25,12 @@ use super::{FOLDER, cost, names, tile_path};
 use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
-use crate::export::file::write_whole;
 use crate::export::format::{Format, FormatCost, Request};
 use crate::export::locked;
 use crate::export::options::MeshOptions;
 use crate::export::raster::quantity::{Painter, Quantity};
 use crate::export::raster::writer::{Encoding, Sample, png_bytes};
+use crate::file::write_whole;
 use crate::tile::Tile;
 use crate::world::World;
 

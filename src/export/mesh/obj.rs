@@ -13,9 +13,9 @@ use super::{FOLDER, cost, names, region_path, tile_path};
 use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
-use crate::export::file::{PartFile, write_whole};
 use crate::export::format::{Format, FormatCost, Request, file_name};
 use crate::export::locked;
+use crate::file::{PartFile, write_whole};
 use crate::tile::Tile;
 
 /// OBJ, as a format.

@@ -12,8 +12,8 @@ use super::glb::COMPRESSION;
 use super::model::SUBSTANCES;
 use crate::bake::FileRecord;
 use crate::error::Error;
-use crate::export::file::PartFile;
 use crate::export::format::{Format, file_name};
+use crate::file::PartFile;
 
 /// A region's glTF under way: each of its lists in a file of its own until all tiles are there, so that none is held.
 pub(super) struct RegionFile {

@@ -16,13 +16,13 @@ use std::str::FromStr;
 use crate::area::Region;
 use crate::bake::FileRecord;
 use crate::error::Error;
-use crate::export::file::write_whole;
 use crate::export::options::{Lods, MeshOptions};
 use crate::export::raster::Rasters;
 use crate::export::raster::image::Image;
 use crate::export::raster::quantity::Quantity;
 use crate::export::raster::writer::Encoding;
 use crate::export::{Export, unknown};
+use crate::file::write_whole;
 use crate::tile::Material;
 use crate::world::World;
 

@@ -8,12 +8,12 @@ use serde::Serialize;
 use crate::area::{Place, Region, TileId};
 use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
-use crate::export::file::write_whole;
 use crate::export::format::file_name;
 use crate::export::locked;
 use crate::export::raster::image::{Image, RowOrder};
 use crate::export::raster::quantity::Painter;
 use crate::export::raster::writer::RasterWriter;
+use crate::file::write_whole;
 use crate::tile::Tile;
 use crate::world::World;
 

@@ -16,8 +16,8 @@ use exr::prelude::SmallVec;
 
 use crate::bake::Finished;
 use crate::error::Error;
-use crate::export::file::PartFile;
 use crate::export::locked;
+use crate::file::PartFile;
 
 /// How the samples of a raster are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,12 +12,12 @@ use std::sync::Mutex;
 use crate::area::Place;
 use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
-use crate::export::file::PartFile;
 use crate::export::format::{Format, FormatCost, Request};
 use crate::export::locked;
 use crate::export::vector::store::{FeatureStore, bytes_at_most};
 use crate::features::layer::{Head, Shape};
 use crate::features::{AnyLayer, Row, all_layers, layers};
+use crate::file::PartFile;
 use crate::tile::Tile;
 use crate::world::World;
 

@@ -9,10 +9,10 @@ use rusqlite::{Connection, ToSql, params_from_iter};
 
 use crate::area::Region;
 use crate::error::Error;
-use crate::export::file::PartFile;
 use crate::export::locked;
 use crate::features::layer::{Head, Kind};
 use crate::features::{AnyLayer, Row, Value, layers};
+use crate::file::PartFile;
 use crate::preset::Preset;
 use crate::registry::unjournaled;
 use crate::tile::Tile;

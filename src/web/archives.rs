@@ -1,0 +1,56 @@
+//! The archives of a set of pictures.
+
+use std::path::Path;
+
+use crate::bake::{FileRecord, Finished};
+use crate::error::Error;
+use crate::web::draft::{Picture, Set};
+use crate::web::mbtiles::MbTiles;
+use crate::web::meta::{Described, Meta};
+use crate::web::pmtiles::PmTiles;
+use crate::web::{Choice, EXPORT, Plan};
+
+/// The archives of a set.
+pub(super) struct Archives {
+    stem: String,
+    mbtiles: Option<MbTiles>,
+    pmtiles: Option<PmTiles>,
+}
+
+impl Archives {
+    /// Begins those that are asked for.
+    pub fn create(folder: &Path, plan: &Plan, meta: &Meta, choice: Choice, set: &Set) -> Result<Archives, Error> {
+        let stem = format!("{}{}", set.layer, set.mark());
+        let about = Described::new(plan, meta, set.title, set.scale);
+        let path = |ending: &str| folder.join(format!("{stem}.{ending}"));
+        let mbtiles = || MbTiles::create(path("mbtiles"), choice.encoding.ending(), &about);
+        let pmtiles = || PmTiles::create(path("pmtiles"), choice.encoding, &about);
+        let (mbtiles, pmtiles) = (choice.mbtiles.then(mbtiles).transpose()?, choice.pmtiles.then(pmtiles).transpose()?);
+        Ok(Archives { stem, mbtiles, pmtiles })
+    }
+
+    /// Adds a picture to them.
+    pub fn add(&mut self, Picture { place, bytes, hash, .. }: &Picture) -> Result<(), Error> {
+        if let Some(mbtiles) = &mut self.mbtiles {
+            mbtiles.add(*place, hash, bytes)?;
+        }
+        if let Some(pmtiles) = &mut self.pmtiles {
+            pmtiles.add(*place, bytes)?;
+        }
+        Ok(())
+    }
+
+    /// Ends them, and adds their records to those of the map.
+    pub fn finish(self, files: &mut Vec<FileRecord>) -> Result<(), Error> {
+        let mut push = |ending: &str, finished: Finished| {
+            files.push(FileRecord::new(format!("{}.{ending}", self.stem), EXPORT, finished));
+        };
+        if let Some(mbtiles) = self.mbtiles {
+            push("mbtiles", mbtiles.finish()?);
+        }
+        if let Some(pmtiles) = self.pmtiles {
+            push("pmtiles", pmtiles.finish()?);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,88 @@
+//! A PMTiles archive: all tiles of a set in one file that a browser reads in pieces from any web server.
+//!
+//! Based on: Protomaps, PMTiles version 3. Tiles come in the order of their numbers, equal ones are stored once, and the
+//! directories are compressed.
+
+use std::cell::RefCell;
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::PathBuf;
+use std::rc::Rc;
+
+use pmtiles::{PmTilesStreamWriter, PmTilesWriter, PmtError, TileType};
+
+use crate::bake::Finished;
+use crate::error::Error;
+use crate::file::PartFile;
+use crate::web::encode::Encoding;
+use crate::web::meta::Described;
+use crate::web::pyramid::TilePlace;
+
+/// An archive under way.
+pub(super) struct PmTiles {
+    path: PathBuf,
+    file: Shared,
+    writer: PmTilesStreamWriter<Shared>,
+}
+
+impl PmTiles {
+    /// Begins the archive that will be at `path`.
+    pub fn create(path: PathBuf, encoding: Encoding, about: &Described) -> Result<PmTiles, Error> {
+        let file = Shared(Rc::new(RefCell::new(PartFile::create(path.clone())?)));
+        let tile_type = match encoding {
+            Encoding::WebP => TileType::Webp,
+            Encoding::Png => TileType::Png,
+        };
+        let [west, south, east, north] = about.degrees;
+        let (longitude, latitude, zoom) = about.center();
+        let writer = PmTilesWriter::new(tile_type)
+            .max_zoom(about.max_zoom)
+            .bounds(west, south, east, north)
+            .center(longitude, latitude)
+            .center_zoom(zoom)
+            .metadata(about.json().to_string())
+            .create(file.clone())
+            .map_err(failed(&path))?;
+        Ok(PmTiles { path, file, writer })
+    }
+
+    /// Adds a tile; they come in the order of their numbers.
+    pub fn add(&mut self, place: TilePlace, bytes: &[u8]) -> Result<(), Error> {
+        self.writer.add_tile(place.coord(), bytes).map_err(failed(&self.path))
+    }
+
+    /// Writes the directories and gives the file its name.
+    pub fn finish(self) -> Result<Finished, Error> {
+        self.writer.finalize().map_err(failed(&self.path))?;
+        let file = Rc::into_inner(self.file.0).expect("the writer is gone");
+        file.into_inner().finish()
+    }
+}
+
+fn failed(path: &PathBuf) -> impl FnOnce(PmtError) -> Error {
+    move |error| {
+        Error::io(path)(match error {
+            PmtError::Reading(error) => error,
+            other => io::Error::other(other),
+        })
+    }
+}
+
+/// A file that is also the writer's, which gives none back.
+#[derive(Clone)]
+struct Shared(Rc<RefCell<PartFile>>);
+
+impl Write for Shared {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.borrow_mut().write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.borrow_mut().flush()
+    }
+}
+
+impl Seek for Shared {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.0.borrow_mut().seek(to)
+    }
+}
