@@ -3,6 +3,7 @@
 pub(crate) mod colour;
 mod mark;
 mod shade;
+pub(crate) mod text;
 mod tint;
 
 use crate::land::WaterKind;

@@ -1,0 +1,594 @@
+//! Text as outlines: shaped once, then set on a straight line or along a bent one.
+//!
+//! The fonts come with the program, so that a map looks the same on every machine. Lengths are pixels, y is down, and
+//! the baseline is where the text stands.
+#![allow(dead_code)]
+
+use crate::geometry::{come_along, dot, length};
+use harfrust::{Buffer, Direction, Feature, Font, ShapeOptions, ShaperFont, Tag};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use skrifa::instance::{LocationRef, Size};
+use skrifa::metrics::Metrics;
+use skrifa::outline::{DrawSettings, OutlinePen};
+use skrifa::string::StringId;
+use skrifa::{FontRef, GlyphId, MetadataProvider};
+use std::ops::Range;
+use std::sync::OnceLock;
+use tiny_skia::{Path, PathBuilder};
+
+/// A face of Libertinus Serif. Maps give water italics, and what is important more weight.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Face {
+    /// Upright, of text's weight.
+    #[default]
+    Regular,
+    /// Slanted, of text's weight.
+    Italic,
+    /// Upright, between regular and bold.
+    Semibold,
+    /// Slanted, between italic and bold italic.
+    SemiboldItalic,
+    /// Upright and heavy.
+    Bold,
+    /// Slanted and heavy.
+    BoldItalic,
+}
+
+/// A face whose font has been found and read.
+struct Loaded {
+    data: &'static [u8],
+    shaper: Font,
+    outlines: FontRef<'static>,
+    metrics: Metrics,
+}
+
+impl Face {
+    /// All of them, in the order in which they are declared.
+    pub const ALL: [Face; 6] =
+        [Face::Regular, Face::Italic, Face::Semibold, Face::SemiboldItalic, Face::Bold, Face::BoldItalic];
+
+    /// The font as a file, for documents that carry it with them.
+    pub fn data(self) -> &'static [u8] {
+        self.loaded().data
+    }
+
+    /// What the font calls itself: its family and its style.
+    fn full_name(self) -> &'static str {
+        match self {
+            Face::Regular => "Libertinus Serif Regular",
+            Face::Italic => "Libertinus Serif Italic",
+            Face::Semibold => "Libertinus Serif Semibold",
+            Face::SemiboldItalic => "Libertinus Serif Semibold Italic",
+            Face::Bold => "Libertinus Serif Bold",
+            Face::BoldItalic => "Libertinus Serif Bold Italic",
+        }
+    }
+
+    fn loaded(self) -> &'static Loaded {
+        // To read a font takes longer than to shape a name.
+        static LOADED: [OnceLock<Loaded>; Face::ALL.len()] = [const { OnceLock::new() }; Face::ALL.len()];
+        LOADED[self as usize].get_or_init(|| self.load())
+    }
+
+    fn load(self) -> Loaded {
+        let read = |data| FontRef::new(data).expect("the fonts that come with the program can be read");
+        let is_named = |data: &&'static [u8]| {
+            let names = read(data).localized_strings(StringId::FULL_NAME).english_or_first();
+            names.is_some_and(|name| name.chars().eq(self.full_name().chars()))
+        };
+        let data = typst_assets::fonts().find(is_named).expect("each face comes with the program");
+        let outlines = read(data);
+        Loaded {
+            data,
+            shaper: Font::new(data, 0).expect("a font that could be read once can be read again"),
+            metrics: outlines.metrics(Size::unscaled(), LocationRef::default()),
+            outlines,
+        }
+    }
+}
+
+/// An oriented box: its corners in order around it.
+pub type Quad = [[f64; 2]; 4];
+
+/// One line of text, as glyphs with their places on a baseline that begins at 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shaped {
+    face: Face,
+    size_px: f64,
+    glyphs: Vec<ShapedGlyph>,
+    /// From the start of the first glyph to the end of the last.
+    pub width: f64,
+    /// Above the baseline, of the tallest letters of the face.
+    pub ascent: f64,
+    /// Below the baseline, of the lowest letters of the face.
+    pub descent: f64,
+    /// Of capitals.
+    pub cap_height: f64,
+    /// Of small letters.
+    pub x_height: f64,
+    /// What the glyphs of this text cover: left, top, right, bottom. All zero if they leave no ink.
+    pub ink: [f64; 4],
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct ShapedGlyph {
+    id: u16,
+    /// The bytes of the text that the glyph and those beside it with the same bytes stand for.
+    text: Range<usize>,
+    /// Where the pen was before the glyph, and how far it goes on.
+    pen: f64,
+    advance: f64,
+    /// The glyph's origin.
+    at: [f64; 2],
+    /// Left, top, right and bottom of its ink, from the start of the baseline.
+    ink: Option<[f64; 4]>,
+}
+
+/// Shapes one line of text, left to right. `spacing_em` widens the room between letters, in sizes of the font.
+///
+/// Spaced letters form no ligatures. A character that the font lacks becomes its box for missing ones.
+pub fn shape(text: &str, face: Face, size_px: f32, spacing_em: f32) -> Shaped {
+    let Loaded { shaper, metrics, .. } = face.loaded();
+    let font = ShaperFont::new(shaper);
+    let buffer = glyphs_of(text, &font, spacing_em > 0.0);
+    let size_px = f64::from(size_px);
+    let scale = size_px / f64::from(metrics.units_per_em);
+    let (infos, positions) = (buffer.glyph_infos(), buffer.glyph_positions());
+    let mut glyphs: Vec<ShapedGlyph> = Vec::with_capacity(infos.len());
+    let mut pen = 0.0;
+    for (info, position) in infos.iter().zip(positions) {
+        let start = info.cluster as usize;
+        // An accent is no letter of its own: no room before it.
+        if glyphs.last().is_some_and(|last| last.text.start != start) {
+            pen += f64::from(spacing_em) * size_px;
+        }
+        let end = infos.iter().map(|other| other.cluster as usize).filter(|other| *other > start).min();
+        let px = |units: i32| f64::from(units) * scale;
+        let at = [pen + px(position.x_offset), -px(position.y_offset)];
+        let extents = font.glyph_extents(GlyphId::new(info.glyph_id)).filter(|extents| extents.width != 0);
+        glyphs.push(ShapedGlyph {
+            id: u16::try_from(info.glyph_id).expect("a font has at most 65,536 glyphs"),
+            text: start..end.unwrap_or(text.len()),
+            pen,
+            advance: px(position.x_advance),
+            at,
+            // The height goes down from the top, and so is negative.
+            ink: extents.map(|ink| {
+                let (left, top) = (at[0] + px(ink.x_bearing), at[1] - px(ink.y_bearing));
+                [left, top, left + px(ink.width), top - px(ink.height)]
+            }),
+        });
+        pen += px(position.x_advance);
+    }
+    let px = |units: f32| f64::from(units) * scale;
+    Shaped {
+        face,
+        size_px,
+        width: pen,
+        ascent: px(metrics.ascent),
+        descent: -px(metrics.descent),
+        cap_height: px(metrics.cap_height.unwrap_or(metrics.ascent)),
+        x_height: px(metrics.x_height.unwrap_or(metrics.ascent)),
+        ink: ink_of(&glyphs).unwrap_or_default(),
+        glyphs,
+    }
+}
+
+/// The glyphs of a text, in units of the font.
+fn glyphs_of(text: &str, font: &ShaperFont, apart: bool) -> Buffer {
+    let mut buffer = Buffer::new();
+    buffer.push_str(text);
+    buffer.set_direction(Direction::LeftToRight);
+    buffer.guess_segment_properties();
+    let without_ligatures = [b"liga", b"clig"].map(|tag| Feature::new(Tag::new(tag), 0, ..));
+    let features = if apart { without_ligatures.as_slice() } else { &[] };
+    harfrust::shape(font, &mut buffer, ShapeOptions::new().features(features))
+        .expect("a buffer of text with a direction can be shaped");
+    buffer
+}
+
+/// What glyphs cover together.
+fn ink_of(glyphs: &[ShapedGlyph]) -> Option<[f64; 4]> {
+    let join = |a: [f64; 4], b: [f64; 4]| [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])];
+    glyphs.iter().filter_map(|glyph| glyph.ink).reduce(join)
+}
+
+/// Text that has its place on the map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placed {
+    /// The face of all glyphs.
+    pub face: Face,
+    /// The size of the font.
+    pub size_px: f64,
+    /// The glyphs in the order of the text.
+    pub glyphs: Vec<PlacedGlyph>,
+    /// What the ink covers: one box of straight text, one a letter of bent text, none where there is no ink.
+    pub boxes: Vec<Quad>,
+}
+
+/// A glyph that has its place on the map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedGlyph {
+    /// Its number in the font.
+    pub id: u16,
+    /// The bytes of the text that it stands for, alone or with its neighbours of the same bytes.
+    pub text: Range<usize>,
+    /// Its origin, on the baseline.
+    pub at: [f64; 2],
+    /// The way on which it is read, of length 1: the cosine and the sine of its angle, clockwise from east.
+    pub along: [f64; 2],
+}
+
+impl PlacedGlyph {
+    /// The angle by which it is turned, clockwise from east, in radians.
+    pub fn angle(&self) -> f64 {
+        libm::atan2(self.along[1], self.along[0])
+    }
+}
+
+/// The cosine of the most by which a letter may be turned from the one before it: 25 degrees. Beyond, letters of usual
+/// spacing run into each other.
+const TURN_COS: f64 = 0.906_307_787;
+
+/// The cosine of the most by which a letter may be turned from the way of the whole text: 60 degrees. Beyond, a name
+/// is read around a corner.
+const SPREAD_COS: f64 = 0.5;
+
+impl Shaped {
+    /// The text on a straight baseline from `start` on, turned clockwise by an angle in radians.
+    pub fn at(&self, start: [f64; 2], angle: f64) -> Placed {
+        let mut placed = self.nowhere();
+        placed.push(&self.glyphs, 0.0, start, [libm::cos(angle), libm::sin(angle)]);
+        placed
+    }
+
+    /// The text along a line, from a distance along it on, and by `lift` to the left of its way: above it, where it
+    /// goes to the east. Each letter stands with its middle on the line, and is turned with it.
+    ///
+    /// `None` where the text would begin before the line or end after it, or where the line bends too much for it.
+    /// What bends less is set, upside down too if the line goes to the west.
+    pub fn along(&self, line: &[[f64; 2]], start: f64, lift: f64) -> Option<Placed> {
+        let course = Course::new(line)?;
+        if start < 0.0 || start + self.width > course.length() {
+            return None;
+        }
+        let mut placed = self.nowhere();
+        for letter in self.glyphs.chunk_by(|a, b| a.text == b.text) {
+            let pen = letter[0].pen;
+            let half = 0.5 * letter.iter().map(|glyph| glyph.advance).sum::<f64>();
+            let middle = start + pen + half;
+            // Narrow letters would turn with every little bend.
+            let along = course.way(middle, half.max(0.25 * self.size_px))?;
+            let [x, y] = course.place(middle);
+            let at = [x - along[0] * half + along[1] * lift, y - along[1] * half - along[0] * lift];
+            placed.push(letter, pen, at, along);
+        }
+        placed.bends_little().then_some(placed)
+    }
+
+    fn nowhere(&self) -> Placed {
+        Placed { face: self.face, size_px: self.size_px, glyphs: Vec::new(), boxes: Vec::new() }
+    }
+}
+
+impl Placed {
+    /// Adds glyphs whose baseline has one way, from where the pen was before them.
+    fn push(&mut self, glyphs: &[ShapedGlyph], pen: f64, start: [f64; 2], along: [f64; 2]) {
+        let turn = |[x, y]: [f64; 2]| turned([x - pen, y], start, along);
+        let placed =
+            |glyph: &ShapedGlyph| PlacedGlyph { id: glyph.id, text: glyph.text.clone(), at: turn(glyph.at), along };
+        self.glyphs.extend(glyphs.iter().map(placed));
+        if let Some([left, top, right, bottom]) = ink_of(glyphs) {
+            self.boxes.push([[left, top], [right, top], [right, bottom], [left, bottom]].map(turn));
+        }
+    }
+
+    /// Whether no letter is turned far from the one before it, nor from the way of the whole.
+    fn bends_little(&self) -> bool {
+        let [Some(first), Some(last)] = [self.glyphs.first(), self.glyphs.last()] else { return true };
+        let whole = [last.at[0] - first.at[0], last.at[1] - first.at[1]];
+        let spread = SPREAD_COS * length(whole);
+        self.glyphs.iter().all(|glyph| dot(glyph.along, whole) >= spread)
+            && self.glyphs.windows(2).all(|pair| dot(pair[0].along, pair[1].along) >= TURN_COS)
+    }
+
+    /// The outlines of all glyphs, from an origin on, to be filled by the non-zero rule. `None` if there is no ink.
+    ///
+    /// Points lie on the 256th parts of pixels that a rasteriser tells apart, so that within 65,536 pixels of the
+    /// origin the same glyphs have the same shapes from every origin. All curves are quadratic: tiny-skia strokes cubic
+    /// ones with the cosine of the machine's library.
+    pub fn path(&self, origin: [i64; 2]) -> Option<Path> {
+        let Loaded { outlines, metrics, .. } = self.face.loaded();
+        let outlines = outlines.outline_glyphs();
+        let mut builder = PathBuilder::new();
+        for PlacedGlyph { id, at, along, .. } in &self.glyphs {
+            let mut pen = Pen {
+                builder: &mut builder,
+                scale: self.size_px / f64::from(metrics.units_per_em),
+                at: *at,
+                along: *along,
+                origin: origin.map(|axis| axis as f64),
+                last: [0.0; 2],
+            };
+            let settings = DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
+            let outline = outlines.get(GlyphId::new(u32::from(*id))).expect("shaping finds glyphs of the font");
+            outline.draw(settings, &mut pen).expect("the outlines of the fonts can be read");
+        }
+        builder.finish()
+    }
+}
+
+/// A place relative to a start, turned to a way and moved there.
+fn turned([x, y]: [f64; 2], start: [f64; 2], along: [f64; 2]) -> [f64; 2] {
+    [start[0] + (x * along[0] - y * along[1]), start[1] + (x * along[1] + y * along[0])]
+}
+
+/// Steps of a rasteriser in a pixel.
+const STEPS: f64 = 256.0;
+
+/// How far a quadratic curve may be from the cubic one of the font: what no eye can see.
+const CURVE_ERROR_PX: f64 = 0.02;
+
+/// Takes an outline in units of the font, whose y is up, to its place on the map.
+struct Pen<'a> {
+    builder: &'a mut PathBuilder,
+    scale: f64,
+    at: [f64; 2],
+    along: [f64; 2],
+    origin: [f64; 2],
+    /// Where the pen is, in units of the font.
+    last: [f64; 2],
+}
+
+impl Pen<'_> {
+    /// A point on the map.
+    fn map(&self, [x, y]: [f64; 2]) -> [f32; 2] {
+        let at = turned([x * self.scale, -y * self.scale], self.at, self.along);
+        // Rounded before it is moved, or each origin would have its own rounding.
+        [0, 1].map(|axis| ((at[axis] * STEPS).round() / STEPS - self.origin[axis]) as f32)
+    }
+
+    fn quadratic(&mut self, control: [f64; 2], end: [f64; 2]) {
+        let ([control_x, control_y], [x, y]) = (self.map(control), self.map(end));
+        self.builder.quad_to(control_x, control_y, x, y);
+        self.last = end;
+    }
+}
+
+impl OutlinePen for Pen<'_> {
+    fn move_to(&mut self, x: f32, y: f32) {
+        self.last = [f64::from(x), f64::from(y)];
+        let [x, y] = self.map(self.last);
+        self.builder.move_to(x, y);
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        self.last = [f64::from(x), f64::from(y)];
+        let [x, y] = self.map(self.last);
+        self.builder.line_to(x, y);
+    }
+
+    fn quad_to(&mut self, control_x: f32, control_y: f32, x: f32, y: f32) {
+        self.quadratic([f64::from(control_x), f64::from(control_y)], [f64::from(x), f64::from(y)]);
+    }
+
+    fn curve_to(&mut self, ax: f32, ay: f32, bx: f32, by: f32, x: f32, y: f32) {
+        let cubic = [self.last, [f64::from(ax), f64::from(ay)], [f64::from(bx), f64::from(by)], [x.into(), y.into()]];
+        for [control, end] in quadratics(cubic, CURVE_ERROR_PX / self.scale) {
+            self.quadratic(control, end);
+        }
+    }
+
+    fn close(&mut self) {
+        self.builder.close();
+    }
+}
+
+/// The control points and ends of quadratic curves that follow a cubic one to within `error`.
+///
+/// Based on: a quadratic curve whose control point is (3 (a + b) - start - end) / 4 is at most √3 / 36 of the cubic's
+/// third difference away, and of n equal parts each has a third difference n³ times smaller.
+fn quadratics(cubic: [[f64; 2]; 4], error: f64) -> impl Iterator<Item = [[f64; 2]; 2]> {
+    const SHARE: f64 = 0.048_112_522;
+    let [start, a, b, end] = cubic;
+    let third = [0, 1].map(|axis| end[axis] - 3.0 * b[axis] + 3.0 * a[axis] - start[axis]);
+    let least = SHARE * length(third) / error;
+    let parts = (1..16).find(|parts| f64::from(parts * parts * parts) >= least).unwrap_or(16);
+    let step = 1.0 / f64::from(parts);
+    // The place and the way at a share of the curve.
+    let place = move |t: f64| {
+        let s = 1.0 - t;
+        [0, 1].map(|i| s * s * s * start[i] + 3.0 * s * s * t * a[i] + 3.0 * s * t * t * b[i] + t * t * t * end[i])
+    };
+    let way = move |t: f64| {
+        let s = 1.0 - t;
+        [0, 1].map(|i| 3.0 * (s * s * (a[i] - start[i]) + 2.0 * s * t * (b[i] - a[i]) + t * t * (end[i] - b[i])))
+    };
+    (0..parts).map(move |part| {
+        let (from, to) = (f64::from(part) * step, f64::from(part + 1) * step);
+        let (first, last) = (place(from), if part + 1 == parts { end } else { place(to) });
+        let (leaves, arrives) = (way(from), way(to));
+        let control = [0, 1].map(|i| 0.5 * (first[i] + last[i]) + 0.25 * step * (leaves[i] - arrives[i]));
+        [control, last]
+    })
+}
+
+/// A polyline by the distance along it.
+pub(super) struct Course<'a> {
+    line: &'a [[f64; 2]],
+    come: Vec<f64>,
+}
+
+impl Course<'_> {
+    /// `None` for a line of fewer than two places, or of no length.
+    pub fn new(line: &[[f64; 2]]) -> Option<Course<'_>> {
+        let come = come_along(line);
+        (line.len() > 1 && come[line.len() - 1] > 0.0).then_some(Course { line, come })
+    }
+
+    /// The length of the line.
+    pub fn length(&self) -> f64 {
+        self.come[self.come.len() - 1]
+    }
+
+    /// The place at a distance along the line. Before and after it, its first and last segment go on.
+    pub fn place(&self, distance: f64) -> [f64; 2] {
+        let after = self.come.partition_point(|come| *come <= distance).clamp(1, self.line.len() - 1);
+        let (from, to) = (self.line[after - 1], self.line[after]);
+        let step = self.come[after] - self.come[after - 1];
+        let share = if step > 0.0 { (distance - self.come[after - 1]) / step } else { 0.0 };
+        [0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * share)
+    }
+
+    /// The corners of the line that lie between two distances along it.
+    pub fn between(&self, from: f64, to: f64) -> &[[f64; 2]] {
+        let first = self.come.partition_point(|come| *come <= from);
+        &self.line[first..self.come.partition_point(|come| *come < to).max(first)]
+    }
+
+    /// The way of the line around a distance along it, of length 1. `None` where it comes back to where it was.
+    fn way(&self, distance: f64, half: f64) -> Option<[f64; 2]> {
+        let (from, to) = (self.place(distance - half), self.place(distance + half));
+        let way = [to[0] - from[0], to[1] - from[1]];
+        let length = length(way);
+        (length > 0.0).then(|| way.map(|axis| axis / length))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_letters_and_digits_have_outlines_within_their_boxes() {
+        let characters = ('a'..='z').chain('A'..='Z').chain('0'..='9').chain("äöüßéèøåñç'-.".chars());
+        for character in characters {
+            for face in Face::ALL {
+                let placed = shape(&character.to_string(), face, 20.0, 0.0).at([3.0, 30.0], 0.0);
+                assert!(placed.glyphs.iter().all(|glyph| glyph.id != 0), "{face:?} lacks {character}");
+                let bounds = placed.path([0, 0]).expect("a letter leaves ink").bounds();
+                let [[left, top], _, [right, bottom], _] = placed.boxes[0].map(|corner| corner.map(|axis| axis as f32));
+                let ends = [left - bounds.left(), top - bounds.top(), bounds.right() - right, bounds.bottom() - bottom];
+                // Rounding to steps, extents to whole units of the font, and control points outside of their curves.
+                assert!(ends.iter().all(|end| *end < 0.25), "{face:?} {character}: {ends:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn faces_are_six_fonts() {
+        for (face, other) in Face::ALL.iter().flat_map(|face| Face::ALL.map(|other| (*face, other))) {
+            assert_eq!(face == other, face.data() == other.data());
+        }
+        assert!(shape("Weight", Face::Bold, 20.0, 0.0).width > shape("Weight", Face::Regular, 20.0, 0.0).width);
+    }
+
+    #[test]
+    fn a_name_is_as_wide_as_its_glyphs_and_wider_if_spaced() {
+        let plain = shape("Sarnbruck", Face::Regular, 40.0, 0.0);
+        let sum: f64 = plain.glyphs.iter().map(|glyph| glyph.advance).sum();
+        assert!((plain.width - sum).abs() < 1e-9);
+        let spaced = shape("Sarnbruck", Face::Regular, 40.0, 0.25);
+        assert!((spaced.width - (sum + 8.0 * 10.0)).abs() < 1e-9, "room between nine letters, none after the last");
+        let small = shape("Sarnbruck", Face::Regular, 20.0, 0.0);
+        assert!((small.width * 2.0 - plain.width).abs() < 1e-9);
+        assert!(plain.x_height < plain.cap_height && plain.cap_height < plain.ascent && plain.descent > 0.0);
+    }
+
+    #[test]
+    fn spaced_letters_form_no_ligatures_and_keep_their_accents() {
+        assert!(shape("Tiefffluss", Face::Regular, 40.0, 0.0).glyphs.len() < 10);
+        assert_eq!(shape("Tiefffluss", Face::Regular, 40.0, 0.1).glyphs.len(), 10);
+        // No font has one glyph for a letter with a tilde and a ring.
+        let accented = shape("m\u{303}\u{325}n", Face::Regular, 40.0, 0.1);
+        let widths: f64 = accented.glyphs.iter().map(|glyph| glyph.advance).sum();
+        assert!((accented.width - widths - 4.0).abs() < 1e-6, "room before an accent");
+        assert_eq!(accented.glyphs[0].text, 0..5);
+    }
+
+    #[test]
+    fn along_a_straight_line_text_is_straight() {
+        let shaped = shape("Große Ache", Face::Italic, 30.0, 0.1);
+        let angle = 0.4;
+        let along = [libm::cos(angle), libm::sin(angle)];
+        let line = [0.0, 90.0, 91.0, 400.0].map(|far| [50.0 + along[0] * far, 70.0 + along[1] * far]);
+        let start = [50.0 + along[0] * 20.0 + along[1] * 5.0, 70.0 + along[1] * 20.0 - along[0] * 5.0];
+        let (straight, bent) = (shaped.at(start, angle), shaped.along(&line, 20.0, 5.0).expect("the line is long"));
+        assert_eq!(straight.glyphs.len(), bent.glyphs.len());
+        for (one, other) in straight.glyphs.iter().zip(&bent.glyphs) {
+            assert_eq!((one.id, &one.text), (other.id, &other.text));
+            assert!(length([one.at[0] - other.at[0], one.at[1] - other.at[1]]) < 1e-9);
+            assert!((one.angle() - angle).abs() < 1e-12 && (other.angle() - angle).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn text_follows_a_bow_but_no_corner() {
+        let shaped = shape("Steinbach", Face::Italic, 20.0, 0.0);
+        let bow: Vec<[f64; 2]> = (0..60)
+            .map(|step| f64::from(step) * 0.05)
+            .map(|t| [-150.0 * libm::cos(t), -150.0 * libm::sin(t)])
+            .collect();
+        let placed = shaped.along(&bow, 200.0 - 0.5 * shaped.width, 0.0).expect("the bow is wide");
+        assert!(placed.glyphs.windows(2).all(|pair| pair[0].angle() < pair[1].angle()));
+        assert_eq!(placed.boxes.len(), 9);
+        let corner = [[0.0, 0.0], [60.0, 0.0], [60.0, 60.0]];
+        assert_eq!(shaped.along(&corner, 10.0, 0.0), None);
+        let back = [[0.0, 0.0], [60.0, 0.0], [0.0, 0.0]];
+        assert_eq!(shaped.along(&back, 10.0, 0.0), None);
+    }
+
+    #[test]
+    fn text_that_does_not_fit_on_its_line_is_not_set() {
+        let shaped = shape("Steinbach", Face::Regular, 20.0, 0.0);
+        let line = [[0.0, 0.0], [shaped.width + 10.0, 0.0]];
+        assert!(shaped.along(&line, 10.0, 0.0).is_some());
+        assert_eq!(shaped.along(&line, 10.5, 0.0), None);
+        assert_eq!(shaped.along(&line, -0.5, 0.0), None);
+        assert_eq!(shaped.along(&line[..1], 0.0, 0.0), None);
+        assert_eq!(shaped.along(&[[1.0, 1.0]; 2], 0.0, 0.0), None);
+    }
+
+    #[test]
+    fn text_without_ink_has_neither_boxes_nor_a_path() {
+        for text in ["", " "] {
+            let placed = shape(text, Face::Regular, 20.0, 0.0).at([0.0, 0.0], 0.0);
+            assert_eq!((placed.boxes.len(), placed.path([0, 0])), (0, None));
+        }
+    }
+
+    #[test]
+    fn a_path_has_the_same_shape_from_every_origin() {
+        let at = [40_000.3, 50_000.7];
+        let placed = shape("Sarnbruck", Face::Bold, 33.0, 0.0).at(at, 0.3);
+        let (far, near) = (placed.path([0, 0]).unwrap(), placed.path([39_990, 49_980]).unwrap());
+        for (far, near) in far.points().iter().zip(near.points()) {
+            assert_eq!([far.x - 39_990.0, far.y - 49_980.0], [near.x, near.y]);
+        }
+    }
+
+    #[test]
+    fn quadratic_curves_follow_a_cubic_one() {
+        // An S, whose middle a single quadratic curve would miss.
+        let cubic = [[0.0, 0.0], [100.0, 0.0], [0.0, 80.0], [100.0, 80.0]];
+        let point = |t: f64| {
+            let s = 1.0 - t;
+            let weights = [s * s * s, 3.0 * s * s * t, 3.0 * s * t * t, t * t * t];
+            [0, 1].map(|axis| (0..4).map(|i| weights[i] * cubic[i][axis]).sum::<f64>())
+        };
+        let mut from = cubic[0];
+        for [control, to] in quadratics(cubic, 0.02) {
+            for t in [0.25, 0.5, 0.75] {
+                let s = 1.0 - t;
+                let at = [0, 1].map(|i| s * s * from[i] + 2.0 * s * t * control[i] + t * t * to[i]);
+                let away = (0..=10_000).map(|step| point(f64::from(step) / 10_000.0));
+                let nearest = away.map(|on| length([on[0] - at[0], on[1] - at[1]])).fold(f64::MAX, f64::min);
+                assert!(nearest < 0.03, "{nearest}");
+            }
+            from = to;
+        }
+        assert_eq!(from, cubic[3]);
+    }
+}
