@@ -1,6 +1,7 @@
 //! The map: a top-down picture of the land.
 
 pub(crate) mod colour;
+pub(crate) mod label;
 mod mark;
 mod shade;
 pub(crate) mod text;

@@ -1,0 +1,588 @@
+//! Which names a map shows, and where: the same name in the same place in every sheet that shows it.
+//!
+//! Each name that could be shown is a feature with one or more candidates: places on the map, of which at most one is
+//! taken. Where candidates overlap, the one of better rank stays. That alone would let a name depend on names a
+//! continent away, by a chain of names that each make room for the next; so the chain is cut after a few links, and
+//! what a sheet shows depends on what lies within [`pad_px`] of it.
+#![allow(dead_code)]
+
+use crate::geometry::{come_along, dot, length};
+use crate::hash;
+use crate::map::text::{Course, Quad, Shaped};
+use std::cmp::Reverse;
+use std::collections::HashSet;
+use std::ops::Range;
+
+/// How a candidate stands to others. The candidates of a feature differ in their places alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rank {
+    /// The class of the feature: 0 comes first.
+    pub class: u32,
+    /// How much the feature weighs within its class: the heavier comes first.
+    pub weight: u64,
+    /// The feature, by any number that tells it from all others. It breaks ties as if by chance.
+    pub feature: u64,
+    /// The place among those of the feature: 0 is the best.
+    pub place: u32,
+}
+
+impl Rank {
+    /// The better rank is the lower.
+    fn order(&self) -> impl Ord + use<> {
+        // Numbers of features often go with where they are. Unmixed, they would make long chains of names in a row.
+        (self.class, Reverse(self.weight), hash::scatter(self.feature), self.place)
+    }
+}
+
+/// A name, or the like, at a place where it could be shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate<T> {
+    /// How it stands to others.
+    pub rank: Rank,
+    /// What it covers, in pixels of a grid that all sheets share.
+    pub boxes: Vec<Quad>,
+    /// What is shown there.
+    pub item: T,
+}
+
+/// How often features hear of what has become of those around them. Of the names that more rounds would show, these
+/// miss one in 5,000 where one in twelve finds no place, and one in 50 where one in four finds none.
+const ROUNDS: u32 = 8;
+
+/// How far around a sheet candidates and obstacles must be given to [`place`], so that it shows what any larger sheet
+/// does there.
+///
+/// `longest_px` is the longest extent of a feature with all of its candidates. All candidates are needed of each
+/// feature of which anything lies within the pad.
+pub fn pad_px(longest_px: f64, margin_px: f64) -> f64 {
+    // Each round, a feature hears of those that it touches: one margin away, and as long as the longest. Even the last
+    // of them must know the obstacles under it.
+    f64::from(ROUNDS + 1) * (longest_px + margin_px)
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum State {
+    Undecided,
+    Shown,
+    Dropped,
+}
+
+/// The candidates that are shown, best first: none within a margin of another, none over an obstacle, one a feature.
+///
+/// In rounds, a candidate is shown when all better ones that it overlaps or shares its feature with are dropped, and
+/// dropped when one of them is shown; what is undecided after the last round is not shown. The order in which they are
+/// given does not matter.
+///
+/// # Panics
+/// When two candidates of a feature have the same place, or do not have the same class and weight.
+pub fn place<T>(mut candidates: Vec<Candidate<T>>, obstacles: &[Quad], margin_px: f64) -> Vec<Candidate<T>> {
+    candidates.sort_unstable_by_key(|candidate| candidate.rank.order());
+    let features = features(&candidates);
+    let (better, mut states) = rivals(&candidates, obstacles, margin_px);
+    for _ in 0..ROUNDS {
+        // All from the states of the round before, or a round would reach as far as the order of features does.
+        let before = states.clone();
+        for feature in &features {
+            decide(feature.clone(), &better, &before, &mut states);
+        }
+    }
+    let shown = candidates.into_iter().zip(states).filter(|(_, state)| *state == State::Shown);
+    shown.map(|(candidate, _)| candidate).collect()
+}
+
+/// The candidates of each feature, of candidates in the order of rank.
+fn features<T>(candidates: &[Candidate<T>]) -> Vec<Range<usize>> {
+    let twins = candidates.windows(2).any(|pair| pair[0].rank == pair[1].rank);
+    assert!(!twins, "two candidates of a feature have the same place");
+    let mut numbers = HashSet::new();
+    let mut end = 0;
+    let alike = |a: &Candidate<T>, b: &Candidate<T>| Rank { place: 0, ..a.rank } == Rank { place: 0, ..b.rank };
+    candidates
+        .chunk_by(alike)
+        .map(|feature| {
+            assert!(numbers.insert(feature[0].rank.feature), "the candidates of a feature differ in class or weight");
+            end += feature.len();
+            end - feature.len()..end
+        })
+        .collect()
+}
+
+/// Decides what can be decided of the candidates of a feature.
+fn decide(feature: Range<usize>, better: &[Vec<usize>], before: &[State], states: &mut [State]) {
+    if before[feature.clone()].contains(&State::Shown) {
+        return;
+    }
+    // Its own candidates need no round to hear of each other.
+    let mut waits = false;
+    for candidate in feature.clone().filter(|candidate| before[*candidate] == State::Undecided) {
+        let rivals = || better[candidate].iter().map(|rival| before[*rival]);
+        if rivals().any(|rival| rival == State::Shown) {
+            states[candidate] = State::Dropped;
+        } else if waits || rivals().any(|rival| rival == State::Undecided) {
+            waits = true;
+        } else {
+            states[feature].fill(State::Dropped);
+            states[candidate] = State::Shown;
+            return;
+        }
+    }
+}
+
+/// For each of the candidates, which are in the order of rank, the better ones of other features that it overlaps; and
+/// the states before the first round, in which only what is over an obstacle is decided.
+fn rivals<T>(candidates: &[Candidate<T>], obstacles: &[Quad], margin_px: f64) -> (Vec<Vec<usize>>, Vec<State>) {
+    let mut better = vec![Vec::new(); candidates.len()];
+    let mut states = vec![State::Undecided; candidates.len()];
+    let mut boxes: Vec<_> = obstacles.iter().map(|quad| OwnedBox::new(None, *quad, margin_px)).collect();
+    for (index, candidate) in candidates.iter().enumerate() {
+        boxes.extend(candidate.boxes.iter().map(|quad| OwnedBox::new(Some(index), *quad, margin_px)));
+    }
+    each_near_pair(&boxes, |one, other| match (one.owner, other.owner) {
+        (Some(a), Some(b)) => {
+            let strangers = candidates[a].rank.feature != candidates[b].rank.feature;
+            if strangers && overlap(&one.quad, &other.quad, margin_px) {
+                better[a.max(b)].push(a.min(b));
+            }
+        }
+        // Room for a margin is kept between names alone: a symbol stands close to its own.
+        (Some(index), None) | (None, Some(index)) if overlap(&one.quad, &other.quad, 0.0) => {
+            states[index] = State::Dropped;
+        }
+        _ => {}
+    });
+    (better, states)
+}
+
+/// A box of a candidate, or of an obstacle, which has no owner.
+struct OwnedBox {
+    owner: Option<usize>,
+    quad: Quad,
+    /// Its least and greatest coordinates, widened by half of a margin.
+    least: [f64; 2],
+    greatest: [f64; 2],
+}
+
+impl OwnedBox {
+    fn new(owner: Option<usize>, quad: Quad, margin_px: f64) -> OwnedBox {
+        let half = 0.5 * margin_px;
+        let least = [0, 1].map(|axis| quad.iter().map(|corner| corner[axis]).fold(f64::MAX, f64::min) - half);
+        let greatest = [0, 1].map(|axis| quad.iter().map(|corner| corner[axis]).fold(f64::MIN, f64::max) + half);
+        OwnedBox { owner, quad, least, greatest }
+    }
+}
+
+/// Calls `meet` once for each two boxes whose bounds overlap.
+fn each_near_pair(boxes: &[OwnedBox], mut meet: impl FnMut(&OwnedBox, &OwnedBox)) {
+    // Cells of about the size of a box: most lie in few, and few in most. What is found does not depend on it.
+    let extent = |one: &OwnedBox| one.greatest[0] - one.least[0] + one.greatest[1] - one.least[1];
+    let cell_px = (boxes.iter().map(extent).sum::<f64>() / (2.0 * boxes.len() as f64)).max(1.0);
+    let cell = |place: [f64; 2]| place.map(|axis| (axis / cell_px).floor() as i64);
+    let mut entries = Vec::with_capacity(4 * boxes.len());
+    for (index, one) in boxes.iter().enumerate() {
+        let (from, to) = (cell(one.least), cell(one.greatest));
+        entries.extend((from[1]..=to[1]).flat_map(|y| (from[0]..=to[0]).map(move |x| ([x, y], index))));
+    }
+    entries.sort_unstable();
+    for group in entries.chunk_by(|a, b| a.0 == b.0) {
+        for (ahead, (here, index)) in group.iter().enumerate() {
+            let one = &boxes[*index];
+            for other in group[..ahead].iter().map(|(_, index)| &boxes[*index]) {
+                let from = [0, 1].map(|axis| one.least[axis].max(other.least[axis]));
+                let to = [0, 1].map(|axis| one.greatest[axis].min(other.greatest[axis]));
+                // Of the cells that two boxes share, they meet in the one in which their common part begins.
+                if from[0] <= to[0] && from[1] <= to[1] && cell(from) == *here {
+                    meet(one, other);
+                }
+            }
+        }
+    }
+}
+
+/// Whether less than a margin lies between two boxes, seen along a side of either.
+///
+/// Based on: convex shapes that are apart are so along the normal of one of their sides, of which a box has two.
+pub fn overlap(a: &Quad, b: &Quad, margin_px: f64) -> bool {
+    let apart = |[from, to]: [[f64; 2]; 2]| {
+        let normal = [to[1] - from[1], from[0] - to[0]];
+        let range = |quad: &Quad| {
+            let places = quad.map(|corner| dot(corner, normal));
+            (places.into_iter().fold(f64::MAX, f64::min), places.into_iter().fold(f64::MIN, f64::max))
+        };
+        let ((a_least, a_greatest), (b_least, b_greatest)) = (range(a), range(b));
+        (b_least - a_greatest).max(a_least - b_greatest) > margin_px * length(normal)
+    };
+    let sides = |quad: &Quad| [[quad[0], quad[1]], [quad[1], quad[2]]];
+    !sides(a).into_iter().chain(sides(b)).any(apart)
+}
+
+/// Where the baseline of a name can begin beside a symbol, best first: right above, right, right below, left above,
+/// left, left below, above, below.
+///
+/// `radius_px` is that of the symbol and of the room around it; no ink comes nearer.
+///
+/// Based on: the order of Yoeli (The Logic of Automated Map Lettering, 1972), from the most to the least legible.
+pub fn around_point([x, y]: [f64; 2], radius_px: f64, name: &Shaped) -> [[f64; 2]; 8] {
+    let [left, top, right, bottom] = name.ink;
+    // What is above to the side touches the circle with a corner.
+    let corner = radius_px * 0.5f64.sqrt();
+    // Small letters beside the symbol have their middle at its own.
+    let beside = y + 0.5 * name.x_height;
+    let middle = x - 0.5 * (left + right);
+    let (above, below) = (y - corner - bottom, y + corner - top);
+    [
+        [x + corner - left, above],
+        [x + radius_px - left, beside],
+        [x + corner - left, below],
+        [x - corner - right, above],
+        [x - radius_px - right, beside],
+        [x - corner - right, below],
+        [middle, y - radius_px - bottom],
+        [middle, y + radius_px - top],
+    ]
+}
+
+/// A part of a line along which a name can be set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinePlace {
+    /// Which of the repetitions of the name along the line it is for: each is a feature of its own.
+    pub repetition: u32,
+    /// The place among those of the repetition: 0 is the best.
+    pub place: u32,
+    /// The part of the line, smoothed, from left to right.
+    pub line: Vec<[f64; 2]>,
+    /// Where along the part the name begins.
+    pub start: f64,
+}
+
+/// How far the middles of a repetition's places are from the best one's, in widths of the name.
+const SHIFTS: [f64; 7] = [0.0, 0.3, -0.3, 0.6, -0.6, 0.9, -0.9];
+
+/// How much a place may bend more than another and still be preferred, in shares of its length, for each width of the
+/// name that it is nearer to the middle. Chosen by eye.
+const BEND_A_SHIFT: f64 = 0.03;
+
+/// Where a name so wide can be set along a line, straight places first: repeated about every `repeat_px`, from left to
+/// right, upwards if the line is steep. None if the line is too short.
+///
+/// Bends that are shorter than about four times `smooth_px`, the size of the letters or so, are smoothed away. The
+/// places follow from the whole line alone, so the whole line must be given, not what a sheet shows of it. All places
+/// of a repetition lie within three widths of the name and twice `smooth_px`.
+pub fn along_line(line: &[[f64; 2]], width_px: f64, repeat_px: f64, smooth_px: f64) -> Vec<LinePlace> {
+    // Twice: at first, small wiggles make the line longer than it looks, and that by which it is smoothed shorter.
+    let smoothed = smooth(&smooth(line, smooth_px), smooth_px);
+    let Some(course) = Course::new(&smoothed) else { return Vec::new() };
+    // Room at both ends, so that rounding does not leave a name without its last letter.
+    let half = 0.5 * width_px + smooth_px;
+    let (first, last) = (half, course.length() - half);
+    if last < first {
+        return Vec::new();
+    }
+    let count = (course.length() / repeat_px).floor().max(1.0);
+    let mut places = Vec::new();
+    for repetition in 0..count as u32 {
+        let middle = course.length() * (f64::from(repetition) + 0.5) / count;
+        let shifts = SHIFTS.map(|shift| (shift, middle + shift * width_px));
+        let fitting = shifts.into_iter().filter(|(_, middle)| (first..=last).contains(middle));
+        let mut choices: Vec<(f64, Vec<[f64; 2]>)> = fitting
+            .map(|(shift, middle)| {
+                let part = part(&course, middle - half, middle + half);
+                (bend(&part) + BEND_A_SHIFT * shift.abs(), part)
+            })
+            .collect();
+        // Stable, so that of equal ones the first of the list stays first.
+        choices.sort_by(|a, b| a.0.total_cmp(&b.0));
+        places.extend((0..).zip(choices).map(|(place, (_, part))| {
+            let line = left_to_right(part);
+            let start = 0.5 * (come_along(&line)[line.len() - 1] - width_px);
+            LinePlace { repetition, place, line, start }
+        }));
+    }
+    places
+}
+
+/// A line through evenly spaced places of another, without its short bends. Its ends stay where they are.
+fn smooth(line: &[[f64; 2]], smooth_px: f64) -> Vec<[f64; 2]> {
+    let Some(course) = Course::new(line) else { return Vec::new() };
+    // Eight means of three neighbours, weighted 1, 2, 1, make a bell whose standard deviation is two steps.
+    const MEANS: usize = 8;
+    let steps = (course.length() / (0.5 * smooth_px)).ceil().max(1.0) as usize;
+    let mut places: Vec<_> =
+        (0..=steps).map(|step| course.place(course.length() * step as f64 / steps as f64)).collect();
+    for _ in 0..MEANS {
+        let mean = |three: &[[f64; 2]]| [0, 1].map(|i| 0.25 * (three[0][i] + three[2][i]) + 0.5 * three[1][i]);
+        let inner: Vec<_> = places.windows(3).map(mean).collect();
+        places[1..steps].copy_from_slice(&inner);
+    }
+    places
+}
+
+/// The part of a line between two distances along it.
+fn part(course: &Course, from: f64, to: f64) -> Vec<[f64; 2]> {
+    let mut part = vec![course.place(from)];
+    part.extend(course.between(from, to));
+    part.push(course.place(to));
+    part
+}
+
+/// How much longer a line is than the way from its start to its end, as a share of it: 0 if it is straight.
+fn bend(line: &[[f64; 2]]) -> f64 {
+    let [from, to] = [line[0], line[line.len() - 1]];
+    1.0 - length([to[0] - from[0], to[1] - from[1]]) / come_along(line)[line.len() - 1]
+}
+
+/// A line so turned around that it leads from left to right; upwards, if it is steep.
+fn left_to_right(mut line: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    // Steeper than about 80 degrees.
+    const STEEP: f64 = 0.17;
+    let [from, to] = [line[0], line[line.len() - 1]];
+    let way = [to[0] - from[0], to[1] - from[1]];
+    let steep = way[0].abs() < STEEP * length(way);
+    if if steep { way[1] > 0.0 } else { way[0] < 0.0 } {
+        line.reverse();
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::cross;
+    use crate::map::text::{Face, shape};
+
+    const MARGIN_PX: f64 = 2.0;
+
+    /// A number of chance from 0 to 1.
+    fn chance(index: u64, what: u64) -> f64 {
+        hash::share(hash::combine(index, what))
+    }
+
+    /// Places of a name around each of so many points in a square.
+    fn towns(count: u64, side_px: f64) -> Vec<Candidate<[f64; 2]>> {
+        let names = ["Au", "Sarnbruck", "Monte Castellone", "Holm"];
+        let sizes = [12.0, 18.0, 26.0];
+        let shaped = names.map(|name| sizes.map(|size| shape(name, Face::Regular, size, 0.0)));
+        let town = |feature: u64| {
+            let class = (3.0 * chance(feature, 0).sqrt()) as usize;
+            let name = &shaped[(4.0 * chance(feature, 1)) as usize][2 - class];
+            let at = [side_px * chance(feature, 2), side_px * chance(feature, 3)];
+            let weight = (4.0 * chance(feature, 4)) as u64;
+            (0..).zip(around_point(at, 5.0, name)).map(move |(place, start)| Candidate {
+                rank: Rank { class: class as u32, weight, feature, place },
+                boxes: name.at(start, 0.0).boxes,
+                item: start,
+            })
+        };
+        (0..count).flat_map(town).collect()
+    }
+
+    fn touches<T>(candidate: &Candidate<T>, window: &Quad) -> bool {
+        candidate.boxes.iter().any(|quad| overlap(quad, window, 0.0))
+    }
+
+    fn square([x, y]: [f64; 2], side: f64) -> Quad {
+        [[x, y], [x + side, y], [x + side, y + side], [x, y + side]]
+    }
+
+    /// The longest extent of a feature.
+    fn longest(candidates: &[Candidate<[f64; 2]>]) -> f64 {
+        let corners = |feature: &[Candidate<[f64; 2]>]| -> Vec<_> {
+            feature.iter().flat_map(|candidate| candidate.boxes.iter().flatten().copied()).collect()
+        };
+        let extent = |feature: &[Candidate<[f64; 2]>]| {
+            let corners = corners(feature);
+            let away = |a: &[f64; 2]| corners.iter().map(|b| length([a[0] - b[0], a[1] - b[1]])).fold(0.0, f64::max);
+            corners.iter().map(away).fold(0.0, f64::max)
+        };
+        candidates.chunk_by(|a, b| a.rank.feature == b.rank.feature).map(extent).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_window_shows_what_the_whole_shows_there() {
+        let all = towns(20_000, 9_000.0);
+        let whole = place(all.clone(), &[], MARGIN_PX);
+        let pad = pad_px(longest(&all), MARGIN_PX);
+        for start in [[4_000.0, 4_000.0], [4_300.5, 3_700.25], [0.0, 5_000.0], [8_500.0, 8_500.0]] {
+            let (core, padded) = (square(start, 600.0), square(start.map(|axis| axis - pad), 600.0 + 2.0 * pad));
+            let near = all.chunk_by(|a, b| a.rank.feature == b.rank.feature);
+            let near = near.filter(|feature| feature.iter().any(|one| touches(one, &padded))).flatten().cloned();
+            let near: Vec<_> = near.collect();
+            assert!(near.len() > 5_000 && near.len() < all.len(), "{}", near.len());
+            let in_core = |shown: &[Candidate<[f64; 2]>]| -> Vec<_> {
+                shown.iter().filter(|one| touches(one, &core)).cloned().collect()
+            };
+            let shown = in_core(&place(near, &[], MARGIN_PX));
+            assert!(shown.len() > 20, "{}", shown.len());
+            assert_eq!(shown, in_core(&whole));
+        }
+    }
+
+    #[test]
+    fn a_long_chain_of_names_does_not_reach_past_the_pad() {
+        // Each overlaps the next, which is of worse rank: uncut, the first would decide which of all others are shown.
+        let row =
+            |from: u64| (from..100).map(|index| one(0, 100 - index, index, 0, [index as f64 * 9.5, 0.0])).collect();
+        let reach_px = |from: u64| {
+            let shown = place(row(from), &[], 0.0);
+            shown.iter().map(|one| one.boxes[0][1][0] - from as f64 * 9.5).fold(0.0, f64::max)
+        };
+        for from in [0, 1, 50, 63] {
+            assert!((50.0..pad_px(10.0, 0.0)).contains(&reach_px(from)), "{}", reach_px(from));
+        }
+    }
+
+    #[test]
+    fn none_overlap_and_only_what_conflicts_is_left_out() {
+        let all = towns(3_000, 4_000.0);
+        let obstacles: Vec<_> =
+            (0..200).map(|index| square([chance(index, 7), chance(index, 8)].map(|at| at * 4_000.0), 9.0)).collect();
+        let shown = place(all.clone(), &obstacles, MARGIN_PX);
+        let conflict = |one: &Candidate<[f64; 2]>, other: &Candidate<[f64; 2]>| {
+            one.rank.feature == other.rank.feature || overlap(&one.boxes[0], &other.boxes[0], MARGIN_PX)
+        };
+        for (index, one) in shown.iter().enumerate() {
+            assert!(!shown[..index].iter().any(|other| conflict(one, other)));
+            assert!(!obstacles.iter().any(|obstacle| overlap(obstacle, &one.boxes[0], 0.0)));
+        }
+        let open = all.iter().filter(|one| {
+            let blocked = obstacles.iter().any(|obstacle| overlap(obstacle, &one.boxes[0], 0.0));
+            !blocked && !shown.iter().any(|other| conflict(one, other))
+        });
+        let mut open: Vec<_> = open.map(|one| one.rank.feature).collect();
+        open.dedup();
+        assert!(open.len() <= shown.len() / 500, "{} of {} names are left out for nothing", open.len(), shown.len());
+        assert!(shown.len() > 1_500, "{}", shown.len());
+    }
+
+    #[test]
+    fn the_order_of_candidates_does_not_matter() {
+        let all = towns(2_000, 2_000.0);
+        let mut shuffled = all.clone();
+        shuffled.sort_by_key(|one| hash::combine(one.rank.feature, u64::from(one.rank.place)));
+        assert_eq!(place(all, &[], MARGIN_PX), place(shuffled, &[], MARGIN_PX));
+    }
+
+    /// A candidate that covers a square.
+    fn one(class: u32, weight: u64, feature: u64, place: u32, at: [f64; 2]) -> Candidate<()> {
+        Candidate { rank: Rank { class, weight, feature, place }, boxes: vec![square(at, 10.0)], item: () }
+    }
+
+    fn features(shown: &[Candidate<()>]) -> Vec<(u64, u32)> {
+        shown.iter().map(|one| (one.rank.feature, one.rank.place)).collect()
+    }
+
+    #[test]
+    fn the_better_rank_stays_and_the_other_takes_its_second_place() {
+        let town = one(0, 1, 7, 0, [0.0, 0.0]);
+        let city = one(0, 9, 8, 0, [5.0, 0.0]);
+        let hamlet = one(1, 99, 9, 0, [9.0, 9.0]);
+        let town_elsewhere = one(0, 1, 7, 1, [-15.0, 0.0]);
+        assert_eq!(features(&place(vec![town.clone(), city.clone(), hamlet.clone()], &[], 0.0)), [(8, 0)]);
+        assert_eq!(features(&place(vec![town.clone(), hamlet.clone()], &[], 0.0)), [(7, 0)]);
+        assert_eq!(features(&place(vec![hamlet, town, city, town_elsewhere], &[], 0.0)), [(8, 0), (7, 1)]);
+    }
+
+    #[test]
+    fn obstacles_win_and_names_keep_a_margin_from_each_other_alone() {
+        let obstacle = [square([11.0, 0.0], 5.0)];
+        assert_eq!(features(&place(vec![one(0, 0, 1, 0, [0.0, 0.0])], &obstacle, 3.0)), [(1, 0)]);
+        assert_eq!(features(&place(vec![one(0, 0, 1, 0, [2.0, 0.0])], &obstacle, 3.0)), []);
+        let pair = |gap: f64| vec![one(0, 0, 1, 0, [0.0, 0.0]), one(1, 0, 2, 0, [10.0 + gap, 0.0])];
+        assert_eq!(features(&place(pair(2.5), &[], 3.0)), [(1, 0)]);
+        assert_eq!(features(&place(pair(3.5), &[], 3.0)), [(1, 0), (2, 0)]);
+    }
+
+    #[test]
+    #[should_panic(expected = "have the same place")]
+    fn a_place_is_given_once() {
+        place(vec![one(0, 0, 1, 0, [0.0, 0.0]), one(0, 0, 1, 0, [50.0, 0.0])], &[], 0.0);
+    }
+
+    #[test]
+    #[should_panic(expected = "differ in class or weight")]
+    fn a_feature_has_one_weight() {
+        place(vec![one(0, 1, 1, 0, [0.0, 0.0]), one(0, 0, 1, 1, [50.0, 0.0]), one(0, 0, 2, 0, [0.0, 0.0])], &[], 0.0);
+    }
+
+    #[test]
+    fn turned_boxes_overlap_where_their_bounds_are_not_enough() {
+        let slanted = [[0.0, 0.0], [10.0, 10.0], [9.0, 11.0], [-1.0, 1.0]];
+        assert!(overlap(&slanted, &square([4.0, 5.0], 2.0), 0.0));
+        assert!(!overlap(&slanted, &square([6.0, 0.0], 3.0), 0.0), "within the bounds, beside the box");
+        assert!(overlap(&slanted, &square([6.0, 0.0], 3.0), 3.0));
+        assert!(overlap(&slanted, &slanted, 0.0));
+    }
+
+    #[test]
+    fn names_around_a_point_keep_clear_of_its_symbol() {
+        let name = shape("Höglberg", Face::Semibold, 20.0, 0.0);
+        let symbol = square([100.0 - 3.5, 100.0 - 3.5], 7.0);
+        let places = around_point([100.0, 100.0], 6.0, &name);
+        for (index, start) in places.iter().enumerate() {
+            let placed = name.at(*start, 0.0);
+            assert!(!overlap(&placed.boxes[0], &symbol, 0.0), "place {index}");
+            assert!(overlap(&placed.boxes[0], &symbol, 12.0), "place {index} is far off");
+        }
+        assert!(places[..3].iter().all(|start| start[0] > 100.0) && places[0][1] < places[1][1]);
+        assert!(places[3..6].iter().all(|start| start[0] + name.width < 100.0) && places[5][1] > places[4][1]);
+    }
+
+    /// A river with meanders, which leads somewhere.
+    fn river(way: [f64; 2]) -> Vec<[f64; 2]> {
+        let at = |step: i32| {
+            let (far, aside) =
+                (f64::from(step) * 4.0, 14.0 * libm::sin(f64::from(step) * 0.21) + 2.0 * chance(step as u64, 0));
+            [500.0 + way[0] * far - way[1] * aside, 500.0 + way[1] * far + way[0] * aside]
+        };
+        (0..600).map(at).collect()
+    }
+
+    #[test]
+    fn names_along_a_line_read_from_left_to_right_and_can_be_set() {
+        let name = shape("Steinach", Face::Italic, 16.0, 0.15);
+        for way in [[1.0, 0.0], [-1.0, 0.0], [0.6, 0.8], [-0.8, 0.6], [0.0, 1.0], [0.0, -1.0]] {
+            let places = along_line(&river(way), name.width, 700.0, 16.0);
+            let repetitions = places.iter().filter(|place| place.place == 0).count();
+            assert!((3..=4).contains(&repetitions), "{repetitions}");
+            assert!(places.len() > repetitions * 4);
+            for LinePlace { line, start, .. } in places {
+                let placed = name.along(&line, start, 3.0).expect("a gentle river has room for its name");
+                let [first, last] = [&placed.glyphs[0], &placed.glyphs[7]].map(|glyph| glyph.at);
+                let leads = [last[0] - first[0], last[1] - first[1]];
+                assert!(leads[0] > 0.0 || leads[1] < 0.0, "{way:?}: {leads:?}");
+                assert!(cross(way, leads).abs() < 0.5 * length(leads), "{way:?}: {leads:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_line_turned_around_has_its_names_in_the_same_places() {
+        let mut line = river([0.8, 0.6]);
+        let ends = |line: &[[f64; 2]]| -> Vec<_> {
+            let mut ends: Vec<_> =
+                along_line(line, 120.0, 700.0, 16.0).iter().map(|place| place.line[0].map(f64::round)).collect();
+            ends.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            ends
+        };
+        let before = ends(&line);
+        line.reverse();
+        assert_eq!(ends(&line), before);
+    }
+
+    #[test]
+    fn the_straight_part_of_a_line_comes_first() {
+        // Straight to the right of its middle, in waves to the left.
+        let wave = |x: f64| if x < 300.0 { 30.0 * libm::sin(x * 0.05) } else { 0.0 };
+        let line: Vec<_> = (0..=120).map(|step| f64::from(step) * 5.0).map(|x| [x, wave(x)]).collect();
+        let places = along_line(&line, 150.0, 10_000.0, 10.0);
+        let middle = |place: &LinePlace| place.line[place.line.len() / 2][0];
+        assert!(middle(&places[0]) > 350.0, "{}", middle(&places[0]));
+        assert!((0..).zip(&places).all(|(index, one)| one.place == index && one.repetition == 0));
+    }
+
+    #[test]
+    fn a_short_line_has_no_place_for_a_name() {
+        assert_eq!(along_line(&[[0.0, 0.0], [100.0, 0.0]], 90.0, 500.0, 10.0), []);
+        assert_eq!(along_line(&[[0.0, 0.0], [110.0, 0.0]], 90.0, 500.0, 10.0).len(), 1);
+        assert_eq!(along_line(&[], 90.0, 500.0, 10.0), []);
+    }
+}
