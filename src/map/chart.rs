@@ -128,7 +128,8 @@ impl Picture<'_> {
         let columns = span(part.x0, part.x1);
         let places: Vec<[i64; 2]> =
             span(part.y0, part.y1).flat_map(|row| columns.clone().map(move |column| [column, row])).collect();
-        let blocks: Vec<(Area, Vec<u8>)> = places.par_iter().map(|[column, row]| self.block(part, *column, *row)).collect();
+        let blocks: Vec<(Area, Vec<u8>)> =
+            places.par_iter().map(|[column, row]| self.block(part, *column, *row)).collect();
         let mut pixels = vec![0; part.len() * 3];
         let bytes = part.width() * 3;
         for (area, block) in &blocks {

@@ -1,5 +1,7 @@
 //! Names and heights on a map: what could be written where, and what there is room for.
 
+use std::collections::HashMap;
+
 use crate::area::Area;
 use crate::hash;
 use crate::map::drawing::Drawing;
@@ -10,8 +12,11 @@ use crate::map::summits::Summit;
 use crate::map::text::{Placed, Quad, Shaped, shape};
 use crate::places::site::SiteClass;
 
-/// Millimetres that a name and what belongs to it is long at most: longer ones are not written.
-const LONGEST_MM: f64 = 42.0;
+/// Millimetres that all places of a name together span at most: longer ones are not written.
+const LONGEST_MM: f64 = 48.0;
+
+/// Places along a river that a repetition of its name may have.
+const SHIFTS: u32 = 3;
 
 /// Millimetres between names.
 const MARGIN_MM: f64 = 0.5;
@@ -62,8 +67,7 @@ pub(super) fn write(style: &Style, scale: Scale, drawing: &Drawing, summits: &[S
     writer.write_lakes(drawing);
     writer.write_rivers(drawing);
     writer.write_peaks(summits);
-    let longest = scale.pixels(LONGEST_MM);
-    writer.candidates.retain(|candidate| extent(&candidate.boxes) <= longest);
+    writer.leave_out_long();
     let shown = place(writer.candidates, &writer.obstacles, scale.pixels(MARGIN_MM));
     let seen = |candidate: &Candidate<Writing>| {
         candidate
@@ -73,15 +77,6 @@ pub(super) fn write(style: &Style, scale: Scale, drawing: &Drawing, summits: &[S
             .any(|[x, y]| *x > area.x0 as f64 && *x < area.x1 as f64 && *y > area.y0 as f64 && *y < area.y1 as f64)
     };
     shown.into_iter().filter(seen).map(|candidate| candidate.item).collect()
-}
-
-/// The larger side of what boxes span.
-fn extent(boxes: &[Quad]) -> f64 {
-    let span = |axis: usize| {
-        let places = || boxes.iter().flatten().map(|point| point[axis]);
-        places().fold(f64::MIN, f64::max) - places().fold(f64::MAX, f64::min)
-    };
-    span(0).max(span(1))
 }
 
 struct Writer<'a> {
@@ -103,6 +98,23 @@ enum Class {
 }
 
 impl Writer<'_> {
+    /// Leaves out what spans so much, with all its places, that it would matter further away than [`pad`] says.
+    fn leave_out_long(&mut self) {
+        let mut spans: HashMap<u64, [f64; 4]> = HashMap::new();
+        for candidate in &self.candidates {
+            let none = [f64::MAX, f64::MAX, f64::MIN, f64::MIN];
+            let span = spans.entry(candidate.rank.feature).or_insert(none);
+            for [x, y] in candidate.boxes.iter().flatten() {
+                *span = [span[0].min(*x), span[1].min(*y), span[2].max(*x), span[3].max(*y)];
+            }
+        }
+        let longest = self.scale.pixels(LONGEST_MM);
+        self.candidates.retain(|candidate| {
+            let [west, north, east, south] = spans[&candidate.rank.feature];
+            east - west <= longest && south - north <= longest
+        });
+    }
+
     fn shaped(&self, text: &str, style: &LabelStyle) -> Shaped {
         shape(text, style.face, self.scale.pixels(style.size_mm) as f32, style.spacing as f32)
     }
@@ -169,6 +181,9 @@ impl Writer<'_> {
             let name = self.shaped(&river.name, &style);
             let lift = 0.5 * river.width + self.scale.pixels(0.55);
             for spot in along_line(&river.line, name.width, self.scale.pixels(REPEAT_MM), size) {
+                if spot.place >= SHIFTS {
+                    continue;
+                }
                 let feature = number(&[3, hash_of(&river.id) as i64, i64::from(spot.repetition)]);
                 // Above the line first, or else below it.
                 for (side, lift) in (0..).zip([lift, -lift - name.x_height]) {

@@ -10,6 +10,7 @@ mod far;
 mod features;
 mod fluvial;
 mod golden;
+mod maps;
 mod meshes;
 mod places;
 mod presets;

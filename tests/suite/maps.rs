@@ -26,7 +26,12 @@ fn a_map_drawn_at_once_in_strips_and_in_sheets_is_the_same() {
         let whole = chart.picture(area);
         let all = whole.pixels(area);
         let mut strips = Vec::new();
-        whole.strips(|strip| { strips.extend_from_slice(strip); Ok::<_, ()>(()) }).unwrap();
+        whole
+            .strips(|strip| {
+                strips.extend_from_slice(strip);
+                Ok::<_, ()>(())
+            })
+            .unwrap();
         assert!(strips == all, "{style}: strips differ");
         for part in area.halves().into_iter().flat_map(Area::halves) {
             // A sheet of its own, that knows only what lies around it.
@@ -68,7 +73,11 @@ fn built_in_styles_are_the_files_of_their_folder() {
 fn a_bad_style_is_refused_where_it_is_wrong() {
     for (text, place, message) in [
         ("extends = \"atlas\"\n[relief]\nsun = 3", "style.toml:3:1", "relief.sun: there is no such key here"),
-        ("extends = \"atlas\"\n[relief]\nsun_deg = 400", "style.toml:3:11", "relief.sun_deg: expected 0 to 360, found 400"),
+        (
+            "extends = \"atlas\"\n[relief]\nsun_deg = 400",
+            "style.toml:3:11",
+            "relief.sun_deg: expected 0 to 360, found 400",
+        ),
         ("extends = \"atlas\"\npaper = \"white\"", "style.toml:2:9", "expected a colour such as \"#a0b4c8\""),
         ("extends = \"swiss\"", "style.toml:1:11", "there is neither a file nor a built-in style named \"swiss\""),
         (
