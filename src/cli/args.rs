@@ -186,7 +186,7 @@ pub(super) struct CommonArguments {
 
 #[derive(Args)]
 pub(super) struct MapArguments {
-    /// A preset file, the name of a built-in preset (terrane presets), - for standard input, or the folder of a bake.
+    /// A preset file, the name of a built-in preset (terrane presets), or - for standard input.
     #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
     pub preset: String,
     /// The style: a built-in one (terrane styles), or a file.
@@ -196,7 +196,8 @@ pub(super) struct MapArguments {
     /// Set a key of the style, such as relief.sun_deg=300 or contours.interval_m=50; the value is as in TOML. May be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub style_set: Vec<String>,
-    /// The file to write [default: out/ and the preset's name, .png].
+    /// The file to write, .png or .webp; a world file by which GIS places it lies beside it [default: out/ and the preset's name,
+    /// .png].
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// North-western tile of the map; may be negative [default: 0,0, or that of the bake].

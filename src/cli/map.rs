@@ -1,8 +1,6 @@
 //! `terrane map`.
 
-use std::fs;
-use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use serde_json::json;
@@ -12,6 +10,7 @@ use crate::cli::args::{MapArguments, sources};
 use crate::cli::console::Console;
 use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
+use crate::export::{MapPicture, Texts};
 use crate::map::Chart;
 use crate::map::scale::Scale;
 use crate::map::style::Style;
@@ -29,10 +28,16 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
     let bounds_m = bounds_m(arguments, &preset)?;
     let scale = scale(arguments, bounds_m)?;
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}.png", sources.name())));
+    let area = scale.pixels_of(bounds_m);
+    check_size(area)?;
+    let file = MapPicture::new(&out, (area.width(), area.height()), arguments.overwrite)?;
     let start = Instant::now();
     let pool = thread_pool(thread_count(arguments.threads))?;
-    let area = scale.pixels_of(bounds_m);
-    pool.install(|| draw(&out, &Chart::new(&preset, arguments.seed, style, scale)?, area))?;
+    let texts = texts(arguments, &preset, bounds_m, scale);
+    pool.install(|| {
+        let chart = Chart::new(&preset, arguments.seed, style, scale)?;
+        file.write(&chart.picture(area), scale, &texts)
+    })?;
     let seconds = start.elapsed().as_secs_f64();
     let object = json!({
         "type": "done", "out": out.to_string_lossy(), "width": area.width(), "height": area.height(),
@@ -47,6 +52,20 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
         arguments.dpi,
     );
     console.message(object, &text)
+}
+
+/// Pixels a side that a map has at most.
+const MOST_PIXELS: i64 = 1_000_000;
+
+fn check_size(area: Area) -> Result<(), Error> {
+    let [width, height] = [area.x1 - area.x0, area.y1 - area.y0];
+    if (1..=MOST_PIXELS).contains(&width) && (1..=MOST_PIXELS).contains(&height) {
+        return Ok(());
+    }
+    Err(Error::Option {
+        message: format!("a map has 1 to {MOST_PIXELS} pixels a side, and this would have {width} x {height}"),
+        hint: "give another --scale, --width or --metres-per-pixel".into(),
+    })
 }
 
 /// The style with all that the options set in it.
@@ -88,21 +107,18 @@ fn scale(arguments: &MapArguments, [west, _, east, _]: [f64; 4]) -> Result<Scale
     Ok(Scale { metres_per_pixel, pixels_per_mm })
 }
 
-fn draw(out: &PathBuf, chart: &Chart, area: Area) -> Result<(), Error> {
-    let io = |source: std::io::Error| Error::Io { path: out.clone(), source };
-    if let Some(folder) = out.parent() {
-        fs::create_dir_all(folder).map_err(io)?;
-    }
-    let file = fs::File::create(out).map_err(io)?;
-    let mut encoder = png::Encoder::new(BufWriter::new(file), area.width() as u32, area.height() as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Fast);
-    let dots = (chart.scale().pixels_per_mm * 1000.0).round() as u32;
-    encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: dots, yppu: dots, unit: png::Unit::Meter }));
-    let refuse = |error: png::EncodingError| io(std::io::Error::other(error));
-    let mut writer = encoder.write_header().map_err(refuse)?;
-    let mut stream = writer.stream_writer().map_err(refuse)?;
-    chart.picture(area).strips(|strip| std::io::Write::write_all(&mut stream, strip).map_err(io))?;
-    stream.finish().map_err(refuse)
+/// What a map says of itself: how to draw it again.
+fn texts(arguments: &MapArguments, preset: &Preset, bounds_m: [f64; 4], scale: Scale) -> Texts {
+    let [west, south, east, north] = bounds_m.map(|metres| metres / 1000.0);
+    let seed = arguments.seed.unwrap_or(preset.seed);
+    let settings: String = arguments.set.iter().map(|setting| format!(" --set '{setting}'")).collect();
+    let style_settings: String =
+        arguments.style_set.iter().map(|setting| format!(" --style-set '{setting}'")).collect();
+    let command = format!(
+        "terrane map {} --seed {seed}{settings} --style {}{style_settings} --bounds={west},{south},{east},{north} \
+         --metres-per-pixel {} --dpi {}",
+        arguments.preset, arguments.style, scale.metres_per_pixel, arguments.dpi
+    );
+    let version = env!("CARGO_PKG_VERSION");
+    vec![("Software", format!("terrane {version}")), ("Description", command)]
 }

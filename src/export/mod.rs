@@ -7,6 +7,7 @@
 //!   mesh/         tiles -> glTF, OBJ                options.rs   what the user may choose of them
 //!   hashes.rs     tiles -> a list of hashes
 //!   profile/      what an engine takes: formats of its own, sizes, IMPORT.md
+//!   map_picture.rs   a map -> PNG, WebP, a world file
 //!   plan.rs       what is asked for -> its cost -> files
 //!   manifest.rs, registry_sink.rs                   what every bake leaves besides
 //! ```
@@ -22,11 +23,13 @@ mod manifest;
 mod profile;
 mod cost;
 mod limit;
+mod map_picture;
 mod plan;
 
 pub use cost::{Cost, Forecast};
 pub use limit::Limit;
 pub use manifest::{Axes, HeightRange, Manifest, RegionRecord};
+pub use map_picture::{MapPicture, Texts};
 pub use options::{Lods, MeshOptions};
 pub use plan::{Bytes, Output, Plan};
 pub use profile::Profile;

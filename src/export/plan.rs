@@ -269,12 +269,7 @@ impl Output {
             }
             _ => {}
         }
-        // The folder may not be there yet: what counts is the disk that it will be on.
-        let existing = path.ancestors().find(|part| part.exists()).unwrap_or(Path::new("."));
-        let existing = if existing.as_os_str().is_empty() { Path::new(".") } else { existing };
-        // A file system that does not say how much room it has may have enough; whether it takes a file shows later.
-        let Some(room) = fs4::statvfs(existing).ok().filter(|room| room.total_space() > 0) else { return Ok(()) };
-        let free_bytes = room.available_space();
+        let Some(free_bytes) = free_bytes(path) else { return Ok(()) };
         if free_bytes < cost.disk_bytes {
             return refuse(
                 format!("the bake may take {}, and {} are free", Bytes(cost.disk_bytes), Bytes(free_bytes)),
@@ -334,6 +329,16 @@ impl Output {
             }
         }
     }
+}
+
+/// Bytes that are free where a path will be, if the file system says how much room it has: if not it may have enough, and
+/// whether it takes a file shows later.
+pub(super) fn free_bytes(path: &Path) -> Option<u64> {
+    // The folder may not be there yet: what counts is the disk that it will be on.
+    let existing = path.ancestors().find(|part| part.exists()).unwrap_or(Path::new("."));
+    let existing = if existing.as_os_str().is_empty() { Path::new(".") } else { existing };
+    let room = fs4::statvfs(existing).ok().filter(|room| room.total_space() > 0)?;
+    Some(room.available_space())
 }
 
 /// A number of bytes for people.

@@ -16,7 +16,7 @@ use crate::map::relief::{Ground, Relief};
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, Style};
 use crate::map::summits::Summits;
-use crate::map::terrain::Terrain;
+use crate::map::terrain::{self, Terrain};
 use crate::places::site::SiteClass;
 use crate::preset::Preset;
 use crate::world::World;
@@ -49,6 +49,12 @@ pub struct Picture<'a> {
 }
 
 impl Chart {
+    /// Pixels that a strip is high at most.
+    pub const STRIP: usize = BLOCK as usize;
+
+    /// Bytes of land that a chart remembers at most.
+    pub const REMEMBERED: usize = 2 * terrain::REMEMBERED;
+
     /// The maps of the world of a preset, with the preset's own seed unless another is given.
     ///
     /// # Errors

@@ -12,7 +12,7 @@ use crate::world::World;
 
 /// Nodes a side of a patch of land that is made at once, and bytes of patches that are remembered.
 const PATCH: i64 = 256;
-const REMEMBERED: usize = 192 << 20;
+pub(super) const REMEMBERED: usize = 192 << 20;
 
 /// The land of a world for maps of one scale. Whatever is asked for, a pixel is the same.
 #[derive(Debug)]

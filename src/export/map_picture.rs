@@ -1,0 +1,158 @@
+//! The picture of a map as a file: PNG or WebP, and a world file by which GIS places it.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use crate::export::Bytes;
+use crate::export::limit::Limit;
+use crate::export::plan::free_bytes;
+use crate::file::PartFile;
+use crate::map::scale::Scale;
+use crate::map::{Chart, Picture};
+
+/// Pixels a side that a WebP picture can have.
+const MOST_WEBP: usize = 16_383;
+
+/// Bytes that a PNG takes beside its pixels, of each row and of all.
+const ROW_BYTES: u64 = 64;
+const HEAD_BYTES: u64 = 1 << 16;
+
+/// A map that is to be written.
+#[derive(Debug)]
+pub struct MapPicture {
+    path: PathBuf,
+    kind: Kind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Png,
+    WebP,
+}
+
+/// The texts that a map says of itself: a keyword of PNG's, and a text.
+pub type Texts = Vec<(&'static str, String)>;
+
+impl MapPicture {
+    /// A picture of so many pixels at a path, whose ending says how it is written.
+    ///
+    /// # Errors
+    /// When the ending is none that is known, when there is a file already that may not be replaced, or when there is not
+    /// enough room for the picture.
+    pub fn new(path: &Path, (width, height): (usize, usize), overwrite: bool) -> Result<MapPicture, Error> {
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let kind = match ending.as_str() {
+            "png" => Kind::Png,
+            "webp" => Kind::WebP,
+            _ => {
+                return Err(Error::Option {
+                    message: format!("{}: expected a name that ends with .png or .webp", path.display()),
+                    hint: "the ending says how the map is written".into(),
+                });
+            }
+        };
+        if kind == Kind::WebP && width.max(height) > MOST_WEBP {
+            return Err(Error::Option {
+                message: format!(
+                    "a WebP picture has at most {MOST_WEBP} pixels a side, and this has {width} x {height}"
+                ),
+                hint: "write a .png, or fewer pixels".into(),
+            });
+        }
+        let refuse =
+            |message: String, hint: &str| Err(Error::Output { path: path.to_path_buf(), message, hint: hint.into() });
+        if path.is_dir() {
+            return refuse("is a folder".into(), "name a file with --out");
+        }
+        if path.exists() && !overwrite {
+            return refuse("is there already".into(), "give --overwrite to replace it, or another --out");
+        }
+        let picture = MapPicture { path: path.to_path_buf(), kind };
+        picture.check_room(width as u64, height as u64)?;
+        Ok(picture)
+    }
+
+    /// Whether there is memory and disk for so many pixels.
+    fn check_room(&self, width: u64, height: u64) -> Result<(), Error> {
+        let disk_bytes = (width * 3 + ROW_BYTES) * height + HEAD_BYTES;
+        let rows = if self.kind == Kind::WebP { height } else { Chart::STRIP as u64 };
+        // A strip and the blocks that it is made of; what the land remembers.
+        let memory_bytes = width * rows * 8 + Chart::REMEMBERED as u64;
+        let needs = format!(
+            "a map of {width} x {height} pixels may take {} of memory and {} of disk",
+            Bytes(memory_bytes),
+            Bytes(disk_bytes)
+        );
+        let hint = "draw a smaller part, or at a smaller scale";
+        if let Some(limit) = Limit::now(1).filter(|limit| limit.left_bytes < memory_bytes) {
+            let left = Bytes(limit.left_bytes);
+            return Err(Error::Option {
+                message: format!("{needs}, and {left} are left by {}", limit.source),
+                hint: hint.into(),
+            });
+        }
+        match free_bytes(&self.path).filter(|free| *free < disk_bytes) {
+            Some(free) => Err(Error::Option {
+                message: format!("{needs}, and {} of disk are free", Bytes(free)),
+                hint: hint.into(),
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes a picture, what it says of itself, and its world file.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn write(&self, picture: &Picture<'_>, scale: Scale, texts: &Texts) -> Result<(), Error> {
+        if let Some(folder) = self.path.parent() {
+            fs::create_dir_all(folder).map_err(Error::io(folder))?;
+        }
+        let mut file = PartFile::create(self.path.clone())?;
+        match self.kind {
+            Kind::Png => self.write_png(&mut file, picture, scale, texts)?,
+            Kind::WebP => {
+                let area = picture.area();
+                let pixels = picture.pixels(area);
+                let encoder = image_webp::WebPEncoder::new(&mut file);
+                let (width, height) = (area.width() as u32, area.height() as u32);
+                let written = encoder.encode(&pixels, width, height, image_webp::ColorType::Rgb8);
+                written.map_err(|error| Error::io(&self.path)(std::io::Error::other(error)))?;
+            }
+        }
+        file.finish()?;
+        self.write_world_file(picture, scale)
+    }
+
+    fn write_png(&self, file: &mut PartFile, picture: &Picture<'_>, scale: Scale, texts: &Texts) -> Result<(), Error> {
+        let refuse = |error: png::EncodingError| Error::io(&self.path)(std::io::Error::other(error));
+        let area = picture.area();
+        let mut encoder = png::Encoder::new(file, area.width() as u32, area.height() as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_compression(png::Compression::Fast);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        let dots = (scale.pixels_per_mm * 1000.0).round() as u32;
+        encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: dots, yppu: dots, unit: png::Unit::Meter }));
+        for (keyword, text) in texts {
+            encoder.add_itxt_chunk((*keyword).to_owned(), text.clone()).map_err(refuse)?;
+        }
+        let mut writer = encoder.write_header().map_err(refuse)?;
+        let mut stream = writer.stream_writer().map_err(refuse)?;
+        picture.strips(|strip| stream.write_all(strip).map_err(Error::io(&self.path)))?;
+        stream.finish().map_err(refuse)
+    }
+
+    /// Six lines that say how large pixels are and where the first one's middle lies, in metres east and north.
+    fn write_world_file(&self, picture: &Picture<'_>, scale: Scale) -> Result<(), Error> {
+        let ending = if self.kind == Kind::Png { "pgw" } else { "wpw" };
+        let mut file = PartFile::create(self.path.with_extension(ending))?;
+        let (metres, area) = (scale.metres_per_pixel, picture.area());
+        let middle = [area.x0, area.y0].map(|at| (at as f64 + 0.5) * metres);
+        let text = format!("{metres}\n0\n0\n-{metres}\n{}\n{}\n", middle[0], -middle[1]);
+        file.write_all(text.as_bytes()).map_err(Error::io(&self.path))?;
+        file.finish().map(|_| ())
+    }
+}
