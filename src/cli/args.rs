@@ -228,6 +228,12 @@ pub(super) struct MapArguments {
     /// Metres that a pixel shows.
     #[arg(long, value_name = "METRES", value_parser = parse_positive, help_heading = "Scale")]
     pub metres_per_pixel: Option<f64>,
+    /// What stands around the map, with commas between: title, frame, grid, scale, north, legend, recipe, or all, or none.
+    #[arg(long, value_name = "LIST", default_value = "all", help_heading = "Sheet")]
+    pub furniture: String,
+    /// The title [default: the preset's name].
+    #[arg(long, value_name = "TEXT", help_heading = "Sheet")]
+    pub title: Option<String>,
     /// Seed of the world [default: the preset's].
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,

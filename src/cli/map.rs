@@ -1,5 +1,6 @@
 //! `terrane map`.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Instant;
 
@@ -9,10 +10,11 @@ use crate::area::{Area, TileId};
 use crate::cli::args::{MapArguments, sources};
 use crate::cli::console::Console;
 use crate::cli::{thread_count, thread_pool};
-use crate::error::Error;
+use crate::error::{Error, nearest};
 use crate::export::{MapPicture, Texts};
 use crate::map::Chart;
 use crate::map::scale::Scale;
+use crate::map::sheet::{Captions, Furniture, Sheet, thousands};
 use crate::map::style::Style;
 use crate::preset::Preset;
 use crate::recipe::source::Sources;
@@ -30,24 +32,26 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}.png", sources.name())));
     let area = scale.pixels_of(bounds_m);
     check_size(area)?;
-    let file = MapPicture::new(&out, (area.width(), area.height()), arguments.overwrite)?;
+    let texts = texts(arguments, &preset, bounds_m, scale);
+    let captions = captions(arguments, sources.name(), &preset, scale, &texts)?;
+    let page = Sheet::area(area, scale, &captions.furniture);
+    let file = MapPicture::new(&out, (page.width(), page.height()), arguments.overwrite)?;
     let start = Instant::now();
     let pool = thread_pool(thread_count(arguments.threads))?;
-    let texts = texts(arguments, &preset, bounds_m, scale);
     pool.install(|| {
         let chart = Chart::new(&preset, arguments.seed, style, scale)?;
-        file.write(&chart.picture(area), scale, &texts)
+        file.write(&Sheet::new(&chart, &chart.picture(area), &captions), scale, &texts)
     })?;
     let seconds = start.elapsed().as_secs_f64();
     let object = json!({
-        "type": "done", "out": out.to_string_lossy(), "width": area.width(), "height": area.height(),
+        "type": "done", "out": out.to_string_lossy(), "width": page.width(), "height": page.height(),
         "metres_per_pixel": scale.metres_per_pixel, "scale": scale.denominator(), "seconds": seconds,
     });
     let text = format!(
         "{}: {} x {} pixels, 1:{:.0} at {} dpi, {seconds:.2} s\n",
         out.display(),
-        area.width(),
-        area.height(),
+        page.width(),
+        page.height(),
         scale.denominator(),
         arguments.dpi,
     );
@@ -105,6 +109,45 @@ fn scale(arguments: &MapArguments, [west, _, east, _]: [f64; 4]) -> Result<Scale
         (None, None) => (east - west) / f64::from(arguments.width.unwrap_or(2048)),
     };
     Ok(Scale { metres_per_pixel, pixels_per_mm })
+}
+
+/// What is written around the map.
+fn captions(
+    arguments: &MapArguments,
+    name: &str,
+    preset: &Preset,
+    scale: Scale,
+    texts: &Texts,
+) -> Result<Captions, Error> {
+    let mut furniture = BTreeSet::new();
+    for part in arguments.furniture.split(',').map(str::trim) {
+        match (part, Furniture::ALL.into_iter().find(|known| known.name() == part)) {
+            ("none", _) => {}
+            ("all", _) => furniture.extend(Furniture::ALL),
+            (_, Some(known)) => _ = furniture.insert(known),
+            (unknown, None) => {
+                let names = Furniture::ALL.map(Furniture::name);
+                let meant = nearest(unknown, names).map_or_else(String::new, |meant| format!("did you mean {meant}? "));
+                return Err(Error::Option {
+                    message: format!("nothing that stands around a map is called {unknown:?}"),
+                    hint: format!("{meant}there are all, none, {}", names.join(", ")),
+                });
+            }
+        }
+    }
+    let title = arguments.title.clone().unwrap_or_else(|| {
+        let mut letters = name.chars();
+        letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+    });
+    let seed = arguments.seed.unwrap_or(preset.seed);
+    let subtitle = format!("{}, seed {seed}, 1 : {}", sources_name(arguments), thousands(scale.denominator()));
+    let recipe = format!("{}   {}", texts[0].1, texts[1].1);
+    Ok(Captions { title, subtitle, recipe, furniture })
+}
+
+/// What the preset is called in small print: the end of its path.
+fn sources_name(arguments: &MapArguments) -> String {
+    Path::new(&arguments.preset).file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// What a map says of itself: how to draw it again.

@@ -9,8 +9,9 @@ use crate::export::Bytes;
 use crate::export::limit::Limit;
 use crate::export::plan::free_bytes;
 use crate::file::PartFile;
+use crate::map::Chart;
 use crate::map::scale::Scale;
-use crate::map::{Chart, Picture};
+use crate::map::sheet::Sheet;
 
 /// Pixels a side that a WebP picture can have.
 const MOST_WEBP: usize = 16_383;
@@ -102,20 +103,24 @@ impl MapPicture {
         }
     }
 
-    /// Writes a picture, what it says of itself, and its world file.
+    /// Writes a sheet, what it says of itself, and its world file.
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn write(&self, picture: &Picture<'_>, scale: Scale, texts: &Texts) -> Result<(), Error> {
+    pub fn write(&self, sheet: &Sheet<'_>, scale: Scale, texts: &Texts) -> Result<(), Error> {
         if let Some(folder) = self.path.parent() {
             fs::create_dir_all(folder).map_err(Error::io(folder))?;
         }
         let mut file = PartFile::create(self.path.clone())?;
         match self.kind {
-            Kind::Png => self.write_png(&mut file, picture, scale, texts)?,
+            Kind::Png => self.write_png(&mut file, sheet, scale, texts)?,
             Kind::WebP => {
-                let area = picture.area();
-                let pixels = picture.pixels(area);
+                let area = sheet.page();
+                let mut pixels = Vec::with_capacity(area.len() * 3);
+                sheet.strips(|strip| {
+                    pixels.extend_from_slice(strip);
+                    Ok::<_, Error>(())
+                })?;
                 let encoder = image_webp::WebPEncoder::new(&mut file);
                 let (width, height) = (area.width() as u32, area.height() as u32);
                 let written = encoder.encode(&pixels, width, height, image_webp::ColorType::Rgb8);
@@ -123,12 +128,12 @@ impl MapPicture {
             }
         }
         file.finish()?;
-        self.write_world_file(picture, scale)
+        self.write_world_file(sheet, scale)
     }
 
-    fn write_png(&self, file: &mut PartFile, picture: &Picture<'_>, scale: Scale, texts: &Texts) -> Result<(), Error> {
+    fn write_png(&self, file: &mut PartFile, sheet: &Sheet<'_>, scale: Scale, texts: &Texts) -> Result<(), Error> {
         let refuse = |error: png::EncodingError| Error::io(&self.path)(std::io::Error::other(error));
-        let area = picture.area();
+        let area = sheet.page();
         let mut encoder = png::Encoder::new(file, area.width() as u32, area.height() as u32);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
@@ -141,15 +146,15 @@ impl MapPicture {
         }
         let mut writer = encoder.write_header().map_err(refuse)?;
         let mut stream = writer.stream_writer().map_err(refuse)?;
-        picture.strips(|strip| stream.write_all(strip).map_err(Error::io(&self.path)))?;
+        sheet.strips(|strip| stream.write_all(strip).map_err(Error::io(&self.path)))?;
         stream.finish().map_err(refuse)
     }
 
     /// Six lines that say how large pixels are and where the first one's middle lies, in metres east and north.
-    fn write_world_file(&self, picture: &Picture<'_>, scale: Scale) -> Result<(), Error> {
+    fn write_world_file(&self, sheet: &Sheet<'_>, scale: Scale) -> Result<(), Error> {
         let ending = if self.kind == Kind::Png { "pgw" } else { "wpw" };
         let mut file = PartFile::create(self.path.with_extension(ending))?;
-        let (metres, area) = (scale.metres_per_pixel, picture.area());
+        let (metres, area) = (scale.metres_per_pixel, sheet.page());
         let middle = [area.x0, area.y0].map(|at| (at as f64 + 0.5) * metres);
         let text = format!("{metres}\n0\n0\n-{metres}\n{}\n{}\n", middle[0], -middle[1]);
         file.write_all(text.as_bytes()).map_err(Error::io(&self.path))?;

@@ -3,29 +3,26 @@
 //! A block is a square of the scale's pixels and a pure function of its place, so a map drawn at once, in strips, in sheets or
 //! in tiles of a web map is the same.
 
-use rayon::prelude::*;
-use tiny_skia::{Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
-
 use crate::area::Area;
 use crate::error::Error;
 use crate::lines::RoadClass;
+use crate::map::canvas::{Canvas, Pen, WIDEST};
 use crate::map::contour::{contours, interval_m, shores};
 use crate::map::drawing::{Draughtsman, Drawing, Shape};
-use crate::map::names::{self, Writing, symbol_mm};
+use crate::map::names::{self, Writing, is_drawn, symbol_mm};
 use crate::map::relief::{Ground, Relief};
 use crate::map::scale::Scale;
+use crate::map::sheet::LegendItem;
 use crate::map::style::{Colour, Style};
 use crate::map::summits::Summits;
 use crate::map::terrain::{self, Terrain};
 use crate::places::site::SiteClass;
 use crate::preset::Preset;
 use crate::world::World;
+use rayon::prelude::*;
 
 /// Pixels a side of a block.
 const BLOCK: i64 = 512;
-
-/// Pixels that a line may be wide at most, half on each side: what lies so far from a block may reach into it.
-const WIDEST: f64 = 64.0;
 
 /// Maps of a world in one style and scale.
 #[derive(Debug)]
@@ -80,6 +77,37 @@ impl Chart {
     /// The scale of the maps.
     pub fn scale(&self) -> Scale {
         self.scale
+    }
+
+    /// The style of the maps.
+    pub fn style(&self) -> &Style {
+        &self.style
+    }
+
+    /// What a legend explains, at most.
+    pub(super) fn legend(&self) -> Vec<LegendItem> {
+        let (style, denominator) = (&self.style, self.scale.denominator());
+        let is_fluvial = self.terrain.world().relief().fluvial().is_some();
+        let mut items = Vec::new();
+        if style.places.draw && self.settled.is_some() {
+            let classes = [SiteClass::Town, SiteClass::Village, SiteClass::Hamlet];
+            items.extend(classes.into_iter().filter(|class| is_drawn(*class, self.scale)).map(LegendItem::Site));
+        }
+        if style.roads.draw && self.settled.is_some() {
+            let classes = [RoadClass::Highway, RoadClass::Road, RoadClass::Track];
+            let seen = |class: &RoadClass| denominator <= style.roads.classes[2 - *class as usize].most;
+            items.extend(classes.into_iter().filter(seen).map(LegendItem::Road));
+        }
+        if style.water.draw && is_fluvial {
+            items.extend([LegendItem::River, LegendItem::Lake]);
+        }
+        if self.summits.is_some() {
+            items.push(LegendItem::Peak);
+        }
+        if style.contours.draw {
+            items.push(LegendItem::Contour);
+        }
+        items
     }
 
     /// Metres from a contour to the next.
@@ -153,16 +181,9 @@ impl Picture<'_> {
         let block = Area::new(column * BLOCK, row * BLOCK, BLOCK as usize, BLOCK as usize);
         let seen = block.common(&part).expect("the block was chosen by the area");
         let ground = self.chart.relief.ground(&self.chart.terrain, block);
-        let mut canvas = Canvas::new(&ground);
+        let mut canvas = Canvas::of_words(&ground.pixels, block);
         self.draw(&ground, &mut canvas);
-        let mut pixels = Vec::with_capacity(seen.len() * 3);
-        for y in seen.y0..seen.y1 {
-            let start = ((y - block.y0) * BLOCK + seen.x0 - block.x0) as usize;
-            for pixel in &canvas.pixmap.pixels()[start..start + seen.width()] {
-                pixels.extend([pixel.red(), pixel.green(), pixel.blue()]);
-            }
-        }
-        (seen, pixels)
+        (seen, canvas.pixels(seen))
     }
 
     /// Draws all lines over the ground.
@@ -180,7 +201,7 @@ impl Picture<'_> {
                 continue;
             }
             for (width, part) in &river.parts {
-                let pen = Pen { colour: style.water.line, opacity: 1.0, width: *width as f32, dash: None };
+                let pen = Pen { width: *width as f32, ..line(style.water.line, 0.0) };
                 canvas.stroke(std::slice::from_ref(part), &pen);
             }
         }
@@ -229,12 +250,12 @@ impl Picture<'_> {
                 canvas.fill(&Shape::new(vec![triangle]), writing.style.colour);
             }
         }
-        let halo = scale.pixels(2.0 * style.labels.halo_mm) as f32;
-        for writing in &self.writings {
-            canvas.write(writing, Some((style.labels.halo, halo)));
+        let halo = Pen { opacity: 0.85, ..line(style.labels.halo, 2.0 * style.labels.halo_mm) };
+        for text in self.writings.iter().flat_map(|writing| &writing.texts) {
+            canvas.surround(text, &halo);
         }
         for writing in &self.writings {
-            canvas.write(writing, None);
+            writing.texts.iter().for_each(|text| canvas.write(text, writing.style.colour));
         }
     }
 
@@ -270,117 +291,6 @@ impl Picture<'_> {
                 }
             }
             draw(&mut run, on_snow);
-        }
-    }
-}
-
-/// How a line is drawn.
-struct Pen {
-    colour: Colour,
-    opacity: f32,
-    width: f32,
-    dash: Option<[f32; 2]>,
-}
-
-/// A block that is drawn on.
-struct Canvas {
-    pixmap: Pixmap,
-    corner: [f64; 2],
-}
-
-impl Canvas {
-    fn new(ground: &Ground) -> Canvas {
-        let mut pixmap = Pixmap::new(BLOCK as u32, BLOCK as u32).expect("a block has a size");
-        for (bytes, pixel) in pixmap.data_mut().as_chunks_mut::<4>().0.iter_mut().zip(&ground.pixels) {
-            let [red, green, blue, _] = pixel.to_le_bytes();
-            *bytes = [red, green, blue, 255];
-        }
-        Canvas { pixmap, corner: [ground.area.x0 as f64, ground.area.y0 as f64] }
-    }
-
-    /// Whether something that spans so much may be seen on the block.
-    fn sees(&self, [west, north, east, south]: [f64; 4]) -> bool {
-        let [x, y] = self.corner;
-        let side = BLOCK as f64 + WIDEST;
-        east > x - WIDEST && west < x + side && south > y - WIDEST && north < y + side
-    }
-
-    fn path(&self, lines: &[Vec<[f64; 2]>]) -> Option<Path> {
-        let mut path = PathBuilder::new();
-        for line in lines {
-            let mut points = line.iter().map(|point| [0, 1].map(|axis| (point[axis] - self.corner[axis]) as f32));
-            let Some([x, y]) = points.next() else { continue };
-            path.move_to(x, y);
-            points.for_each(|[x, y]| path.line_to(x, y));
-        }
-        path.finish()
-    }
-
-    fn paint(colour: Colour, opacity: f32) -> Paint<'static> {
-        let [red, green, blue] = colour.0;
-        let mut paint = Paint { anti_alias: true, ..Paint::default() };
-        paint.set_color(Color::from_rgba8(red, green, blue, (opacity * 255.0 + 0.5) as u8));
-        paint
-    }
-
-    fn fill(&mut self, shape: &Shape, colour: Colour) {
-        if !self.sees(shape.bounds) {
-            return;
-        }
-        if let Some(path) = self.path(&shape.lines) {
-            let paint = Canvas::paint(colour, 1.0);
-            self.pixmap.fill_path(&path, &paint, FillRule::EvenOdd, Transform::identity(), None);
-        }
-    }
-
-    fn stroke_shape(&mut self, shape: &Shape, pen: &Pen) {
-        if self.sees(shape.bounds) {
-            self.stroke(&shape.lines, pen);
-        }
-    }
-
-    fn stroke(&mut self, lines: &[Vec<[f64; 2]>], pen: &Pen) {
-        if pen.width <= 0.0 {
-            return;
-        }
-        let Some(path) = self.path(lines) else { return };
-        let stroke = Stroke {
-            width: pen.width,
-            line_cap: if pen.dash.is_some() { LineCap::Butt } else { LineCap::Round },
-            line_join: LineJoin::Round,
-            dash: pen.dash.and_then(|dash| StrokeDash::new(dash.to_vec(), 0.0)),
-            ..Stroke::default()
-        };
-        let paint = Canvas::paint(pen.colour, pen.opacity);
-        self.pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
-    }
-
-    /// Writes names, or what is around their letters: a line of a colour and a width.
-    fn write(&mut self, writing: &Writing, halo: Option<(Colour, f32)>) {
-        for text in &writing.texts {
-            let points = || text.boxes.iter().flatten();
-            let bounds = points().fold([f64::MAX, f64::MAX, f64::MIN, f64::MIN], |[w, n, e, s], [x, y]| {
-                [w.min(*x), n.min(*y), e.max(*x), s.max(*y)]
-            });
-            if !self.sees(bounds) {
-                continue;
-            }
-            let Some(path) = text.path(self.corner.map(|axis| axis as i64)) else { continue };
-            if let Some((colour, width)) = halo {
-                let stroke = Stroke { width, line_join: LineJoin::Round, ..Stroke::default() };
-                self.pixmap.stroke_path(&path, &Canvas::paint(colour, 0.85), &stroke, Transform::identity(), None);
-            } else {
-                let paint = Canvas::paint(writing.style.colour, 1.0);
-                self.pixmap.fill_path(&path, &paint, FillRule::Winding, Transform::identity(), None);
-            }
-        }
-    }
-
-    fn dot(&mut self, at: [f64; 2], radius: f64, colour: Colour) {
-        let [x, y] = [0, 1].map(|axis| (at[axis] - self.corner[axis]) as f32);
-        if let Some(path) = PathBuilder::from_circle(x, y, radius as f32) {
-            let paint = Canvas::paint(colour, 1.0);
-            self.pixmap.fill_path(&path, &paint, FillRule::Winding, Transform::identity(), None);
         }
     }
 }

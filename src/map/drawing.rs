@@ -121,8 +121,8 @@ impl Shape {
     }
 }
 
-/// What points span.
-fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 4] {
+/// What points span: west, north, east and south.
+pub(super) fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 4] {
     let none = [f64::MAX, f64::MAX, f64::MIN, f64::MIN];
     points.fold(none, |[w, n, e, s], [x, y]| [w.min(*x), n.min(*y), e.max(*x), s.max(*y)])
 }

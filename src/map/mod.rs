@@ -8,11 +8,14 @@
 //!                  text.rs      shaped names, label.rs their places
 //!                      |
 //!                  chart.rs     a block of pixels of all that: every map of a style and a scale has the same
+//!                      |
+//!                  sheet.rs     a frame, a grid, a scale bar and a legend around it
 //!
 //! Tile         --> plain.rs     a pixel a vertex, for bakes
 //! ```
 
 pub(crate) mod colour;
+mod canvas;
 mod chart;
 mod contour;
 mod drawing;
@@ -26,6 +29,7 @@ pub mod label;
 mod names;
 pub mod scale;
 mod shade;
+pub mod sheet;
 pub mod style;
 mod summits;
 mod terrain;

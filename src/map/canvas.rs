@@ -1,0 +1,162 @@
+//! What is drawn on: pixels, and lines, areas and letters on them. Lines by tiny-skia, whose edges are the same on every machine.
+
+use tiny_skia::{Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
+
+use crate::area::Area;
+use crate::map::drawing::{Shape, bounds};
+use crate::map::style::Colour;
+use crate::map::text::Placed;
+
+/// Pixels that a line may be wide at most, half on each side: what lies so far from a canvas may reach into it.
+pub(super) const WIDEST: f64 = 64.0;
+
+/// How a line is drawn.
+pub(super) struct Pen {
+    pub colour: Colour,
+    pub opacity: f32,
+    pub width: f32,
+    pub dash: Option<[f32; 2]>,
+}
+
+/// A rectangle of pixels that is drawn on.
+pub(super) struct Canvas {
+    pixmap: Pixmap,
+    area: Area,
+}
+
+impl Canvas {
+    /// A canvas of one colour.
+    pub fn new(area: Area, colour: Colour) -> Canvas {
+        let [red, green, blue] = colour.0;
+        Canvas::of_words(&vec![u32::from_le_bytes([red, green, blue, 0]); area.len()], area)
+    }
+
+    /// A canvas on which there are colours already: red in the lowest byte, then green and blue, row by row.
+    pub fn of_words(words: &[u32], area: Area) -> Canvas {
+        let mut pixmap = Pixmap::new(area.width() as u32, area.height() as u32).expect("a canvas has a size");
+        for (bytes, word) in pixmap.data_mut().as_chunks_mut::<4>().0.iter_mut().zip(words) {
+            let [red, green, blue, _] = word.to_le_bytes();
+            *bytes = [red, green, blue, 255];
+        }
+        Canvas { pixmap, area }
+    }
+
+    /// Puts pixels, RGB and row by row, into a part of the canvas.
+    pub fn put(&mut self, part: Area, pixels: &[u8]) {
+        let width = self.area.width();
+        let data = self.pixmap.data_mut().as_chunks_mut::<4>().0;
+        for (y, row) in (part.y0..).zip(pixels.chunks_exact(part.width() * 3)) {
+            let start = (y - self.area.y0) as usize * width + (part.x0 - self.area.x0) as usize;
+            for (bytes, pixel) in data[start..].iter_mut().zip(row.as_chunks::<3>().0) {
+                *bytes = [pixel[0], pixel[1], pixel[2], 255];
+            }
+        }
+    }
+
+    /// The pixels of a part of the canvas: RGB, row by row.
+    pub fn pixels(&self, part: Area) -> Vec<u8> {
+        let mut pixels = Vec::with_capacity(part.len() * 3);
+        for y in part.y0..part.y1 {
+            let start = (y - self.area.y0) as usize * self.area.width() + (part.x0 - self.area.x0) as usize;
+            for pixel in &self.pixmap.pixels()[start..start + part.width()] {
+                pixels.extend([pixel.red(), pixel.green(), pixel.blue()]);
+            }
+        }
+        pixels
+    }
+
+    /// Whether something that spans so much, west, north, east and south, may be seen on the canvas.
+    pub fn sees(&self, [west, north, east, south]: [f64; 4]) -> bool {
+        let [x0, y0, x1, y1] = [self.area.x0, self.area.y0, self.area.x1, self.area.y1].map(|at| at as f64);
+        east > x0 - WIDEST && west < x1 + WIDEST && south > y0 - WIDEST && north < y1 + WIDEST
+    }
+
+    fn corner(&self) -> [f64; 2] {
+        [self.area.x0 as f64, self.area.y0 as f64]
+    }
+
+    fn path(&self, lines: &[Vec<[f64; 2]>]) -> Option<Path> {
+        let mut path = PathBuilder::new();
+        for line in lines {
+            let mut points = line.iter().map(|point| [0, 1].map(|axis| (point[axis] - self.corner()[axis]) as f32));
+            let Some([x, y]) = points.next() else { continue };
+            path.move_to(x, y);
+            points.for_each(|[x, y]| path.line_to(x, y));
+        }
+        path.finish()
+    }
+
+    fn paint(colour: Colour, opacity: f32) -> Paint<'static> {
+        let [red, green, blue] = colour.0;
+        let mut paint = Paint { anti_alias: true, ..Paint::default() };
+        paint.set_color(Color::from_rgba8(red, green, blue, (opacity * 255.0 + 0.5) as u8));
+        paint
+    }
+
+    /// Fills an area.
+    pub fn fill(&mut self, shape: &Shape, colour: Colour) {
+        if !self.sees(shape.bounds) {
+            return;
+        }
+        if let Some(path) = self.path(&shape.lines) {
+            let paint = Canvas::paint(colour, 1.0);
+            self.pixmap.fill_path(&path, &paint, FillRule::EvenOdd, Transform::identity(), None);
+        }
+    }
+
+    /// Draws the lines of a shape.
+    pub fn stroke_shape(&mut self, shape: &Shape, pen: &Pen) {
+        if self.sees(shape.bounds) {
+            self.stroke(&shape.lines, pen);
+        }
+    }
+
+    /// Draws lines.
+    pub fn stroke(&mut self, lines: &[Vec<[f64; 2]>], pen: &Pen) {
+        if pen.width <= 0.0 {
+            return;
+        }
+        let Some(path) = self.path(lines) else { return };
+        let stroke = Stroke {
+            width: pen.width,
+            line_cap: if pen.dash.is_some() { LineCap::Butt } else { LineCap::Round },
+            line_join: LineJoin::Round,
+            dash: pen.dash.and_then(|dash| StrokeDash::new(dash.to_vec(), 0.0)),
+            ..Stroke::default()
+        };
+        let paint = Canvas::paint(pen.colour, pen.opacity);
+        self.pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
+    }
+
+    /// Writes a text.
+    pub fn write(&mut self, text: &Placed, colour: Colour) {
+        if let Some(path) = self.outline(text) {
+            let paint = Canvas::paint(colour, 1.0);
+            self.pixmap.fill_path(&path, &paint, FillRule::Winding, Transform::identity(), None);
+        }
+    }
+
+    /// Draws what is around the letters of a text.
+    pub fn surround(&mut self, text: &Placed, pen: &Pen) {
+        if let Some(path) = self.outline(text).filter(|_| pen.width > 0.0) {
+            let stroke = Stroke { width: pen.width, line_join: LineJoin::Round, ..Stroke::default() };
+            let paint = Canvas::paint(pen.colour, pen.opacity);
+            self.pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
+        }
+    }
+
+    /// The outlines of a text's letters, if it may be seen.
+    fn outline(&self, text: &Placed) -> Option<Path> {
+        let span = bounds(text.boxes.iter().flatten());
+        self.sees(span).then(|| text.path([self.area.x0, self.area.y0])).flatten()
+    }
+
+    /// Draws a disc.
+    pub fn dot(&mut self, at: [f64; 2], radius: f64, colour: Colour) {
+        let [x, y] = [0, 1].map(|axis| (at[axis] - self.corner()[axis]) as f32);
+        if let Some(path) = PathBuilder::from_circle(x, y, radius as f32) {
+            let paint = Canvas::paint(colour, 1.0);
+            self.pixmap.fill_path(&path, &paint, FillRule::Winding, Transform::identity(), None);
+        }
+    }
+}

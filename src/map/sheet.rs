@@ -1,0 +1,444 @@
+//! Sheets: a map on paper, with a frame, a grid, a scale bar, a legend and what it says of itself around it.
+
+use std::collections::BTreeSet;
+
+use crate::area::Area;
+use crate::lines::RoadClass;
+use crate::map::Chart;
+use crate::map::canvas::{Canvas, Pen};
+use crate::map::chart::Picture;
+use crate::map::drawing::Shape;
+use crate::map::names::symbol_mm;
+use crate::map::scale::Scale;
+use crate::map::style::{Colour, Style};
+use crate::map::text::{Face, Placed, shape};
+use crate::places::site::SiteClass;
+
+/// Millimetres of paper around the map, above it and below it.
+const SIDE_MM: f64 = 14.0;
+const TOP_MM: f64 = 20.0;
+const BOTTOM_MM: f64 = 32.0;
+
+/// Millimetres from the map to the outer frame, between which the numbers of the grid stand.
+const FRAME_MM: f64 = 5.0;
+
+/// Millimetres of paper between two lines of the grid, at least.
+const GRID_MM: f64 = 40.0;
+
+/// Millimetres that a scale bar is long at most.
+const BAR_MM: f64 = 60.0;
+
+/// What stands around a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Furniture {
+    /// The name of the map above it.
+    Title,
+    /// The line around the map, and one around that.
+    Frame,
+    /// Lines of whole kilometres over the map, with their numbers in the frame.
+    Grid,
+    /// How long kilometres are, and the scale.
+    Scale,
+    /// An arrow to the north.
+    North,
+    /// What colours and lines mean.
+    Legend,
+    /// How to draw the map again.
+    Recipe,
+}
+
+impl Furniture {
+    /// All, in the order of lists.
+    pub const ALL: [Furniture; 7] = [
+        Furniture::Title,
+        Furniture::Frame,
+        Furniture::Grid,
+        Furniture::Scale,
+        Furniture::North,
+        Furniture::Legend,
+        Furniture::Recipe,
+    ];
+
+    /// The name in options.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Furniture::Title => "title",
+            Furniture::Frame => "frame",
+            Furniture::Grid => "grid",
+            Furniture::Scale => "scale",
+            Furniture::North => "north",
+            Furniture::Legend => "legend",
+            Furniture::Recipe => "recipe",
+        }
+    }
+}
+
+/// What is written around a map, and what of all furniture there is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Captions {
+    /// The name of the map.
+    pub title: String,
+    /// What stands behind it in small letters.
+    pub subtitle: String,
+    /// How to draw the map again.
+    pub recipe: String,
+    /// What there is.
+    pub furniture: BTreeSet<Furniture>,
+}
+
+/// A map with what stands around it. Its pixels are counted as those of the map are, so they go on to its left and above it.
+#[derive(Debug)]
+pub struct Sheet<'a> {
+    picture: &'a Picture<'a>,
+    page: Area,
+    paper: Colour,
+    marks: Vec<Mark>,
+}
+
+/// Something on the paper.
+#[derive(Debug)]
+enum Mark {
+    Fill(Shape, Colour),
+    Line(Vec<[f64; 2]>, Colour, f64, f32),
+    Dot([f64; 2], f64, Colour),
+    Text(Placed, Colour),
+}
+
+impl Sheet<'_> {
+    /// The area of pixels that a map and what stands around it take.
+    pub fn area(map: Area, scale: Scale, furniture: &BTreeSet<Furniture>) -> Area {
+        let pixels = |mm: f64| scale.pixels(mm).ceil() as i64;
+        let has = |one: Furniture| furniture.contains(&one);
+        let is_framed = has(Furniture::Frame) || has(Furniture::Grid);
+        let side = if furniture.is_empty() { 0 } else { pixels(if is_framed { SIDE_MM } else { 0.0 }) };
+        let has_foot = [Furniture::Scale, Furniture::North, Furniture::Legend, Furniture::Recipe].into_iter().any(has);
+        let top = if has(Furniture::Title) { pixels(TOP_MM) } else { side };
+        let bottom = if has_foot { pixels(BOTTOM_MM) } else { side };
+        Area { x0: map.x0 - side, y0: map.y0 - top, x1: map.x1 + side, y1: map.y1 + bottom }
+    }
+
+    /// A picture of a chart with what stands around it.
+    pub fn new<'a>(chart: &Chart, picture: &'a Picture<'a>, captions: &Captions) -> Sheet<'a> {
+        let (scale, map) = (chart.scale(), picture.area());
+        let page = Sheet::area(map, scale, &captions.furniture);
+        let mut printer = Printer { chart, style: chart.style(), scale, map, page, marks: Vec::new() };
+        for furniture in &captions.furniture {
+            match furniture {
+                Furniture::Title => printer.title(&captions.title, &captions.subtitle),
+                Furniture::Frame => printer.frame(),
+                Furniture::Grid => printer.grid(),
+                Furniture::Scale => printer.scale_bar(),
+                Furniture::North => printer.north(),
+                Furniture::Legend => printer.legend(),
+                Furniture::Recipe => printer.recipe(&captions.recipe),
+            }
+        }
+        Sheet { picture, page, paper: chart.style().paper, marks: printer.marks }
+    }
+
+    /// The pixels that it covers.
+    pub fn page(&self) -> Area {
+        self.page
+    }
+
+    /// Hands on the sheet in strips of whole rows, from north to south: RGB, row by row.
+    ///
+    /// # Errors
+    /// When `write` fails.
+    pub fn strips<E>(&self, mut write: impl FnMut(&[u8]) -> Result<(), E>) -> Result<(), E> {
+        let map = self.picture.area();
+        let mut y = self.page.y0;
+        while y < self.page.y1 {
+            // Blocks of the map are drawn once each, so strips end where they do.
+            let mut end = (y.div_euclid(Chart::STRIP as i64) + 1) * Chart::STRIP as i64;
+            if y < map.y0 {
+                end = end.min(map.y0);
+            }
+            let strip = Area { y0: y, y1: end.min(self.page.y1), ..self.page };
+            let mut canvas = Canvas::new(strip, self.paper);
+            if let Some(seen) = map.common(&strip) {
+                canvas.put(seen, &self.picture.pixels(seen));
+            }
+            self.marks.iter().for_each(|mark| mark.draw(&mut canvas));
+            write(&canvas.pixels(strip))?;
+            y = strip.y1;
+        }
+        Ok(())
+    }
+}
+
+impl Mark {
+    fn draw(&self, canvas: &mut Canvas) {
+        match self {
+            Mark::Fill(shape, colour) => canvas.fill(shape, *colour),
+            Mark::Line(line, colour, width, opacity) => {
+                let pen = Pen { colour: *colour, opacity: *opacity, width: *width as f32, dash: None };
+                canvas.stroke_shape(&Shape::new(vec![line.clone()]), &pen);
+            }
+            Mark::Dot(at, radius, colour) => canvas.dot(*at, *radius, *colour),
+            Mark::Text(text, colour) => canvas.write(text, *colour),
+        }
+    }
+}
+
+/// The length of 1, 2 or 5 times a power of ten that is at most so long.
+fn round_length(most: f64) -> f64 {
+    let power = libm::pow(10.0, libm::floor(libm::log10(most)));
+    [5.0, 2.0, 1.0].map(|step| step * power).into_iter().find(|step| *step <= most).unwrap_or(power)
+}
+
+/// A number with a thin space between thousands, as maps have it.
+pub fn thousands(number: f64) -> String {
+    let digits = format!("{number:.0}");
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index) % 3 == 0 && digit.is_ascii_digit() && !text.ends_with('-') {
+            text.push('\u{2009}');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Puts marks on paper.
+struct Printer<'a> {
+    chart: &'a Chart,
+    style: &'a Style,
+    scale: Scale,
+    map: Area,
+    page: Area,
+    marks: Vec<Mark>,
+}
+
+impl Printer<'_> {
+    fn mm(&self, mm: f64) -> f64 {
+        self.scale.pixels(mm)
+    }
+
+    /// West, north, east and south of the map.
+    fn edges(&self) -> [f64; 4] {
+        [self.map.x0, self.map.y0, self.map.x1, self.map.y1].map(|at| at as f64)
+    }
+
+    fn line(&mut self, line: Vec<[f64; 2]>, mm: f64) {
+        let width = self.mm(mm);
+        self.marks.push(Mark::Line(line, self.style.ink, width, 1.0));
+    }
+
+    fn fill(&mut self, [west, north, east, south]: [f64; 4], colour: Colour) {
+        let ring = vec![[west, north], [east, north], [east, south], [west, south], [west, north]];
+        self.marks.push(Mark::Fill(Shape::new(vec![ring]), colour));
+    }
+
+    /// Writes a text whose baseline begins at a place, or ends there, or has its middle there: 0, 1 or a half. Returns how
+    /// long it is.
+    fn write(&mut self, text: &str, face: Face, size_mm: f64, [x, y]: [f64; 2], share: f64) -> f64 {
+        let shaped = shape(text, face, self.mm(size_mm) as f32, 0.0);
+        let placed = shaped.at([x - share * shaped.width, y], 0.0);
+        self.marks.push(Mark::Text(placed, self.style.ink));
+        shaped.width
+    }
+
+    fn title(&mut self, title: &str, subtitle: &str) {
+        let [west, north, east, _] = self.edges();
+        let baseline = north - self.mm(FRAME_MM + 3.6);
+        self.write(title, Face::Semibold, 8.5, [west, baseline], 0.0);
+        self.write(subtitle, Face::Italic, 4.0, [east, baseline], 1.0);
+    }
+
+    fn frame(&mut self) {
+        let [west, north, east, south] = self.edges();
+        let ring = |by: f64| {
+            let [w, n, e, s] = [west - by, north - by, east + by, south + by];
+            vec![[w, n], [e, n], [e, s], [w, s], [w, n]]
+        };
+        self.line(ring(0.0), 0.15);
+        self.line(ring(self.mm(FRAME_MM)), 0.5);
+    }
+
+    /// Kilometres from a line of the grid to the next.
+    fn grid_km(&self) -> f64 {
+        let least_km = GRID_MM * self.scale.denominator() / 1e6;
+        let power = libm::pow(10.0, libm::floor(libm::log10(least_km)));
+        [1.0, 2.0, 5.0, 10.0].map(|step| step * power).into_iter().find(|step| *step >= least_km).unwrap_or(least_km)
+    }
+
+    fn grid(&mut self) {
+        let [west, north, east, south] = self.edges();
+        let (km, ink) = (self.grid_km(), self.style.ink);
+        let step = km * 1000.0 / self.scale.metres_per_pixel;
+        let (thin, gap) = (self.mm(0.1), self.mm(FRAME_MM));
+        let digits = usize::from(km < 1.0) + usize::from(km < 0.1);
+        let lines = |from: f64, to: f64| ((from / step).ceil() as i64)..=((to / step).floor() as i64);
+        let small = self.mm(0.9);
+        for number in lines(west, east) {
+            let x = number as f64 * step;
+            self.marks.push(Mark::Line(vec![[x, north], [x, south]], ink, thin, 0.28));
+            let text = format!("{:.digits$}", number as f64 * km);
+            if x > west + gap && x < east - gap {
+                self.write(&text, Face::Regular, 2.6, [x, north - 1.6 * small], 0.5);
+                self.write(&text, Face::Regular, 2.6, [x, south + 3.4 * small], 0.5);
+            }
+        }
+        for number in lines(north, south) {
+            let y = number as f64 * step;
+            self.marks.push(Mark::Line(vec![[west, y], [east, y]], ink, thin, 0.28));
+            // North is up, and rows count to the south.
+            let text = format!("{:.digits$}", 0.0 - number as f64 * km);
+            for x in [west - 0.5 * gap, east + 0.5 * gap] {
+                let shaped = shape(&text, Face::Regular, self.mm(2.6) as f32, 0.0);
+                // Read from the right, as the numbers at the sides of maps are.
+                let start = [x + 0.35 * shaped.cap_height, y + 0.5 * shaped.width];
+                let placed = shaped.at(start, -std::f64::consts::FRAC_PI_2);
+                if y > north + gap && y < south - gap {
+                    self.marks.push(Mark::Text(placed, ink));
+                }
+            }
+        }
+    }
+
+    /// The baseline of the first line below the map.
+    fn foot(&self) -> f64 {
+        self.edges()[3] + self.mm(FRAME_MM + 6.0)
+    }
+
+    fn scale_bar(&mut self) {
+        let west = self.edges()[0];
+        let foot = self.foot();
+        let denominator = self.scale.denominator();
+        self.write(&format!("1 : {}", thousands(denominator)), Face::Semibold, 4.2, [west, foot], 0.0);
+        let most_m = BAR_MM.min(self.map.width() as f64 / self.mm(1.0) * 0.3) * denominator / 1000.0;
+        let length_m = round_length(most_m);
+        let length = length_m / self.scale.metres_per_pixel;
+        let (top, bottom) = (foot + self.mm(4.2), foot + self.mm(5.4));
+        let parts = 5;
+        let (unit, per) = if length_m >= 1000.0 { ("km", 1000.0) } else { ("m", 1.0) };
+        for part in 0..parts {
+            let at = |part: i32| west + length * f64::from(part) / f64::from(parts);
+            let colour = if part % 2 == 0 { self.style.ink } else { self.style.paper };
+            self.fill([at(part), top, at(part + 1), bottom], colour);
+        }
+        self.line(vec![[west, top], [west + length, top], [west + length, bottom], [west, bottom], [west, top]], 0.12);
+        let baseline = bottom + self.mm(3.2);
+        let number = |metres: f64| {
+            let value = metres / per;
+            if value.fract() == 0.0 { format!("{value:.0}") } else { format!("{value}") }
+        };
+        self.write("0", Face::Regular, 2.8, [west, baseline], 0.5);
+        self.write(&format!("{} {unit}", number(length_m)), Face::Regular, 2.8, [west + length, baseline], 0.5);
+    }
+
+    fn north(&mut self) {
+        let east = self.edges()[2];
+        let (x, top) = (east - self.mm(5.0), self.foot() - self.mm(3.5));
+        let (half, height) = (self.mm(2.2), self.mm(11.0));
+        let ink = self.style.ink;
+        let left = vec![[x, top], [x - half, top + height], [x, top + 0.78 * height], [x, top]];
+        let right = vec![[x, top], [x + half, top + height], [x, top + 0.78 * height], [x, top]];
+        self.marks.push(Mark::Fill(Shape::new(vec![left.clone()]), ink));
+        self.line(right, 0.15);
+        self.line(left, 0.15);
+        self.write("N", Face::Semibold, 4.2, [x, top + height + self.mm(4.4)], 0.5);
+    }
+
+    /// What is seen on the map, in columns of a few lines.
+    fn legend(&mut self) {
+        let [west, _, east, _] = self.edges();
+        let shown = self.chart.legend();
+        let from = west + self.mm(BAR_MM + 14.0).min((east - west) * 0.36);
+        let (step, column, sample) = (self.mm(4.6), self.mm(36.0), self.mm(7.0));
+        let rows = 4;
+        let most = (((east - self.mm(14.0)) - from) / column).floor().max(0.0) as usize * rows;
+        for (index, item) in shown.into_iter().take(most).enumerate() {
+            let x = from + (index / rows) as f64 * column;
+            let y = self.foot() + (index % rows) as f64 * step - self.mm(1.0);
+            self.sample(&item, x, y, sample);
+            self.write(
+                item.about(self.chart.interval_m()).as_str(),
+                Face::Regular,
+                2.9,
+                [x + sample + self.mm(2.0), y + self.mm(1.0)],
+                0.0,
+            );
+        }
+    }
+
+    fn sample(&mut self, item: &LegendItem, x: f64, y: f64, width: f64) {
+        let style = self.style;
+        let line =
+            |mm: f64, colour: Colour| Mark::Line(vec![[x, y], [x + width, y]], colour, self.scale.pixels(mm), 1.0);
+        let middle = [x + 0.5 * width, y];
+        match item {
+            LegendItem::Road(class) => {
+                let road = &style.roads.classes[2 - *class as usize];
+                let marks =
+                    [line(road.width_mm + 2.0 * road.casing_mm, style.roads.casing), line(road.width_mm, road.colour)];
+                self.marks.extend(marks);
+            }
+            LegendItem::River => self.marks.push(line(style.water.river_mm[1] * 0.6, style.water.line)),
+            LegendItem::Lake => self.fill([x, y - self.mm(1.3), x + width, y + self.mm(1.3)], style.water.fill),
+            LegendItem::Contour => self.marks.push(line(style.contours.index_width_mm, style.contours.colour)),
+            LegendItem::Site(class) => {
+                let radius = self.mm(symbol_mm(*class));
+                let (colour, fill) = (style.places.colour, style.places.fill);
+                self.marks.push(Mark::Dot(middle, radius, colour));
+                self.marks.push(Mark::Dot(middle, radius - self.mm(0.2), fill));
+                if *class == SiteClass::Town {
+                    self.marks.push(Mark::Dot(middle, radius - self.mm(0.45), colour));
+                }
+            }
+            LegendItem::Peak => {
+                let (half, up) = (self.mm(0.6), self.mm(0.7));
+                let [x, y] = middle;
+                let ring =
+                    vec![[x - half, y + 0.6 * up], [x, y - up], [x + half, y + 0.6 * up], [x - half, y + 0.6 * up]];
+                self.marks.push(Mark::Fill(Shape::new(vec![ring]), style.labels.peak.colour));
+            }
+        }
+    }
+
+    fn recipe(&mut self, recipe: &str) {
+        let west = self.edges()[0];
+        let y = self.page.y1 as f64 - self.mm(3.5);
+        self.write(recipe, Face::Regular, 2.3, [west, y], 0.0);
+    }
+}
+
+/// Something that a legend explains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum LegendItem {
+    Road(RoadClass),
+    River,
+    Lake,
+    Contour,
+    Site(SiteClass),
+    Peak,
+}
+
+impl LegendItem {
+    fn about(&self, interval_m: f64) -> String {
+        match self {
+            LegendItem::Road(RoadClass::Highway) => "highway".into(),
+            LegendItem::Road(RoadClass::Road) => "road".into(),
+            LegendItem::Road(RoadClass::Track) => "track".into(),
+            LegendItem::River => "river".into(),
+            LegendItem::Lake => "lake".into(),
+            LegendItem::Contour => format!("contours, each {interval_m} m"),
+            LegendItem::Site(class) => class.name().into(),
+            LegendItem::Peak => "peak, height in m".into(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_are_round_and_thousands_apart() {
+        assert_eq!([7.0, 23.0, 1400.0, 99.0].map(round_length), [5.0, 20.0, 1000.0, 50.0]);
+        assert_eq!(thousands(50_000.0), "50\u{2009}000");
+        assert_eq!(thousands(999.0), "999");
+        assert_eq!(thousands(2_000_000.0), "2\u{2009}000\u{2009}000");
+    }
+}
