@@ -180,6 +180,12 @@ impl World {
         places.site(land, id)
     }
 
+    /// The first town of a square of so many site cells, by its column and row, if it has one; none in a world without places.
+    pub fn chief_site(&self, square: [i64; 2], side: i64) -> Option<Arc<Site>> {
+        let (places, land) = self.places.as_ref().zip(self.relief.fluvial())?;
+        places.chief(land, square, side)
+    }
+
     /// Settlements and roads of this world, and what is remembered of them.
     pub fn places(&self) -> Option<&Places> {
         self.places.as_ref()

@@ -41,16 +41,23 @@ pub static SITES: Layer<Arc<Site>, SiteFeature> = Layer {
     ],
     sources,
     key: |site| site.id.to_string().into(),
-    feature: |world, site| SiteFeature {
-        id: site.id,
-        name: site.name.clone(),
-        class: site.class,
-        population: site.population,
-        height_m: site.height_m,
-        at: metres(site.at.map(|at| at as f64), world.spacing_m()),
-    },
+    feature: |world, site| SiteFeature::new(world, site),
     lines: |site| point(site.at),
 };
+
+impl SiteFeature {
+    /// A settlement of a world.
+    pub fn new(world: &World, site: &Site) -> SiteFeature {
+        SiteFeature {
+            id: site.id,
+            name: site.name.clone(),
+            class: site.class,
+            population: site.population,
+            height_m: site.height_m,
+            at: metres(site.at.map(|at| at as f64), world.spacing_m()),
+        }
+    }
+}
 
 fn sources(world: &World, area: &Area) -> Vec<Arc<Site>> {
     let ends = |id: LineId| if let LineId::Road { from, to, .. } = id { vec![from, to] } else { Vec::new() };

@@ -32,6 +32,7 @@ pub struct Chart {
     terrain: Terrain,
     relief: Relief,
     settled: Option<World>,
+    has_roads: bool,
     summits: Option<Summits>,
     interval_m: f64,
 }
@@ -62,16 +63,16 @@ impl Chart {
         let denominator = scale.denominator();
         let relief = Relief::new(&style, &terrain, denominator, scale.metres_per_pixel);
         // Nodes from afar know of no settlements.
+        let settled = preset.places.is_some().then(|| World::new(preset.clone(), seed)).transpose()?;
         let least = style.roads.classes.iter().map(|class| class.most).fold(0.0, f64::max);
-        let is_settled = preset.places.is_some() && denominator <= least;
-        let settled = is_settled.then(|| World::new(preset.clone(), seed)).transpose()?;
+        let has_roads = denominator <= least;
         let (low_m, high_m) = terrain.world().height_range_m();
         let range_m = f64::from(high_m - low_m.max(preset.sea_level_m.map_or(low_m, |level| level as f32)));
         let interval_m =
             style.contours.interval_m.unwrap_or_else(|| interval_m(denominator, style.contours.spacing_mm, range_m));
         let has_peaks = style.labels.draw && preset.fluvial.is_some();
         let summits = has_peaks.then(|| Summits::new(preset, seed, scale)).transpose()?;
-        Ok(Chart { style, scale, terrain, relief, settled, summits, interval_m })
+        Ok(Chart { style, scale, terrain, relief, settled, has_roads, summits, interval_m })
     }
 
     /// The scale of the maps.
@@ -93,7 +94,7 @@ impl Chart {
             let classes = [SiteClass::Town, SiteClass::Village, SiteClass::Hamlet];
             items.extend(classes.into_iter().filter(|class| is_drawn(*class, self.scale)).map(LegendItem::Site));
         }
-        if style.roads.draw && self.settled.is_some() {
+        if style.roads.draw && self.settled.is_some() && self.has_roads {
             let classes = [RoadClass::Highway, RoadClass::Road, RoadClass::Track];
             let seen = |class: &RoadClass| denominator <= style.roads.classes[2 - *class as usize].most;
             items.extend(classes.into_iter().filter(seen).map(LegendItem::Road));
@@ -122,6 +123,7 @@ impl Chart {
             scale: self.scale,
             world: self.terrain.world(),
             settled: self.settled.as_ref(),
+            has_roads: self.has_roads,
         };
         let pad = if self.style.labels.draw { names::pad(self.scale) } else { WIDEST as usize };
         let drawing = draughtsman.draw(area.padded(pad));

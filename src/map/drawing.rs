@@ -14,6 +14,7 @@ use crate::map::generalise::{smooth, thinned};
 use crate::map::names::is_drawn;
 use crate::map::scale::Scale;
 use crate::map::style::Style;
+use crate::places::Places;
 use crate::world::World;
 
 /// Nodes a side of the parts in which things are found at once.
@@ -21,6 +22,9 @@ const PART: i64 = 512;
 
 /// Square pixels that a bend of a line spans at least.
 const LEAST_BEND: f64 = 0.4;
+
+/// Millimetres of paper of a square that has one town, where there is not room for all.
+const TOWN_MM: f64 = 24.0;
 
 /// Chords of a lake that are looked at for its widest place.
 const CHORDS: u32 = 12;
@@ -133,8 +137,9 @@ pub(super) struct Draughtsman<'a> {
     pub scale: Scale,
     /// The world at the nodes of the scale.
     pub world: &'a World,
-    /// The world whose roads and settlements are drawn, if they are.
+    /// The world whose settlements are drawn, if they are, and whether its roads and all settlements are.
     pub settled: Option<&'a World>,
+    pub has_roads: bool,
 }
 
 impl Draughtsman<'_> {
@@ -147,10 +152,11 @@ impl Draughtsman<'_> {
         }
         if let Some(settled) = self.settled {
             let vertices = self.scale.nodes_of(area, settled.spacing_m());
-            self.draw_roads(settled, vertices, &mut drawing);
+            if self.has_roads {
+                self.draw_roads(settled, vertices, &mut drawing);
+            }
             if self.style.places.draw {
-                let sites = Self::find(vertices, |part| SITES.find(settled, part), |site| site.id);
-                drawing.sites = sites.into_iter().filter(|site| is_drawn(site.class, self.scale)).collect();
+                drawing.sites = self.sites(settled, vertices);
             }
         }
         drawing
@@ -238,6 +244,23 @@ impl Draughtsman<'_> {
         }
         let bounds = bounds(parts.iter().flat_map(|(_, part)| part));
         Some(Strokes { bounds, parts })
+    }
+
+    /// The settlements that a map has room for: all, or the first town of each square of the world.
+    fn sites(&self, settled: &World, vertices: Area) -> Vec<SiteFeature> {
+        if self.has_roads {
+            let sites = Self::find(vertices, |part| SITES.find(settled, part), |site| site.id);
+            return sites.into_iter().filter(|site| is_drawn(site.class, self.scale)).collect();
+        }
+        let Some(cell_side) = settled.places().map(Places::site_side) else { return Vec::new() };
+        let square_m = TOWN_MM * self.scale.denominator() / 1000.0;
+        let cells = (square_m / (cell_side as f64 * settled.spacing_m())).ceil() as i64;
+        let side = cells * cell_side;
+        let span = |from: i64, to: i64| from.div_euclid(side)..=(to - 1).div_euclid(side);
+        let squares: Vec<[i64; 2]> =
+            span(vertices.y0, vertices.y1).flat_map(|y| span(vertices.x0, vertices.x1).map(move |x| [x, y])).collect();
+        let town = |square: &[i64; 2]| settled.chief_site(*square, cells).map(|site| SiteFeature::new(settled, &site));
+        squares.par_iter().filter_map(town).collect()
     }
 
     fn draw_roads(&self, settled: &World, vertices: Area, drawing: &mut Drawing) {

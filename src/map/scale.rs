@@ -61,7 +61,7 @@ mod tests {
         for (metres_per_pixel, stride) in
             [(2.0, 1), (10.0, 1), (14.0, 1), (15.0, 2), (40.0, 4), (170.0, 16), (1e6, 4096)]
         {
-            let scale = Scale { metres_per_pixel, pixels_per_mm: 10.0 };
+            let scale = Scale { metres_per_pixel, pixels_per_mm: 4.0 };
             assert_eq!(scale.stride(10.0).vertices(), stride, "{metres_per_pixel}");
         }
         let scale = Scale { metres_per_pixel: 2.5, pixels_per_mm: 10.0 };

@@ -63,8 +63,11 @@ use crate::places::corridor::Corridor;
 use crate::places::ellipse::Ellipse;
 use crate::places::plan_land::{Plans, Scale};
 use crate::places::settings::PlacesSettings;
-use crate::places::site::{Seat, Site};
+use crate::places::site::{Seat, Site, SiteClass};
 use crate::recipe::fault::KeyPath;
+
+/// Cells of a square that may have its first town.
+const CHIEFS: usize = 4;
 
 /// Settlements and roads of a world. What has been found is remembered for a while, which changes nothing but time.
 ///
@@ -142,6 +145,19 @@ impl Places {
         let mut sites: Vec<Arc<Site>> = seats.filter_map(|seat| self.site(land, seat.id)).collect();
         sites.sort_by_key(|site| site.id);
         sites
+    }
+
+    /// The first town of a square of so many site cells, by its column and row: of the luckiest cells, of which a few are looked at.
+    ///
+    /// Of the land only that is made where these cells are: so a map of a continent can have towns.
+    pub fn chief(&self, land: &dyn Survey, [x, y]: [i64; 2], side: i64) -> Option<Arc<Site>> {
+        let cells = (y * side..(y + 1) * side).flat_map(|j| (x * side..(x + 1) * side).map(move |i| SiteId { i, j }));
+        let luck = |id| site::town_luck(&self.settings, self.seed, id).map(|luck| (luck, id));
+        let mut lucky: Vec<(f64, SiteId)> = cells.filter_map(luck).collect();
+        lucky.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let seats = lucky.into_iter().take(CHIEFS).filter_map(|(_, id)| self.seat(land, id));
+        let town = seats.filter(|seat| seat.class == SiteClass::Town).map(|seat| seat.id).next()?;
+        self.site(land, town)
     }
 
     /// All roads whose effect may touch a vertex of `area`, whole, sorted by id.

@@ -151,14 +151,26 @@ pub(super) fn seat(settings: &PlacesSettings, seed: u64, plans: &Plans, land: &d
     Some(Seat::new(id, vertex(at), class, population))
 }
 
+/// The rank from which on a settlement is a town.
+const TOWN: f64 = 0.78;
+
 /// The class of a settlement of a rank, 0 to 1, and how many people live there. Chosen by eye.
 fn class_and_people(rank: f64) -> (SiteClass, u32) {
     let (class, people) = match rank {
         ..0.55 => (SiteClass::Hamlet, 20.0 + 200.0 * rank),
-        0.55..0.78 => (SiteClass::Village, 200.0 + 6000.0 * (rank - 0.55)),
-        _ => (SiteClass::Town, 2000.0 + 80_000.0 * (rank - 0.78)),
+        0.55..TOWN => (SiteClass::Village, 200.0 + 6000.0 * (rank - 0.55)),
+        _ => (SiteClass::Town, 2000.0 + 80_000.0 * (rank - TOWN)),
     };
     (class, people as u32)
+}
+
+/// How lucky a cell is, by which its settlement is larger than that of others as good; none that is not lucky enough for a
+/// town, or that has no settlement.
+pub(super) fn town_luck(settings: &PlacesSettings, seed: u64, id: SiteId) -> Option<f64> {
+    let luck = hash::share(id.hash(seed, Stream::SiteClass));
+    // Land is worth 1 at most, and half of the rank is luck.
+    let is_settled = hash::share(id.hash(seed, Stream::Settled)) < settings.density;
+    (is_settled && 0.5 + 0.5 * luck >= TOWN).then_some(luck)
 }
 
 /// Whether there is no water within so many metres of a vertex: the plan's nodes know less of it than the land does. That is

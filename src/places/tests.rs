@@ -234,7 +234,7 @@ fn settlements_stand_on_dry_and_even_land() {
         assert!(site.height_m <= 2500.0 && site.population >= 20);
     }
     let count = |class| sites.iter().filter(|site| site.class == class).count();
-    let classes = [site::SiteClass::Hamlet, site::SiteClass::Village, site::SiteClass::Town].map(count);
+    let classes = [SiteClass::Hamlet, SiteClass::Village, SiteClass::Town].map(count);
     assert!(classes.iter().all(|count| *count > 10), "{classes:?}");
 }
 
@@ -671,7 +671,7 @@ fn a_side_too_steep_for_a_straight_road_is_climbed_by_hairpins() {
     let site = |number: i64| {
         let at = [number * 10, number * 30].map(|at| at * places.plans.fine.scale.step);
         let id = SiteId { i: 0, j: number };
-        Seat::new(id, at, site::SiteClass::Hamlet, 50)
+        Seat::new(id, at, SiteClass::Hamlet, 50)
     };
     let builder = Builder { settings: &settings, seed: 7, plans: &places.plans, survey: &slope };
     let corridor = builder.corridor(&site(0), &site(1)).expect("there is no water");
@@ -719,7 +719,7 @@ fn a_strait_is_bridged_or_has_no_corridor() {
         let (places, strait) = (places(), Strait(width_m));
         let seat = |row: i64| {
             let at = [0, row * 20].map(|at| at * places.plans.coarse.scale.step);
-            Seat::new(SiteId { i: 0, j: row }, at, site::SiteClass::Town, 3000)
+            Seat::new(SiteId { i: 0, j: row }, at, SiteClass::Town, 3000)
         };
         let builder = Builder { settings: &settings, seed: 7, plans: &places.plans, survey: &strait };
         let (a, b) = (seat(-1), seat(1));

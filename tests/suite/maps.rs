@@ -19,7 +19,7 @@ fn chart(preset: &str, style: &str, scale: Scale) -> Chart {
 #[test]
 fn a_map_drawn_at_once_in_strips_and_in_sheets_is_the_same() {
     // Small letters, so that what could be written around is not a whole country.
-    let scale = Scale { metres_per_pixel: 40.0, pixels_per_mm: 2.0 };
+    let scale = Scale { metres_per_pixel: 8.0, pixels_per_mm: 2.0 };
     for style in ["topographic", "night"] {
         let chart = chart("archipelago", style, scale);
         let area = Area::new(-300, -700, 700, 650);
@@ -46,7 +46,7 @@ fn a_map_drawn_at_once_in_strips_and_in_sheets_is_the_same() {
 
 #[test]
 fn all_styles_draw_and_differ() {
-    let scale = Scale { metres_per_pixel: 30.0, pixels_per_mm: 3.0 };
+    let scale = Scale { metres_per_pixel: 10.0, pixels_per_mm: 2.0 };
     let area = Area::new(0, 0, 300, 200);
     let mut seen = BTreeSet::new();
     for (name, _) in STYLES {
