@@ -126,7 +126,7 @@ impl Chart {
             has_roads: self.has_roads,
         };
         let pad = if self.style.labels.draw { names::pad(self.scale) } else { WIDEST as usize };
-        let drawing = draughtsman.draw(area.padded(pad));
+        let drawing = draughtsman.draw(area, pad);
         let mut writings = Vec::new();
         if self.style.labels.draw {
             let summits =

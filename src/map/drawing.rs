@@ -8,8 +8,9 @@ use rayon::prelude::*;
 
 use crate::area::Area;
 use crate::features::landforms::{LAKES, LakeFeature};
-use crate::features::sites::{SITES, SiteFeature};
+use crate::features::sites::SiteFeature;
 use crate::lines::{Line, LineKind, RoadClass, StructureKind};
+use crate::map::canvas::WIDEST;
 use crate::map::generalise::{smooth, thinned};
 use crate::map::names::is_drawn;
 use crate::map::scale::Scale;
@@ -36,7 +37,7 @@ const LEAST_LAKE: f64 = 6.0;
 const NAMED: f64 = 6.0;
 
 /// How many times the discharge of the least river one has that is drawn at full width.
-const WIDEST: f64 = 3000.0;
+const LARGEST: f64 = 3000.0;
 
 const SECONDS_A_YEAR: f64 = 31_557_600.0;
 
@@ -143,20 +144,21 @@ pub(super) struct Draughtsman<'a> {
 }
 
 impl Draughtsman<'_> {
-    /// All that lies in an area of pixels or reaches into it.
-    pub fn draw(&self, area: Area) -> Drawing {
+    /// All that lies in an area of pixels or reaches into it, and what has a name within `pad` pixels around it.
+    pub fn draw(&self, seen: Area, pad: usize) -> Drawing {
+        let area = seen.padded(pad);
         let mut drawing = Drawing::default();
         let nodes = self.scale.nodes_of(area, self.world.spacing_m());
         if self.style.water.draw {
             self.draw_water(nodes, &mut drawing);
         }
         if let Some(settled) = self.settled {
-            let vertices = self.scale.nodes_of(area, settled.spacing_m());
+            let vertices = |area| self.scale.nodes_of(area, settled.spacing_m());
             if self.has_roads {
-                self.draw_roads(settled, vertices, &mut drawing);
+                self.draw_roads(settled, vertices(seen.padded(WIDEST as usize)), &mut drawing);
             }
             if self.style.places.draw {
-                drawing.sites = self.sites(settled, vertices);
+                drawing.sites = self.sites(settled, vertices(area));
             }
         }
         drawing
@@ -227,7 +229,7 @@ impl Draughtsman<'_> {
         let kept = thinned(&at, LEAST_BEND);
         let width = |index: usize| {
             let point = &points[index];
-            let share = libm::log((point.discharge_m3s / least_m3s.max(1e-9)).max(1.0)) / libm::log(WIDEST);
+            let share = libm::log((point.discharge_m3s / least_m3s.max(1e-9)).max(1.0)) / libm::log(LARGEST);
             let [least, most] = self.style.water.river_mm.map(|mm| self.scale.pixels(mm));
             let drawn = least + (most - least) * share.min(1.0);
             // In steps that the eye does not see.
@@ -249,8 +251,9 @@ impl Draughtsman<'_> {
     /// The settlements that a map has room for: all, or the first town of each square of the world.
     fn sites(&self, settled: &World, vertices: Area) -> Vec<SiteFeature> {
         if self.has_roads {
-            let sites = Self::find(vertices, |part| SITES.find(settled, part), |site| site.id);
-            return sites.into_iter().filter(|site| is_drawn(site.class, self.scale)).collect();
+            let sites = Self::find(vertices, |part| settled.sites(part), |site| site.id);
+            let drawn = sites.into_iter().filter(|site| is_drawn(site.class, self.scale));
+            return drawn.map(|site| SiteFeature::new(settled, &site)).collect();
         }
         let Some(cell_side) = settled.places().map(Places::site_side) else { return Vec::new() };
         let square_m = TOWN_MM * self.scale.denominator() / 1000.0;

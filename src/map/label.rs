@@ -44,9 +44,9 @@ pub struct Candidate<T> {
     pub item: T,
 }
 
-/// How often features hear of what has become of those around them. Each round more is a name's length more around a sheet of
-/// which all names must be known, and eight would show few names that two do not.
-const ROUNDS: u32 = 2;
+/// How often features hear of what has become of those around them. Each round more is a name's length more around a sheet in
+/// which all names must be known. Of the names that more rounds would show, these miss few where most find a place.
+const ROUNDS: u32 = 4;
 
 /// How far around a sheet candidates and obstacles must be given to [`place`], so that it shows what any larger sheet
 /// does there.
@@ -431,7 +431,7 @@ mod tests {
 
     #[test]
     fn none_overlap_and_only_what_conflicts_is_left_out() {
-        let all = towns(3_000, 4_000.0);
+        let all = towns(1_500, 4_000.0);
         let obstacles: Vec<_> =
             (0..200).map(|index| square([chance(index, 7), chance(index, 8)].map(|at| at * 4_000.0), 9.0)).collect();
         let shown = place(all.clone(), &obstacles, MARGIN_PX);
@@ -448,8 +448,8 @@ mod tests {
         });
         let mut open: Vec<_> = open.map(|one| one.rank.feature).collect();
         open.dedup();
-        assert!(open.len() <= shown.len() / 25, "{} of {} names are left out for nothing", open.len(), shown.len());
-        assert!(shown.len() > 1_500, "{}", shown.len());
+        assert!(open.len() <= shown.len() / 50, "{} of {} names are left out for nothing", open.len(), shown.len());
+        assert!(shown.len() > 1_000, "{}", shown.len());
     }
 
     #[test]

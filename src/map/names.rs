@@ -13,7 +13,7 @@ use crate::map::text::{Placed, Quad, Shaped, shape};
 use crate::places::site::SiteClass;
 
 /// Millimetres that all places of a name together span at most: longer ones are not written.
-const LONGEST_MM: f64 = 48.0;
+const LONGEST_MM: f64 = 36.0;
 
 /// Places along a river that a repetition of its name may have.
 const SHIFTS: u32 = 3;
