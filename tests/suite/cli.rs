@@ -532,6 +532,69 @@ fn a_folder_without_a_registry_is_refused() {
     desk.refused(&["registry"], &["<FOLDER>"]);
 }
 
+/// What a map cannot be: options, and what must be said.
+const BAD_MAPS: &[(&[&str], &[&str])] = &[
+    (&["--scale", "1:0"], &["1:0", "1:50000"]),
+    (&["--scale", "50000"], &["50000", "1:50000"]),
+    (&["--scale", "1:50000", "--width", "300"], &["--scale", "--width"]),
+    (&["--dpi", "0"], &["10 to 2400"]),
+    (&["--bounds=5,5,-5,10"], &["nothing", "--bounds=-10,-10,10,10"]),
+    (&["--bounds=0,0,1000,1000", "--metres-per-pixel", "0.01"], &["1000000 pixels a side", "100000000 x 100000000"]),
+    (&["--bounds=0,0,1000,1000", "--metres-per-pixel", "1"], &["TiB", "disk"]),
+    (&["--style", "topografic"], &["topografic", "did you mean topographic?", "parchment"]),
+    (&["--style-set", "relief.sun=3"], &["--style-set", "relief.sun: there is no such key here", "sun_deg"]),
+    (&["--style-set", "ink=\"red\""], &["#a0b4c8", "red"]),
+    (&["--furniture", "legends"], &["legends", "did you mean legend?", "grid"]),
+    (&["--out", "map.tiff"], &["map.tiff", ".png or .webp"]),
+    (&["--out", "map.webp", "--width", "20000", "--furniture", "none"], &["16383", "20000"]),
+];
+
+#[test]
+fn a_bad_map_is_refused_before_anything_is_drawn() {
+    let desk = Desk::new();
+    for (options, words) in BAD_MAPS {
+        desk.refused(&[&["map", "small.toml"][..], options].concat(), words);
+    }
+}
+
+#[test]
+fn a_map_is_written_with_its_world_file_and_how_to_draw_it_again() {
+    let desk = Desk::new();
+    let options = ["--bounds=-0.2,-0.1,0.3,0.2", "--metres-per-pixel", "2", "--furniture", "none", "--out", "m.png"];
+    let drawn = desk.done(&[&["map", "small.toml", "--json"][..], &options].concat()).object();
+    assert_eq!((&drawn["width"], &drawn["height"]), (&250.into(), &150.into()));
+    assert_eq!(fs::read_to_string(desk.path("m.pgw")).unwrap(), "2\n0\n0\n-2\n-199\n199\n");
+    let decoder = png::Decoder::new(BufReader::new(fs::File::open(desk.path("m.png")).unwrap()));
+    let reader = decoder.read_info().unwrap();
+    let texts = &reader.info().utf8_text;
+    let recipe = texts.iter().find(|text| text.keyword == "Description").unwrap().get_text().unwrap();
+    // What it says draws the same.
+    let again: Vec<&str> = recipe.split(' ').skip(1).chain(["--furniture", "none", "--out", "again.png"]).collect();
+    desk.done(&again);
+    assert_eq!(fs::read(desk.path("m.png")).unwrap(), fs::read(desk.path("again.png")).unwrap());
+    desk.refused(&[&["map", "small.toml"][..], &options].concat(), &["m.png", "already", "--overwrite"]);
+    desk.done(&[&["map", "small.toml", "--overwrite", "--style", "night"][..], &options].concat());
+    assert_ne!(fs::read(desk.path("m.png")).unwrap(), fs::read(desk.path("again.png")).unwrap());
+    // A sheet is larger, and its world file says where the paper begins.
+    desk.done(&["map", "small.toml", "--bounds=-0.2,-0.1,0.3,0.2", "--metres-per-pixel", "2", "--out", "sheet.webp"]);
+    let corner = fs::read_to_string(desk.path("sheet.wpw")).unwrap();
+    let west: f64 = corner.lines().nth(4).unwrap().parse().unwrap();
+    assert!(west < -250.0, "{corner}");
+}
+
+#[test]
+fn styles_are_listed_with_their_first_line_and_printed_whole() {
+    let desk = Desk::new();
+    let listed = desk.done(&["styles"]).stdout;
+    assert!(listed.lines().count() == 6 && listed.contains("parchment    Ink on old paper"), "{listed}");
+    assert!(desk.done(&["styles", "atlas"]).stdout.contains("extends = \"topographic\""));
+    assert!(desk.done(&["schema", "style"]).object()["properties"]["relief"].is_object());
+    // What is printed can be written, changed and drawn with.
+    desk.write("own.toml", desk.done(&["styles", "atlas"]).stdout.replace("depth_lines = 7", "depth_lines = 3"));
+    desk.done(&["map", "small.toml", "--style", "own.toml", "--width", "64", "--furniture", "none"]);
+    assert!(desk.path("out/small.png").is_file());
+}
+
 #[test]
 fn schemas_describe_what_is_written() {
     let desk = Desk::new();
@@ -554,7 +617,7 @@ fn schemas_describe_what_is_written() {
     for export in ["height", "obj-tiles", "geojson", "unity", "blender", "registry"] {
         assert!(exports.contains(&export.into()), "{exports:?}");
     }
-    desk.refused(&["schema", "map"], &["map", "bake", "preset"]);
+    desk.refused(&["schema", "map"], &["map", "bake", "preset", "style"]);
 }
 
 #[test]
