@@ -28,7 +28,7 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
     let sources = sources(&arguments.preset, &arguments.set)?;
     let preset = sources.read_all()?;
     let bounds_m = bounds_m(arguments, &preset)?;
-    let scale = scale(arguments, bounds_m)?;
+    let scale = scale(arguments, bounds_m);
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}.png", sources.name())));
     let area = scale.pixels_of(bounds_m);
     check_size(area)?;
@@ -101,14 +101,14 @@ fn bounds_m(arguments: &MapArguments, preset: &Preset) -> Result<[f64; 4], Error
     Ok([x, -(y + rows), x + cols, -y].map(|tiles| tiles * tile_m))
 }
 
-fn scale(arguments: &MapArguments, [west, _, east, _]: [f64; 4]) -> Result<Scale, Error> {
+fn scale(arguments: &MapArguments, [west, _, east, _]: [f64; 4]) -> Scale {
     let pixels_per_mm = arguments.dpi / INCH_MM;
     let metres_per_pixel = match (arguments.scale, arguments.metres_per_pixel) {
         (Some(denominator), _) => denominator / 1000.0 / pixels_per_mm,
         (None, Some(metres)) => metres,
         (None, None) => (east - west) / f64::from(arguments.width.unwrap_or(2048)),
     };
-    Ok(Scale { metres_per_pixel, pixels_per_mm })
+    Scale { metres_per_pixel, pixels_per_mm }
 }
 
 /// What is written around the map.
@@ -154,9 +154,11 @@ fn sources_name(arguments: &MapArguments) -> String {
 fn texts(arguments: &MapArguments, preset: &Preset, bounds_m: [f64; 4], scale: Scale) -> Texts {
     let [west, south, east, north] = bounds_m.map(|metres| metres / 1000.0);
     let seed = arguments.seed.unwrap_or(preset.seed);
-    let settings: String = arguments.set.iter().map(|setting| format!(" --set '{setting}'")).collect();
-    let style_settings: String =
-        arguments.style_set.iter().map(|setting| format!(" --style-set '{setting}'")).collect();
+    let options = |name: &str, settings: &[String]| {
+        settings.iter().fold(String::new(), |text, setting| text + &format!(" {name} '{setting}'"))
+    };
+    let settings = options("--set", &arguments.set);
+    let style_settings = options("--style-set", &arguments.style_set);
     let command = format!(
         "terrane map {} --seed {seed}{settings} --style {}{style_settings} --bounds={west},{south},{east},{north} \
          --metres-per-pixel {} --dpi {}",

@@ -109,7 +109,9 @@ fn crossing(heights: &Grid<f32>, (x, y, south): Edge, level: f32, area: Area) ->
 fn chains(segments: &[[Edge; 2]]) -> Vec<Vec<Edge>> {
     let mut at: HashMap<Edge, Vec<usize>> = HashMap::with_capacity(segments.len() * 2);
     for (index, ends) in segments.iter().enumerate() {
-        ends.iter().for_each(|end| at.entry(*end).or_default().push(index));
+        for end in ends {
+            at.entry(*end).or_default().push(index);
+        }
     }
     let mut used = vec![false; segments.len()];
     let mut lines = Vec::new();

@@ -18,12 +18,10 @@ pub(super) fn thinned(line: &[[f64; 2]], least: f64) -> Vec<usize> {
     };
     let mut before: Vec<usize> = (0..count).map(|index| index.saturating_sub(1)).collect();
     let mut after: Vec<usize> = (1..=count).collect();
-    let mut areas: Vec<f64> = vec![f64::MAX; count];
-    let mut heap = BinaryHeap::with_capacity(count);
-    for index in 1..count - 1 {
-        areas[index] = area(index - 1, index, index + 1);
-        heap.push(Least { area: areas[index], index });
-    }
+    let inner =
+        |index: usize| if (1..count - 1).contains(&index) { area(index - 1, index, index + 1) } else { f64::MAX };
+    let mut areas: Vec<f64> = (0..count).map(inner).collect();
+    let mut heap: BinaryHeap<Least> = (1..count - 1).map(|index| Least { area: areas[index], index }).collect();
     let mut left = vec![true; count];
     while let Some(Least { area: smallest, index }) = heap.pop() {
         if !left[index] || smallest != areas[index] {

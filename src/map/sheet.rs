@@ -352,7 +352,7 @@ impl Printer<'_> {
         for (index, item) in shown.into_iter().take(most).enumerate() {
             let x = from + (index / rows) as f64 * column;
             let y = self.foot() + (index % rows) as f64 * step - self.mm(1.0);
-            self.sample(&item, x, y, sample);
+            self.sample(item, x, y, sample);
             self.write(
                 item.about(self.chart.interval_m()).as_str(),
                 Face::Regular,
@@ -363,14 +363,14 @@ impl Printer<'_> {
         }
     }
 
-    fn sample(&mut self, item: &LegendItem, x: f64, y: f64, width: f64) {
+    fn sample(&mut self, item: LegendItem, x: f64, y: f64, width: f64) {
         let style = self.style;
         let line =
             |mm: f64, colour: Colour| Mark::Line(vec![[x, y], [x + width, y]], colour, self.scale.pixels(mm), 1.0);
         let middle = [x + 0.5 * width, y];
         match item {
             LegendItem::Road(class) => {
-                let road = &style.roads.classes[2 - *class as usize];
+                let road = &style.roads.classes[2 - class as usize];
                 let marks =
                     [line(road.width_mm + 2.0 * road.casing_mm, style.roads.casing), line(road.width_mm, road.colour)];
                 self.marks.extend(marks);
@@ -379,11 +379,11 @@ impl Printer<'_> {
             LegendItem::Lake => self.fill([x, y - self.mm(1.3), x + width, y + self.mm(1.3)], style.water.fill),
             LegendItem::Contour => self.marks.push(line(style.contours.index_width_mm, style.contours.colour)),
             LegendItem::Site(class) => {
-                let radius = self.mm(symbol_mm(*class));
+                let radius = self.mm(symbol_mm(class));
                 let (colour, fill) = (style.places.colour, style.places.fill);
                 self.marks.push(Mark::Dot(middle, radius, colour));
                 self.marks.push(Mark::Dot(middle, radius - self.mm(0.2), fill));
-                if *class == SiteClass::Town {
+                if class == SiteClass::Town {
                     self.marks.push(Mark::Dot(middle, radius - self.mm(0.45), colour));
                 }
             }
@@ -416,7 +416,7 @@ pub(super) enum LegendItem {
 }
 
 impl LegendItem {
-    fn about(&self, interval_m: f64) -> String {
+    fn about(self, interval_m: f64) -> String {
         match self {
             LegendItem::Road(RoadClass::Highway) => "highway".into(),
             LegendItem::Road(RoadClass::Road) => "road".into(),

@@ -22,7 +22,7 @@ pub struct Fault {
 
 impl Fault {
     /// What is wrong, in words. A value that is not `written` in any text is the default.
-    pub fn sentence(&self, written: bool) -> String {
+    pub(crate) fn sentence(&self, written: bool) -> String {
         let Fault { path, message, found, .. } = self;
         let value = match found {
             Some(found) if written => format!(", found {found}"),
@@ -37,12 +37,12 @@ impl Fault {
     }
 
     /// The same, saying that `found` was there.
-    pub fn found(self, found: impl Display) -> Fault {
+    pub(crate) fn found(self, found: impl Display) -> Fault {
         Fault { found: Some(found.to_string()), ..self }
     }
 
     /// The same, pointing at the key and not at its value.
-    pub fn at_key(self) -> Fault {
+    pub(crate) fn at_key(self) -> Fault {
         Fault { key_itself: true, ..self }
     }
 }
@@ -83,22 +83,22 @@ impl Display for KeyPath {
 
 impl KeyPath {
     /// The path of a key of the table at this path.
-    pub fn key(&self, key: &str) -> KeyPath {
+    pub(crate) fn key(&self, key: &str) -> KeyPath {
         KeyPath([self.0.clone(), vec![Step::Key(key.to_owned())]].concat())
     }
 
     /// The path of a value of the list at this path.
-    pub fn index(&self, index: usize) -> KeyPath {
+    pub(crate) fn index(&self, index: usize) -> KeyPath {
         KeyPath([self.0.clone(), vec![Step::Index(index)]].concat())
     }
 
     /// What is wrong with the value at this path, and what would do.
-    pub fn fault(&self, message: impl Into<String>, hint: impl Into<String>) -> Fault {
+    pub(crate) fn fault(&self, message: impl Into<String>, hint: impl Into<String>) -> Fault {
         Fault { path: self.clone(), key_itself: false, message: message.into(), found: None, hint: hint.into() }
     }
 
     /// Checks a value whose range is so many times that of another key: `of` is its name, and what it has.
-    pub fn times(&self, value: f64, range: RangeInclusive<f64>, of: (&str, f64)) -> Result<(), Fault> {
+    pub(crate) fn times(&self, value: f64, range: RangeInclusive<f64>, of: (&str, f64)) -> Result<(), Fault> {
         let (low, high) = (*range.start() * of.1, *range.end() * of.1);
         if (low..=high).contains(&value) {
             return Ok(());
@@ -110,7 +110,7 @@ impl KeyPath {
     }
 
     /// Checks a value that other keys keep small: `what` names them, in the sentence's words.
-    pub fn at_most<T: PartialOrd + Display>(&self, value: T, most: T, what: &str) -> Result<(), Fault> {
+    pub(crate) fn at_most<T: PartialOrd + Display>(&self, value: T, most: T, what: &str) -> Result<(), Fault> {
         if value <= most {
             return Ok(());
         }
@@ -118,7 +118,7 @@ impl KeyPath {
     }
 
     /// Checks two values between which something changes gradually.
-    pub fn rising(&self, [from, to]: [f64; 2]) -> Result<(), Fault> {
+    pub(crate) fn rising(&self, [from, to]: [f64; 2]) -> Result<(), Fault> {
         if to - from >= 1e-3 {
             return Ok(());
         }
