@@ -98,20 +98,22 @@ enum Class {
 }
 
 impl Writer<'_> {
-    /// Leaves out what spans so much, with all its places, that it would matter further away than [`pad`] says.
+    /// Leaves out places of names that, with the better ones of the same name, would matter further away than [`pad`] says.
     fn leave_out_long(&mut self) {
+        let longest = self.scale.pixels(LONGEST_MM);
         let mut spans: HashMap<u64, [f64; 4]> = HashMap::new();
-        for candidate in &self.candidates {
+        // Places of a name come one after the other, the best first.
+        self.candidates.retain(|candidate| {
             let none = [f64::MAX, f64::MAX, f64::MIN, f64::MIN];
             let span = spans.entry(candidate.rank.feature).or_insert(none);
-            for [x, y] in candidate.boxes.iter().flatten() {
-                *span = [span[0].min(*x), span[1].min(*y), span[2].max(*x), span[3].max(*y)];
+            let wider = candidate.boxes.iter().flatten().fold(*span, |[west, north, east, south], [x, y]| {
+                [west.min(*x), north.min(*y), east.max(*x), south.max(*y)]
+            });
+            let fits = wider[2] - wider[0] <= longest && wider[3] - wider[1] <= longest;
+            if fits {
+                *span = wider;
             }
-        }
-        let longest = self.scale.pixels(LONGEST_MM);
-        self.candidates.retain(|candidate| {
-            let [west, north, east, south] = spans[&candidate.rank.feature];
-            east - west <= longest && south - north <= longest
+            fits
         });
     }
 
