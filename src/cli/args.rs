@@ -89,13 +89,22 @@ pub(super) struct BakeArguments {
     /// A preset file, the name of a built-in preset (terrane presets), or - for standard input.
     #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
     pub preset: String,
+    #[command(flatten)]
+    pub place: PlaceArguments,
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+/// Which part of a world.
+#[derive(Args)]
+pub(super) struct PlaceArguments {
     /// North-western tile of the region; may be negative [default: 0,0].
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = parse_tile)]
     pub at: Option<TileId>,
     /// Size of the region in tiles [default: 8x8].
     #[arg(long, value_name = "COLSxROWS", value_parser = parse_size)]
     pub size: Option<(u64, u64)>,
-    /// The region in kilometres east and north of the origin: all tiles that it touches.
+    /// The region in kilometres east and north of the origin: of a bake all tiles that it touches.
     #[arg(long, value_name = "W,S,E,N", allow_hyphen_values = true, value_parser = parse_numbers::<4>)]
     #[arg(conflicts_with_all = ["at", "size", "around"])]
     pub bounds: Option<[f64; 4]>,
@@ -103,8 +112,6 @@ pub(super) struct BakeArguments {
     #[arg(long, value_name = "X,Y,KM", allow_hyphen_values = true, value_parser = parse_numbers::<3>)]
     #[arg(conflicts_with_all = ["at", "size"])]
     pub around: Option<[f64; 3]>,
-    #[command(flatten)]
-    pub common: CommonArguments,
 }
 
 #[derive(Args)]
@@ -200,20 +207,8 @@ pub(super) struct MapArguments {
     /// .png].
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// North-western tile of the map; may be negative [default: 0,0, or that of the bake].
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = parse_tile, help_heading = "Place")]
-    pub at: Option<TileId>,
-    /// Size of the map in tiles [default: 8x8, or that of the bake].
-    #[arg(long, value_name = "COLSxROWS", value_parser = parse_size, help_heading = "Place")]
-    pub size: Option<(u64, u64)>,
-    /// What the map shows, in kilometres east and north of the origin.
-    #[arg(long, value_name = "W,S,E,N", allow_hyphen_values = true, value_parser = parse_numbers::<4>)]
-    #[arg(conflicts_with_all = ["at", "size", "around"], help_heading = "Place")]
-    pub bounds: Option<[f64; 4]>,
-    /// The middle of the map in kilometres east and north of the origin, and how wide and high it is.
-    #[arg(long, value_name = "X,Y,KM", allow_hyphen_values = true, value_parser = parse_numbers::<3>)]
-    #[arg(conflicts_with_all = ["at", "size"], help_heading = "Place")]
-    pub around: Option<[f64; 3]>,
+    #[command(flatten)]
+    pub place: PlaceArguments,
     /// The scale on paper, such as 1:50000.
     #[arg(long, value_name = "1:N", value_parser = parse_map_scale, help_heading = "Scale")]
     #[arg(conflicts_with_all = ["width", "metres_per_pixel"])]
@@ -461,7 +456,8 @@ fn parse_size(text: &str) -> Result<(u64, u64), String> {
 /// A tile is a region of one.
 impl From<TileArguments> for BakeArguments {
     fn from(TileArguments { preset, x, y, common }: TileArguments) -> BakeArguments {
-        BakeArguments { preset, at: Some(TileId { x, y }), size: Some((1, 1)), bounds: None, around: None, common }
+        let place = PlaceArguments { at: Some(TileId { x, y }), size: Some((1, 1)), bounds: None, around: None };
+        BakeArguments { preset, place, common }
     }
 }
 
@@ -482,6 +478,53 @@ pub(super) fn sources(preset: &str, settings: &[String]) -> Result<Sources, Erro
     Ok(sources)
 }
 
+impl PlaceArguments {
+    /// The rectangle that is asked for in kilometres, if it is: west, south, east and north.
+    fn bounds_km(&self, spacing_m: f64) -> Result<Option<[f64; 4]>, Error> {
+        let bounds = self.bounds.or(self.around.map(|[x, y, side]| {
+            let half = side / 2.0;
+            [x - half, y - half, x + half, y + half]
+        }));
+        let Some([west, south, east, north]) = bounds else { return Ok(None) };
+        if west >= east || south >= north {
+            return Err(Error::Region {
+                message: format!("from {west} to {east} km east and from {south} to {north} km north there is nothing"),
+                hint: "give west, south, east and north, such as --bounds=-10,-10,10,10".into(),
+            });
+        }
+        let most_km = most_km(spacing_m);
+        if [west, south, east, north].iter().any(|km| km.abs() > most_km) {
+            return Err(Error::Region {
+                message: format!("{west},{south},{east},{north} km leaves the coordinates"),
+                hint: format!("no vertex lies more than {most_km:.0} km from the origin"),
+            });
+        }
+        Ok(bounds)
+    }
+
+    /// The region of all tiles of so many cells, of so many metres each, that are asked for or touched.
+    pub fn region(&self, tile_cells: u32, spacing_m: f64) -> Result<Region, Error> {
+        let Some([west, south, east, north]) = self.bounds_km(spacing_m)? else {
+            let (cols, rows) = self.size.unwrap_or((8, 8));
+            return Region::new(self.at.unwrap_or(TileId { x: 0, y: 0 }), cols, rows, tile_cells);
+        };
+        let tile_km = f64::from(tile_cells) * spacing_m / 1000.0;
+        // Rows count to the south.
+        let [x0, y0, x1, y1] = [west, -north, east, -south].map(|km| km / tile_km);
+        let at = TileId { x: x0.floor() as i64, y: y0.floor() as i64 };
+        Region::new(at, (x1.ceil() - x0.floor()) as u64, (y1.ceil() - y0.floor()) as u64, tile_cells)
+    }
+
+    /// What is asked for, in metres east and north of the origin: west, south, east and north.
+    pub fn bounds_m(&self, tile_cells: u32, spacing_m: f64) -> Result<[f64; 4], Error> {
+        let km = match self.bounds_km(spacing_m)? {
+            Some(bounds) => bounds,
+            None => self.region(tile_cells, spacing_m)?.bounds_km(spacing_m),
+        };
+        Ok(km.map(|km| km * 1000.0))
+    }
+}
+
 impl FindArguments {
     /// The preset with all that the options set in it.
     pub fn sources(&self) -> Result<Sources, Error> {
@@ -498,37 +541,6 @@ impl BakeArguments {
             sources.set("--tile-cells", &format!("tile_cells={cells}"))?;
         }
         Ok(sources)
-    }
-
-    /// The region that is asked for, in tiles of so many cells, of so many metres each.
-    pub fn region(&self, tile_cells: u32, spacing_m: f64) -> Result<Region, Error> {
-        let bounds = self.bounds.or(self.around.map(|[x, y, side]| {
-            let half = side / 2.0;
-            [x - half, y - half, x + half, y + half]
-        }));
-        let Some(bounds) = bounds else {
-            let (cols, rows) = self.size.unwrap_or((8, 8));
-            return Region::new(self.at.unwrap_or(TileId { x: 0, y: 0 }), cols, rows, tile_cells);
-        };
-        let [west, south, east, north] = bounds;
-        if west >= east || south >= north {
-            return Err(Error::Region {
-                message: format!("from {west} to {east} km east and from {south} to {north} km north there is nothing"),
-                hint: "give west, south, east and north, such as --bounds=-10,-10,10,10".into(),
-            });
-        }
-        let tile_km = f64::from(tile_cells) * spacing_m / 1000.0;
-        // Rows count to the south.
-        let [x0, y0, x1, y1] = [west, -north, east, -south].map(|km| km / tile_km);
-        let [x0, y0, x1, y1] = [x0.floor(), y0.floor(), x1.ceil(), y1.ceil()];
-        if [x0, y0, x1, y1].iter().any(|tile| tile.abs() > MAX_COORDINATE as f64) {
-            return Err(Error::Region {
-                message: format!("{west},{south},{east},{north} km leaves the coordinates"),
-                hint: format!("no vertex lies more than {:.0} km from the origin", most_km(spacing_m)),
-            });
-        }
-        let at = TileId { x: x0 as i64, y: y0 as i64 };
-        Region::new(at, (x1 - x0) as u64, (y1 - y0) as u64, tile_cells)
     }
 
     pub fn meshes(&self) -> MeshOptions {

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use serde_json::json;
 
-use crate::area::{Area, TileId};
+use crate::area::Area;
 use crate::cli::args::{MapArguments, sources};
 use crate::cli::console::Console;
 use crate::cli::{thread_count, thread_pool};
@@ -27,7 +27,7 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
     let style = style(arguments)?;
     let sources = sources(&arguments.preset, &arguments.set)?;
     let preset = sources.read_all()?;
-    let bounds_m = bounds_m(arguments, &preset)?;
+    let bounds_m = arguments.place.bounds_m(preset.tile_cells, preset.spacing_m)?;
     let scale = scale(arguments, bounds_m);
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}.png", sources.name())));
     let area = scale.pixels_of(bounds_m);
@@ -36,6 +36,7 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
     let captions = captions(arguments, sources.name(), &preset, scale, &texts)?;
     let page = Sheet::area(area, scale, &captions.furniture);
     let file = MapPicture::new(&out, (page.width(), page.height()), arguments.overwrite)?;
+    file.prepare()?;
     let start = Instant::now();
     let pool = thread_pool(thread_count(arguments.threads))?;
     pool.install(|| {
@@ -81,26 +82,6 @@ fn style(arguments: &MapArguments) -> Result<Style, Error> {
     sources.read_all()
 }
 
-/// What the map shows: metres east and north of the origin, west, south, east and north.
-fn bounds_m(arguments: &MapArguments, preset: &Preset) -> Result<[f64; 4], Error> {
-    let around = arguments.around.map(|[x, y, side]| [x - side / 2.0, y - side / 2.0, x + side / 2.0, y + side / 2.0]);
-    if let Some(bounds) = arguments.bounds.or(around) {
-        let [west, south, east, north] = bounds;
-        if west >= east || south >= north {
-            return Err(Error::Region {
-                message: format!("from {west} to {east} km east and from {south} to {north} km north there is nothing"),
-                hint: "give west, south, east and north, such as --bounds=-10,-10,10,10".into(),
-            });
-        }
-        return Ok(bounds.map(|km| km * 1000.0));
-    }
-    let TileId { x, y } = arguments.at.unwrap_or(TileId { x: 0, y: 0 });
-    let (cols, rows) = arguments.size.unwrap_or((8, 8));
-    let tile_m = f64::from(preset.tile_cells) * preset.spacing_m;
-    let [x, y, cols, rows] = [x as f64, y as f64, cols as f64, rows as f64];
-    Ok([x, -(y + rows), x + cols, -y].map(|tiles| tiles * tile_m))
-}
-
 fn scale(arguments: &MapArguments, [west, _, east, _]: [f64; 4]) -> Scale {
     let pixels_per_mm = arguments.dpi / INCH_MM;
     let metres_per_pixel = match (arguments.scale, arguments.metres_per_pixel) {
@@ -140,14 +121,9 @@ fn captions(
         letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
     });
     let seed = arguments.seed.unwrap_or(preset.seed);
-    let subtitle = format!("{}, seed {seed}, 1 : {}", sources_name(arguments), thousands(scale.denominator()));
+    let subtitle = format!("{name}, seed {seed}, 1 : {}", thousands(scale.denominator()));
     let recipe = format!("{}   {}", texts[0].1, texts[1].1);
     Ok(Captions { title, subtitle, recipe, furniture })
-}
-
-/// What the preset is called in small print: the end of its path.
-fn sources_name(arguments: &MapArguments) -> String {
-    Path::new(&arguments.preset).file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// What a map says of itself: how to draw it again.
@@ -155,15 +131,30 @@ fn texts(arguments: &MapArguments, preset: &Preset, bounds_m: [f64; 4], scale: S
     let [west, south, east, north] = bounds_m.map(|metres| metres / 1000.0);
     let seed = arguments.seed.unwrap_or(preset.seed);
     let options = |name: &str, settings: &[String]| {
-        settings.iter().fold(String::new(), |text, setting| text + &format!(" {name} '{setting}'"))
+        settings.iter().fold(String::new(), |text, setting| text + &format!(" {name} {}", quoted(setting)))
     };
     let settings = options("--set", &arguments.set);
     let style_settings = options("--style-set", &arguments.style_set);
+    let title = arguments.title.as_ref().map_or_else(String::new, |title| format!(" --title {}", quoted(title)));
     let command = format!(
         "terrane map {} --seed {seed}{settings} --style {}{style_settings} --bounds={west},{south},{east},{north} \
-         --metres-per-pixel {} --dpi {}",
-        arguments.preset, arguments.style, scale.metres_per_pixel, arguments.dpi
+         --metres-per-pixel {} --dpi {} --furniture {}{title}",
+        quoted(&arguments.preset),
+        quoted(&arguments.style),
+        scale.metres_per_pixel,
+        arguments.dpi,
+        arguments.furniture
     );
     let version = env!("CARGO_PKG_VERSION");
     vec![("Software", format!("terrane {version}")), ("Description", command)]
+}
+
+/// A text as a shell takes it for one word.
+fn quoted(text: &str) -> String {
+    let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_./,:=".contains(&byte);
+    if !text.is_empty() && text.bytes().all(is_plain) {
+        text.to_owned()
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    }
 }

@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use crate::area::Area;
 use crate::error::Error;
 use crate::export::Bytes;
 use crate::export::limit::Limit;
@@ -103,14 +104,32 @@ impl MapPicture {
         }
     }
 
+    /// Makes its folder ready, so that nothing is drawn in vain.
+    ///
+    /// # Errors
+    /// When there can be no file.
+    pub fn prepare(&self) -> Result<(), Error> {
+        let unwritable = |source: std::io::Error| Error::Output {
+            path: self.path.clone(),
+            message: format!("cannot be written: {source}"),
+            hint: "choose another file with --out".into(),
+        };
+        if let Some(folder) = self.path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+            fs::create_dir_all(folder).map_err(unwritable)?;
+        }
+        // A file that is begun and dropped shows that one can be written here.
+        PartFile::create(self.path.clone()).map(|_| ()).map_err(|error| match error {
+            Error::Io { source, .. } => unwritable(source),
+            other => other,
+        })
+    }
+
     /// Writes a sheet, what it says of itself, and its world file.
     ///
     /// # Errors
     /// When the disk refuses.
     pub fn write(&self, sheet: &Sheet<'_>, scale: Scale, texts: &Texts) -> Result<(), Error> {
-        if let Some(folder) = self.path.parent() {
-            fs::create_dir_all(folder).map_err(Error::io(folder))?;
-        }
+        self.prepare()?;
         let mut file = PartFile::create(self.path.clone())?;
         match self.kind {
             Kind::Png => self.write_png(&mut file, sheet, scale, texts)?,
@@ -127,8 +146,13 @@ impl MapPicture {
                 written.map_err(|error| Error::io(&self.path)(std::io::Error::other(error)))?;
             }
         }
+        // An old one would place the new picture wrongly, were this the end.
+        let world_file = self.path.with_extension(if self.kind == Kind::Png { "pgw" } else { "wpw" });
+        if world_file.exists() {
+            fs::remove_file(&world_file).map_err(Error::io(&world_file))?;
+        }
         file.finish()?;
-        self.write_world_file(sheet, scale)
+        write_world_file(world_file, sheet.page(), scale)
     }
 
     fn write_png(&self, file: &mut PartFile, sheet: &Sheet<'_>, scale: Scale, texts: &Texts) -> Result<(), Error> {
@@ -149,15 +173,14 @@ impl MapPicture {
         sheet.strips(|strip| stream.write_all(strip).map_err(Error::io(&self.path)))?;
         stream.finish().map_err(refuse)
     }
+}
 
-    /// Six lines that say how large pixels are and where the first one's middle lies, in metres east and north.
-    fn write_world_file(&self, sheet: &Sheet<'_>, scale: Scale) -> Result<(), Error> {
-        let ending = if self.kind == Kind::Png { "pgw" } else { "wpw" };
-        let mut file = PartFile::create(self.path.with_extension(ending))?;
-        let (metres, area) = (scale.metres_per_pixel, sheet.page());
-        let middle = [area.x0, area.y0].map(|at| (at as f64 + 0.5) * metres);
-        let text = format!("{metres}\n0\n0\n-{metres}\n{}\n{}\n", middle[0], -middle[1]);
-        file.write_all(text.as_bytes()).map_err(Error::io(&self.path))?;
-        file.finish().map(|_| ())
-    }
+/// Six lines that say how large pixels are and where the first one's middle lies, in metres east and north.
+fn write_world_file(path: PathBuf, page: Area, scale: Scale) -> Result<(), Error> {
+    let mut file = PartFile::create(path)?;
+    let metres = scale.metres_per_pixel;
+    let [east, south] = [page.x0, page.y0].map(|at| (at as f64 + 0.5) * metres);
+    let text = format!("{metres}\n0\n0\n-{metres}\n{east}\n{}\n", -south);
+    file.write_all(text.as_bytes()).map_err(Error::io(file.path()))?;
+    file.finish().map(|_| ())
 }

@@ -541,6 +541,9 @@ const BAD_MAPS: &[(&[&str], &[&str])] = &[
     (&["--bounds=5,5,-5,10"], &["nothing", "--bounds=-10,-10,10,10"]),
     (&["--bounds=0,0,1000,1000", "--metres-per-pixel", "0.01"], &["1000000 pixels a side", "100000000 x 100000000"]),
     (&["--bounds=0,0,1000,1000", "--metres-per-pixel", "1"], &["TiB", "disk"]),
+    (&["--around", "1e13,0,10"], &["leaves the coordinates", "km from the origin"]),
+    (&["--at", "9223372036854775807,0"], &["tile numbers run from"]),
+    (&["--out", "small.toml/map.png"], &["map.png", "--out"]),
     (&["--style", "topografic"], &["topografic", "did you mean topographic?", "parchment"]),
     (&["--style-set", "relief.sun=3"], &["--style-set", "relief.sun: there is no such key here", "sun_deg"]),
     (&["--style-set", "ink=\"red\""], &["#a0b4c8", "red"]),
@@ -569,7 +572,7 @@ fn a_map_is_written_with_its_world_file_and_how_to_draw_it_again() {
     let texts = &reader.info().utf8_text;
     let recipe = texts.iter().find(|text| text.keyword == "Description").unwrap().get_text().unwrap();
     // What it says draws the same.
-    let again: Vec<&str> = recipe.split(' ').skip(1).chain(["--furniture", "none", "--out", "again.png"]).collect();
+    let again: Vec<&str> = recipe.split(' ').skip(1).chain(["--out", "again.png"]).collect();
     desk.done(&again);
     assert_eq!(fs::read(desk.path("m.png")).unwrap(), fs::read(desk.path("again.png")).unwrap());
     desk.refused(&[&["map", "small.toml"][..], &options].concat(), &["m.png", "already", "--overwrite"]);
@@ -590,7 +593,7 @@ fn styles_are_listed_with_their_first_line_and_printed_whole() {
     assert!(desk.done(&["styles", "atlas"]).stdout.contains("extends = \"topographic\""));
     assert!(desk.done(&["schema", "style"]).object()["properties"]["relief"].is_object());
     // What is printed can be written, changed and drawn with.
-    desk.write("own.toml", desk.done(&["styles", "atlas"]).stdout.replace("depth_lines = 7", "depth_lines = 3"));
+    desk.write("own.toml", desk.done(&["styles", "atlas"]).stdout.replace("depth_steps = 7", "depth_steps = 3"));
     desk.done(&["map", "small.toml", "--style", "own.toml", "--width", "64", "--furniture", "none"]);
     assert!(desk.path("out/small.png").is_file());
 }
