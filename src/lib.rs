@@ -28,7 +28,7 @@
 //!   error, area, grid, hash, geometry, clock, memory, device, simd      what all use
 //!      |
 //!   noise/      fractals of simplex noise on the lanes of simd
-//!   recipe/     what all settings share: key paths, faults, checks by the schema, masks
+//!   recipe/     what an author writes -> a preset or a style; what all settings share: key paths, faults, checks, masks
 //!   land        heights and the water on them
 //!   lines/      one type for rivers and roads, and the imprint that they leave in land        input: 9 vertices more
 //!   names       what rivers, lakes, peaks and settlements are called
@@ -43,7 +43,9 @@
 //!   tile/       land, lines -> imprint -> normals -> blend weights; the digest of each part
 //!   features/   World, area -> rivers, lakes, coasts, roads, sites, peaks, crossings with typed attributes
 //!   find/       "lake > 2 km2", a place -> the nearest ones, seen from afar first
-//!   mesh/       tile -> triangles: land, water, ribbons      map/  tile -> picture
+//!   mesh/       tile -> triangles: land, water, ribbons
+//!   map/        World, style, scale -> a sheet: relief, lines, names                          reach: the names around it
+//!               tile -> its plain picture
 //!      |
 //!   bake/       Region -> all its tiles, in parallel, in order, to sinks
 //!   registry    which tiles there are; a log and never an input of a bake
@@ -98,6 +100,9 @@
 //! | blend map | how much of each ground material a vertex has; the weights of a vertex sum to exactly 255 |
 //! | part of a tile, digest | one kind of what it holds, such as its heights / the BLAKE3 of each |
 //! | colour channel | one of the numbers of a pixel, as image formats call it |
+//! | scale, pixel | metres that a pixel of a map shows, and pixels to a millimetre of paper / the square of the world that it is |
+//! | chart, picture, sheet | all maps of a world in one style and scale / a part of one / that with a frame and a legend around it |
+//! | style | how maps are drawn: a file of its own, never a part of a world |
 //! | format, sink | a way to write a bake / what writes one bake so |
 //! | memory | values of a pure function that are kept for a while, bounded by bytes |
 //!
