@@ -94,6 +94,12 @@ impl Area {
         [Area { y1: middle, ..self }, Area { y0: middle, ..self }]
     }
 
+    /// Whether what spans so much, west, north, east and south, may lie in the square cells that begin at the area's vertices: of
+    /// an area of pixels, on these.
+    pub fn meets(&self, [west, north, east, south]: [f64; 4]) -> bool {
+        east > self.x0 as f64 && west < self.x1 as f64 && south > self.y0 as f64 && north < self.y1 as f64
+    }
+
     /// Whether every vertex of `other` is in this area.
     pub const fn contains(&self, other: &Area) -> bool {
         self.x0 <= other.x0 && self.y0 <= other.y0 && other.x1 <= self.x1 && other.y1 <= self.y1

@@ -66,9 +66,8 @@ impl Canvas {
     }
 
     /// Whether something that spans so much, west, north, east and south, may be seen on the canvas.
-    pub fn sees(&self, [west, north, east, south]: [f64; 4]) -> bool {
-        let [x0, y0, x1, y1] = [self.area.x0, self.area.y0, self.area.x1, self.area.y1].map(|at| at as f64);
-        east > x0 - WIDEST && west < x1 + WIDEST && south > y0 - WIDEST && north < y1 + WIDEST
+    pub fn sees(&self, span: [f64; 4]) -> bool {
+        self.area.padded(WIDEST as usize).meets(span)
     }
 
     fn corner(&self) -> [f64; 2] {

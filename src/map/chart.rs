@@ -3,26 +3,36 @@
 //! A block is a square of the scale's pixels and a pure function of its place, so a map drawn at once, in strips, in sheets or
 //! in tiles of a web map is the same.
 
-use crate::area::Area;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::area::{Area, Stride};
 use crate::error::Error;
 use crate::lines::RoadClass;
 use crate::map::canvas::{Canvas, Pen, WIDEST};
 use crate::map::contour::{contours, interval_m, shores};
-use crate::map::drawing::{Draughtsman, Drawing, Shape};
-use crate::map::names::{self, Writing, is_drawn, symbol_mm};
+use crate::map::drawing::{Draughtsman, Drawing};
+use crate::map::names::{self, Writing, is_drawn};
 use crate::map::relief::{Ground, Relief};
 use crate::map::scale::Scale;
 use crate::map::sheet::LegendItem;
 use crate::map::style::{Colour, Style};
 use crate::map::summits::Summits;
+use crate::map::symbols::{draw_peak, draw_site};
 use crate::map::terrain::{self, Terrain};
 use crate::places::site::SiteClass;
 use crate::preset::Preset;
 use crate::world::World;
-use rayon::prelude::*;
 
 /// Pixels a side of a block.
 const BLOCK: i64 = 512;
+
+/// How many times as wide as the largest river that is a line one is that has banks.
+const BANKS: f64 = 1.5;
+
+/// Vertices to a pixel up to which the lines of agents are drawn.
+const AGENTS: f64 = 8.0;
 
 /// Maps of a world in one style and scale.
 #[derive(Debug)]
@@ -31,8 +41,10 @@ pub struct Chart {
     scale: Scale,
     terrain: Terrain,
     relief: Relief,
-    settled: Option<World>,
-    has_roads: bool,
+    /// The world at all vertices, whose places, roads and lines of agents are drawn: nodes from afar know of none. And whether
+    /// its lines are.
+    world: Arc<World>,
+    has_lines: bool,
     summits: Option<Summits>,
     interval_m: f64,
 }
@@ -58,21 +70,28 @@ impl Chart {
     /// # Errors
     /// When a value of the preset is out of its range.
     pub fn new(preset: &Preset, seed: Option<u64>, style: Style, scale: Scale) -> Result<Chart, Error> {
-        let stride = scale.stride(preset.spacing_m);
-        let terrain = Terrain::new(World::strided(preset.clone(), seed, stride)?, scale);
+        let world = Arc::new(World::new(preset.clone(), seed)?.with_tile_cells(Terrain::TILE_CELLS));
+        let strided = match scale.stride(preset.spacing_m) {
+            Stride::ONE => Arc::clone(&world),
+            stride => Arc::new(World::strided(preset.clone(), seed, stride)?.with_tile_cells(Terrain::TILE_CELLS)),
+        };
+        let terrain = Terrain::new(strided, scale);
         let denominator = scale.denominator();
         let relief = Relief::new(&style, &terrain, denominator, scale.metres_per_pixel);
-        // Nodes from afar know of no settlements.
-        let settled = preset.places.is_some().then(|| World::new(preset.clone(), seed)).transpose()?;
         let least = style.roads.classes.iter().map(|class| class.most).fold(0.0, f64::max);
-        let has_roads = denominator <= least;
-        let (low_m, high_m) = terrain.world().height_range_m();
-        let range_m = f64::from(high_m - low_m.max(preset.sea_level_m.map_or(low_m, |level| level as f32)));
-        let interval_m =
-            style.contours.interval_m.unwrap_or_else(|| interval_m(denominator, style.contours.spacing_mm, range_m));
+        // Agents go everywhere, and their lines are short: far away they would be many and not be seen.
+        let has_lines = match preset.places {
+            Some(_) => denominator <= least,
+            None => scale.metres_per_pixel <= AGENTS * preset.spacing_m,
+        };
+        let interval_m = match style.contours.interval_m {
+            Some(interval_m) => interval_m,
+            None if style.contours.draw => interval_m(denominator, style.contours.spacing_mm, terrain.steepness()),
+            None => interval_m(denominator, style.contours.spacing_mm, 1.0),
+        };
         let has_peaks = style.labels.draw && preset.fluvial.is_some();
-        let summits = has_peaks.then(|| Summits::new(preset, seed, scale)).transpose()?;
-        Ok(Chart { style, scale, terrain, relief, settled, has_roads, summits, interval_m })
+        let summits = has_peaks.then(|| Summits::new(Arc::clone(&world), scale)).transpose()?;
+        Ok(Chart { style, scale, terrain, relief, world, has_lines, summits, interval_m })
     }
 
     /// The scale of the maps.
@@ -88,19 +107,28 @@ impl Chart {
     /// What a legend explains, at most.
     pub(super) fn legend(&self) -> Vec<LegendItem> {
         let (style, denominator) = (&self.style, self.scale.denominator());
-        let is_fluvial = self.terrain.world().relief().fluvial().is_some();
+        let is_fluvial = self.world.relief().fluvial().is_some();
+        let has_rivers = is_fluvial || (self.has_lines && self.world.preset().rivers.is_some());
         let mut items = Vec::new();
-        if style.places.draw && self.settled.is_some() {
+        if style.places.draw && self.world.places().is_some() {
             let classes = [SiteClass::Town, SiteClass::Village, SiteClass::Hamlet];
             items.extend(classes.into_iter().filter(|class| is_drawn(*class, self.scale)).map(LegendItem::Site));
         }
-        if style.roads.draw && self.settled.is_some() && self.has_roads {
-            let classes = [RoadClass::Highway, RoadClass::Road, RoadClass::Track];
-            let seen = |class: &RoadClass| denominator <= style.roads.classes[2 - *class as usize].most;
-            items.extend(classes.into_iter().filter(seen).map(LegendItem::Road));
+        if style.roads.draw && self.has_lines {
+            let classes: &[RoadClass] = match (self.world.places(), &self.world.preset().roads) {
+                (Some(_), _) => &[RoadClass::Highway, RoadClass::Road, RoadClass::Track],
+                // Those of agents have no class, and are drawn as the least.
+                (None, Some(_)) => &[RoadClass::Track],
+                (None, None) => &[],
+            };
+            let seen = |class: &&RoadClass| denominator <= style.roads.classes[2 - **class as usize].most;
+            items.extend(classes.iter().filter(seen).map(|class| LegendItem::Road(*class)));
+        }
+        if style.water.draw && has_rivers {
+            items.push(LegendItem::River);
         }
         if style.water.draw && is_fluvial {
-            items.extend([LegendItem::River, LegendItem::Lake]);
+            items.push(LegendItem::Lake);
         }
         if self.summits.is_some() {
             items.push(LegendItem::Peak);
@@ -122,8 +150,8 @@ impl Chart {
             style: &self.style,
             scale: self.scale,
             world: self.terrain.world(),
-            settled: self.settled.as_ref(),
-            has_roads: self.has_roads,
+            settled: &self.world,
+            has_lines: self.has_lines,
         };
         let pad = if self.style.labels.draw { names::pad(self.scale) } else { WIDEST as usize };
         let drawing = draughtsman.draw(area, pad);
@@ -198,15 +226,18 @@ impl Picture<'_> {
         for lake in &drawing.lakes {
             canvas.fill(&lake.shape, style.water.fill);
         }
-        for river in &drawing.rivers {
-            if !canvas.sees(river.bounds) {
-                continue;
+        let stroke_rivers = |canvas: &mut Canvas, colour: Colour, drawn: &dyn Fn(f64) -> f64| {
+            for river in &drawing.rivers {
+                if !canvas.sees(river.bounds) {
+                    continue;
+                }
+                for (width, part) in &river.parts {
+                    let pen = Pen { width: drawn(*width) as f32, ..line(colour, 0.0) };
+                    canvas.stroke(std::slice::from_ref(part), &pen);
+                }
             }
-            for (width, part) in &river.parts {
-                let pen = Pen { width: *width as f32, ..line(style.water.line, 0.0) };
-                canvas.stroke(std::slice::from_ref(part), &pen);
-            }
-        }
+        };
+        stroke_rivers(canvas, style.water.line, &|width| width);
         let shore = line(style.water.line, style.water.shore_mm);
         for lake in &drawing.lakes {
             canvas.stroke_shape(&lake.shape, &shore);
@@ -219,6 +250,10 @@ impl Picture<'_> {
                 .collect();
             canvas.stroke(&coasts, &shore);
         }
+        // Between their banks wide rivers are as lakes are, and open to those that they run into.
+        let [banks, bank] = [BANKS * style.water.river_mm[1], style.water.shore_mm].map(|mm| scale.pixels(mm));
+        let inside = |width: f64| if width > banks { width - 2.0 * bank } else { 0.0 };
+        stroke_rivers(canvas, style.water.fill, &inside);
         let class = |class: RoadClass| &style.roads.classes[2 - class as usize];
         for (of, tunnel) in &drawing.tunnels {
             let mut pen = line(style.roads.casing, class(*of).width_mm * 0.5);
@@ -236,20 +271,11 @@ impl Picture<'_> {
             canvas.stroke_shape(road, &line(class(*of).colour, class(*of).width_mm));
         }
         for site in &drawing.sites {
-            let at = [site.at[0], -site.at[1]].map(|metres| metres / scale.metres_per_pixel);
-            let radius = scale.pixels(symbol_mm(site.class));
-            canvas.dot(at, radius, style.places.colour);
-            canvas.dot(at, radius - scale.pixels(0.2), style.places.fill);
-            if site.class == SiteClass::Town {
-                canvas.dot(at, radius - scale.pixels(0.45), style.places.colour);
-            }
+            draw_site(canvas, scale.pixel(site.at), site.class, *scale, style);
         }
         for writing in &self.writings {
-            if let Some([x, y]) = writing.peak {
-                let (half, up) = (scale.pixels(0.5), scale.pixels(0.55));
-                let triangle =
-                    vec![[x - half, y + 0.6 * up], [x, y - up], [x + half, y + 0.6 * up], [x - half, y + 0.6 * up]];
-                canvas.fill(&Shape::new(vec![triangle]), writing.style.colour);
+            if let Some(at) = writing.peak {
+                draw_peak(canvas, at, *scale, writing.style.colour);
             }
         }
         let halo = Pen { opacity: 0.85, ..line(style.labels.halo, 2.0 * style.labels.halo_mm) };

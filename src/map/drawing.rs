@@ -11,7 +11,7 @@ use crate::features::landforms::{LAKES, LakeFeature};
 use crate::features::sites::SiteFeature;
 use crate::lines::{Line, LineKind, RoadClass, StructureKind};
 use crate::map::canvas::WIDEST;
-use crate::map::generalise::{smooth, thinned};
+use crate::map::generalise::{bend, smooth, thinned};
 use crate::map::names::is_drawn;
 use crate::map::scale::Scale;
 use crate::map::style::Style;
@@ -20,6 +20,9 @@ use crate::world::World;
 
 /// Nodes a side of the parts in which things are found at once.
 const PART: i64 = 512;
+
+/// Metres from the middle of a river to its bank at most.
+const WIDEST_M: f64 = 1000.0;
 
 /// Square pixels that a bend of a line spans at least.
 const LEAST_BEND: f64 = 0.4;
@@ -84,7 +87,7 @@ pub(super) struct Shape {
     pub lines: Vec<Vec<[f64; 2]>>,
 }
 
-/// A line in parts of one width each, in pixels.
+/// A line in parts of one width each, in pixels, and what it spans with its width.
 #[derive(Debug)]
 pub(super) struct Strokes {
     pub bounds: [f64; 4],
@@ -138,28 +141,26 @@ pub(super) struct Draughtsman<'a> {
     pub scale: Scale,
     /// The world at the nodes of the scale.
     pub world: &'a World,
-    /// The world whose settlements are drawn, if they are, and whether its roads and all settlements are.
-    pub settled: Option<&'a World>,
-    pub has_roads: bool,
+    /// The world at all vertices, whose settlements are drawn, and whether all of them, its roads and its agents' rivers are.
+    pub settled: &'a World,
+    pub has_lines: bool,
 }
 
 impl Draughtsman<'_> {
     /// All that lies in an area of pixels or reaches into it, and what has a name within `pad` pixels around it.
     pub fn draw(&self, seen: Area, pad: usize) -> Drawing {
-        let area = seen.padded(pad);
+        let wide = (WIDEST_M / self.scale.metres_per_pixel) as usize;
+        let area = seen.padded(pad.max(wide + WIDEST as usize));
         let mut drawing = Drawing::default();
-        let nodes = self.scale.nodes_of(area, self.world.spacing_m());
         if self.style.water.draw {
-            self.draw_water(nodes, &mut drawing);
+            self.draw_water(area, &mut drawing);
         }
-        if let Some(settled) = self.settled {
-            let vertices = |area| self.scale.nodes_of(area, settled.spacing_m());
-            if self.has_roads {
-                self.draw_roads(settled, vertices(seen.padded(WIDEST as usize)), &mut drawing);
-            }
-            if self.style.places.draw {
-                drawing.sites = self.sites(settled, vertices(area));
-            }
+        let vertices = |area| self.scale.nodes_of(area, self.settled.spacing_m());
+        if self.style.roads.draw && self.has_lines {
+            self.draw_roads(vertices(seen.padded(WIDEST as usize)), &mut drawing);
+        }
+        if self.style.places.draw {
+            drawing.sites = self.sites(vertices(area));
         }
         drawing
     }
@@ -180,14 +181,10 @@ impl Draughtsman<'_> {
         found.into_iter().flatten().collect::<BTreeMap<K, T>>().into_values().collect()
     }
 
-    /// A place in metres east and north, in pixels.
-    pub fn pixel(&self, [east, north]: [f64; 2]) -> [f64; 2] {
-        [east / self.scale.metres_per_pixel, -north / self.scale.metres_per_pixel]
-    }
-
-    fn draw_water(&self, nodes: Area, drawing: &mut Drawing) {
+    fn draw_water(&self, area: Area, drawing: &mut Drawing) {
+        let nodes = self.scale.nodes_of(area, self.world.spacing_m());
         let outline = |ring: &Vec<[f64; 2]>| {
-            let ring: Vec<[f64; 2]> = ring.iter().map(|at| self.pixel(*at)).collect();
+            let ring: Vec<[f64; 2]> = ring.iter().map(|at| self.scale.pixel(*at)).collect();
             thinned(&ring, LEAST_BEND).into_iter().map(|index| ring[index]).collect::<Vec<_>>()
         };
         for lake in Self::find(nodes, |part| LAKES.find(self.world, part), |lake| lake.id.clone()) {
@@ -198,8 +195,15 @@ impl Draughtsman<'_> {
             }
         }
         let least_m3s = self.least_m3s();
-        let rivers = |part: &Area| self.world.lines_through(LineKind::River, part);
-        for river in Self::find(nodes, rivers, |river| river.id) {
+        let rivers = |world: &World, area: Area| {
+            Self::find(area, |part| world.lines_through(LineKind::River, part), |river| river.id)
+        };
+        let found = match (self.world.relief().fluvial(), self.has_lines) {
+            (Some(_), _) => rivers(self.world, nodes),
+            (None, true) => rivers(self.settled, self.scale.nodes_of(area, self.settled.spacing_m())),
+            (None, false) => Vec::new(),
+        };
+        for river in found {
             let Some(strokes) = self.river(&river, least_m3s) else { continue };
             let most_m3s = river.points.iter().map(|point| point.discharge_m3s).fold(0.0, f64::max);
             if let Some(name) = river.name.as_ref().filter(|_| most_m3s >= NAMED * least_m3s) {
@@ -244,13 +248,15 @@ impl Draughtsman<'_> {
                 _ => parts.push((width, piece)),
             }
         }
-        let bounds = bounds(parts.iter().flat_map(|(_, part)| part));
-        Some(Strokes { bounds, parts })
+        let [west, north, east, south] = bounds(parts.iter().flat_map(|(_, part)| part));
+        let half = parts.iter().map(|(width, _)| width / 2.0).fold(0.0, f64::max);
+        Some(Strokes { bounds: [west - half, north - half, east + half, south + half], parts })
     }
 
     /// The settlements that a map has room for: all, or the first town of each square of the world.
-    fn sites(&self, settled: &World, vertices: Area) -> Vec<SiteFeature> {
-        if self.has_roads {
+    fn sites(&self, vertices: Area) -> Vec<SiteFeature> {
+        let settled = self.settled;
+        if self.has_lines {
             let sites = Self::find(vertices, |part| settled.sites(part), |site| site.id);
             let drawn = sites.into_iter().filter(|site| is_drawn(site.class, self.scale));
             return drawn.map(|site| SiteFeature::new(settled, &site)).collect();
@@ -266,11 +272,8 @@ impl Draughtsman<'_> {
         squares.par_iter().filter_map(town).collect()
     }
 
-    fn draw_roads(&self, settled: &World, vertices: Area, drawing: &mut Drawing) {
-        if !self.style.roads.draw {
-            return;
-        }
-        let roads = |part: &Area| settled.lines_through(LineKind::Road, part);
+    fn draw_roads(&self, vertices: Area, drawing: &mut Drawing) {
+        let roads = |part: &Area| self.settled.lines_through(LineKind::Road, part);
         for road in Self::find(vertices, roads, |road| road.id) {
             let class = road.class.unwrap_or(RoadClass::Track);
             if self.scale.denominator() > self.style.roads.classes[2 - class as usize].most {
@@ -323,7 +326,7 @@ fn smooth_pieces(line: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
         .map(|index| {
             let from = if index == 0 { line[0] } else { middle(line[index - 1], line[index]) };
             let to = if index == last { line[last] } else { middle(line[index], line[index + 1]) };
-            crate::map::generalise::bend(from, line[index], to)
+            bend(from, line[index], to)
         })
         .collect()
 }

@@ -46,7 +46,7 @@ pub struct Candidate<T> {
 
 /// How often features hear of what has become of those around them. Each round more is a name's length more around a sheet in
 /// which all names must be known. Of the names that more rounds would show, these miss few where most find a place.
-const ROUNDS: u32 = 4;
+const ROUNDS: u32 = 3;
 
 /// How far around a sheet candidates and obstacles must be given to [`place`], so that it shows what any larger sheet
 /// does there.

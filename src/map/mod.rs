@@ -32,6 +32,7 @@ mod shade;
 pub mod sheet;
 pub mod style;
 mod summits;
+mod symbols;
 mod terrain;
 pub mod text;
 mod tint;

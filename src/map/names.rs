@@ -5,15 +5,17 @@ use std::collections::HashMap;
 use crate::area::Area;
 use crate::hash;
 use crate::map::drawing::Drawing;
+use crate::map::drawing::bounds;
 use crate::map::label::{self, Candidate, Rank, along_line, around_point, place};
 use crate::map::scale::Scale;
 use crate::map::style::{LabelStyle, Style};
 use crate::map::summits::Summit;
+use crate::map::symbols;
 use crate::map::text::{Placed, Quad, Shaped, shape};
 use crate::places::site::SiteClass;
 
-/// Millimetres that all places of a name together span at most: longer ones are not written.
-const LONGEST_MM: f64 = 36.0;
+/// Millimetres that all places of a name together span at most: a longer name has fewer places.
+const LONGEST_MM: f64 = 30.0;
 
 /// Places along a river that a repetition of its name may have.
 const SHIFTS: u32 = 3;
@@ -39,7 +41,9 @@ pub(super) struct Writing {
 
 /// Pixels around an area in which what could be written has a say in what is written there.
 pub(super) fn pad(scale: Scale) -> usize {
-    label::pad_px(scale.pixels(LONGEST_MM), scale.pixels(MARGIN_MM)) as usize + 1
+    let longest = scale.pixels(LONGEST_MM);
+    // No name is written further than that from what it belongs to.
+    (label::pad_px(longest, scale.pixels(MARGIN_MM)) + longest) as usize + 1
 }
 
 /// Whether a settlement of a class is drawn at a scale.
@@ -48,15 +52,6 @@ pub(super) fn is_drawn(class: SiteClass, scale: Scale) -> bool {
         SiteClass::Town => true,
         SiteClass::Village => scale.denominator() <= MOST_VILLAGES,
         SiteClass::Hamlet => scale.denominator() <= MOST_HAMLETS,
-    }
-}
-
-/// Radius of a settlement's symbol in millimetres.
-pub(super) fn symbol_mm(class: SiteClass) -> f64 {
-    match class {
-        SiteClass::Hamlet => 0.42,
-        SiteClass::Village => 0.6,
-        SiteClass::Town => 0.85,
     }
 }
 
@@ -69,14 +64,10 @@ pub(super) fn write(style: &Style, scale: Scale, drawing: &Drawing, summits: &[S
     writer.write_peaks(summits);
     writer.leave_out_long();
     let shown = place(writer.candidates, &writer.obstacles, scale.pixels(MARGIN_MM));
-    let seen = |candidate: &Candidate<Writing>| {
-        candidate
-            .boxes
-            .iter()
-            .flatten()
-            .any(|[x, y]| *x > area.x0 as f64 && *x < area.x1 as f64 && *y > area.y0 as f64 && *y < area.y1 as f64)
-    };
-    shown.into_iter().filter(seen).map(|candidate| candidate.item).collect()
+    // What is around the letters may be seen where they are not.
+    let seen = area.padded(scale.pixels(style.labels.halo_mm) as usize + 2);
+    let is_seen = |candidate: &Candidate<Writing>| seen.meets(bounds(candidate.boxes.iter().flatten()));
+    shown.into_iter().filter(is_seen).map(|candidate| candidate.item).collect()
 }
 
 struct Writer<'a> {
@@ -104,11 +95,9 @@ impl Writer<'_> {
         let mut spans: HashMap<u64, [f64; 4]> = HashMap::new();
         // Places of a name come one after the other, the best first.
         self.candidates.retain(|candidate| {
-            let none = [f64::MAX, f64::MAX, f64::MIN, f64::MIN];
-            let span = spans.entry(candidate.rank.feature).or_insert(none);
-            let wider = candidate.boxes.iter().flatten().fold(*span, |[west, north, east, south], [x, y]| {
-                [west.min(*x), north.min(*y), east.max(*x), south.max(*y)]
-            });
+            let [west, north, east, south] = bounds(candidate.boxes.iter().flatten());
+            let span = spans.entry(candidate.rank.feature).or_insert([west, north, east, south]);
+            let wider = [span[0].min(west), span[1].min(north), span[2].max(east), span[3].max(south)];
             let fits = wider[2] - wider[0] <= longest && wider[3] - wider[1] <= longest;
             if fits {
                 *span = wider;
@@ -121,10 +110,6 @@ impl Writer<'_> {
         shape(text, style.face, self.scale.pixels(style.size_mm) as f32, style.spacing as f32)
     }
 
-    fn pixel(&self, [east, north]: [f64; 2]) -> [f64; 2] {
-        [east / self.scale.metres_per_pixel, -north / self.scale.metres_per_pixel]
-    }
-
     fn push(&mut self, class: Class, (weight, feature, place): (u64, u64, u32), texts: Vec<Placed>, style: LabelStyle) {
         let boxes = texts.iter().flat_map(|text| text.boxes.iter().copied()).collect();
         let rank = Rank { class: class as u32, weight, feature, place };
@@ -133,8 +118,8 @@ impl Writer<'_> {
 
     fn write_sites(&mut self, drawing: &Drawing) {
         for site in &drawing.sites {
-            let at = self.pixel(site.at);
-            let radius = self.scale.pixels(symbol_mm(site.class));
+            let at = self.scale.pixel(site.at);
+            let radius = symbols::site_px(site.class, self.scale);
             self.obstacles.push(square(at, radius));
             let (class, style) = match site.class {
                 SiteClass::Town => (Class::Town, self.style.labels.places[0]),
@@ -157,19 +142,21 @@ impl Writer<'_> {
             let Some(text) = &lake.name else { continue };
             let name = self.shaped(text, &style);
             let feature = number(&[2, hash_of(&lake.id) as i64]);
-            // In it where it is wide enough, or else beside it.
             let [x, y] = lake.middle;
-            let inside = [x - 0.5 * name.width, y + 0.5 * name.x_height];
             let mut places = Vec::new();
-            if lake.widest >= 1.15 * name.width {
-                places.push(inside);
-            }
             let [west, north, east, south] = lake.shape.bounds;
-            let gap = self.scale.pixels(0.6);
-            places.push([east + gap, y + 0.5 * name.x_height]);
-            places.push([west - gap - name.width, y + 0.5 * name.x_height]);
-            places.push([x - 0.5 * name.width, south + gap + name.ascent * 0.7]);
-            places.push([x - 0.5 * name.width, north - gap]);
+            // In a lake that is wide enough, and across one that is large; beside a small one.
+            let is_large = (east - west).max(south - north) > self.scale.pixels(LONGEST_MM);
+            if is_large || lake.widest >= 1.15 * name.width {
+                places.push([x - 0.5 * name.width, y + 0.5 * name.x_height]);
+            }
+            if !is_large {
+                let gap = self.scale.pixels(0.6);
+                places.push([east + gap, y + 0.5 * name.x_height]);
+                places.push([west - gap - name.width, y + 0.5 * name.x_height]);
+                places.push([x - 0.5 * name.width, south + gap + name.ascent * 0.7]);
+                places.push([x - 0.5 * name.width, north - gap]);
+            }
             for (index, start) in (0..).zip(places) {
                 self.push(Class::Lake, (lake.area_px as u64, feature, index), vec![name.at(start, 0.0)], style);
             }
@@ -201,8 +188,8 @@ impl Writer<'_> {
     fn write_peaks(&mut self, summits: &[Summit]) {
         let style = self.style.labels.peak;
         for summit in summits {
-            let at = self.pixel(summit.at);
-            let radius = self.scale.pixels(0.6);
+            let at = self.scale.pixel(summit.at);
+            let radius = symbols::peak_px(self.scale);
             let height = format!("{:.0}", summit.height_m);
             let text = summit.name.as_ref().map_or(height.clone(), |name| format!("{name} {height}"));
             let line = self.shaped(&text, &style);

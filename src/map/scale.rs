@@ -38,6 +38,11 @@ impl Scale {
         steps.take_while(|stride| spacing_m * stride.vertices() as f64 <= most_m).last().unwrap_or(Stride::ONE)
     }
 
+    /// A place in metres east and north of the origin, in pixels east and south of it.
+    pub fn pixel(&self, [east, north]: [f64; 2]) -> [f64; 2] {
+        [east / self.metres_per_pixel, -north / self.metres_per_pixel]
+    }
+
     /// The pixels of a rectangle of the world: metres east and north of the origin, west, south, east and north.
     pub fn pixels_of(&self, [west, south, east, north]: [f64; 4]) -> Area {
         let at = |metres: f64| (metres / self.metres_per_pixel).round() as i64;

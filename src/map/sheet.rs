@@ -8,9 +8,9 @@ use crate::map::Chart;
 use crate::map::canvas::{Canvas, Pen};
 use crate::map::chart::Picture;
 use crate::map::drawing::Shape;
-use crate::map::names::symbol_mm;
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, Style};
+use crate::map::symbols::{draw_peak, draw_site};
 use crate::map::text::{Face, Placed, shape};
 use crate::places::site::SiteClass;
 
@@ -89,9 +89,9 @@ pub struct Captions {
 /// A map with what stands around it. Its pixels are counted as those of the map are, so they go on to its left and above it.
 #[derive(Debug)]
 pub struct Sheet<'a> {
+    chart: &'a Chart,
     picture: &'a Picture<'a>,
     page: Area,
-    paper: Colour,
     marks: Vec<Mark>,
 }
 
@@ -100,7 +100,8 @@ pub struct Sheet<'a> {
 enum Mark {
     Fill(Shape, Colour),
     Line(Vec<[f64; 2]>, Colour, f64, f32),
-    Dot([f64; 2], f64, Colour),
+    Site([f64; 2], SiteClass),
+    Peak([f64; 2]),
     Text(Placed, Colour),
 }
 
@@ -118,7 +119,7 @@ impl Sheet<'_> {
     }
 
     /// A picture of a chart with what stands around it.
-    pub fn new<'a>(chart: &Chart, picture: &'a Picture<'a>, captions: &Captions) -> Sheet<'a> {
+    pub fn new<'a>(chart: &'a Chart, picture: &'a Picture<'a>, captions: &Captions) -> Sheet<'a> {
         let (scale, map) = (chart.scale(), picture.area());
         let page = Sheet::area(map, scale, &captions.furniture);
         let mut printer = Printer { chart, style: chart.style(), scale, map, page, marks: Vec::new() };
@@ -133,7 +134,7 @@ impl Sheet<'_> {
                 Furniture::Recipe => printer.recipe(&captions.recipe),
             }
         }
-        Sheet { picture, page, paper: chart.style().paper, marks: printer.marks }
+        Sheet { chart, picture, page, marks: printer.marks }
     }
 
     /// The pixels that it covers.
@@ -146,7 +147,7 @@ impl Sheet<'_> {
     /// # Errors
     /// When `write` fails.
     pub fn strips<E>(&self, mut write: impl FnMut(&[u8]) -> Result<(), E>) -> Result<(), E> {
-        let map = self.picture.area();
+        let (map, scale, style) = (self.picture.area(), self.chart.scale(), self.chart.style());
         let mut y = self.page.y0;
         while y < self.page.y1 {
             // Blocks of the map are drawn once each, so strips end where they do.
@@ -155,11 +156,11 @@ impl Sheet<'_> {
                 end = end.min(map.y0);
             }
             let strip = Area { y0: y, y1: end.min(self.page.y1), ..self.page };
-            let mut canvas = Canvas::new(strip, self.paper);
+            let mut canvas = Canvas::new(strip, style.paper);
             if let Some(seen) = map.common(&strip) {
                 canvas.put(seen, &self.picture.pixels(seen));
             }
-            self.marks.iter().for_each(|mark| mark.draw(&mut canvas));
+            self.marks.iter().for_each(|mark| mark.draw(&mut canvas, scale, style));
             write(&canvas.pixels(strip))?;
             y = strip.y1;
         }
@@ -168,14 +169,15 @@ impl Sheet<'_> {
 }
 
 impl Mark {
-    fn draw(&self, canvas: &mut Canvas) {
+    fn draw(&self, canvas: &mut Canvas, scale: Scale, style: &Style) {
         match self {
             Mark::Fill(shape, colour) => canvas.fill(shape, *colour),
             Mark::Line(line, colour, width, opacity) => {
                 let pen = Pen { colour: *colour, opacity: *opacity, width: *width as f32, dash: None };
                 canvas.stroke_shape(&Shape::new(vec![line.clone()]), &pen);
             }
-            Mark::Dot(at, radius, colour) => canvas.dot(*at, *radius, *colour),
+            Mark::Site(at, class) => draw_site(canvas, *at, *class, scale, style),
+            Mark::Peak(at) => draw_peak(canvas, *at, scale, style.labels.peak.colour),
             Mark::Text(text, colour) => canvas.write(text, *colour),
         }
     }
@@ -378,29 +380,30 @@ impl Printer<'_> {
             LegendItem::River => self.marks.push(line(style.water.river_mm[1] * 0.6, style.water.line)),
             LegendItem::Lake => self.fill([x, y - self.mm(1.3), x + width, y + self.mm(1.3)], style.water.fill),
             LegendItem::Contour => self.marks.push(line(style.contours.index_width_mm, style.contours.colour)),
-            LegendItem::Site(class) => {
-                let radius = self.mm(symbol_mm(class));
-                let (colour, fill) = (style.places.colour, style.places.fill);
-                self.marks.push(Mark::Dot(middle, radius, colour));
-                self.marks.push(Mark::Dot(middle, radius - self.mm(0.2), fill));
-                if class == SiteClass::Town {
-                    self.marks.push(Mark::Dot(middle, radius - self.mm(0.45), colour));
-                }
-            }
-            LegendItem::Peak => {
-                let (half, up) = (self.mm(0.6), self.mm(0.7));
-                let [x, y] = middle;
-                let ring =
-                    vec![[x - half, y + 0.6 * up], [x, y - up], [x + half, y + 0.6 * up], [x - half, y + 0.6 * up]];
-                self.marks.push(Mark::Fill(Shape::new(vec![ring]), style.labels.peak.colour));
-            }
+            LegendItem::Site(class) => self.marks.push(Mark::Site(middle, class)),
+            LegendItem::Peak => self.marks.push(Mark::Peak(middle)),
         }
     }
 
+    /// The recipe, in as many lines as the map is wide for, the last of them at the foot of the page.
     fn recipe(&mut self, recipe: &str) {
-        let west = self.edges()[0];
-        let y = self.page.y1 as f64 - self.mm(3.5);
-        self.write(recipe, Face::Regular, 2.3, [west, y], 0.0);
+        let [west, _, east, _] = self.edges();
+        let size_mm = 2.3;
+        let mut lines = vec![String::new()];
+        for word in recipe.split(' ') {
+            let last = lines.last_mut().expect("there is a line");
+            let longer = if last.is_empty() { word.to_owned() } else { format!("{last} {word}") };
+            let width = shape(&longer, Face::Regular, self.mm(size_mm) as f32, 0.0).width;
+            if width > east - west && !last.is_empty() {
+                lines.push(word.to_owned());
+            } else {
+                *last = longer;
+            }
+        }
+        for (number, line) in lines.iter().rev().enumerate() {
+            let y = self.page.y1 as f64 - self.mm(3.0 + 3.0 * number as f64);
+            self.write(line, Face::Regular, size_mm, [west, y], 0.0);
+        }
     }
 }
 

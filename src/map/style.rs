@@ -64,9 +64,9 @@ pub struct TintStyle {
     /// The sea, from the shore to the deepest.
     #[schemars(length(min = 2, max = 32))]
     pub sea: Vec<Stop>,
-    /// Steps of depth that are seen in the sea as lines, 0 to 20; 0 is none.
+    /// Steps that the colours of the sea go in, 0 to 20; 0 is smooth.
     #[schemars(range(min = 0, max = 20))]
-    pub depth_lines: u32,
+    pub depth_steps: u32,
 }
 
 /// A colour at a share of a scale.
@@ -187,7 +187,7 @@ pub struct WaterStyle {
     pub draw: bool,
     /// Rivers and the lines of shores and coasts.
     pub line: Colour,
-    /// Lakes and wide rivers.
+    /// Lakes, and rivers between their banks where these are apart.
     pub fill: Colour,
     /// Width of the least and of the largest river, 0 to 10 mm.
     #[schemars(length(min = 2, max = 2), inner(range(min = 0, max = 10)))]
@@ -262,10 +262,6 @@ pub struct LabelsStyle {
     pub river: LabelStyle,
     /// Lakes.
     pub lake: LabelStyle,
-    /// Mountain ranges and valleys.
-    pub range: LabelStyle,
-    /// Heights of contours.
-    pub contour: LabelStyle,
 }
 
 /// How names of one kind are written.

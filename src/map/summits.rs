@@ -1,5 +1,8 @@
 //! The peaks that a map of some scale has room for.
 
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use crate::area::{Area, Stride};
@@ -9,12 +12,14 @@ use crate::features::landforms::PEAKS;
 use crate::fluvial::landforms::peaks;
 use crate::grid::Grid;
 use crate::map::scale::Scale;
-use crate::preset::Preset;
 use crate::world::World;
 
-/// Millimetres on paper, and metres of ground, in which there is one peak at most.
+/// Millimetres on paper in which there is one peak at most.
 const ROOM_MM: f64 = 18.0;
-const ROOM_M: f64 = 3000.0;
+
+/// Metres of ground that this is from where on peaks are looked for from afar: with less, all land takes less time than climbing
+/// each of so many.
+const ROOM_M: f64 = 1500.0;
 
 /// Nodes from afar that this is.
 const CELL: i64 = 16;
@@ -25,9 +30,11 @@ const BLOCK: i64 = 6;
 /// Metres that a peak rises above the lowest ground of a cell around it.
 const LEAST_RISE_M: f32 = 100.0;
 
-/// Vertices to each side of where a peak is from afar in which it is looked for at once, and how often that is moved.
-const NEAR: usize = 24;
+/// How often a peak is looked for higher up than where it is from afar.
 const MOVES: usize = 12;
+
+/// Vertices to each side in which it is looked for at once, at most.
+const NEAR: i64 = 24;
 
 /// A peak, by its vertex.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,38 +50,54 @@ pub(super) struct Summit {
 /// Where the peaks of a world are found.
 #[derive(Debug)]
 pub(super) struct Summits {
-    world: World,
+    world: Arc<World>,
     /// The world from afar, in which peaks are looked for where there is not room for all.
     afar: Option<World>,
 }
 
 impl Summits {
-    /// The peaks of the world of a preset, for maps of a scale.
-    pub fn new(preset: &Preset, seed: Option<u64>, scale: Scale) -> Result<Summits, Error> {
+    /// The peaks of a world for maps of a scale.
+    ///
+    /// # Errors
+    /// When a value of its preset is out of its range.
+    pub fn new(world: Arc<World>, scale: Scale) -> Result<Summits, Error> {
         let room_m = ROOM_MM * scale.denominator() / 1000.0;
-        let world = World::new(preset.clone(), seed)?;
         let mut afar = None;
         if room_m > ROOM_M {
             let steps = (1..=Stride::MAX_POWER).filter_map(|power| Stride::new(1 << power));
-            let fits = |stride: &Stride| (stride.vertices() * CELL) as f64 * preset.spacing_m <= room_m;
+            let fits = |stride: &Stride| (stride.vertices() * CELL) as f64 * world.spacing_m() <= room_m;
             let stride = steps.take_while(fits).last().unwrap_or(Stride::ONE);
-            afar = Some(World::strided(preset.clone(), seed, stride)?);
+            afar = Some(World::strided(world.preset().clone(), Some(world.seed()), stride)?);
         }
         Ok(Summits { world, afar })
     }
 
     /// All peaks in an area of pixels.
     pub fn find(&self, scale: Scale, pixels: Area) -> Vec<Summit> {
-        let Some(afar) = self.afar.as_ref().filter(|afar| afar.relief().fluvial().is_some()) else {
-            return self.all(scale.nodes_of(pixels, self.world.spacing_m()));
+        let vertices = scale.nodes_of(pixels, self.world.spacing_m());
+        let Some((afar, fluvial)) = self.afar.as_ref().zip(self.world.relief().fluvial()) else {
+            return self.all(vertices);
         };
-        let area = scale.nodes_of(pixels, afar.spacing_m());
+        // Whole cells of names: the highest peak of each has its name.
+        let cell = peaks::side(fluvial);
+        let area = scale.nodes_of(pixels, afar.spacing_m()).padded((cell / afar.stride().vertices()) as usize + 1);
         let side = BLOCK * CELL;
         let span = |from: i64, to: i64| from.div_euclid(side)..=(to - 1).div_euclid(side);
         let blocks: Vec<[i64; 2]> =
             span(area.y0, area.y1).flat_map(|y| span(area.x0, area.x1).map(move |x| [x, y])).collect();
         let found: Vec<Vec<Summit>> = blocks.par_iter().map(|block| self.block(afar, *block)).collect();
-        found.into_iter().flatten().collect()
+        let mut found: Vec<Summit> = found.into_iter().flatten().collect();
+        found.sort_by(|a, b| b.height_m.total_cmp(&a.height_m).then(a.id.cmp(&b.id)));
+        // Of two that one climbs to the same vertex, one is enough.
+        found.dedup_by_key(|summit| summit.id);
+        let mut named = BTreeSet::new();
+        for summit in &mut found {
+            if !named.insert(summit.id.map(|at| at.div_euclid(cell))) {
+                summit.name = None;
+            }
+        }
+        found.retain(|summit| vertices.contains(&Area::new(summit.id[0], summit.id[1], 1, 1)));
+        found
     }
 
     /// All that the vectors of a bake have.
@@ -117,7 +140,8 @@ impl Summits {
                     && height_m - lowest_m >= LEAST_RISE_M
                     && height_m > sea_level_m
                 {
-                    found.push(self.summit(top.map(|at| at * afar.stride().vertices())));
+                    let stride = afar.stride().vertices();
+                    found.push(self.summit(top.map(|at| at * stride), (stride + 2).min(NEAR)));
                 }
             }
         }
@@ -125,20 +149,21 @@ impl Summits {
     }
 
     /// The peak that one climbs from a vertex.
-    fn summit(&self, mut at: [i64; 2]) -> Summit {
+    fn summit(&self, mut at: [i64; 2], near: i64) -> Summit {
         let mut height_m = 0.0;
         for _ in 0..MOVES {
-            let area = Area::new(at[0], at[1], 1, 1).padded(NEAR);
+            let area = Area::new(at[0], at[1], 1, 1).padded(near as usize);
             let (top, top_m) = highest(&self.world.relief().heights(area), area);
             height_m = top_m;
             if std::mem::replace(&mut at, top) == top {
                 break;
             }
         }
-        let name = self.world.names().zip(self.world.relief().fluvial()).map(|(names, fluvial)| {
-            let (x, y) = peaks::cell(fluvial, at);
-            names.peak(at, &[x, y])
-        });
+        let name = self
+            .world
+            .names()
+            .zip(self.world.relief().fluvial())
+            .map(|(names, fluvial)| names.peak(at, &at.map(|at| at.div_euclid(peaks::side(fluvial)))));
         let spacing_m = self.world.spacing_m();
         Summit { at: [at[0] as f64 * spacing_m, -at[1] as f64 * spacing_m], height_m, name, id: at }
     }

@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::area::{Area, TileId};
+use crate::geometry::length;
 use crate::grid::Grid;
 use crate::map::rows::weigh;
 use crate::map::scale::Scale;
@@ -14,11 +17,16 @@ use crate::world::World;
 const PATCH: i64 = 256;
 pub(super) const REMEMBERED: usize = 192 << 20;
 
+/// Looks at a world along each side of a square, metres from one to the next, and nodes a side of each.
+const LOOKS: i64 = 4;
+const LOOK_M: f64 = 37_000.0;
+const LOOK: usize = 24;
+
 /// The land of a world for maps of one scale. Whatever is asked for, a pixel is the same.
 #[derive(Debug)]
 pub(super) struct Terrain {
     /// The world at the nodes of the scale's stride, in tiles that are patches.
-    world: World,
+    world: Arc<World>,
     scale: Scale,
     patches: Memory<TileId, Patch>,
 }
@@ -42,14 +50,40 @@ pub(super) struct Nodes {
 }
 
 impl Terrain {
-    /// The land of a world that was made for the stride of a scale.
-    pub fn new(world: World, scale: Scale) -> Terrain {
-        Terrain { world: world.with_tile_cells(PATCH as u32), scale, patches: Memory::new(REMEMBERED) }
+    /// Cells that a tile of its world has a side.
+    pub const TILE_CELLS: u32 = PATCH as u32;
+
+    /// The land of a world that was made for the stride of a scale, in tiles of so many cells.
+    pub fn new(world: Arc<World>, scale: Scale) -> Terrain {
+        Terrain { world, scale, patches: Memory::new(REMEMBERED) }
     }
 
     /// The world at the nodes that the land is made at.
     pub fn world(&self) -> &World {
         &self.world
+    }
+
+    /// How many metres the steeper land of the world rises a metre ahead, by looks at it here and there: the same for all maps
+    /// of one scale.
+    pub fn steepness(&self) -> f64 {
+        let apart = (LOOK_M / self.world.spacing_m()) as i64 + 1;
+        let places: Vec<[i64; 2]> =
+            (0..LOOKS * LOOKS).map(|at| [at % LOOKS, at / LOOKS].map(|at| at * apart)).collect();
+        let looks = places.par_iter().map(|[x, y]| {
+            let area = Area::new(*x, *y, LOOK, LOOK);
+            let heights = self.world.relief().heights(area.padded(1));
+            let sea_level_m = self.world.preset().sea_level_m.map_or(f32::MIN, |level| level as f32);
+            let land = area.vertices().filter(|(x, y)| heights.at(*x, *y) > sea_level_m);
+            let rise_m = |(x, y)| {
+                let rise = [heights.at(x + 1, y) - heights.at(x - 1, y), heights.at(x, y + 1) - heights.at(x, y - 1)];
+                length(rise.map(f64::from)) / 2.0
+            };
+            land.map(|at| rise_m(at) / self.world.spacing_m()).collect::<Vec<f64>>()
+        });
+        let mut slopes: Vec<f64> = looks.collect::<Vec<_>>().concat();
+        slopes.sort_by(f64::total_cmp);
+        // A world that is all sea has no contours.
+        slopes.get(slopes.len() * 4 / 5).map_or(1.0, |slope| slope.clamp(0.02, 1.0))
     }
 
     /// Nodes from a pixel to the next.

@@ -27,9 +27,9 @@ impl Tints {
     pub fn of_style(style: &TintStyle, world: &World) -> Tints {
         let stops = |stops: &[StyleStop]| -> Vec<Stop> { stops.iter().map(|it| (it.at as f32, it.colour.0)).collect() };
         let mut tints = Tints::new(world, &stops(style.land(world.preset().map.tint)), &stops(&style.sea));
-        if style.depth_lines > 0 {
+        if style.depth_steps > 0 {
             // The middle of each step, for all of it.
-            let (smooth, steps) = (tints.sea.clone(), style.depth_lines as usize);
+            let (smooth, steps) = (tints.sea.clone(), style.depth_steps as usize);
             for (index, colour) in tints.sea.iter_mut().enumerate() {
                 // Steps are wider in the deep, as depths are there.
                 let step = ((index as f32 / STEPS as f32).sqrt() * steps as f32).floor();

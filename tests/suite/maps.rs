@@ -42,6 +42,25 @@ fn a_map_drawn_at_once_in_strips_and_in_sheets_is_the_same() {
 }
 
 #[test]
+fn rivers_and_roads_of_agents_are_drawn() {
+    let scale = Scale { metres_per_pixel: 2.0, pixels_per_mm: 4.0 };
+    let area = Area::new(0, 0, 400, 400);
+    let style = |text: &str| {
+        let text = format!("extends = \"relief\"\n{text}");
+        Sources::<Style>::parse("style.toml", &text).unwrap().read_all().unwrap()
+    };
+    let picture = |text: &str| {
+        let (_, preset) = Preset::load("thesis").unwrap();
+        Chart::new(&preset, Some(3), style(text), scale).unwrap().picture(area).pixels(area)
+    };
+    let bare = picture("");
+    for lines in ["[roads]\ndraw = true", "[water]\ndraw = true"] {
+        let changed = picture(lines).chunks_exact(3).zip(bare.chunks_exact(3)).filter(|(a, b)| a != b).count();
+        assert!(changed > 200, "{lines}: {changed} pixels");
+    }
+}
+
+#[test]
 fn all_styles_draw_and_differ() {
     let scale = Scale { metres_per_pixel: 10.0, pixels_per_mm: 1.0 };
     let area = Area::new(0, 0, 300, 200);

@@ -37,17 +37,11 @@ pub(super) struct Summits {
 
 heap_bytes!(Summits: blocks);
 
-/// Vertices a side of a cell.
-pub(super) fn side(fluvial: &Fluvial) -> i64 {
+/// Vertices a side of a cell, which a peak has its name by.
+pub(crate) fn side(fluvial: &Fluvial) -> i64 {
     let vertices = CELL_M / fluvial.node_m();
     // A cell of fewer vertices has too few to choose from, one of more takes too long.
     ((vertices / BLOCK as f64).round() as i64).clamp(4, 64) * BLOCK
-}
-
-/// The cell of a vertex: the name of its peak, if it is one.
-pub(crate) fn cell(fluvial: &Fluvial, at: [i64; 2]) -> (i64, i64) {
-    let [x, y] = at.map(|at| at.div_euclid(side(fluvial)));
-    (x, y)
 }
 
 impl Summits {

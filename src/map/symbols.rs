@@ -1,0 +1,39 @@
+//! Symbols of settlements and peaks, on maps and in their legends.
+
+use crate::map::canvas::Canvas;
+use crate::map::drawing::Shape;
+use crate::map::scale::Scale;
+use crate::map::style::{Colour, Style};
+use crate::places::site::SiteClass;
+
+/// Radius of a settlement's symbol in pixels.
+pub(super) fn site_px(class: SiteClass, scale: Scale) -> f64 {
+    scale.pixels(match class {
+        SiteClass::Hamlet => 0.42,
+        SiteClass::Village => 0.6,
+        SiteClass::Town => 0.85,
+    })
+}
+
+/// Draws a settlement: a ring, and of a town a dot in it.
+pub(super) fn draw_site(canvas: &mut Canvas, at: [f64; 2], class: SiteClass, scale: Scale, style: &Style) {
+    let radius = site_px(class, scale);
+    canvas.dot(at, radius, style.places.colour);
+    canvas.dot(at, radius - scale.pixels(0.2), style.places.fill);
+    if class == SiteClass::Town {
+        canvas.dot(at, radius - scale.pixels(0.45), style.places.colour);
+    }
+}
+
+/// Half of what a peak's symbol is wide and high, in pixels.
+pub(super) fn peak_px(scale: Scale) -> f64 {
+    scale.pixels(0.6)
+}
+
+/// Draws a peak: a triangle.
+pub(super) fn draw_peak(canvas: &mut Canvas, [x, y]: [f64; 2], scale: Scale, colour: Colour) {
+    let half = peak_px(scale);
+    let foot = y + 0.5 * half;
+    let ring = vec![[x - half, foot], [x, y - half], [x + half, foot], [x - half, foot]];
+    canvas.fill(&Shape::new(vec![ring]), colour);
+}
