@@ -28,7 +28,7 @@ const WIDEST_M: f64 = 1000.0;
 const LEAST_BEND: f64 = 0.4;
 
 /// Millimetres of paper of a square that has one town, where there is not room for all.
-const TOWN_MM: f64 = 24.0;
+const TOWN_MM: f64 = 36.0;
 
 /// Chords of a lake that are looked at for its widest place.
 const CHORDS: u32 = 12;

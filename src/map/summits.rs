@@ -15,7 +15,7 @@ use crate::map::scale::Scale;
 use crate::world::World;
 
 /// Millimetres on paper in which there is one peak at most.
-const ROOM_MM: f64 = 18.0;
+const ROOM_MM: f64 = 22.0;
 
 /// Metres of ground that this is from where on peaks are looked for from afar: with less, all land takes less time than climbing
 /// each of so many.
@@ -30,11 +30,12 @@ const BLOCK: i64 = 6;
 /// Metres that a peak rises above the lowest ground of a cell around it.
 const LEAST_RISE_M: f32 = 100.0;
 
-/// How often a peak is looked for higher up than where it is from afar.
-const MOVES: usize = 12;
+/// How often a peak is looked for higher up than where it is from afar: land where nothing is known yet takes long.
+const MOVES: usize = 6;
 
-/// Vertices to each side in which it is looked for at once, at most.
-const NEAR: i64 = 24;
+/// Nodes from afar to each side in which it is looked for at once, and vertices at most.
+const NEAR_NODES: i64 = 4;
+const NEAR: i64 = 64;
 
 /// A peak, by its vertex.
 #[derive(Clone, Debug, PartialEq)]
@@ -141,7 +142,7 @@ impl Summits {
                     && height_m > sea_level_m
                 {
                     let stride = afar.stride().vertices();
-                    found.push(self.summit(top.map(|at| at * stride), (stride + 2).min(NEAR)));
+                    found.push(self.summit(top.map(|at| at * stride), (NEAR_NODES * stride).min(NEAR)));
                 }
             }
         }

@@ -67,7 +67,7 @@ use crate::places::site::{Seat, Site, SiteClass};
 use crate::recipe::fault::KeyPath;
 
 /// Cells of a square that may have its first town.
-const CHIEFS: usize = 4;
+const CHIEFS: usize = 3;
 
 /// Settlements and roads of a world. What has been found is remembered for a while, which changes nothing but time.
 ///
