@@ -20,6 +20,9 @@ const LONGEST_MM: f64 = 30.0;
 /// Places along a river that a repetition of its name may have.
 const SHIFTS: u32 = 3;
 
+/// Square millimetres of paper that a lake has at least whose name is written.
+const LEAST_LAKE_MM2: f64 = 5.0;
+
 /// Millimetres between names.
 const MARGIN_MM: f64 = 0.5;
 
@@ -139,7 +142,8 @@ impl Writer<'_> {
     fn write_lakes(&mut self, drawing: &Drawing) {
         let style = self.style.labels.lake;
         for lake in &drawing.lakes {
-            let Some(text) = &lake.name else { continue };
+            let least_px = LEAST_LAKE_MM2 * self.scale.pixels_per_mm * self.scale.pixels_per_mm;
+            let Some(text) = lake.name.as_ref().filter(|_| lake.area_px >= least_px) else { continue };
             let name = self.shaped(text, &style);
             let feature = number(&[2, hash_of(&lake.id) as i64]);
             let [x, y] = lake.middle;

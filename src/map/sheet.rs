@@ -17,7 +17,7 @@ use crate::places::site::SiteClass;
 /// Millimetres of paper around the map, above it and below it.
 const SIDE_MM: f64 = 14.0;
 const TOP_MM: f64 = 20.0;
-const BOTTOM_MM: f64 = 32.0;
+const BOTTOM_MM: f64 = 37.0;
 
 /// Millimetres from the map to the outer frame, between which the numbers of the grid stand.
 const FRAME_MM: f64 = 5.0;
@@ -244,8 +244,12 @@ impl Printer<'_> {
     fn title(&mut self, title: &str, subtitle: &str) {
         let [west, north, east, _] = self.edges();
         let baseline = north - self.mm(FRAME_MM + 3.6);
-        self.write(title, Face::Semibold, 8.5, [west, baseline], 0.0);
-        self.write(subtitle, Face::Italic, 4.0, [east, baseline], 1.0);
+        let long = self.write(title, Face::Semibold, 8.5, [west, baseline], 0.0);
+        let rest = shape(subtitle, Face::Italic, self.mm(4.0) as f32, 0.0).width;
+        // On a small sheet the recipe at its foot must do.
+        if long + self.mm(6.0) + rest <= east - west {
+            self.write(subtitle, Face::Italic, 4.0, [east, baseline], 1.0);
+        }
     }
 
     fn frame(&mut self) {

@@ -18,10 +18,10 @@ fn chart(preset: &str, style: &str, scale: Scale) -> Chart {
 
 #[test]
 fn a_map_drawn_at_once_in_strips_and_in_sheets_is_the_same() {
-    // Small letters, so that what could be written around is not a whole country.
-    let scale = Scale { metres_per_pixel: 8.0, pixels_per_mm: 1.0 };
-    let chart = chart("archipelago", "topographic", scale);
-    let area = Area::new(-300, -700, 700, 650);
+    // Small letters on land with many names, so that these meet at the borders of sheets.
+    let scale = Scale { metres_per_pixel: 50.0, pixels_per_mm: 1.0 };
+    let chart = chart("alps", "topographic", scale);
+    let area = Area::new(-130, -700, 300, 260);
     let whole = chart.picture(area);
     let all = whole.pixels(area);
     let mut strips = Vec::new();
