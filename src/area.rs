@@ -55,6 +55,14 @@ impl Area {
         Area { x0: self.x0 - pad, y0: self.y0 - pad, x1: self.x1 + pad, y1: self.y1 + pad }
     }
 
+    /// The smallest area that holds this one and is made of whole squares of so many vertices a side, counted from the origin.
+    #[must_use]
+    pub const fn on_grid(&self, side: i64) -> Area {
+        let [x0, y0] = [self.x0.div_euclid(side) * side, self.y0.div_euclid(side) * side];
+        let [x1, y1] = [(self.x1 - 1).div_euclid(side) * side + side, (self.y1 - 1).div_euclid(side) * side + side];
+        Area { x0, y0, x1, y1 }
+    }
+
     /// The smallest area that holds this one and another.
     #[must_use]
     pub fn hull(&self, other: &Area) -> Area {

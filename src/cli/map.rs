@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}.png", sources.name())));
     let area = scale.pixels_of(bounds_m);
     check_size(area)?;
-    let texts = texts(arguments, &preset, bounds_m, scale);
+    let texts = texts(arguments, sources.name(), &preset, bounds_m, scale);
     let captions = captions(arguments, sources.name(), &preset, scale, &texts)?;
     let page = Sheet::area(area, scale, &captions.furniture);
     let file = MapPicture::new(&out, (page.width(), page.height()), arguments.overwrite)?;
@@ -116,18 +116,14 @@ fn captions(
             }
         }
     }
-    let title = arguments.title.clone().unwrap_or_else(|| {
-        let mut letters = name.chars();
-        letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-    });
     let seed = arguments.seed.unwrap_or(preset.seed);
     let subtitle = format!("{name}, seed {seed}, 1 : {}", thousands(scale.denominator()));
-    let recipe = format!("{}   {}", texts[0].1, texts[1].1);
-    Ok(Captions { title, subtitle, recipe, furniture })
+    let recipe = format!("{}   {}", texts.software, texts.description);
+    Ok(Captions { title: texts.title.clone(), subtitle, recipe, furniture })
 }
 
 /// What a map says of itself: how to draw it again.
-fn texts(arguments: &MapArguments, preset: &Preset, bounds_m: [f64; 4], scale: Scale) -> Texts {
+fn texts(arguments: &MapArguments, name: &str, preset: &Preset, bounds_m: [f64; 4], scale: Scale) -> Texts {
     let [west, south, east, north] = bounds_m.map(|metres| metres / 1000.0);
     let seed = arguments.seed.unwrap_or(preset.seed);
     let options = |name: &str, settings: &[String]| {
@@ -136,7 +132,7 @@ fn texts(arguments: &MapArguments, preset: &Preset, bounds_m: [f64; 4], scale: S
     let settings = options("--set", &arguments.set);
     let style_settings = options("--style-set", &arguments.style_set);
     let title = arguments.title.as_ref().map_or_else(String::new, |title| format!(" --title {}", quoted(title)));
-    let command = format!(
+    let description = format!(
         "terrane map {} --seed {seed}{settings} --style {}{style_settings} --bounds={west},{south},{east},{north} \
          --metres-per-pixel {} --dpi {} --furniture {}{title}",
         quoted(&arguments.preset),
@@ -145,8 +141,11 @@ fn texts(arguments: &MapArguments, preset: &Preset, bounds_m: [f64; 4], scale: S
         arguments.dpi,
         arguments.furniture
     );
-    let version = env!("CARGO_PKG_VERSION");
-    vec![("Software", format!("terrane {version}")), ("Description", command)]
+    let title = arguments.title.clone().unwrap_or_else(|| {
+        let mut letters = name.chars();
+        letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+    });
+    Texts { title, description, software: format!("terrane {}", env!("CARGO_PKG_VERSION")) }
 }
 
 /// A text as a shell takes it for one word.

@@ -52,7 +52,7 @@ const BATCHES: f64 = 0.95;
 
 /// What the allocator takes for each byte that is remembered, since things of all sizes come and go, and a little more, so that
 /// as a rule a bake takes no more than is told.
-const SPREAD: f64 = 1.25;
+const SPREAD: f64 = 1.3;
 
 impl Forecast {
     /// Makes the middle tile of a region, for which much may have to be planned first, and concludes from it.

@@ -1,4 +1,4 @@
-//! The picture of a map as a file: PNG or WebP, and a world file by which GIS places it.
+//! A map as a file: PNG or WebP with a world file by which GIS places it, PDF or SVG.
 
 use std::fs;
 use std::io::Write;
@@ -8,7 +8,9 @@ use crate::area::Area;
 use crate::error::Error;
 use crate::export::Bytes;
 use crate::export::limit::Limit;
+use crate::export::pdf::Pdf;
 use crate::export::plan::free_bytes;
+use crate::export::svg::Svg;
 use crate::file::PartFile;
 use crate::map::Chart;
 use crate::map::scale::Scale;
@@ -32,10 +34,20 @@ pub struct MapPicture {
 enum Kind {
     Png,
     WebP,
+    Pdf,
+    Svg,
 }
 
-/// The texts that a map says of itself: a keyword of PNG's, and a text.
-pub type Texts = Vec<(&'static str, String)>;
+/// What a map says of itself in its file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Texts {
+    /// The name of the map.
+    pub title: String,
+    /// How to draw it again.
+    pub description: String,
+    /// The program and its version.
+    pub software: String,
+}
 
 impl MapPicture {
     /// A picture of so many pixels at a path, whose ending says how it is written.
@@ -48,9 +60,11 @@ impl MapPicture {
         let kind = match ending.as_str() {
             "png" => Kind::Png,
             "webp" => Kind::WebP,
+            "pdf" => Kind::Pdf,
+            "svg" => Kind::Svg,
             _ => {
                 return Err(Error::Option {
-                    message: format!("{}: expected a name that ends with .png or .webp", path.display()),
+                    message: format!("{}: expected a name that ends with .png, .webp, .pdf or .svg", path.display()),
                     hint: "the ending says how the map is written".into(),
                 });
             }
@@ -78,8 +92,10 @@ impl MapPicture {
 
     /// Whether there is memory and disk for so many pixels.
     fn check_room(&self, width: u64, height: u64) -> Result<(), Error> {
-        let disk_bytes = (width * 3 + ROW_BYTES) * height + HEAD_BYTES;
-        let rows = if self.kind == Kind::WebP { height } else { Chart::STRIP as u64 };
+        // Text of six bits a letter.
+        let stretch = if self.kind == Kind::Svg { 4 } else { 3 };
+        let disk_bytes = (width * stretch + ROW_BYTES) * height + HEAD_BYTES;
+        let rows = if self.kind == Kind::Png { Chart::STRIP as u64 } else { height };
         // A strip and the blocks that it is made of; what the land remembers.
         let memory_bytes = width * rows * 8 + Chart::REMEMBERED as u64;
         let needs = format!(
@@ -130,24 +146,40 @@ impl MapPicture {
     /// When the disk refuses.
     pub fn write(&self, sheet: &Sheet<'_>, scale: Scale, texts: &Texts) -> Result<(), Error> {
         self.prepare()?;
-        let mut file = PartFile::create(self.path.clone())?;
-        match self.kind {
-            Kind::Png => self.write_png(&mut file, sheet, scale, texts)?,
-            Kind::WebP => {
-                let area = sheet.page();
-                let mut pixels = Vec::with_capacity(area.len() * 3);
-                sheet.strips(|strip| {
-                    pixels.extend_from_slice(strip);
-                    Ok::<_, Error>(())
-                })?;
-                let encoder = image_webp::WebPEncoder::new(&mut file);
-                let (width, height) = (area.width() as u32, area.height() as u32);
-                let written = encoder.encode(&pixels, width, height, image_webp::ColorType::Rgb8);
-                written.map_err(|error| Error::io(&self.path)(std::io::Error::other(error)))?;
+        // Lines that are drawn as such need no world file: no GIS places these by one.
+        let world_file = match self.kind {
+            Kind::Png => self.path.with_extension("pgw"),
+            Kind::WebP => self.path.with_extension("wpw"),
+            Kind::Pdf => {
+                let mut pdf = Pdf::create(self.path.clone())?;
+                let mut page = pdf.page(0, sheet.page(), scale);
+                sheet.plot(&mut page)?;
+                page.finish()?;
+                return pdf.finish(&texts.title, &texts.description, &texts.software).map(drop);
             }
+            Kind::Svg => {
+                let (page, path) = (sheet.page(), self.path.clone());
+                let mut svg = Svg::create(path, page, scale, &texts.title, &texts.description)?;
+                sheet.plot(&mut svg)?;
+                return svg.finish().map(drop);
+            }
+        };
+        let mut file = PartFile::create(self.path.clone())?;
+        if self.kind == Kind::Png {
+            self.write_png(&mut file, sheet, scale, texts)?;
+        } else {
+            let area = sheet.page();
+            let mut pixels = Vec::with_capacity(area.len() * 3);
+            sheet.strips(|strip| {
+                pixels.extend_from_slice(strip);
+                Ok::<_, Error>(())
+            })?;
+            let encoder = image_webp::WebPEncoder::new(&mut file);
+            let (width, height) = (area.width() as u32, area.height() as u32);
+            let written = encoder.encode(&pixels, width, height, image_webp::ColorType::Rgb8);
+            written.map_err(|error| Error::io(&self.path)(std::io::Error::other(error)))?;
         }
         // An old one would place the new picture wrongly, were this the end.
-        let world_file = self.path.with_extension(if self.kind == Kind::Png { "pgw" } else { "wpw" });
         if world_file.exists() {
             fs::remove_file(&world_file).map_err(Error::io(&world_file))?;
         }
@@ -165,8 +197,9 @@ impl MapPicture {
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         let dots = (scale.pixels_per_mm * 1000.0).round() as u32;
         encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: dots, yppu: dots, unit: png::Unit::Meter }));
+        let texts = [("Title", &texts.title), ("Description", &texts.description), ("Software", &texts.software)];
         for (keyword, text) in texts {
-            encoder.add_itxt_chunk((*keyword).to_owned(), text.clone()).map_err(refuse)?;
+            encoder.add_itxt_chunk(keyword.to_owned(), text.clone()).map_err(refuse)?;
         }
         let mut writer = encoder.write_header().map_err(refuse)?;
         let mut stream = writer.stream_writer().map_err(refuse)?;

@@ -7,7 +7,7 @@
 //!   mesh/         tiles -> glTF, OBJ                options.rs   what the user may choose of them
 //!   hashes.rs     tiles -> a list of hashes
 //!   profile/      what an engine takes: formats of its own, sizes, IMPORT.md
-//!   map_picture.rs   a map -> PNG, WebP, a world file
+//!   map_picture.rs   a map -> PNG, WebP and a world file, pdf.rs, svg.rs
 //!   plan.rs       what is asked for -> its cost -> files
 //!   manifest.rs, registry_sink.rs                   what every bake leaves besides
 //! ```
@@ -24,7 +24,9 @@ mod profile;
 mod cost;
 mod limit;
 mod map_picture;
+mod pdf;
 mod plan;
+mod svg;
 
 pub use cost::{Cost, Forecast};
 pub use limit::Limit;

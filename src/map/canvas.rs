@@ -3,20 +3,9 @@
 use tiny_skia::{Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
 use crate::area::Area;
-use crate::map::drawing::{Shape, bounds};
+use crate::map::plotter::{Pen, Plotter, Shape, bounds};
 use crate::map::style::Colour;
 use crate::map::text::Placed;
-
-/// Pixels that a line may be wide at most, half on each side: what lies so far from a canvas may reach into it.
-pub(super) const WIDEST: f64 = 64.0;
-
-/// How a line is drawn.
-pub(super) struct Pen {
-    pub colour: Colour,
-    pub opacity: f32,
-    pub width: f32,
-    pub dash: Option<[f32; 2]>,
-}
 
 /// A rectangle of pixels that is drawn on.
 pub(super) struct Canvas {
@@ -65,11 +54,6 @@ impl Canvas {
         pixels
     }
 
-    /// Whether something that spans so much, west, north, east and south, may be seen on the canvas.
-    pub fn sees(&self, span: [f64; 4]) -> bool {
-        self.area.padded(WIDEST as usize).meets(span)
-    }
-
     fn corner(&self) -> [f64; 2] {
         [self.area.x0 as f64, self.area.y0 as f64]
     }
@@ -92,8 +76,19 @@ impl Canvas {
         paint
     }
 
-    /// Fills an area.
-    pub fn fill(&mut self, shape: &Shape, colour: Colour) {
+    /// The outlines of a text's letters, if it may be seen.
+    fn outline(&self, text: &Placed) -> Option<Path> {
+        let span = bounds(text.boxes.iter().flatten());
+        self.sees(span).then(|| text.path([self.area.x0, self.area.y0])).flatten()
+    }
+}
+
+impl Plotter for Canvas {
+    fn area(&self) -> Area {
+        self.area
+    }
+
+    fn fill(&mut self, shape: &Shape, colour: Colour) {
         if !self.sees(shape.bounds) {
             return;
         }
@@ -103,15 +98,7 @@ impl Canvas {
         }
     }
 
-    /// Draws the lines of a shape.
-    pub fn stroke_shape(&mut self, shape: &Shape, pen: &Pen) {
-        if self.sees(shape.bounds) {
-            self.stroke(&shape.lines, pen);
-        }
-    }
-
-    /// Draws lines.
-    pub fn stroke(&mut self, lines: &[Vec<[f64; 2]>], pen: &Pen) {
+    fn stroke(&mut self, lines: &[Vec<[f64; 2]>], pen: &Pen) {
         if pen.width <= 0.0 {
             return;
         }
@@ -127,16 +114,14 @@ impl Canvas {
         self.pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
     }
 
-    /// Writes a text.
-    pub fn write(&mut self, text: &Placed, colour: Colour) {
+    fn write(&mut self, text: &Placed, colour: Colour) {
         if let Some(path) = self.outline(text) {
             let paint = Canvas::paint(colour, 1.0);
             self.pixmap.fill_path(&path, &paint, FillRule::Winding, Transform::identity(), None);
         }
     }
 
-    /// Draws what is around the letters of a text.
-    pub fn surround(&mut self, text: &Placed, pen: &Pen) {
+    fn surround(&mut self, text: &Placed, pen: &Pen) {
         if let Some(path) = self.outline(text).filter(|_| pen.width > 0.0) {
             let stroke = Stroke { width: pen.width, line_join: LineJoin::Round, ..Stroke::default() };
             let paint = Canvas::paint(pen.colour, pen.opacity);
@@ -144,14 +129,7 @@ impl Canvas {
         }
     }
 
-    /// The outlines of a text's letters, if it may be seen.
-    fn outline(&self, text: &Placed) -> Option<Path> {
-        let span = bounds(text.boxes.iter().flatten());
-        self.sees(span).then(|| text.path([self.area.x0, self.area.y0])).flatten()
-    }
-
-    /// Draws a disc.
-    pub fn dot(&mut self, at: [f64; 2], radius: f64, colour: Colour) {
+    fn dot(&mut self, at: [f64; 2], radius: f64, colour: Colour) {
         let [x, y] = [0, 1].map(|axis| (at[axis] - self.corner()[axis]) as f32);
         if let Some(path) = PathBuilder::from_circle(x, y, radius as f32) {
             let paint = Canvas::paint(colour, 1.0);

@@ -10,17 +10,20 @@ use rayon::prelude::*;
 use crate::area::{Area, Stride};
 use crate::error::Error;
 use crate::lines::RoadClass;
-use crate::map::canvas::{Canvas, Pen, WIDEST};
-use crate::map::contour::{contours, interval_m, shores};
+use crate::map::canvas::Canvas;
+use crate::map::contour::interval_m;
 use crate::map::drawing::{Draughtsman, Drawing};
 use crate::map::names::{self, Writing, is_drawn};
+use crate::map::outlines::{Outlines, SQUARE};
+use crate::map::plotter::{Page, Pen, Plotter, WIDEST, bounds};
 use crate::map::relief::{Ground, Relief};
 use crate::map::scale::Scale;
 use crate::map::sheet::LegendItem;
 use crate::map::style::{Colour, Style};
-use crate::map::summits::Summits;
+use crate::map::summits::{Summit, Summits};
 use crate::map::symbols::{draw_peak, draw_site};
 use crate::map::terrain::{self, Terrain};
+use crate::map::text::Quad;
 use crate::places::site::SiteClass;
 use crate::preset::Preset;
 use crate::world::World;
@@ -153,14 +156,19 @@ impl Chart {
             settled: &self.world,
             has_lines: self.has_lines,
         };
-        let pad = if self.style.labels.draw { names::pad(self.scale) } else { WIDEST as usize };
-        let drawing = draughtsman.draw(area, pad);
         let mut writings = Vec::new();
-        if self.style.labels.draw {
-            let summits =
-                self.summits.iter().flat_map(|summits| summits.find(self.scale, area.padded(pad))).collect::<Vec<_>>();
-            writings = names::write(&self.style, self.scale, &drawing, &summits, area);
-        }
+        let drawing = if self.style.labels.draw {
+            // The numbers of contours keep clear of the names in their whole square.
+            let named = if self.style.contours.draw { area.on_grid(SQUARE) } else { area };
+            let pad = names::pad(self.scale);
+            let drawing = draughtsman.draw(named, pad);
+            let summits = self.summits.iter().flat_map(|summits| summits.find(self.scale, named.padded(pad)));
+            let summits: Vec<Summit> = summits.collect();
+            writings = names::write(&self.style, self.scale, &drawing, &summits, named);
+            drawing
+        } else {
+            draughtsman.draw(area, WIDEST as usize)
+        };
         Picture { chart: self, area, drawing, writings }
     }
 }
@@ -208,25 +216,61 @@ impl Picture<'_> {
 
     /// The pixels of a block that lie in a part.
     fn block(&self, part: Area, column: i64, row: i64) -> (Area, Vec<u8>) {
-        let block = Area::new(column * BLOCK, row * BLOCK, BLOCK as usize, BLOCK as usize);
-        let seen = block.common(&part).expect("the block was chosen by the area");
-        let ground = self.chart.relief.ground(&self.chart.terrain, block);
-        let mut canvas = Canvas::of_words(&ground.pixels, block);
-        self.draw(&ground, &mut canvas);
+        let (ground, outlines) = self.ground(column, row);
+        let seen = ground.area.common(&part).expect("the block was chosen by the area");
+        let mut canvas = Canvas::of_words(&ground.pixels, ground.area);
+        self.draw(std::slice::from_ref(&outlines), &mut canvas);
         (seen, canvas.pixels(seen))
     }
 
-    /// Draws all lines over the ground.
-    fn draw(&self, ground: &Ground, canvas: &mut Canvas) {
-        let (style, scale, drawing) = (&self.chart.style, &self.chart.scale, &self.drawing);
-        if style.contours.draw {
-            self.draw_contours(ground, canvas);
+    /// The ground of a block, and the lines that its heights draw.
+    fn ground(&self, column: i64, row: i64) -> (Ground, Outlines) {
+        let chart = self.chart;
+        let block = Area::new(column * BLOCK, row * BLOCK, BLOCK as usize, BLOCK as usize);
+        let ground = chart.relief.ground(&chart.terrain, block);
+        let boxes = self.writings.iter().flat_map(|writing| writing.boxes());
+        let near: Vec<Quad> = boxes.filter(|quad| block.meets(bounds(quad.iter()))).collect();
+        let sea_level_m = chart.terrain.world().preset().sea_level_m;
+        let outlines = Outlines::new(&chart.style, chart.scale, chart.interval_m, sea_level_m, &ground, &near);
+        (ground, outlines)
+    }
+
+    /// Draws the picture on a page: the ground as pixels, and all else as it is.
+    ///
+    /// # Errors
+    /// When the page cannot be written.
+    pub(crate) fn plot(&self, page: &mut dyn Page) -> Result<(), Error> {
+        let mut all = Vec::new();
+        page.clip(self.area);
+        let columns = self.area.x0.div_euclid(BLOCK)..(self.area.x1 - 1).div_euclid(BLOCK) + 1;
+        for row in self.area.y0.div_euclid(BLOCK)..=(self.area.y1 - 1).div_euclid(BLOCK) {
+            let blocks: Vec<(Ground, Outlines)> =
+                columns.clone().into_par_iter().map(|column| self.ground(column, row)).collect();
+            let strip = Area { y0: row * BLOCK, y1: (row + 1) * BLOCK, ..self.area };
+            let strip = strip.common(&self.area).expect("rows were chosen by the area");
+            let mut canvas = Canvas::new(strip, Colour([0; 3]));
+            for (ground, outlines) in blocks {
+                let seen = ground.area.common(&strip).expect("columns were chosen by the area");
+                canvas.put(seen, &Canvas::of_words(&ground.pixels, ground.area).pixels(seen));
+                all.push(outlines);
+            }
+            page.add_rows(&canvas.pixels(strip))?;
         }
+        page.end_picture()?;
+        self.draw(&all, page);
+        page.open();
+        Ok(())
+    }
+
+    /// Draws all lines over the ground of some blocks.
+    fn draw(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
+        let (style, scale, drawing) = (&self.chart.style, &self.chart.scale, &self.drawing);
+        outlines.iter().for_each(|outlines| outlines.draw(canvas));
         let line = |colour: Colour, mm: f64| Pen { colour, opacity: 1.0, width: scale.pixels(mm) as f32, dash: None };
         for lake in &drawing.lakes {
             canvas.fill(&lake.shape, style.water.fill);
         }
-        let stroke_rivers = |canvas: &mut Canvas, colour: Colour, drawn: &dyn Fn(f64) -> f64| {
+        let stroke_rivers = |canvas: &mut dyn Plotter, colour: Colour, drawn: &dyn Fn(f64) -> f64| {
             for river in &drawing.rivers {
                 if !canvas.sees(river.bounds) {
                     continue;
@@ -242,14 +286,7 @@ impl Picture<'_> {
         for lake in &drawing.lakes {
             canvas.stroke_shape(&lake.shape, &shore);
         }
-        if let Some(level) = self.chart.terrain.world().preset().sea_level_m.filter(|_| style.water.draw) {
-            let moved = |[x, y]: [f64; 2]| [x + ground.area.x0 as f64, y + ground.area.y0 as f64];
-            let coasts: Vec<Vec<[f64; 2]>> = shores(&ground.heights, ground.area, level as f32)
-                .into_iter()
-                .map(|line| line.into_iter().map(moved).collect())
-                .collect();
-            canvas.stroke(&coasts, &shore);
-        }
+        outlines.iter().for_each(|outlines| canvas.stroke(&outlines.coasts, &shore));
         // Between their banks wide rivers are as lakes are, and open to those that they run into.
         let [banks, bank] = [BANKS * style.water.river_mm[1], style.water.shore_mm].map(|mm| scale.pixels(mm));
         let inside = |width: f64| if width > banks { width - 2.0 * bank } else { 0.0 };
@@ -284,41 +321,6 @@ impl Picture<'_> {
         }
         for writing in &self.writings {
             writing.texts.iter().for_each(|text| canvas.write(text, writing.style.colour));
-        }
-    }
-
-    fn draw_contours(&self, ground: &Ground, canvas: &mut Canvas) {
-        let (style, sea_level_m) = (&self.chart.style.contours, self.chart.terrain.world().preset().sea_level_m);
-        let sea_level_m = sea_level_m.map_or(f32::NEG_INFINITY, |level| level as f32);
-        for line in contours(&ground.heights, ground.area, self.chart.interval_m, sea_level_m) {
-            let mm = if line.is_index() { style.index_width_mm } else { style.width_mm };
-            let [x, y] = [ground.area.x0 as f64, ground.area.y0 as f64];
-            // In runs on snow and off it, which overlap by a point.
-            let is_snow = |[x, y]: [f64; 2]| {
-                let at = [x, y].map(|axis| (axis as i64).clamp(0, BLOCK - 1));
-                ground.snow.at(ground.area.x0 + at[0], ground.area.y0 + at[1]) > 0.5
-            };
-            let mut run = Vec::new();
-            let mut on_snow = is_snow(line.points[0]);
-            let mut draw = |run: &mut Vec<[f64; 2]>, on_snow: bool| {
-                let colour = if on_snow { style.on_snow } else { style.colour };
-                let pen = Pen {
-                    colour,
-                    opacity: style.opacity as f32,
-                    width: self.chart.scale.pixels(mm) as f32,
-                    dash: None,
-                };
-                canvas.stroke(std::slice::from_ref(run), &pen);
-                run.drain(..run.len() - 1);
-            };
-            for point in &line.points {
-                run.push([point[0] + x, point[1] + y]);
-                if is_snow(*point) != on_snow {
-                    draw(&mut run, on_snow);
-                    on_snow = !on_snow;
-                }
-            }
-            draw(&mut run, on_snow);
         }
     }
 }

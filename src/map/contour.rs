@@ -18,7 +18,7 @@ const INDEX: i64 = 5;
 pub(super) struct Contour {
     /// How many intervals it is above 0 m.
     pub number: i64,
-    /// East and south, in pixels from the area's north-western one.
+    /// East and south of the scale's origin, in pixels.
     pub points: Vec<[f64; 2]>,
 }
 
@@ -33,7 +33,7 @@ impl Contour {
 pub(super) fn shores(heights: &Grid<f32>, area: Area, level_m: f32) -> Vec<Vec<[f64; 2]>> {
     let mut segments = Vec::new();
     for_each_square(heights, area, |corners, at| square(corners, level_m, at, &mut segments));
-    let line = |chain: Vec<Edge>| chain.into_iter().map(|edge| crossing(heights, edge, level_m, area)).collect();
+    let line = |chain: Vec<Edge>| chain.into_iter().map(|edge| crossing(heights, edge, level_m)).collect();
     chains(&segments).into_iter().map(line).collect()
 }
 
@@ -52,13 +52,12 @@ fn for_each_square(heights: &Grid<f32>, area: Area, mut call: impl FnMut([f32; 4
 type Edge = (i64, i64, bool);
 
 /// The contours in an area and up to two pixels around it, given the heights at the middles of its pixels and of some
-/// around, and the metres between two lines. None lies at or under the sea's level.
-pub(super) fn contours(heights: &Grid<f32>, area: Area, interval_m: f64, sea_level_m: f32) -> Vec<Contour> {
+/// around, and the metres between two lines.
+pub(super) fn contours(heights: &Grid<f32>, area: Area, interval_m: f64) -> Vec<Contour> {
     let mut segments: HashMap<i64, Vec<[Edge; 2]>> = HashMap::new();
-    let lowest = (f64::from(sea_level_m) / interval_m).floor();
     for_each_square(heights, area, |corners, at| {
         let (low, high) = corners.iter().fold((f32::MAX, f32::MIN), |(low, high), &m| (low.min(m), high.max(m)));
-        let from = ((f64::from(low) / interval_m).ceil()).max(lowest + 1.0) as i64;
+        let from = (f64::from(low) / interval_m).ceil() as i64;
         for number in from..=(f64::from(high) / interval_m).floor() as i64 {
             square(corners, (number as f64 * interval_m) as f32, at, segments.entry(number).or_default());
         }
@@ -69,7 +68,7 @@ pub(super) fn contours(heights: &Grid<f32>, area: Area, interval_m: f64, sea_lev
     for number in numbers {
         let level = (number as f64 * interval_m) as f32;
         for chain in chains(&segments[&number]) {
-            let points = chain.into_iter().map(|edge| crossing(heights, edge, level, area)).collect();
+            let points = chain.into_iter().map(|edge| crossing(heights, edge, level)).collect();
             lines.push(Contour { number, points });
         }
     }
@@ -95,14 +94,14 @@ fn square(corners: [f32; 4], level: f32, [x, y]: [i64; 2], segments: &mut Vec<[E
     }
 }
 
-/// Where a level crosses an edge, in pixels from the area's corner.
-fn crossing(heights: &Grid<f32>, (x, y, south): Edge, level: f32, area: Area) -> [f64; 2] {
+/// Where a level crosses an edge, in pixels.
+fn crossing(heights: &Grid<f32>, (x, y, south): Edge, level: f32) -> [f64; 2] {
     let end = if south { [x, y + STEP] } else { [x + STEP, y] };
     let (from, to) = (f64::from(heights.at(x, y)), f64::from(heights.at(end[0], end[1])));
     let share = (f64::from(level) - from) / (to - from) * STEP as f64;
     let [east, down] = if south { [0.0, share] } else { [share, 0.0] };
     // A pixel's height is that of its middle.
-    [(x - area.x0) as f64 + 0.5 + east, (y - area.y0) as f64 + 0.5 + down]
+    [x as f64 + 0.5 + east, y as f64 + 0.5 + down]
 }
 
 /// Segments joined into lines as long as they can be; a ring ends where it begins.
@@ -161,11 +160,11 @@ mod tests {
     fn a_contour_lies_at_its_height_and_rings_close() {
         let area = Area::new(-40, -40, 130, 140);
         let heights = cone(area.padded(4));
-        let lines = contours(&heights, area, 20.0, f32::NEG_INFINITY);
+        let lines = contours(&heights, area, 20.0);
         let mut rings = 0;
         for line in &lines {
             for [x, y] in &line.points {
-                let (east, south) = (x - 40.5 - 20.3, y - 40.5 - 31.7);
+                let (east, south) = (x - 0.5 - 20.3, y - 0.5 - 31.7);
                 let height_m = 500.0 - 9.0 * (east * east + south * south).sqrt();
                 let near_top = line.number as f64 * 20.0 > 460.0;
                 assert!(

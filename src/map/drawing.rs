@@ -10,9 +10,9 @@ use crate::area::Area;
 use crate::features::landforms::{LAKES, LakeFeature};
 use crate::features::sites::SiteFeature;
 use crate::lines::{Line, LineKind, RoadClass, StructureKind};
-use crate::map::canvas::WIDEST;
 use crate::map::generalise::{bend, smooth, thinned};
 use crate::map::names::is_drawn;
+use crate::map::plotter::{Shape, WIDEST, bounds};
 use crate::map::scale::Scale;
 use crate::map::style::Style;
 use crate::places::Places;
@@ -80,25 +80,11 @@ pub(super) struct NamedRiver {
     pub discharge_m3s: f64,
 }
 
-/// Lines, or the rings of an area, in pixels, and what they span: west, north, east and south.
-#[derive(Clone, Debug)]
-pub(super) struct Shape {
-    pub bounds: [f64; 4],
-    pub lines: Vec<Vec<[f64; 2]>>,
-}
-
 /// A line in parts of one width each, in pixels, and what it spans with its width.
 #[derive(Debug)]
 pub(super) struct Strokes {
     pub bounds: [f64; 4],
     pub parts: Vec<(f64, Vec<[f64; 2]>)>,
-}
-
-impl Shape {
-    /// Lines, or the rings of an area.
-    pub fn new(lines: Vec<Vec<[f64; 2]>>) -> Shape {
-        Shape { bounds: bounds(lines.iter().flatten()), lines }
-    }
 }
 
 impl LakeShape {
@@ -127,12 +113,6 @@ impl Shape {
         let inside = crossings.chunks_exact(2).map(|pair| ((pair[0] + pair[1]) * 0.5, pair[1] - pair[0]));
         inside.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((self.bounds[0], 0.0))
     }
-}
-
-/// What points span: west, north, east and south.
-pub(super) fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 4] {
-    let none = [f64::MAX, f64::MAX, f64::MIN, f64::MIN];
-    points.fold(none, |[w, n, e, s], [x, y]| [w.min(*x), n.min(*y), e.max(*x), s.max(*y)])
 }
 
 /// Where all of a part of the world is found, and how it is drawn.

@@ -3,7 +3,7 @@
 //! ```text
 //! World, Scale --> terrain.rs   land at the nodes that the scale needs, and at the pixels between
 //!                  relief.rs    tints, what the ground is made of, light and shadow
-//! Style (TOML) --> contour.rs   lines of equal height
+//! Style (TOML) --> contour.rs   lines of equal height, outlines.rs with numbers
 //!                  drawing.rs   rivers, lakes, roads and places as lines and areas in pixels
 //!                  text.rs      shaped names, label.rs their places
 //!                      |
@@ -22,7 +22,9 @@ mod drawing;
 mod generalise;
 mod light;
 mod mark;
+mod outlines;
 mod plain;
+pub(crate) mod plotter;
 mod relief;
 mod rows;
 pub mod label;

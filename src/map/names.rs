@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use crate::area::Area;
 use crate::hash;
 use crate::map::drawing::Drawing;
-use crate::map::drawing::bounds;
 use crate::map::label::{self, Candidate, Rank, along_line, around_point, place};
+use crate::map::plotter::bounds;
 use crate::map::scale::Scale;
 use crate::map::style::{LabelStyle, Style};
 use crate::map::summits::Summit;
@@ -40,6 +40,13 @@ pub(super) struct Writing {
     pub style: LabelStyle,
     /// The middle of a peak that is marked with it.
     pub peak: Option<[f64; 2]>,
+}
+
+impl Writing {
+    /// What it covers.
+    pub fn boxes(&self) -> impl Iterator<Item = Quad> {
+        self.texts.iter().flat_map(|text| text.boxes.iter().copied())
+    }
 }
 
 /// Pixels around an area in which what could be written has a say in what is written there.

@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 
 use crate::area::Area;
+use crate::error::Error;
 use crate::lines::RoadClass;
 use crate::map::Chart;
-use crate::map::canvas::{Canvas, Pen};
+use crate::map::canvas::Canvas;
 use crate::map::chart::Picture;
-use crate::map::drawing::Shape;
+use crate::map::plotter::{Page, Pen, Plotter, Shape};
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, Style};
 use crate::map::symbols::{draw_peak, draw_site};
@@ -166,19 +167,32 @@ impl Sheet<'_> {
         }
         Ok(())
     }
+
+    /// Draws the sheet on a page.
+    ///
+    /// # Errors
+    /// When the page cannot be written.
+    pub(crate) fn plot(&self, page: &mut dyn Page) -> Result<(), Error> {
+        let (scale, style) = (self.chart.scale(), self.chart.style());
+        let edges = [self.page.x0, self.page.y0, self.page.x1, self.page.y1].map(|at| at as f64);
+        page.fill(&Shape::rectangle(edges), style.paper);
+        self.picture.plot(page)?;
+        self.marks.iter().for_each(|mark| mark.draw(page, scale, style));
+        Ok(())
+    }
 }
 
 impl Mark {
-    fn draw(&self, canvas: &mut Canvas, scale: Scale, style: &Style) {
+    fn draw(&self, plotter: &mut dyn Plotter, scale: Scale, style: &Style) {
         match self {
-            Mark::Fill(shape, colour) => canvas.fill(shape, *colour),
+            Mark::Fill(shape, colour) => plotter.fill(shape, *colour),
             Mark::Line(line, colour, width, opacity) => {
                 let pen = Pen { colour: *colour, opacity: *opacity, width: *width as f32, dash: None };
-                canvas.stroke_shape(&Shape::new(vec![line.clone()]), &pen);
+                plotter.stroke_shape(&Shape::new(vec![line.clone()]), &pen);
             }
-            Mark::Site(at, class) => draw_site(canvas, *at, *class, scale, style),
-            Mark::Peak(at) => draw_peak(canvas, *at, scale, style.labels.peak.colour),
-            Mark::Text(text, colour) => canvas.write(text, *colour),
+            Mark::Site(at, class) => draw_site(plotter, *at, *class, scale, style),
+            Mark::Peak(at) => draw_peak(plotter, *at, scale, style.labels.peak.colour),
+            Mark::Text(text, colour) => plotter.write(text, *colour),
         }
     }
 }
@@ -227,9 +241,8 @@ impl Printer<'_> {
         self.marks.push(Mark::Line(line, self.style.ink, width, 1.0));
     }
 
-    fn fill(&mut self, [west, north, east, south]: [f64; 4], colour: Colour) {
-        let ring = vec![[west, north], [east, north], [east, south], [west, south], [west, north]];
-        self.marks.push(Mark::Fill(Shape::new(vec![ring]), colour));
+    fn fill(&mut self, edges: [f64; 4], colour: Colour) {
+        self.marks.push(Mark::Fill(Shape::rectangle(edges), colour));
     }
 
     /// Writes a text whose baseline begins at a place, or ends there, or has its middle there: 0, 1 or a half. Returns how

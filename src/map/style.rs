@@ -195,6 +195,9 @@ pub struct WaterStyle {
     /// Width of the lines of shores and coasts, 0 to 5 mm.
     #[schemars(range(min = 0, max = 5))]
     pub shore_mm: f64,
+    /// Width of lines of equal depth in the sea, as far apart as contours, 0 to 5 mm; 0 for none.
+    #[schemars(range(min = 0, max = 5))]
+    pub depth_mm: f64,
     /// Square kilometres that drain to the least river, at a scale of 1:100,000, 0.01 to 10,000; by the area of the paper at others.
     #[schemars(range(min = 0.01, max = 10000))]
     pub least_km2: f64,
@@ -262,6 +265,8 @@ pub struct LabelsStyle {
     pub river: LabelStyle,
     /// Lakes.
     pub lake: LabelStyle,
+    /// Heights of each fifth contour, in gaps of its line.
+    pub contour: LabelStyle,
 }
 
 /// How names of one kind are written.

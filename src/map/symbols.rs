@@ -1,7 +1,6 @@
 //! Symbols of settlements and peaks, on maps and in their legends.
 
-use crate::map::canvas::Canvas;
-use crate::map::drawing::Shape;
+use crate::map::plotter::{Plotter, Shape};
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, Style};
 use crate::places::site::SiteClass;
@@ -16,12 +15,12 @@ pub(super) fn site_px(class: SiteClass, scale: Scale) -> f64 {
 }
 
 /// Draws a settlement: a ring, and of a town a dot in it.
-pub(super) fn draw_site(canvas: &mut Canvas, at: [f64; 2], class: SiteClass, scale: Scale, style: &Style) {
+pub(super) fn draw_site(plotter: &mut dyn Plotter, at: [f64; 2], class: SiteClass, scale: Scale, style: &Style) {
     let radius = site_px(class, scale);
-    canvas.dot(at, radius, style.places.colour);
-    canvas.dot(at, radius - scale.pixels(0.2), style.places.fill);
+    plotter.dot(at, radius, style.places.colour);
+    plotter.dot(at, radius - scale.pixels(0.2), style.places.fill);
     if class == SiteClass::Town {
-        canvas.dot(at, radius - scale.pixels(0.45), style.places.colour);
+        plotter.dot(at, radius - scale.pixels(0.45), style.places.colour);
     }
 }
 
@@ -31,9 +30,9 @@ pub(super) fn peak_px(scale: Scale) -> f64 {
 }
 
 /// Draws a peak: a triangle.
-pub(super) fn draw_peak(canvas: &mut Canvas, [x, y]: [f64; 2], scale: Scale, colour: Colour) {
+pub(super) fn draw_peak(plotter: &mut dyn Plotter, [x, y]: [f64; 2], scale: Scale, colour: Colour) {
     let half = peak_px(scale);
     let foot = y + 0.5 * half;
     let ring = vec![[x - half, foot], [x, y - half], [x + half, foot], [x - half, foot]];
-    canvas.fill(&Shape::new(vec![ring]), colour);
+    plotter.fill(&Shape::new(vec![ring]), colour);
 }

@@ -13,7 +13,7 @@ use skrifa::outline::{DrawSettings, OutlinePen};
 use skrifa::string::StringId;
 use skrifa::{FontRef, GlyphId, MetadataProvider};
 use std::ops::Range;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use tiny_skia::{Path, PathBuilder};
 
 /// A face of Libertinus Serif. Maps give water italics, and what is important more weight.
@@ -53,8 +53,15 @@ impl Face {
         self.loaded().data
     }
 
+    /// The ascent, the descent and the height of capitals, in thousandths of the font's size, up from the baseline.
+    pub fn heights(self) -> [f32; 3] {
+        let metrics = &self.loaded().metrics;
+        let heights = [metrics.ascent, metrics.descent, metrics.cap_height.unwrap_or(metrics.ascent)];
+        heights.map(|units| units * 1000.0 / f32::from(metrics.units_per_em))
+    }
+
     /// What the font calls itself: its family and its style.
-    fn full_name(self) -> &'static str {
+    pub fn full_name(self) -> &'static str {
         match self {
             Face::Regular => "Libertinus Serif Regular",
             Face::Italic => "Libertinus Serif Italic",
@@ -63,6 +70,14 @@ impl Face {
             Face::Bold => "Libertinus Serif Bold",
             Face::BoldItalic => "Libertinus Serif Bold Italic",
         }
+    }
+
+    /// The advance of a glyph in thousandths of the font's size.
+    pub fn advance(self, glyph: u16) -> f32 {
+        let Loaded { outlines, metrics, .. } = self.loaded();
+        let widths = outlines.glyph_metrics(Size::unscaled(), LocationRef::default());
+        let units = widths.advance_width(GlyphId::new(u32::from(glyph))).unwrap_or(0.0);
+        units * 1000.0 / f32::from(metrics.units_per_em)
     }
 
     fn loaded(self) -> &'static Loaded {
@@ -94,6 +109,7 @@ pub type Quad = [[f64; 2]; 4];
 /// One line of text, as glyphs with their places on a baseline that begins at 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shaped {
+    text: Arc<str>,
     face: Face,
     size_px: f64,
     glyphs: Vec<ShapedGlyph>,
@@ -163,6 +179,7 @@ pub fn shape(text: &str, face: Face, size_px: f32, spacing_em: f32) -> Shaped {
     }
     let px = |units: f32| f64::from(units) * scale;
     Shaped {
+        text: text.into(),
         face,
         size_px,
         width: pen,
@@ -197,6 +214,8 @@ fn ink_of(glyphs: &[ShapedGlyph]) -> Option<[f64; 4]> {
 /// Text that has its place on the map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placed {
+    /// What is written.
+    pub text: Arc<str>,
     /// The face of all glyphs.
     pub face: Face,
     /// The size of the font.
@@ -268,7 +287,13 @@ impl Shaped {
     }
 
     fn nowhere(&self) -> Placed {
-        Placed { face: self.face, size_px: self.size_px, glyphs: Vec::new(), boxes: Vec::new() }
+        Placed {
+            text: Arc::clone(&self.text),
+            face: self.face,
+            size_px: self.size_px,
+            glyphs: Vec::new(),
+            boxes: Vec::new(),
+        }
     }
 }
 
