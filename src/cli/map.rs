@@ -41,7 +41,7 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
     let pool = thread_pool(thread_count(arguments.threads))?;
     pool.install(|| {
         let chart = Chart::new(&preset, arguments.seed, style, scale)?;
-        file.write(&Sheet::new(&chart, &chart.picture(area), &captions), scale, &texts)
+        file.write(&Sheet::new(&chart.picture(area), &captions), scale, &texts)
     })?;
     let seconds = start.elapsed().as_secs_f64();
     let object = json!({

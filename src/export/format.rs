@@ -12,6 +12,8 @@ use crate::world::World;
 /// What a bake asks of its formats.
 #[derive(Clone, Copy)]
 pub(crate) struct Request<'a> {
+    /// The name of the preset.
+    pub name: &'a str,
     pub world: &'a World,
     pub region: Region,
     pub meshes: &'a MeshOptions,

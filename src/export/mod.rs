@@ -6,6 +6,7 @@
 //!   vector/       features -> GeoPackage, GeoJSON
 //!   mesh/         tiles -> glTF, OBJ                options.rs   what the user may choose of them
 //!   hashes.rs     tiles -> a list of hashes
+//!   web.rs        the region as a web map, drawn as maps are
 //!   profile/      what an engine takes: formats of its own, sizes, IMPORT.md
 //!   map_picture.rs   a map -> PNG, WebP and a world file, pdf.rs, svg.rs
 //!   plan.rs       what is asked for -> its cost -> files
@@ -27,6 +28,7 @@ mod map_picture;
 mod pdf;
 mod plan;
 mod svg;
+mod web;
 
 pub use cost::{Cost, Forecast};
 pub use limit::Limit;
@@ -46,8 +48,15 @@ use format::Format;
 
 /// All formats that have a name of their own, in the order of the help. A new one is a line here.
 fn formats() -> impl Iterator<Item = &'static dyn Format> {
-    let others: [&dyn Format; 6] =
-        [&hashes::Hashes, &vector::GeoPackage, &vector::GeoJson, &mesh::Gltf, &mesh::OBJ, &mesh::OBJ_TILES];
+    let others: [&dyn Format; 7] = [
+        &hashes::Hashes,
+        &vector::GeoPackage,
+        &vector::GeoJson,
+        &mesh::Gltf,
+        &mesh::OBJ,
+        &mesh::OBJ_TILES,
+        &web::WebMap,
+    ];
     dynamic(&raster::NAMED).chain(others)
 }
 
@@ -166,7 +175,7 @@ mod tests {
         let out = tempfile::tempdir().unwrap();
         let output = Output::prepare(out.path(), false, &plan.cost(2)).unwrap();
         let manifest = plan.run(&output, &Watch::default()).unwrap();
-        let request = Request { world: &world, region, meshes: &meshes };
+        let request = Request { name: "thesis", world: &world, region, meshes: &meshes };
         for export in exports {
             let files: Vec<_> = manifest.files.iter().filter(|file| file.export == export.name()).collect();
             let (cost, bytes) = (export.0.cost(&request), files.iter().map(|file| file.bytes).sum::<u64>());

@@ -100,8 +100,8 @@ impl<'a> Plan<'a> {
     }
 
     fn request(&self) -> Request<'_> {
-        let Plan { world, region, ref meshes, .. } = *self;
-        Request { world, region, meshes }
+        let Plan { world, preset_name: name, region, ref meshes, .. } = *self;
+        Request { name, world, region, meshes }
     }
 
     /// The plan with meshes made in another way.

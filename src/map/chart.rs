@@ -42,20 +42,20 @@ const AGENTS: f64 = 8.0;
 pub struct Chart {
     style: Style,
     scale: Scale,
-    terrain: Terrain,
+    terrain: Arc<Terrain>,
     relief: Relief,
     /// The world at all vertices, whose places, roads and lines of agents are drawn: nodes from afar know of none. And whether
     /// its lines are.
     world: Arc<World>,
     has_lines: bool,
-    summits: Option<Summits>,
+    summits: Option<Arc<Summits>>,
     interval_m: f64,
 }
 
 /// A part of a chart, whose lines and names are known.
 #[derive(Debug)]
-pub struct Picture<'a> {
-    chart: &'a Chart,
+pub struct Picture {
+    chart: Arc<Chart>,
     area: Area,
     drawing: Drawing,
     writings: Vec<Writing>,
@@ -72,29 +72,64 @@ impl Chart {
     ///
     /// # Errors
     /// When a value of the preset is out of its range.
-    pub fn new(preset: &Preset, seed: Option<u64>, style: Style, scale: Scale) -> Result<Chart, Error> {
-        let world = Arc::new(World::new(preset.clone(), seed)?.with_tile_cells(Terrain::TILE_CELLS));
+    pub fn new(preset: &Preset, seed: Option<u64>, style: Style, scale: Scale) -> Result<Arc<Chart>, Error> {
+        Chart::of_world(&Chart::world(preset, seed)?, style, scale)
+    }
+
+    /// The world at all its vertices, as charts of whatever scale share it.
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range.
+    pub fn world(preset: &Preset, seed: Option<u64>) -> Result<Arc<World>, Error> {
+        Ok(Arc::new(World::new(preset.clone(), seed)?.with_tile_cells(Terrain::TILE_CELLS)))
+    }
+
+    /// The maps of such a [world](Chart::world).
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range at the scale.
+    pub fn of_world(world: &Arc<World>, style: Style, scale: Scale) -> Result<Arc<Chart>, Error> {
+        let preset = world.preset();
         let strided = match scale.stride(preset.spacing_m) {
-            Stride::ONE => Arc::clone(&world),
-            stride => Arc::new(World::strided(preset.clone(), seed, stride)?.with_tile_cells(Terrain::TILE_CELLS)),
+            Stride::ONE => Arc::clone(world),
+            stride => {
+                let strided = World::strided(preset.clone(), Some(world.seed()), stride)?;
+                Arc::new(strided.with_tile_cells(Terrain::TILE_CELLS))
+            }
         };
-        let terrain = Terrain::new(strided, scale);
+        let summits = preset.fluvial.is_some().then(|| Summits::new(Arc::clone(world), scale)).transpose()?;
+        let terrain = Arc::new(Terrain::new(strided, scale));
+        Ok(Chart::drawn(Arc::clone(world), terrain, summits.map(Arc::new), style, scale))
+    }
+
+    /// The maps of the same world in the same scale in another style.
+    #[must_use]
+    pub fn in_style(&self, style: Style) -> Arc<Chart> {
+        Chart::drawn(Arc::clone(&self.world), Arc::clone(&self.terrain), self.summits.clone(), style, self.scale)
+    }
+
+    fn drawn(
+        world: Arc<World>,
+        terrain: Arc<Terrain>,
+        summits: Option<Arc<Summits>>,
+        style: Style,
+        scale: Scale,
+    ) -> Arc<Chart> {
         let denominator = scale.denominator();
         let relief = Relief::new(&style, &terrain, denominator, scale.metres_per_pixel);
         let least = style.roads.classes.iter().map(|class| class.most).fold(0.0, f64::max);
         // Agents go everywhere, and their lines are short: far away they would be many and not be seen.
-        let has_lines = match preset.places {
+        let has_lines = match world.preset().places {
             Some(_) => denominator <= least,
-            None => scale.metres_per_pixel <= AGENTS * preset.spacing_m,
+            None => scale.metres_per_pixel <= AGENTS * world.preset().spacing_m,
         };
         let interval_m = match style.contours.interval_m {
             Some(interval_m) => interval_m,
             None if style.contours.draw => interval_m(denominator, style.contours.spacing_mm, terrain.steepness()),
             None => interval_m(denominator, style.contours.spacing_mm, 1.0),
         };
-        let has_peaks = style.labels.draw && preset.fluvial.is_some();
-        let summits = has_peaks.then(|| Summits::new(Arc::clone(&world), scale)).transpose()?;
-        Ok(Chart { style, scale, terrain, relief, world, has_lines, summits, interval_m })
+        let summits = summits.filter(|_| style.labels.draw);
+        Arc::new(Chart { style, scale, terrain, relief, world, has_lines, summits, interval_m })
     }
 
     /// The scale of the maps.
@@ -147,8 +182,14 @@ impl Chart {
         self.interval_m
     }
 
+    /// Heights of the land in metres in the middles of the pixels of an area, row by row from the north.
+    pub fn heights_m(&self, area: Area) -> Vec<f32> {
+        let nodes = self.terrain.nodes(area);
+        self.terrain.at_pixels(&nodes.heights, area).values().to_vec()
+    }
+
     /// The picture of an area of pixels.
-    pub fn picture(&self, area: Area) -> Picture<'_> {
+    pub fn picture(self: &Arc<Self>, area: Area) -> Picture {
         let draughtsman = Draughtsman {
             style: &self.style,
             scale: self.scale,
@@ -169,11 +210,21 @@ impl Chart {
         } else {
             draughtsman.draw(area, WIDEST as usize)
         };
-        Picture { chart: self, area, drawing, writings }
+        Picture { chart: Arc::clone(self), area, drawing, writings }
     }
 }
 
-impl Picture<'_> {
+impl Picture {
+    /// The chart that it is a part of.
+    pub fn chart(&self) -> &Chart {
+        &self.chart
+    }
+
+    /// The chart, without the picture.
+    pub fn into_chart(self) -> Arc<Chart> {
+        self.chart
+    }
+
     /// The pixels that it shows.
     pub fn area(&self) -> Area {
         self.area
@@ -225,7 +276,7 @@ impl Picture<'_> {
 
     /// The ground of a block, and the lines that its heights draw.
     fn ground(&self, column: i64, row: i64) -> (Ground, Outlines) {
-        let chart = self.chart;
+        let chart = &self.chart;
         let block = Area::new(column * BLOCK, row * BLOCK, BLOCK as usize, BLOCK as usize);
         let ground = chart.relief.ground(&chart.terrain, block);
         let boxes = self.writings.iter().flat_map(|writing| writing.boxes());

@@ -90,8 +90,7 @@ pub struct Captions {
 /// A map with what stands around it. Its pixels are counted as those of the map are, so they go on to its left and above it.
 #[derive(Debug)]
 pub struct Sheet<'a> {
-    chart: &'a Chart,
-    picture: &'a Picture<'a>,
+    picture: &'a Picture,
     page: Area,
     marks: Vec<Mark>,
 }
@@ -120,7 +119,8 @@ impl Sheet<'_> {
     }
 
     /// A picture of a chart with what stands around it.
-    pub fn new<'a>(chart: &'a Chart, picture: &'a Picture<'a>, captions: &Captions) -> Sheet<'a> {
+    pub fn new<'a>(picture: &'a Picture, captions: &Captions) -> Sheet<'a> {
+        let chart = picture.chart();
         let (scale, map) = (chart.scale(), picture.area());
         let page = Sheet::area(map, scale, &captions.furniture);
         let mut printer = Printer { chart, style: chart.style(), scale, map, page, marks: Vec::new() };
@@ -135,7 +135,7 @@ impl Sheet<'_> {
                 Furniture::Recipe => printer.recipe(&captions.recipe),
             }
         }
-        Sheet { chart, picture, page, marks: printer.marks }
+        Sheet { picture, page, marks: printer.marks }
     }
 
     /// The pixels that it covers.
@@ -148,7 +148,7 @@ impl Sheet<'_> {
     /// # Errors
     /// When `write` fails.
     pub fn strips<E>(&self, mut write: impl FnMut(&[u8]) -> Result<(), E>) -> Result<(), E> {
-        let (map, scale, style) = (self.picture.area(), self.chart.scale(), self.chart.style());
+        let (map, scale, style) = (self.picture.area(), self.picture.chart().scale(), self.picture.chart().style());
         let mut y = self.page.y0;
         while y < self.page.y1 {
             // Blocks of the map are drawn once each, so strips end where they do.
@@ -173,7 +173,7 @@ impl Sheet<'_> {
     /// # Errors
     /// When the page cannot be written.
     pub(crate) fn plot(&self, page: &mut dyn Page) -> Result<(), Error> {
-        let (scale, style) = (self.chart.scale(), self.chart.style());
+        let (scale, style) = (self.picture.chart().scale(), self.picture.chart().style());
         let edges = [self.page.x0, self.page.y0, self.page.x1, self.page.y1].map(|at| at as f64);
         page.fill(&Shape::rectangle(edges), style.paper);
         self.picture.plot(page)?;

@@ -98,10 +98,7 @@ impl Draft<'_> {
     }
 
     fn view(&self, block: &Block, scale: u32) -> View {
-        let Area { x0, y0, x1, y1 } = self.plan.world_pixels(block.zoom, block.places);
-        let [x0, y0, x1, y1] = [x0, y0, x1, y1].map(|edge| edge * i64::from(scale));
-        let pixel_m = self.plan.pixel_m(block.zoom) / f64::from(scale);
-        View { zoom: block.zoom, scale, pixel_m, pixels: Area { x0, y0, x1, y1 } }
+        View::new(self.plan, block.zoom, block.places, scale)
     }
 
     /// The heights of a block, with a pixel more in the east and south: the page has those that it is between.

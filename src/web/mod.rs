@@ -27,6 +27,7 @@ pub use meta::Meta;
 pub use pyramid::{Block, Bounds, MAX_ZOOM, Plan, TILE_PX, TilePlace};
 
 use std::fs;
+use std::iter::Peekable;
 use std::path::Path;
 
 use crate::area::Area;
@@ -54,6 +55,15 @@ pub struct View {
     /// metres east and from `y * pixel_m` to `(y + 1) * pixel_m` metres south. It may reach beyond the plan's bounds by
     /// less than a tile, where there is land as well.
     pub pixels: Area,
+}
+
+impl View {
+    /// The pixels of some tiles.
+    fn new(plan: &Plan, zoom: u8, places: Area, scale: u32) -> View {
+        let Area { x0, y0, x1, y1 } = plan.world_pixels(zoom, places);
+        let [x0, y0, x1, y1] = [x0, y0, x1, y1].map(|edge| edge * i64::from(scale));
+        View { zoom, scale, pixel_m: plan.pixel_m(zoom) / f64::from(scale), pixels: Area { x0, y0, x1, y1 } }
+    }
 }
 
 /// A function that draws what a view shows: RGB, row by row from the north.
@@ -88,8 +98,13 @@ pub struct Feature<'a> {
     pub rank: u8,
 }
 
+/// A function that is called alone, with what many views show that are asked for next, and none beyond, at scale 1.
+pub type Prepare<'a> = &'a (dyn Fn(&View) -> Result<(), Error> + Sync);
+
 /// What a map shows.
 pub struct Content<'a> {
+    /// Prepares for parts of the map.
+    pub prepare: Prepare<'a>,
     /// Its pictures; the page begins with the first.
     pub layers: &'a [Layer<'a>],
     /// Its heights, if they are to be there.
@@ -152,8 +167,13 @@ pub fn write(
     let draft = Draft { folder, plan, choice, content, sets: &sets };
     let (mut tally, mut done) = (Tally::default(), 0);
     for zoom in 0..=plan.max_zoom() {
-        let mut blocks = plan.blocks(zoom);
+        let mut blocks = plan.blocks(zoom).peekable();
+        let mut square = None;
         while let Some(batch) = batch(&mut blocks) {
+            let next = batch[0].square();
+            if square.replace(next) != Some(next) {
+                (content.prepare)(&View::new(plan, zoom, plan.square(zoom, next), 1))?;
+            }
             for picture in draft.draw(&batch)?.iter().flatten() {
                 archives[picture.set].add(picture)?;
                 tally.add(picture);
@@ -189,10 +209,15 @@ impl Tally {
     }
 }
 
-/// The next blocks that are drawn at the same time, if there are any.
-fn batch(blocks: &mut impl Iterator<Item = Block>) -> Option<Vec<Block>> {
-    let batch: Vec<Block> = blocks.take(BLOCKS_A_THREAD * rayon::current_num_threads()).collect();
-    (!batch.is_empty()).then_some(batch)
+/// The next blocks that are drawn at the same time, all of one square, if there are any.
+fn batch(blocks: &mut Peekable<impl Iterator<Item = Block>>) -> Option<Vec<Block>> {
+    let mut batch = vec![blocks.next()?];
+    let square = batch[0].square();
+    while batch.len() < BLOCKS_A_THREAD * rayon::current_num_threads() {
+        let Some(block) = blocks.next_if(|block| block.square() == square) else { break };
+        batch.push(block);
+    }
+    Some(batch)
 }
 
 /// Makes the folder, and removes from it what would be taken for a whole map.

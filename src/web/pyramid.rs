@@ -23,6 +23,10 @@ pub const MAX_ZOOM: u8 = 24;
 /// Tiles on a side of a block, as a power of two: 1024 pixels, so that what is read around a picture weighs little.
 const BLOCK_BITS: u8 = 2;
 
+/// Tiles on a side of a square of blocks, as a power of two: 8192 pixels, so that what is known of all that lies around a
+/// square weighs little beside it.
+const SQUARE_BITS: u8 = 5;
+
 /// No pixel is further from the origin, so that metres, as `f64`, tell pixels apart.
 const MAX_PIXEL: f64 = (1_u64 << 50) as f64;
 
@@ -92,6 +96,11 @@ pub struct Block {
 }
 
 impl Block {
+    /// The square that it lies in, by its column and row.
+    pub(super) fn square(&self) -> [i64; 2] {
+        [self.places.x0, self.places.y0].map(|at| at >> SQUARE_BITS)
+    }
+
     /// The tiles in the order of their numbers.
     pub fn tiles(&self) -> Vec<TilePlace> {
         let place = |(x, y)| TilePlace { zoom: self.zoom, x: x as u32, y: y as u32 };
@@ -183,6 +192,13 @@ impl Plan {
         let [x0, y0] = [x0, y0].map(|edge| edge.div_euclid(side));
         let [x1, y1] = [x1, y1].map(|edge| (edge - 1).div_euclid(side) + 1);
         Area { x0, y0, x1, y1 }
+    }
+
+    /// The columns and rows of the tiles of a square of blocks.
+    pub(super) fn square(&self, zoom: u8, [x, y]: [i64; 2]) -> Area {
+        let side = 1 << SQUARE_BITS;
+        let all = Area::new(x * side, y * side, side as usize, side as usize);
+        self.places(zoom).common(&all).expect("a square has a block")
     }
 
     /// How many tiles there are, of all zoom levels.

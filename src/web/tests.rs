@@ -102,7 +102,7 @@ fn written(folder: &Path, bounds_m: [f64; 4], finest_m: f64, choice: Choice) -> 
         Layer { name: "map", title: "Map", paint: &|view| Ok(map(view)) },
         Layer { name: "hillshade", title: "Relief", paint: &|view| Ok(hillshade(view)) },
     ];
-    let content = Content { layers: &layers, heights: Some(&|view| Ok(heights(view))), features: &FEATURES };
+    let content = Content { prepare: &|_| Ok(()), layers: &layers, heights: Some(&|view| Ok(heights(view))), features: &FEATURES };
     let written = write(folder, &plan, &meta, choice, &content, &|_| ()).unwrap();
     (plan, written)
 }
@@ -204,7 +204,7 @@ fn equal_tiles_are_stored_once() {
     let plan = Plan::new(Bounds { west_m: 0.0, south_m: 0.0, east_m: 4096.0, north_m: 4096.0 }, 1.0).unwrap();
     let meta = Meta { name: String::new(), description: String::new(), version: String::new() };
     let layers = [Layer { name: "sea", title: "Sea", paint: &|view| Ok([9, 99, 199].repeat(view.pixels.len())) }];
-    let content = Content { layers: &layers, heights: None, features: &[] };
+    let content = Content { prepare: &|_| Ok(()), layers: &layers, heights: None, features: &[] };
     let choice = Choice { folder: false, dense: false, encoding: Encoding::Png, ..ALL };
     write(folder.path(), &plan, &meta, choice, &content, &|_| ()).unwrap();
     let database = Connection::open(folder.path().join("sea.mbtiles")).unwrap();
@@ -225,7 +225,7 @@ fn a_map_that_fails_has_no_page_and_no_archive() {
     let meta = Meta { name: String::new(), description: String::new(), version: String::new() };
     let paint = |view: &View| if view.zoom < plan.max_zoom() { Ok(map(view)) } else { Err(Error::Interrupted) };
     let layers = [Layer { name: "other", title: "Other", paint: &paint }];
-    let content = Content { layers: &layers, heights: None, features: &[] };
+    let content = Content { prepare: &|_| Ok(()), layers: &layers, heights: None, features: &[] };
     let failed = write(folder.path(), &plan, &meta, choice, &content, &|_| ()).unwrap_err();
     assert!(matches!(failed, Error::Interrupted));
     let files = files(folder.path());

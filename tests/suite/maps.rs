@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use terrane::area::Area;
 use terrane::map::Chart;
@@ -11,7 +12,7 @@ use terrane::map::style::{STYLES, Style};
 use terrane::preset::{Preset, summary};
 use terrane::recipe::source::Sources;
 
-fn chart(preset: &str, style: &str, scale: Scale) -> Chart {
+fn chart(preset: &str, style: &str, scale: Scale) -> Arc<Chart> {
     let (_, preset) = Preset::load(preset).unwrap();
     Chart::new(&preset, Some(3), Style::load(style).unwrap(), scale).unwrap()
 }

@@ -1,0 +1,275 @@
+//! The region as a web map: a pyramid of tiles, archives of them, and a page that shows it from the disk.
+//!
+//! Tiles are drawn as maps are, each zoom level at its own scale, from the world and not from the tiles of the bake: these
+//! only say which names there are.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, RwLock};
+
+use crate::area::{Area, Place, Region};
+use crate::bake::{FileRecord, Sink};
+use crate::error::Error;
+use crate::export::format::{Format, FormatCost, RECORD_BYTES, Request};
+use crate::export::locked;
+use crate::features::landforms::{LAKES, PEAKS};
+use crate::features::lines::RIVERS;
+use crate::features::sites::SITES;
+use crate::map::scale::Scale;
+use crate::map::style::Style;
+use crate::map::{Chart, Picture};
+use crate::places::site::SiteClass;
+use crate::tile::Tile;
+use crate::web::{self, Bounds, Choice, Content, Encoding, Feature, Layer, Meta, Plan, View};
+use crate::world::World;
+
+/// The folder of the files in that of the bake, and the page and its scripts in it.
+const FOLDER: &str = "web";
+const PAGES: [&str; 3] = ["index.html", "map.js", "names.js"];
+
+/// Pixels of a millimetre on screens, by which lines and letters have their size.
+const PIXELS_A_MM: f64 = 96.0 / 25.4;
+
+/// The pictures of the map: name, title and style. The first is shown first.
+const LAYERS: [(&str, &str, &str); 2] = [("map", "Map", "topographic"), ("relief", "Relief", "relief")];
+
+/// What is written.
+const CHOICE: Choice = Choice { encoding: Encoding::WebP, dense: true, folder: true, mbtiles: true, pmtiles: true };
+
+/// Bytes of a tile of 256 x 256 pixels that cannot be compressed, as a file and in two archives.
+const TILE_BYTES: u64 = 3 * 200_000;
+
+/// Nanoseconds that a thread works for each vertex: five pixels of each layer and a third more for all coarser ones, drawn
+/// and packed.
+const WORK_NS: u64 = 3000;
+
+/// The web map, as a format.
+pub(crate) struct WebMap;
+
+/// The files that are not tiles.
+fn files() -> impl Iterator<Item = String> {
+    let layers = LAYERS.iter().flat_map(|(name, ..)| [(*name).to_owned(), format!("{name}@2x")]);
+    let archives = layers.chain(["terrain".to_owned()]);
+    let archives = archives.flat_map(|name| ["mbtiles", "pmtiles"].map(|ending| format!("{name}.{ending}")));
+    archives.chain(PAGES.map(str::to_owned)).map(|name| format!("{FOLDER}/{name}"))
+}
+
+impl Format for WebMap {
+    fn name(&self) -> &'static str {
+        "web"
+    }
+
+    fn about(&self) -> &'static str {
+        "web map: a page, tiles at all zoom levels, PMTiles and MBTiles, and geojson"
+    }
+
+    fn needs(&self) -> Option<&'static str> {
+        Some("geojson")
+    }
+
+    fn check(&self, request: &Request) -> Result<(), Error> {
+        plan(request.world, &request.region).map(drop)
+    }
+
+    fn folders(&self) -> Vec<&'static str> {
+        vec![FOLDER]
+    }
+
+    fn owns(&self, path: &str) -> bool {
+        files().any(|file| file == path)
+    }
+
+    fn cost(&self, request: &Request) -> FormatCost {
+        let tiles = plan(request.world, &request.region).map_or(0, |plan| plan.tiles());
+        // Tiles of twice the pixels a side weigh four times as much; heights, as colours and as scripts, about two.
+        let weight = LAYERS.len() as u64 * 5 + 2;
+        FormatCost {
+            files: files().count() as u64,
+            disk_bytes: tiles.saturating_mul(weight * TILE_BYTES) + files().count() as u64 * RECORD_BYTES,
+            features: true,
+            work_ns_a_vertex: WORK_NS,
+            ..FormatCost::default()
+        }
+    }
+
+    fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
+        let Request { name, world, region, .. } = *request;
+        let plan = plan(world, &region)?;
+        Ok(vec![Box::new(WebSink { name, world, plan, out: out.join(FOLDER), named: Mutex::default() })])
+    }
+}
+
+/// The pyramid of a region, whose finest pixels are its cells.
+fn plan(world: &World, region: &Region) -> Result<Plan, Error> {
+    let [west_m, south_m, east_m, north_m] = region.bounds_km(world.spacing_m()).map(|km| km * 1000.0);
+    Plan::new(Bounds { west_m, south_m, east_m, north_m }, world.spacing_m())
+}
+
+/// Writes the map when all tiles of the bake have said what they hold.
+struct WebSink<'a> {
+    name: &'a str,
+    world: &'a World,
+    plan: Plan,
+    out: PathBuf,
+    /// What has a name, by what it is in the world.
+    named: Mutex<BTreeMap<String, Named>>,
+}
+
+/// Something with a name.
+struct Named {
+    name: String,
+    kind: &'static str,
+    at: [f64; 2],
+    rank: u8,
+    /// How much it matters among its like: of the parts of a thing the largest has its place.
+    weight: f64,
+}
+
+impl WebSink<'_> {
+    fn add(&self, id: String, named: Named) {
+        let mut all = locked(&self.named);
+        if all.get(&id).is_none_or(|known| known.weight < named.weight) {
+            all.insert(id, named);
+        }
+    }
+}
+
+impl Sink for WebSink<'_> {
+    fn name(&self) -> &'static str {
+        "web"
+    }
+
+    fn take(&self, tile: &Tile, _place: Place) -> Result<Vec<u8>, Error> {
+        let (world, area) = (self.world, tile.area());
+        if world.preset().places.is_none() {
+            return Ok(Vec::new());
+        }
+        for site in SITES.find(world, &area) {
+            let (kind, rank) = match site.class {
+                SiteClass::Town => ("town", 1),
+                SiteClass::Village => ("village", 3),
+                SiteClass::Hamlet => ("hamlet", 5),
+            };
+            let weight = f64::from(site.population);
+            self.add(format!("s:{}", site.id), Named { name: site.name, kind, at: site.at, rank, weight });
+        }
+        for lake in LAKES.find(world, &area) {
+            let Some(name) = lake.name else { continue };
+            let shore = &lake.rings[0];
+            let sum = shore.iter().fold([0.0, 0.0], |sum, point| [sum[0] + point[0], sum[1] + point[1]]);
+            let at = sum.map(|axis| axis / shore.len() as f64);
+            self.add(format!("l:{}", lake.id), Named { name, kind: "lake", at, rank: 2, weight: lake.area_m2 });
+        }
+        for peak in PEAKS.find(world, &area) {
+            let Some(name) = peak.name else { continue };
+            let weight = f64::from(peak.height_m);
+            self.add(format!("p:{}", peak.id), Named { name, kind: "peak", at: peak.at, rank: 4, weight });
+        }
+        for river in RIVERS.find(world, &area) {
+            let Some(name) = river.name else { continue };
+            let [east, north, _] = river.line[river.line.len() / 2];
+            let weight = river.discharge_m3s[1];
+            self.add(format!("r:{}", river.course), Named { name, kind: "river", at: [east, north], rank: 4, weight });
+        }
+        Ok(Vec::new())
+    }
+
+    fn append(&self, _row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+        let world = Chart::world(self.world.preset(), Some(self.world.seed()))?;
+        let artist = Artist { world, prepared: RwLock::default() };
+        let named = locked(&self.named);
+        let bounds = self.plan.bounds();
+        let is_shown = |[east, north]: [f64; 2]| {
+            (bounds.west_m..=bounds.east_m).contains(&east) && (bounds.south_m..=bounds.north_m).contains(&north)
+        };
+        // Roads lead to places elsewhere, which the map does not show.
+        let features: Vec<Feature> = named
+            .values()
+            .filter(|named| is_shown(named.at))
+            .map(|Named { name, kind, at, rank, .. }| {
+                let [east_m, north_m] = *at;
+                Feature { name, kind, east_m, north_m, rank: *rank }
+            })
+            .collect();
+        let paints = [0, 1].map(|layer| {
+            let artist = &artist;
+            move |view: &View| Ok(artist.paint(layer, view))
+        });
+        let layers = [0, 1].map(|layer| {
+            let (name, title, _) = LAYERS[layer];
+            Layer { name, title, paint: &paints[layer] }
+        });
+        let meta = Meta {
+            name: self.name.to_owned(),
+            description: format!("seed {}, {} m a pixel", self.world.seed(), self.world.spacing_m()),
+            version: env!("CARGO_PKG_VERSION").into(),
+        };
+        let content = Content {
+            prepare: &|view| artist.prepare(view),
+            layers: &layers,
+            heights: Some(&|view| Ok(artist.heights(view))),
+            features: &features,
+        };
+        let written = web::write(&self.out, &self.plan, &meta, CHOICE, &content, &|_| ())?;
+        let record = |file: FileRecord| FileRecord { path: format!("{FOLDER}/{}", file.path), ..file };
+        Ok(written.files.into_iter().map(record).collect())
+    }
+}
+
+/// Draws tiles.
+struct Artist {
+    world: Arc<World>,
+    prepared: RwLock<Option<Prepared>>,
+}
+
+/// What is known of a part of a zoom level: pictures by layer and scale, and where heights come from.
+struct Prepared {
+    zoom: u8,
+    pictures: [[Picture; 2]; LAYERS.len()],
+}
+
+impl Artist {
+    fn prepare(&self, view: &View) -> Result<(), Error> {
+        let mut prepared = self.prepared.write().expect("no thread panics while it prepares");
+        let charts = match prepared.take().filter(|prepared| prepared.zoom == view.zoom) {
+            // Of the same zoom: the land is known already.
+            Some(last) => last.pictures.map(|scales| scales.map(Picture::into_chart)),
+            None => {
+                let [base, dense] = [1.0, 2.0].map(|scale| {
+                    let scale =
+                        Scale { metres_per_pixel: view.pixel_m / scale, pixels_per_mm: PIXELS_A_MM * scale };
+                    Chart::of_world(&self.world, Style::load(LAYERS[0].2)?, scale)
+                });
+                let base = [base?, dense?];
+                let relief = Style::load(LAYERS[1].2)?;
+                let relief = [0, 1].map(|scale| base[scale].in_style(relief.clone()));
+                [base, relief]
+            }
+        };
+        let Area { x0, y0, x1, y1 } = view.pixels;
+        let pictures = charts.map(|scales| {
+            let [base, dense] = scales;
+            let twice = Area { x0: 2 * x0, y0: 2 * y0, x1: 2 * x1, y1: 2 * y1 };
+            [base.picture(view.pixels), dense.picture(twice)]
+        });
+        *prepared = Some(Prepared { zoom: view.zoom, pictures });
+        Ok(())
+    }
+
+    fn paint(&self, layer: usize, view: &View) -> Vec<u8> {
+        let prepared = self.prepared.read().expect("no thread panics while it prepares");
+        let prepared = prepared.as_ref().expect("a view is prepared for");
+        prepared.pictures[layer][view.scale as usize - 1].pixels(view.pixels)
+    }
+
+    fn heights(&self, view: &View) -> Vec<f32> {
+        let prepared = self.prepared.read().expect("no thread panics while it prepares");
+        let prepared = prepared.as_ref().expect("a view is prepared for");
+        prepared.pictures[0][0].chart().heights_m(view.pixels)
+    }
+}
+
