@@ -226,50 +226,50 @@ struct Artist {
     prepared: RwLock<Option<Prepared>>,
 }
 
-/// What is known of a part of a zoom level: pictures by layer and scale, and where heights come from.
+/// What is known of a part of a zoom level: a picture a layer.
 struct Prepared {
     zoom: u8,
-    pictures: [[Picture; 2]; LAYERS.len()],
+    pictures: [Picture; LAYERS.len()],
 }
+
+/// Pixels of a picture to one of the page: pictures are those of dense screens.
+const DENSE: i64 = 2;
 
 impl Artist {
     fn prepare(&self, view: &View) -> Result<(), Error> {
         let mut prepared = self.prepared.write().expect("no thread panics while it prepares");
         let charts = match prepared.take().filter(|prepared| prepared.zoom == view.zoom) {
             // Of the same zoom: the land is known already.
-            Some(last) => last.pictures.map(|scales| scales.map(Picture::into_chart)),
+            Some(last) => last.pictures.map(Picture::into_chart),
             None => {
-                let [base, dense] = [1.0, 2.0].map(|scale| {
-                    let scale =
-                        Scale { metres_per_pixel: view.pixel_m / scale, pixels_per_mm: PIXELS_A_MM * scale };
-                    Chart::of_world(&self.world, Style::load(LAYERS[0].2)?, scale)
-                });
-                let base = [base?, dense?];
-                let relief = Style::load(LAYERS[1].2)?;
-                let relief = [0, 1].map(|scale| base[scale].in_style(relief.clone()));
-                [base, relief]
+                let dense = DENSE as f64;
+                let scale = Scale { metres_per_pixel: view.pixel_m / dense, pixels_per_mm: PIXELS_A_MM * dense };
+                let map = Chart::of_world(&self.world, Style::load(LAYERS[0].2)?, scale)?;
+                let relief = map.in_style(Style::load(LAYERS[1].2)?);
+                [map, relief]
             }
         };
         let Area { x0, y0, x1, y1 } = view.pixels;
-        let pictures = charts.map(|scales| {
-            let [base, dense] = scales;
-            let twice = Area { x0: 2 * x0, y0: 2 * y0, x1: 2 * x1, y1: 2 * y1 };
-            [base.picture(view.pixels), dense.picture(twice)]
-        });
-        *prepared = Some(Prepared { zoom: view.zoom, pictures });
+        let area = Area { x0: DENSE * x0, y0: DENSE * y0, x1: DENSE * x1, y1: DENSE * y1 };
+        *prepared = Some(Prepared { zoom: view.zoom, pictures: charts.map(|chart| chart.picture(area)) });
         Ok(())
     }
 
     fn paint(&self, layer: usize, view: &View) -> Vec<u8> {
         let prepared = self.prepared.read().expect("no thread panics while it prepares");
-        let prepared = prepared.as_ref().expect("a view is prepared for");
-        prepared.pictures[layer][view.scale as usize - 1].pixels(view.pixels)
+        prepared.as_ref().expect("a view is prepared for").pictures[layer].pixels(view.pixels)
     }
 
+    /// Heights in the middles of pixels of the page, each the mean of four of the picture.
     fn heights(&self, view: &View) -> Vec<f32> {
         let prepared = self.prepared.read().expect("no thread panics while it prepares");
-        let prepared = prepared.as_ref().expect("a view is prepared for");
-        prepared.pictures[0][0].chart().heights_m(view.pixels)
+        let chart = prepared.as_ref().expect("a view is prepared for").pictures[0].chart();
+        let Area { x0, y0, x1, y1 } = view.pixels;
+        let width = view.pixels.width() * DENSE as usize;
+        let area = Area { x0: DENSE * x0, y0: DENSE * y0, x1: DENSE * x1, y1: DENSE * y1 };
+        let heights_m = chart.heights_m(area);
+        let mean = |pair: (&[f32], &[f32])| ((pair.0[0] + pair.0[1]) + (pair.1[0] + pair.1[1])) * 0.25;
+        let rows = heights_m.chunks_exact(2 * width).map(|rows| rows.split_at(width));
+        rows.flat_map(|(north, south)| north.chunks_exact(2).zip(south.chunks_exact(2)).map(mean)).collect()
     }
 }
-

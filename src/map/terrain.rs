@@ -22,6 +22,9 @@ const LOOKS: i64 = 4;
 const LOOK_M: f64 = 37_000.0;
 const LOOK: usize = 24;
 
+/// Looks that are taken together; half of that must have shown land.
+const LOOKS_AT_ONCE: usize = 4;
+
 /// The land of a world for maps of one scale. Whatever is asked for, a pixel is the same.
 #[derive(Debug)]
 pub(super) struct Terrain {
@@ -69,7 +72,7 @@ impl Terrain {
         let apart = (LOOK_M / self.world.spacing_m()) as i64 + 1;
         let places: Vec<[i64; 2]> =
             (0..LOOKS * LOOKS).map(|at| [at % LOOKS, at / LOOKS].map(|at| at * apart)).collect();
-        let looks = places.par_iter().map(|[x, y]| {
+        let look = |[x, y]: &[i64; 2]| {
             let area = Area::new(*x, *y, LOOK, LOOK);
             let heights = self.world.relief().heights(area.padded(1));
             let sea_level_m = self.world.preset().sea_level_m.map_or(f32::MIN, |level| level as f32);
@@ -79,8 +82,15 @@ impl Terrain {
                 length(rise.map(f64::from)) / 2.0
             };
             land.map(|at| rise_m(at) / self.world.spacing_m()).collect::<Vec<f64>>()
-        });
-        let mut slopes: Vec<f64> = looks.collect::<Vec<_>>().concat();
+        };
+        let mut slopes: Vec<f64> = Vec::new();
+        // Each look takes long, for nothing is known around it: no more than it takes to see some land.
+        for places in places.chunks(LOOKS_AT_ONCE) {
+            slopes.extend(places.par_iter().map(look).collect::<Vec<_>>().concat());
+            if slopes.len() >= LOOKS_AT_ONCE * LOOK * LOOK / 2 {
+                break;
+            }
+        }
         slopes.sort_by(f64::total_cmp);
         // A world that is all sea has no contours.
         slopes.get(slopes.len() * 4 / 5).map_or(1.0, |slope| slope.clamp(0.02, 1.0))

@@ -23,8 +23,16 @@ pub(super) struct Set<'a> {
     pub layer: &'a str,
     pub title: &'a str,
     pub scale: u32,
-    /// None for terrain-RGB.
-    paint: Option<Paint<'a>>,
+    source: Source<'a>,
+}
+
+/// Where the pixels of a set come from.
+#[derive(Clone, Copy)]
+enum Source<'a> {
+    Paint(Paint<'a>),
+    /// The next set, which has twice the pixels a side.
+    Dense(Paint<'a>),
+    Heights,
 }
 
 /// A picture on its way to the archives.
@@ -42,11 +50,16 @@ pub(super) fn sets<'a>(choice: Choice, content: &Content<'a>) -> Vec<Set<'a>> {
         let known = sets.iter().any(|set: &Set| set.layer == *name) || [TERRAIN, HEIGHTS].contains(name);
         let plain = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
         assert!(plain && !known, "{name:?} cannot be the name of a layer");
-        let scales = if choice.dense { 1..=2 } else { 1..=1 };
-        sets.extend(scales.map(|scale| Set { layer: name, title, scale, paint: Some(*paint) }));
+        let mut push = |scale, source| sets.push(Set { layer: name, title, scale, source });
+        if choice.dense {
+            push(1, Source::Dense(*paint));
+            push(2, Source::Paint(*paint));
+        } else {
+            push(1, Source::Paint(*paint));
+        }
     }
     if content.heights.is_some() {
-        sets.push(Set { layer: TERRAIN, title: "terrain-RGB", scale: 1, paint: None });
+        sets.push(Set { layer: TERRAIN, title: "terrain-RGB", scale: 1, source: Source::Heights });
     }
     sets
 }
@@ -76,16 +89,29 @@ impl Draft<'_> {
     fn draw_block(&self, block: &Block) -> Result<Vec<Picture>, Error> {
         let mut pictures = Vec::with_capacity(block.places.len() * self.sets.len());
         let heights = self.content.heights.map(|heights| self.heights(block, heights)).transpose()?;
-        for (set, Set { layer, scale, paint, .. }) in self.sets.iter().enumerate() {
-            let view = self.view(block, *scale);
-            let rgb = match (paint, &heights) {
-                (Some(paint), _) => paint(&view)?,
-                (None, heights) => heights.as_ref().expect("terrain is drawn where heights are").colours(view.pixels),
-            };
+        let paint = |paint: Paint, scale: u32, layer: &str| {
+            let view = self.view(block, scale);
+            let rgb = paint(&view)?;
             assert_eq!(rgb.len(), 3 * view.pixels.len(), "three bytes for each pixel of {layer}");
+            Ok::<_, Error>(rgb)
+        };
+        let mut dense = None;
+        for (set, Set { layer, scale, source, .. }) in self.sets.iter().enumerate() {
+            let width = self.view(block, *scale).pixels.width();
+            let rgb = match source {
+                Source::Dense(twice) => {
+                    let twice = dense.insert(paint(*twice, 2 * scale, layer)?);
+                    halved(twice, 2 * width)
+                }
+                Source::Paint(own) => dense.take().map_or_else(|| paint(*own, *scale, layer), Ok)?,
+                Source::Heights => {
+                    let heights = heights.as_ref().expect("terrain is drawn where heights are");
+                    heights.colours(self.view(block, 1).pixels)
+                }
+            };
             let side = TILE_PX as usize * *scale as usize;
             for place in block.tiles() {
-                let tile = cut(&rgb, view.pixels.width(), corner(block, place, side), side);
+                let tile = cut(&rgb, width, corner(block, place, side), side);
                 let bytes = self.choice.encoding.encode(side as u32, &tile);
                 self.write_tile(&self.sets[set], place, &bytes)?;
                 pictures.push(Picture { set, place, hash: blake3::hash(&bytes), bytes });
@@ -156,6 +182,22 @@ impl BlockHeights {
 fn corner(block: &Block, place: TilePlace, side: usize) -> (usize, usize) {
     let tiles = |at: u32, first: i64| (i64::from(at) - first) as usize;
     (tiles(place.x, block.places.x0) * side, tiles(place.y, block.places.y0) * side)
+}
+
+/// A picture with half the pixels a side: each the mean of four. Lines and letters are as sharp as if they had been drawn so,
+/// for less than half the work.
+fn halved(rgb: &[u8], width: usize) -> Vec<u8> {
+    let mut half = Vec::with_capacity(rgb.len() / 4);
+    for rows in rgb.chunks_exact(2 * 3 * width) {
+        let (north, south) = rows.split_at(3 * width);
+        for (north, south) in north.as_chunks::<6>().0.iter().zip(south.as_chunks::<6>().0) {
+            half.extend([0, 1, 2].map(|channel| {
+                let four = [north[channel], north[channel + 3], south[channel], south[channel + 3]];
+                ((four.map(u32::from).iter().sum::<u32>() + 2) / 4) as u8
+            }));
+        }
+    }
+    half
 }
 
 /// A square of a picture that is `width` pixels wide, from its north-western pixel.

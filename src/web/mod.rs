@@ -66,7 +66,8 @@ impl View {
     }
 }
 
-/// A function that draws what a view shows: RGB, row by row from the north.
+/// A function that draws what a view shows: RGB, row by row from the north. Where there are dense tiles, it is asked for these
+/// alone, of which the others are made.
 pub type Paint<'a> = &'a (dyn Fn(&View) -> Result<Vec<u8>, Error> + Sync);
 
 /// A function that tells the height in metres in the middle of each pixel of a view, row by row from the north.
@@ -98,7 +99,8 @@ pub struct Feature<'a> {
     pub rank: u8,
 }
 
-/// A function that is called alone, with what many views show that are asked for next, and none beyond, at scale 1.
+/// A function that is called alone, with what many views show that are asked for next, and none beyond, at scale 1 whatever
+/// theirs.
 pub type Prepare<'a> = &'a (dyn Fn(&View) -> Result<(), Error> + Sync);
 
 /// What a map shows.
