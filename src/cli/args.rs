@@ -10,8 +10,11 @@ use clap::{Arg, Args, Parser, Subcommand, ValueEnum};
 use crate::area::{MAX_COORDINATE, Region, Stride, TileId};
 use crate::error::Error;
 use crate::export::{Export, Lods, MeshOptions, Profile};
-use crate::map::style::STYLES;
-use crate::preset::{BUILT_IN, Sources};
+use crate::find;
+use crate::map::sheet::{Cells, Overlay};
+use crate::map::style::{STYLES, Style};
+use crate::preset::{BUILT_IN, Preset, Sources};
+use crate::recipe::source;
 
 /// Bakes endless procedural terrain, offline, into maps and assets.
 #[derive(Parser)]
@@ -29,6 +32,8 @@ pub(super) enum Command {
     Tile(TileArguments),
     /// Draw a map of a part of a world: relief, contours, waters, roads, places and names, at any scale.
     Map(MapArguments),
+    /// Draw an atlas: sheets side by side with an index and a gazetteer of all names, as pictures and as one document.
+    Atlas(AtlasArguments),
     /// Find the nearest lakes, peaks, rivers and places that are as you want them, each with the command that bakes it.
     Find(FindArguments),
     /// List the tile registry of a bake: where rivers and roads start, hashes, files.
@@ -96,7 +101,7 @@ pub(super) struct BakeArguments {
 }
 
 /// Which part of a world.
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub(super) struct PlaceArguments {
     /// North-western tile of the region; may be negative [default: 0,0].
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = parse_tile)]
@@ -108,10 +113,20 @@ pub(super) struct PlaceArguments {
     #[arg(long, value_name = "W,S,E,N", allow_hyphen_values = true, value_parser = parse_numbers::<4>)]
     #[arg(conflicts_with_all = ["at", "size", "around"])]
     pub bounds: Option<[f64; 4]>,
-    /// The middle of the region in kilometres east and north of the origin, and how wide and high it is.
-    #[arg(long, value_name = "X,Y,KM", allow_hyphen_values = true, value_parser = parse_numbers::<3>)]
+    /// The middle of the region in kilometres east and north of the origin, or the name of something there, and how wide and
+    /// high it is.
+    #[arg(long, value_name = "X,Y,KM|NAME[,KM]", allow_hyphen_values = true, value_parser = parse_around)]
     #[arg(conflicts_with_all = ["at", "size"])]
-    pub around: Option<[f64; 3]>,
+    pub around: Option<Around>,
+}
+
+/// What a region is around, and how wide and high that is in kilometres.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Around {
+    /// Kilometres east and north of the origin.
+    Place([f64; 2], f64),
+    /// Something with a name; by default as wide as that is.
+    Named(String, Option<f64>),
 }
 
 #[derive(Args)]
@@ -191,11 +206,9 @@ pub(super) struct CommonArguments {
     pub no_progress: bool,
 }
 
+/// How maps are drawn.
 #[derive(Args)]
-pub(super) struct MapArguments {
-    /// A preset file, the name of a built-in preset (terrane presets), or - for standard input.
-    #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
-    pub preset: String,
+pub(super) struct StyleArguments {
     /// The style: a built-in one (terrane styles), or a file.
     #[arg(long, value_name = "NAME|FILE", default_value = "topographic")]
     #[arg(value_parser = Named(style_names), hide_possible_values = true)]
@@ -203,32 +216,18 @@ pub(super) struct MapArguments {
     /// Set a key of the style, such as relief.sun_deg=300 or contours.interval_m=50; the value is as in TOML. May be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub style_set: Vec<String>,
-    /// The file to write, .png or .webp; a world file by which GIS places it lies beside it [default: out/ and the preset's name,
-    /// .png].
-    #[arg(long, value_name = "FILE")]
-    pub out: Option<PathBuf>,
-    #[command(flatten)]
-    pub place: PlaceArguments,
-    /// The scale on paper, such as 1:50000.
-    #[arg(long, value_name = "1:N", value_parser = parse_map_scale, help_heading = "Scale")]
-    #[arg(conflicts_with_all = ["width", "metres_per_pixel"])]
-    pub scale: Option<f64>,
     /// Pixels to an inch of paper: how large lines and letters are.
     #[arg(long, value_name = "N", default_value_t = 200.0, value_parser = parse_dpi, help_heading = "Scale")]
     pub dpi: f64,
-    /// Pixels from west to east [default: 2048].
-    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(16..=1_000_000), help_heading = "Scale")]
-    #[arg(conflicts_with = "metres_per_pixel")]
-    pub width: Option<u32>,
-    /// Metres that a pixel shows.
-    #[arg(long, value_name = "METRES", value_parser = parse_positive, help_heading = "Scale")]
-    pub metres_per_pixel: Option<f64>,
-    /// What stands around the map, with commas between: title, frame, grid, scale, north, legend, recipe, or all, or none.
+    /// What stands around a map, with commas between: title, frame, grid, scale, north, legend, recipe, or all, or none.
     #[arg(long, value_name = "LIST", default_value = "all", help_heading = "Sheet")]
     pub furniture: String,
     /// The title [default: the preset's name].
     #[arg(long, value_name = "TEXT", help_heading = "Sheet")]
     pub title: Option<String>,
+    /// Cells with numbers over a map, so many kilometres from side to side.
+    #[arg(long, value_name = "squares:KM|hexes:KM", value_parser = parse_overlay, help_heading = "Sheet")]
+    pub overlay: Option<Overlay>,
     /// Seed of the world [default: the preset's].
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
@@ -238,12 +237,81 @@ pub(super) struct MapArguments {
     /// Threads to use [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
-    /// Replace the file if there is one.
+    /// Replace files that are there.
     #[arg(long)]
     pub overwrite: bool,
     /// Print one JSON object instead of text.
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct MapArguments {
+    /// A preset file, the name of a built-in preset (terrane presets), - for standard input, or the folder of a bake, whose
+    /// world and region are drawn.
+    #[arg(value_name = "PRESET|DIR", value_parser = Named(preset_names), hide_possible_values = true)]
+    pub preset: String,
+    /// The file to write: .png or .webp, with a world file beside it by which GIS places it, or .pdf or .svg, with lines as lines
+    /// and text as text [default: out/ and the preset's name, .png].
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub place: PlaceArguments,
+    /// The scale on paper, such as 1:50000.
+    #[arg(long, value_name = "1:N", value_parser = parse_map_scale, help_heading = "Scale")]
+    #[arg(conflicts_with_all = ["width", "metres_per_pixel"])]
+    pub scale: Option<f64>,
+    /// Pixels from west to east [default: 2048].
+    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(16..=1_000_000), help_heading = "Scale")]
+    #[arg(conflicts_with = "metres_per_pixel")]
+    pub width: Option<u32>,
+    /// Metres that a pixel shows.
+    #[arg(long, value_name = "METRES", value_parser = parse_positive, help_heading = "Scale")]
+    pub metres_per_pixel: Option<f64>,
+    #[command(flatten)]
+    pub style: StyleArguments,
+}
+
+#[derive(Args)]
+pub(super) struct AtlasArguments {
+    /// A preset file, the name of a built-in preset (terrane presets), or - for standard input.
+    #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
+    pub preset: String,
+    /// The folder to write to [default: out/ and the preset's name, -atlas].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// What to write: png for a picture a sheet, pdf for a document of all.
+    #[arg(long, value_name = "LIST", default_value = "png,pdf", value_delimiter = ',')]
+    pub format: Vec<AtlasFormat>,
+    /// Sheets from west to east and from north to south.
+    #[arg(long, value_name = "COLSxROWS", default_value = "2x2", value_parser = parse_size)]
+    pub sheets: (u64, u64),
+    /// The middle of all sheets in kilometres east and north of the origin, or the name of something there.
+    #[arg(long, value_name = "X,Y|NAME", default_value = "0,0", allow_hyphen_values = true, value_parser = parse_middle)]
+    pub middle: Around,
+    /// The scale on paper.
+    #[arg(long, value_name = "1:N", default_value = "1:50000", value_parser = parse_map_scale, help_heading = "Scale")]
+    pub scale: f64,
+    /// The paper: a0 to a6, letter, legal or tabloid, or millimetres such as 420x297.
+    #[arg(long, value_name = "NAME|WxH", default_value = "a3", value_parser = parse_paper, help_heading = "Sheet")]
+    pub paper: [f64; 2],
+    /// Stand the paper upright.
+    #[arg(long, help_heading = "Sheet")]
+    pub portrait: bool,
+    /// Millimetres that neighbouring sheets have in common.
+    #[arg(long, value_name = "MM", default_value_t = 10.0, value_parser = parse_overlap, help_heading = "Sheet")]
+    pub overlap: f64,
+    #[command(flatten)]
+    pub style: StyleArguments,
+}
+
+/// How an atlas is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum AtlasFormat {
+    /// A picture a sheet.
+    Png,
+    /// A document of all sheets, with links.
+    Pdf,
 }
 
 #[derive(Args)]
@@ -333,7 +401,7 @@ impl Command {
         match self {
             Command::Bake(BakeArguments { common, .. }) | Command::Tile(TileArguments { common, .. }) => common.json,
             Command::Registry { json, .. } | Command::Presets { json, .. } | Command::Styles { json, .. } => *json,
-            Command::Map(arguments) => arguments.json,
+            Command::Map(MapArguments { style, .. }) | Command::Atlas(AtlasArguments { style, .. }) => style.json,
             Command::Find(arguments) => arguments.json,
             Command::Experiment(arguments) => arguments.json,
             _ => false,
@@ -403,6 +471,74 @@ pub(super) fn parse_numbers<const N: usize>(text: &str) -> Result<[f64; N], Stri
     let numbers: Vec<f64> = text.split(',').map(number).collect::<Result<_, _>>()?;
     let found = numbers.len();
     numbers.try_into().map_err(|_| format!("expected {N} numbers with commas between, found {found}"))
+}
+
+fn parse_around(text: &str) -> Result<Around, String> {
+    let is_number = |part: &str| part.trim().parse::<f64>().is_ok();
+    if text.split(',').next().is_some_and(is_number) {
+        return parse_numbers::<3>(text).map(|[x, y, km]| Around::Place([x, y], km));
+    }
+    let name = |text: &str| match text.trim() {
+        "" => Err("expected X,Y,KM or a name".to_owned()),
+        name => Ok(name.to_owned()),
+    };
+    match text.rsplit_once(',') {
+        Some((before, km)) => Ok(Around::Named(name(before)?, Some(parse_kilometres(km)?))),
+        None => Ok(Around::Named(name(text)?, None)),
+    }
+}
+
+/// Kilometres east and north, or a name.
+fn parse_middle(text: &str) -> Result<Around, String> {
+    match text.split(',').next().is_some_and(|part| part.trim().parse::<f64>().is_ok()) {
+        true => parse_numbers::<2>(text).map(|middle| Around::Place(middle, 0.0)),
+        false if text.trim().is_empty() => Err("expected X,Y or a name".to_owned()),
+        false => Ok(Around::Named(text.trim().to_owned(), None)),
+    }
+}
+
+fn parse_overlay(text: &str) -> Result<Overlay, String> {
+    let expected = || format!("expected squares:KM or hexes:KM, such as hexes:5, found {text:?}");
+    let (form, km) = text.split_once(':').ok_or_else(expected)?;
+    let form = match form.trim() {
+        "square" | "squares" => Cells::Squares,
+        "hex" | "hexes" | "hexagons" => Cells::Hexagons,
+        _ => return Err(expected()),
+    };
+    Ok(Overlay { form, side_m: 1000.0 * parse_kilometres(km)? })
+}
+
+/// Paper in millimetres, the longer side first but for sizes that are given as numbers.
+fn parse_paper(text: &str) -> Result<[f64; 2], String> {
+    let known = match text.trim().to_lowercase().as_str() {
+        "a0" => [1189.0, 841.0],
+        "a1" => [841.0, 594.0],
+        "a2" => [594.0, 420.0],
+        "a3" => [420.0, 297.0],
+        "a4" => [297.0, 210.0],
+        "a5" => [210.0, 148.0],
+        "a6" => [148.0, 105.0],
+        "letter" => [279.4, 215.9],
+        "legal" => [355.6, 215.9],
+        "tabloid" | "ledger" => [431.8, 279.4],
+        other => {
+            let sides: Option<Vec<f64>> = other.split('x').map(|side| side.trim().parse().ok()).collect();
+            let expected = || format!("expected a0 to a6, letter, legal, tabloid or millimetres such as 420x297, found {text:?}");
+            let sides: [f64; 2] = sides.and_then(|sides| sides.try_into().ok()).ok_or_else(expected)?;
+            if !sides.iter().all(|mm| (30.0..=5000.0).contains(mm)) {
+                return Err(format!("paper has sides of 30 to 5000 mm, found {text:?}"));
+            }
+            sides
+        }
+    };
+    Ok(known)
+}
+
+fn parse_overlap(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(mm) if (0.0..=1000.0).contains(&mm) => Ok(mm),
+        _ => Err(format!("expected 0 to 1000 millimetres, found {text:?}")),
+    }
 }
 
 /// Kilometres above 0, with their unit or without.
@@ -479,12 +615,26 @@ pub(super) fn sources(preset: &str, settings: &[String]) -> Result<Sources, Erro
 }
 
 impl PlaceArguments {
+    /// The same place by numbers alone: a name is looked for in the world of a preset.
+    ///
+    /// # Errors
+    /// When nothing has the name.
+    pub fn located(&self, preset: &Preset, seed: Option<u64>) -> Result<PlaceArguments, Error> {
+        let mut located = self.clone();
+        if let Some(Around::Named(name, km)) = &self.around {
+            let found = find::named(preset.clone(), seed, name)?;
+            located.around = Some(Around::Place(found.at_km, km.unwrap_or(found.around_km)));
+        }
+        Ok(located)
+    }
+
     /// The rectangle that is asked for in kilometres, if it is: west, south, east and north.
     fn bounds_km(&self, spacing_m: f64) -> Result<Option<[f64; 4]>, Error> {
-        let bounds = self.bounds.or(self.around.map(|[x, y, side]| {
-            let half = side / 2.0;
-            [x - half, y - half, x + half, y + half]
-        }));
+        let around = self.around.as_ref().map(|around| match around {
+            Around::Place([x, y], km) => [x - km / 2.0, y - km / 2.0, x + km / 2.0, y + km / 2.0],
+            Around::Named(name, _) => unreachable!("{name} has not been located"),
+        });
+        let bounds = self.bounds.or(around);
         let Some([west, south, east, north]) = bounds else { return Ok(None) };
         if west >= east || south >= north {
             return Err(Error::Region {
@@ -522,6 +672,17 @@ impl PlaceArguments {
             None => self.region(tile_cells, spacing_m)?.bounds_km(spacing_m),
         };
         Ok(km.map(|km| km * 1000.0))
+    }
+}
+
+impl StyleArguments {
+    /// The style with all that the options set in it.
+    pub fn style(&self) -> Result<Style, Error> {
+        let mut sources: source::Sources<Style> = source::Sources::load(&self.style)?;
+        for setting in &self.style_set {
+            sources.set("--style-set", setting)?;
+        }
+        sources.read_all()
     }
 }
 

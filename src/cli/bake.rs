@@ -27,7 +27,8 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     let sources = arguments.sources()?;
     let name = sources.name().to_owned();
     let preset = sources.read_all()?;
-    let asked = arguments.place.region(preset.tile_cells, preset.spacing_m)?;
+    let place = arguments.place.located(&preset, options.seed)?;
+    let asked = place.region(preset.tile_cells, preset.spacing_m)?;
     let region = if options.scale == Stride::ONE { asked } else { asked.strided(options.scale)? };
     let world = World::strided(preset, options.seed, options.scale)?.with_tile_cells(region.tile_cells());
     if !options.quiet {

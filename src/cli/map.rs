@@ -7,40 +7,40 @@ use std::time::Instant;
 use serde_json::json;
 
 use crate::area::Area;
-use crate::cli::args::{MapArguments, sources};
+use crate::cli::args::{MapArguments, StyleArguments, sources};
 use crate::cli::console::Console;
 use crate::cli::{thread_count, thread_pool};
 use crate::error::{Error, nearest};
-use crate::export::{MapPicture, Texts};
+use crate::export::{Manifest, MapPicture, Texts};
 use crate::map::Chart;
 use crate::map::scale::Scale;
-use crate::map::sheet::{Captions, Furniture, Sheet, thousands};
-use crate::map::style::Style;
+use crate::map::sheet::{Captions, Cells, Furniture, Overlay, Sheet, thousands};
 use crate::preset::Preset;
-use crate::recipe::source::Sources;
 
 /// Millimetres of an inch.
 const INCH_MM: f64 = 25.4;
 
 /// Draws what the command line asks for.
 pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Error> {
-    let style = style(arguments)?;
-    let sources = sources(&arguments.preset, &arguments.set)?;
-    let preset = sources.read_all()?;
-    let bounds_m = arguments.place.bounds_m(preset.tile_cells, preset.spacing_m)?;
+    let asked = &arguments.style;
+    let style = asked.style()?;
+    let Subject { name, preset, seed, bounds_m } = Subject::of(arguments)?;
     let scale = scale(arguments, bounds_m);
-    let out = arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}.png", sources.name())));
+    let out = arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{name}.png")));
     let area = scale.pixels_of(bounds_m);
     check_size(area)?;
-    let texts = texts(arguments, sources.name(), &preset, bounds_m, scale);
-    let captions = captions(arguments, sources.name(), &preset, scale, &texts)?;
+    let [west, south, east, north] = bounds_m.map(|metres| metres / 1000.0);
+    let place = format!("--bounds={west},{south},{east},{north} --metres-per-pixel {}", scale.metres_per_pixel);
+    let texts = texts("map", &arguments.preset, asked, (&name, seed), &place);
+    let subtitle = format!("{name}, seed {seed}, 1 : {}", thousands(scale.denominator()));
+    let captions = captions(asked, &texts, subtitle)?;
     let page = Sheet::area(area, scale, &captions.furniture);
-    let file = MapPicture::new(&out, (page.width(), page.height()), arguments.overwrite)?;
+    let file = MapPicture::new(&out, (page.width(), page.height()), asked.overwrite)?;
     file.prepare()?;
     let start = Instant::now();
-    let pool = thread_pool(thread_count(arguments.threads))?;
+    let pool = thread_pool(thread_count(asked.threads))?;
     pool.install(|| {
-        let chart = Chart::new(&preset, arguments.seed, style, scale)?;
+        let chart = Chart::new(&preset, Some(seed), style, scale)?;
         file.write(&Sheet::new(&chart.picture(area), &captions), scale, &texts)
     })?;
     let seconds = start.elapsed().as_secs_f64();
@@ -54,9 +54,44 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
         page.width(),
         page.height(),
         scale.denominator(),
-        arguments.dpi,
+        asked.dpi,
     );
     console.message(object, &text)
+}
+
+/// What is drawn: a world, and a part of it in metres.
+struct Subject {
+    name: String,
+    preset: Preset,
+    seed: u64,
+    bounds_m: [f64; 4],
+}
+
+impl Subject {
+    /// The world of a preset, or of the bake in a folder, whose region is drawn unless another place is asked for.
+    fn of(arguments: &MapArguments) -> Result<Subject, Error> {
+        let (MapArguments { preset: source, place, .. }, asked) = (arguments, &arguments.style);
+        if !Path::new(source).is_dir() {
+            let sources = sources(source, &asked.set)?;
+            let preset = sources.read_all()?;
+            let seed = asked.seed.unwrap_or(preset.seed);
+            let bounds_m = place.located(&preset, Some(seed))?.bounds_m(preset.tile_cells, preset.spacing_m)?;
+            return Ok(Subject { name: sources.name().to_owned(), preset, seed, bounds_m });
+        }
+        if !asked.set.is_empty() || asked.seed.is_some() {
+            return Err(Error::Option {
+                message: format!("{source} holds a bake, whose world is what it is"),
+                hint: "leave out --set and --seed, or name a preset".into(),
+            });
+        }
+        let Manifest { preset_name: name, preset, seed, region, .. } = Manifest::read(Path::new(source))?;
+        let is_elsewhere = place.at.is_some() || place.size.is_some() || place.bounds.is_some() || place.around.is_some();
+        let bounds_m = match is_elsewhere {
+            true => place.located(&preset, Some(seed))?.bounds_m(region.tile_cells, preset.spacing_m)?,
+            false => region.bounds_km.map(|km| km * 1000.0),
+        };
+        Ok(Subject { name, preset, seed, bounds_m })
+    }
 }
 
 /// Pixels a side that a map has at most.
@@ -73,17 +108,8 @@ fn check_size(area: Area) -> Result<(), Error> {
     })
 }
 
-/// The style with all that the options set in it.
-fn style(arguments: &MapArguments) -> Result<Style, Error> {
-    let mut sources: Sources<Style> = Sources::load(&arguments.style)?;
-    for setting in &arguments.style_set {
-        sources.set("--style-set", setting)?;
-    }
-    sources.read_all()
-}
-
 fn scale(arguments: &MapArguments, [west, _, east, _]: [f64; 4]) -> Scale {
-    let pixels_per_mm = arguments.dpi / INCH_MM;
+    let pixels_per_mm = pixels_per_mm(&arguments.style);
     let metres_per_pixel = match (arguments.scale, arguments.metres_per_pixel) {
         (Some(denominator), _) => denominator / 1000.0 / pixels_per_mm,
         (None, Some(metres)) => metres,
@@ -92,16 +118,15 @@ fn scale(arguments: &MapArguments, [west, _, east, _]: [f64; 4]) -> Scale {
     Scale { metres_per_pixel, pixels_per_mm }
 }
 
-/// What is written around the map.
-fn captions(
-    arguments: &MapArguments,
-    name: &str,
-    preset: &Preset,
-    scale: Scale,
-    texts: &Texts,
-) -> Result<Captions, Error> {
+/// Pixels of a millimetre of paper.
+pub(super) fn pixels_per_mm(asked: &StyleArguments) -> f64 {
+    asked.dpi / INCH_MM
+}
+
+/// What is written around a map.
+pub(super) fn captions(asked: &StyleArguments, texts: &Texts, subtitle: String) -> Result<Captions, Error> {
     let mut furniture = BTreeSet::new();
-    for part in arguments.furniture.split(',').map(str::trim) {
+    for part in asked.furniture.split(',').map(str::trim) {
         match (part, Furniture::ALL.into_iter().find(|known| known.name() == part)) {
             ("none", _) => {}
             ("all", _) => furniture.extend(Furniture::ALL),
@@ -116,32 +141,39 @@ fn captions(
             }
         }
     }
-    let seed = arguments.seed.unwrap_or(preset.seed);
-    let subtitle = format!("{name}, seed {seed}, 1 : {}", thousands(scale.denominator()));
     let recipe = format!("{}   {}", texts.software, texts.description);
-    Ok(Captions { title: texts.title.clone(), subtitle, recipe, furniture })
+    let (title, overlay) = (texts.title.clone(), asked.overlay);
+    Ok(Captions { title, subtitle, recipe, furniture, overlay, neighbours: Default::default() })
 }
 
-/// What a map says of itself: how to draw it again.
-fn texts(arguments: &MapArguments, name: &str, preset: &Preset, bounds_m: [f64; 4], scale: Scale) -> Texts {
-    let [west, south, east, north] = bounds_m.map(|metres| metres / 1000.0);
-    let seed = arguments.seed.unwrap_or(preset.seed);
+/// What a map or an atlas says of itself: how to draw it again.
+pub(super) fn texts(
+    command: &str,
+    source: &str,
+    asked: &StyleArguments,
+    (name, seed): (&str, u64),
+    place: &str,
+) -> Texts {
     let options = |name: &str, settings: &[String]| {
         settings.iter().fold(String::new(), |text, setting| text + &format!(" {name} {}", quoted(setting)))
     };
-    let settings = options("--set", &arguments.set);
-    let style_settings = options("--style-set", &arguments.style_set);
-    let title = arguments.title.as_ref().map_or_else(String::new, |title| format!(" --title {}", quoted(title)));
+    let settings = options("--set", &asked.set);
+    let style_settings = options("--style-set", &asked.style_set);
+    let title = asked.title.as_ref().map_or_else(String::new, |title| format!(" --title {}", quoted(title)));
+    let overlay = asked.overlay.map_or_else(String::new, |Overlay { form, side_m }| {
+        let form = if form == Cells::Squares { "squares" } else { "hexes" };
+        format!(" --overlay {form}:{}", side_m / 1000.0)
+    });
+    // The world of a bake is that of its seed already.
+    let seed = if Path::new(source).is_dir() { String::new() } else { format!(" --seed {seed}") };
     let description = format!(
-        "terrane map {} --seed {seed}{settings} --style {}{style_settings} --bounds={west},{south},{east},{north} \
-         --metres-per-pixel {} --dpi {} --furniture {}{title}",
-        quoted(&arguments.preset),
-        quoted(&arguments.style),
-        scale.metres_per_pixel,
-        arguments.dpi,
-        arguments.furniture
+        "terrane {command} {}{seed}{settings} --style {}{style_settings} {place} --dpi {} --furniture {}{title}{overlay}",
+        quoted(source),
+        quoted(&asked.style),
+        asked.dpi,
+        asked.furniture
     );
-    let title = arguments.title.clone().unwrap_or_else(|| {
+    let title = asked.title.clone().unwrap_or_else(|| {
         let mut letters = name.chars();
         letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
     });

@@ -1,6 +1,7 @@
 //! The command: a thin layer over the library. Only here is anything printed.
 
 mod args;
+mod atlas;
 mod bake;
 mod completions;
 mod console;
@@ -61,6 +62,7 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
         Command::Bake(arguments) => bake::run(&arguments, console),
         Command::Tile(arguments) => bake::run(&arguments.into(), console),
         Command::Map(arguments) => map::run(&arguments, console),
+        Command::Atlas(arguments) => atlas::run(&arguments, console),
         Command::Find(arguments) => find::run(&arguments, console),
         Command::Registry { folder, .. } => registry_list::run(&folder, console),
         Command::Experiment(arguments) => experiment::run(arguments, console),

@@ -1,6 +1,9 @@
 //! `bake.json`: what a bake was made from and what it left.
 
 use std::collections::BTreeSet;
+use std::fs;
+use std::io;
+use std::path::Path;
 
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
@@ -8,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::area::{Region, TileId};
 use crate::bake::FileRecord;
 use crate::device::DeviceProfile;
+use crate::error::Error;
 use crate::export::{Export, Profile};
 use crate::mesh::Frame;
 use crate::preset::Preset;
@@ -97,7 +101,41 @@ pub struct Axes {
     pub normals: String,
 }
 
+/// What [`Manifest::format`] and [`Manifest::format_version`] say.
+const FORMAT: &str = "terrane bake";
+const FORMAT_VERSION: u32 = 1;
+
 impl Manifest {
+    /// The manifest of the bake in a folder.
+    ///
+    /// # Errors
+    /// When there is none, or it is not one, or one of a newer form than this program knows.
+    pub fn read(folder: &Path) -> Result<Manifest, Error> {
+        let path = folder.join(PATH);
+        let refuse =
+            |message: String, hint: &str| Error::Output { path: path.clone(), message, hint: hint.to_owned() };
+        let text = fs::read_to_string(&path).map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => refuse(
+                "is not there, so the folder holds no finished bake".into(),
+                "name the folder of a bake, or a preset (terrane presets)",
+            ),
+            _ => Error::io(&path)(error),
+        })?;
+        let rebake = "bake again with this program";
+        let broken = |error: serde_json::Error| refuse(format!("cannot be read: {error}"), rebake);
+        let value: serde_json::Value = serde_json::from_str(&text).map_err(broken)?;
+        if value["format"] != FORMAT {
+            return Err(refuse(format!("is not the manifest of a bake: expected \"format\": {FORMAT:?}"), rebake));
+        }
+        match value["format_version"].as_u64() {
+            Some(version) if version > u64::from(FORMAT_VERSION) => Err(refuse(
+                format!("has the form {version}, and this program knows those up to {FORMAT_VERSION}"),
+                "use a newer terrane",
+            )),
+            _ => serde_json::from_value(value).map_err(broken),
+        }
+    }
+
     /// The manifest of a bake that has left `files`.
     pub(crate) fn new(preset_name: &str, world: &World, region: &Region, mut files: Vec<FileRecord>) -> Manifest {
         // Sinks end in any order.
@@ -106,8 +144,8 @@ impl Manifest {
         let spacing_m = world.spacing_m();
         let metres = |tile: i64| (tile * region.tile_cells() as i64) as f64 * spacing_m;
         Manifest {
-            format: "terrane bake".to_owned(),
-            format_version: 1,
+            format: FORMAT.to_owned(),
+            format_version: FORMAT_VERSION,
             generator: concat!("terrane ", env!("CARGO_PKG_VERSION")).to_owned(),
             device: DeviceProfile::Cpu,
             preset_name: preset_name.to_owned(),

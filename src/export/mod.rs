@@ -8,7 +8,7 @@
 //!   hashes.rs     tiles -> a list of hashes
 //!   web.rs        the region as a web map, drawn as maps are
 //!   profile/      what an engine takes: formats of its own, sizes, IMPORT.md
-//!   map_picture.rs   a map -> PNG, WebP and a world file, pdf.rs, svg.rs
+//!   map_picture.rs   a map -> PNG, WebP and a world file, pdf.rs, svg.rs; atlas.rs, many of them
 //!   plan.rs       what is asked for -> its cost -> files
 //!   manifest.rs, registry_sink.rs                   what every bake leaves besides
 //! ```
@@ -24,12 +24,14 @@ mod manifest;
 mod profile;
 mod cost;
 mod limit;
+mod atlas;
 mod map_picture;
 mod pdf;
 mod plan;
 mod svg;
 mod web;
 
+pub use atlas::{AtlasFiles, WrittenAtlas};
 pub use cost::{Cost, Forecast};
 pub use limit::Limit;
 pub use manifest::{Axes, HeightRange, Manifest, RegionRecord};

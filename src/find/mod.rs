@@ -7,6 +7,7 @@
 //! The world is looked at block by block, away from a place, until there is enough. What costs much to know is asked of the
 //! same world at the nodes of a stride first, and of every vertex only where it may be so.
 
+mod name;
 mod query;
 
 use std::collections::BTreeMap;
@@ -20,6 +21,7 @@ use crate::geometry::length;
 use crate::lines::{LineKind, LinePoint};
 use crate::preset::Preset;
 use crate::world::World;
+pub use name::named;
 pub use query::{Beside, Bound, Measure, Query, Thing};
 
 /// Kilometres a side of a block.

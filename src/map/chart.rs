@@ -9,13 +9,14 @@ use rayon::prelude::*;
 
 use crate::area::{Area, Stride};
 use crate::error::Error;
+use crate::features::sites::SiteFeature;
 use crate::lines::RoadClass;
 use crate::map::canvas::Canvas;
 use crate::map::contour::interval_m;
 use crate::map::drawing::{Draughtsman, Drawing};
-use crate::map::names::{self, Writing, is_drawn};
+use crate::map::names::{self, Writing};
 use crate::map::outlines::{Outlines, SQUARE};
-use crate::map::plotter::{Page, Pen, Plotter, WIDEST, bounds};
+use crate::map::plotter::{Page, Pen, Plotter, Shape, WIDEST, bounds};
 use crate::map::relief::{Ground, Relief};
 use crate::map::scale::Scale;
 use crate::map::sheet::LegendItem;
@@ -142,41 +143,6 @@ impl Chart {
         &self.style
     }
 
-    /// What a legend explains, at most.
-    pub(super) fn legend(&self) -> Vec<LegendItem> {
-        let (style, denominator) = (&self.style, self.scale.denominator());
-        let is_fluvial = self.world.relief().fluvial().is_some();
-        let has_rivers = is_fluvial || (self.has_lines && self.world.preset().rivers.is_some());
-        let mut items = Vec::new();
-        if style.places.draw && self.world.places().is_some() {
-            let classes = [SiteClass::Town, SiteClass::Village, SiteClass::Hamlet];
-            items.extend(classes.into_iter().filter(|class| is_drawn(*class, self.scale)).map(LegendItem::Site));
-        }
-        if style.roads.draw && self.has_lines {
-            let classes: &[RoadClass] = match (self.world.places(), &self.world.preset().roads) {
-                (Some(_), _) => &[RoadClass::Highway, RoadClass::Road, RoadClass::Track],
-                // Those of agents have no class, and are drawn as the least.
-                (None, Some(_)) => &[RoadClass::Track],
-                (None, None) => &[],
-            };
-            let seen = |class: &&RoadClass| denominator <= style.roads.classes[2 - **class as usize].most;
-            items.extend(classes.iter().filter(seen).map(|class| LegendItem::Road(*class)));
-        }
-        if style.water.draw && has_rivers {
-            items.push(LegendItem::River);
-        }
-        if style.water.draw && is_fluvial {
-            items.push(LegendItem::Lake);
-        }
-        if self.summits.is_some() {
-            items.push(LegendItem::Peak);
-        }
-        if style.contours.draw {
-            items.push(LegendItem::Contour);
-        }
-        items
-    }
-
     /// Metres from a contour to the next.
     pub fn interval_m(&self) -> f64 {
         self.interval_m
@@ -223,6 +189,47 @@ impl Picture {
     /// The chart, without the picture.
     pub fn into_chart(self) -> Arc<Chart> {
         self.chart
+    }
+
+    /// What a legend explains: what is seen.
+    pub(super) fn legend(&self) -> Vec<LegendItem> {
+        let (style, drawing, area) = (&self.chart.style, &self.drawing, self.area);
+        let shows = |shape: &Shape| area.meets(shape.bounds);
+        let mut items = Vec::new();
+        for class in [SiteClass::Town, SiteClass::Village, SiteClass::Hamlet] {
+            let is_seen = |site: &SiteFeature| {
+                let [x, y] = self.chart.scale.pixel(site.at);
+                site.class == class && area.meets([x, y, x, y])
+            };
+            if drawing.sites.iter().any(is_seen) {
+                items.push(LegendItem::Site(class));
+            }
+        }
+        for class in [RoadClass::Highway, RoadClass::Road, RoadClass::Track] {
+            if drawing.roads.iter().any(|(of, road)| *of == class && shows(road)) {
+                items.push(LegendItem::Road(class));
+            }
+        }
+        if drawing.rivers.iter().any(|river| area.meets(river.bounds)) {
+            items.push(LegendItem::River);
+        }
+        if drawing.lakes.iter().any(|lake| shows(&lake.shape)) {
+            items.push(LegendItem::Lake);
+        }
+        if self.writings.iter().any(|writing| writing.peak.is_some_and(|[x, y]| area.meets([x, y, x, y]))) {
+            items.push(LegendItem::Peak);
+        }
+        if style.contours.draw {
+            items.push(LegendItem::Contour);
+        }
+        items
+    }
+
+    /// The names that are written within it: what each is, what it is called, and where it is in pixels.
+    pub(super) fn names(&self) -> impl Iterator<Item = (&'static str, &str, [f64; 2])> {
+        let within = |at: [f64; 2]| self.area.meets([at[0], at[1], at[0], at[1]]);
+        let named = self.writings.iter().filter(move |writing| !writing.name.is_empty() && within(writing.at));
+        named.map(|writing| (writing.kind, writing.name.as_str(), writing.at))
     }
 
     /// The pixels that it shows.

@@ -9,11 +9,12 @@
 //!                      |
 //!                  chart.rs     a block of pixels of all that: every map of a style and a scale has the same
 //!                      |
-//!                  sheet.rs     a frame, a grid, a scale bar and a legend around it
+//!                  sheet.rs     a frame, a grid, a scale bar and a legend around it; atlas.rs, many of them
 //!
 //! Tile         --> plain.rs     a pixel a vertex, for bakes
 //! ```
 
+pub mod atlas;
 pub(crate) mod colour;
 mod canvas;
 mod chart;

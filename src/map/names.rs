@@ -40,6 +40,10 @@ pub(super) struct Writing {
     pub style: LabelStyle,
     /// The middle of a peak that is marked with it.
     pub peak: Option<[f64; 2]>,
+    /// What it is that has the name, its name, if it has one, and where it is.
+    pub kind: &'static str,
+    pub name: String,
+    pub at: [f64; 2],
 }
 
 impl Writing {
@@ -120,10 +124,12 @@ impl Writer<'_> {
         shape(text, style.face, self.scale.pixels(style.size_mm) as f32, style.spacing as f32)
     }
 
-    fn push(&mut self, class: Class, (weight, feature, place): (u64, u64, u32), texts: Vec<Placed>, style: LabelStyle) {
-        let boxes = texts.iter().flat_map(|text| text.boxes.iter().copied()).collect();
+    fn push(&mut self, class: Class, (weight, feature, place): (u64, u64, u32), item: Writing) {
+        // A peak's mark goes with its height.
+        let mark = item.peak.map(|at| square(at, symbols::peak_px(self.scale)));
+        let boxes = item.boxes().chain(mark).collect();
         let rank = Rank { class: class as u32, weight, feature, place };
-        self.candidates.push(Candidate { rank, boxes, item: Writing { texts, style, peak: None } });
+        self.candidates.push(Candidate { rank, boxes, item });
     }
 
     fn write_sites(&mut self, drawing: &Drawing) {
@@ -141,7 +147,8 @@ impl Writer<'_> {
             let radius = radius + self.scale.pixels(0.5);
             for (index, start) in (0..).zip(around_point(at, radius, &name)) {
                 let order = (u64::from(site.population), feature, index);
-                self.push(class, order, vec![name.at(start, 0.0)], style);
+                let (kind, name, text) = (site.class.name(), site.name.clone(), name.at(start, 0.0));
+                self.push(class, order, Writing { texts: vec![text], style, peak: None, kind, name, at });
             }
         }
     }
@@ -169,7 +176,10 @@ impl Writer<'_> {
                 places.push([x - 0.5 * name.width, north - gap]);
             }
             for (index, start) in (0..).zip(places) {
-                self.push(Class::Lake, (lake.area_px as u64, feature, index), vec![name.at(start, 0.0)], style);
+                let order = (lake.area_px as u64, feature, index);
+                let (texts, name) = (vec![name.at(start, 0.0)], text.clone());
+                let item = Writing { texts, style, peak: None, kind: "lake", name, at: lake.middle };
+                self.push(Class::Lake, order, item);
             }
         }
     }
@@ -189,7 +199,9 @@ impl Writer<'_> {
                 for (side, lift) in (0..).zip([lift, -lift - name.x_height]) {
                     if let Some(text) = name.along(&spot.line, spot.start, lift) {
                         let order = ((river.discharge_m3s * 1000.0) as u64, feature, 2 * spot.place + side);
-                        self.push(Class::River, order, vec![text], style);
+                        let (at, name) = (spot.line[spot.line.len() / 2], river.name.clone());
+                        let item = Writing { texts: vec![text], style, peak: None, kind: "river", name, at };
+                        self.push(Class::River, order, item);
                     }
                 }
             }
@@ -206,12 +218,10 @@ impl Writer<'_> {
             let line = self.shaped(&text, &style);
             let feature = number(&[4, summit.id[0], summit.id[1]]);
             for (index, start) in (0..).zip(around_point(at, radius + self.scale.pixels(0.3), &line)) {
-                let text = line.at(start, 0.0);
-                let boxes = text.boxes.iter().copied().chain([square(at, radius)]).collect();
-                let weight = summit.height_m.max(0.0) as u64;
-                let rank = Rank { class: Class::Peak as u32, weight, feature, place: index };
-                let item = Writing { texts: vec![text], style, peak: Some(at) };
-                self.candidates.push(Candidate { rank, boxes, item });
+                let name = summit.name.clone().unwrap_or_default();
+                let texts = vec![line.at(start, 0.0)];
+                let item = Writing { texts, style, peak: Some(at), kind: "peak", name, at };
+                self.push(Class::Peak, (summit.height_m.max(0.0) as u64, feature, index), item);
             }
         }
     }

@@ -5,9 +5,8 @@ use std::collections::BTreeSet;
 use crate::area::Area;
 use crate::error::Error;
 use crate::lines::RoadClass;
-use crate::map::Chart;
 use crate::map::canvas::Canvas;
-use crate::map::chart::Picture;
+use crate::map::chart::{Chart, Picture};
 use crate::map::plotter::{Page, Pen, Plotter, Shape};
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, Style};
@@ -85,12 +84,37 @@ pub struct Captions {
     pub recipe: String,
     /// What there is.
     pub furniture: BTreeSet<Furniture>,
+    /// Cells with numbers over the map.
+    pub overlay: Option<Overlay>,
+    /// What the sheets to the north, east, south and west are called.
+    pub neighbours: [Option<String>; 4],
+}
+
+/// Cells over a map, whose numbers tell columns from the west and rows from the north, two digits each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlay {
+    /// Their form.
+    pub form: Cells,
+    /// Metres from side to side.
+    pub side_m: f64,
+}
+
+/// The form of cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cells {
+    /// Squares.
+    Squares,
+    /// Hexagons in columns, every second half a cell further south.
+    Hexagons,
 }
 
 /// A map with what stands around it. Its pixels are counted as those of the map are, so they go on to its left and above it.
 #[derive(Debug)]
 pub struct Sheet<'a> {
-    picture: &'a Picture,
+    /// None of a sheet with nothing but text.
+    picture: Option<&'a Picture>,
+    style: &'a Style,
+    scale: Scale,
     page: Area,
     marks: Vec<Mark>,
 }
@@ -106,6 +130,11 @@ enum Mark {
 }
 
 impl Sheet<'_> {
+    /// Pixels of paper around a map with all that can stand there: west, north, east and south.
+    pub(super) fn margins(scale: Scale) -> [i64; 4] {
+        [SIDE_MM, TOP_MM, SIDE_MM, BOTTOM_MM].map(|mm| scale.pixels(mm).ceil() as i64)
+    }
+
     /// The area of pixels that a map and what stands around it take.
     pub fn area(map: Area, scale: Scale, furniture: &BTreeSet<Furniture>) -> Area {
         let pixels = |mm: f64| scale.pixels(mm).ceil() as i64;
@@ -121,9 +150,12 @@ impl Sheet<'_> {
     /// A picture of a chart with what stands around it.
     pub fn new<'a>(picture: &'a Picture, captions: &Captions) -> Sheet<'a> {
         let chart = picture.chart();
-        let (scale, map) = (chart.scale(), picture.area());
+        let (style, scale, map) = (chart.style(), chart.scale(), picture.area());
         let page = Sheet::area(map, scale, &captions.furniture);
-        let mut printer = Printer { chart, style: chart.style(), scale, map, page, marks: Vec::new() };
+        let mut printer = Printer { style, scale, map, page, marks: Vec::new() };
+        if let Some(overlay) = captions.overlay {
+            printer.overlay(overlay);
+        }
         for furniture in &captions.furniture {
             match furniture {
                 Furniture::Title => printer.title(&captions.title, &captions.subtitle),
@@ -131,11 +163,40 @@ impl Sheet<'_> {
                 Furniture::Grid => printer.grid(),
                 Furniture::Scale => printer.scale_bar(),
                 Furniture::North => printer.north(),
-                Furniture::Legend => printer.legend(),
+                Furniture::Legend => printer.legend(&picture.legend(), chart.interval_m()),
                 Furniture::Recipe => printer.recipe(&captions.recipe),
             }
         }
-        Sheet { picture, page, marks: printer.marks }
+        printer.neighbours(&captions.neighbours);
+        Sheet { picture: Some(picture), style, scale, page, marks: printer.marks }
+    }
+
+    /// Frames, each with a name in its middle, over the map.
+    pub(super) fn add_frames(&mut self, frames: &[(Area, String)]) {
+        let (style, scale, page) = (self.style, self.scale, self.page);
+        for (map, name) in frames {
+            let mut printer = Printer { style, scale, map: *map, page, marks: Vec::new() };
+            let [west, north, east, south] = printer.edges();
+            printer.line(vec![[west, north], [east, north], [east, south], [west, south], [west, north]], 0.4);
+            let middle = [f64::midpoint(west, east), f64::midpoint(north, south) + printer.mm(2.2)];
+            printer.write(name, Face::Bold, 6.5, middle, 0.5);
+            self.marks.append(&mut printer.marks);
+        }
+    }
+
+    /// A page of text: lines at places in millimetres from its corner, each with its size.
+    pub(super) fn of_text<'a>(
+        style: &'a Style,
+        scale: Scale,
+        page: Area,
+        lines: &[(String, Face, f64, [f64; 2], f64)],
+    ) -> Sheet<'a> {
+        let mut printer = Printer { style, scale, map: page, page, marks: Vec::new() };
+        for (text, face, size_mm, [x, y], share) in lines {
+            let at = [page.x0 as f64 + printer.mm(*x), page.y0 as f64 + printer.mm(*y)];
+            printer.write(text, *face, *size_mm, at, *share);
+        }
+        Sheet { picture: None, style, scale, page, marks: printer.marks }
     }
 
     /// The pixels that it covers.
@@ -148,18 +209,18 @@ impl Sheet<'_> {
     /// # Errors
     /// When `write` fails.
     pub fn strips<E>(&self, mut write: impl FnMut(&[u8]) -> Result<(), E>) -> Result<(), E> {
-        let (map, scale, style) = (self.picture.area(), self.picture.chart().scale(), self.picture.chart().style());
+        let Sheet { picture, style, scale, .. } = *self;
         let mut y = self.page.y0;
         while y < self.page.y1 {
             // Blocks of the map are drawn once each, so strips end where they do.
             let mut end = (y.div_euclid(Chart::STRIP as i64) + 1) * Chart::STRIP as i64;
-            if y < map.y0 {
+            if let Some(map) = picture.map(Picture::area).filter(|map| y < map.y0) {
                 end = end.min(map.y0);
             }
             let strip = Area { y0: y, y1: end.min(self.page.y1), ..self.page };
             let mut canvas = Canvas::new(strip, style.paper);
-            if let Some(seen) = map.common(&strip) {
-                canvas.put(seen, &self.picture.pixels(seen));
+            if let Some((picture, seen)) = picture.and_then(|picture| Some((picture, picture.area().common(&strip)?))) {
+                canvas.put(seen, &picture.pixels(seen));
             }
             self.marks.iter().for_each(|mark| mark.draw(&mut canvas, scale, style));
             write(&canvas.pixels(strip))?;
@@ -173,10 +234,12 @@ impl Sheet<'_> {
     /// # Errors
     /// When the page cannot be written.
     pub(crate) fn plot(&self, page: &mut dyn Page) -> Result<(), Error> {
-        let (scale, style) = (self.picture.chart().scale(), self.picture.chart().style());
+        let Sheet { picture, style, scale, .. } = *self;
         let edges = [self.page.x0, self.page.y0, self.page.x1, self.page.y1].map(|at| at as f64);
         page.fill(&Shape::rectangle(edges), style.paper);
-        self.picture.plot(page)?;
+        if let Some(picture) = picture {
+            picture.plot(page)?;
+        }
         self.marks.iter().for_each(|mark| mark.draw(page, scale, style));
         Ok(())
     }
@@ -195,6 +258,40 @@ impl Mark {
             Mark::Text(text, colour) => plotter.write(text, *colour),
         }
     }
+}
+
+/// Kilometres from a line of the grid to the next.
+pub(super) fn grid_km(scale: Scale) -> f64 {
+    let least_km = GRID_MM * scale.denominator() / 1e6;
+    let power = libm::pow(10.0, libm::floor(libm::log10(least_km)));
+    [1.0, 2.0, 5.0, 10.0].map(|step| step * power).into_iter().find(|step| *step >= least_km).unwrap_or(least_km)
+}
+
+/// The parts of a line within a rectangle: west, north, east and south.
+fn clipped(line: &[[f64; 2]], edges: [f64; 4]) -> Vec<Vec<[f64; 2]>> {
+    let [west, north, east, south] = edges;
+    let mut parts = Vec::new();
+    for pair in line.windows(2) {
+        let [[ax, ay], [bx, by]] = [pair[0], pair[1]];
+        let (dx, dy) = (bx - ax, by - ay);
+        // Liang and Barsky: from where to where all four edges are kept to.
+        let (mut from, mut to) = (0.0_f64, 1.0_f64);
+        for (way, left) in [(-dx, ax - west), (dx, east - ax), (-dy, ay - north), (dy, south - ay)] {
+            if way == 0.0 {
+                if left < 0.0 {
+                    to = -1.0;
+                }
+            } else if way < 0.0 {
+                from = from.max(left / way);
+            } else {
+                to = to.min(left / way);
+            }
+        }
+        if from < to {
+            parts.push([from, to].map(|share| [ax + dx * share, ay + dy * share]).to_vec());
+        }
+    }
+    parts
 }
 
 /// The length of 1, 2 or 5 times a power of ten that is at most so long.
@@ -218,7 +315,6 @@ pub fn thousands(number: f64) -> String {
 
 /// Puts marks on paper.
 struct Printer<'a> {
-    chart: &'a Chart,
     style: &'a Style,
     scale: Scale,
     map: Area,
@@ -275,16 +371,9 @@ impl Printer<'_> {
         self.line(ring(self.mm(FRAME_MM)), 0.5);
     }
 
-    /// Kilometres from a line of the grid to the next.
-    fn grid_km(&self) -> f64 {
-        let least_km = GRID_MM * self.scale.denominator() / 1e6;
-        let power = libm::pow(10.0, libm::floor(libm::log10(least_km)));
-        [1.0, 2.0, 5.0, 10.0].map(|step| step * power).into_iter().find(|step| *step >= least_km).unwrap_or(least_km)
-    }
-
     fn grid(&mut self) {
         let [west, north, east, south] = self.edges();
-        let (km, ink) = (self.grid_km(), self.style.ink);
+        let (km, ink) = (grid_km(self.scale), self.style.ink);
         let step = km * 1000.0 / self.scale.metres_per_pixel;
         let (thin, gap) = (self.mm(0.1), self.mm(FRAME_MM));
         let digits = usize::from(km < 1.0) + usize::from(km < 0.1);
@@ -312,6 +401,58 @@ impl Printer<'_> {
                 if y > north + gap && y < south - gap {
                     self.marks.push(Mark::Text(placed, ink));
                 }
+            }
+        }
+    }
+
+    /// Cells over the map, from its north-western corner on, with their numbers at their tops.
+    fn overlay(&mut self, Overlay { form, side_m }: Overlay) {
+        let [west, north, east, south] = self.edges();
+        let side = side_m / self.scale.metres_per_pixel;
+        let (ink, width, size_mm) = (self.style.ink, self.mm(0.15), 2.2);
+        // Hexagons lie closer from west to east than they are wide.
+        let (step, long) = match form {
+            Cells::Squares => (side, side),
+            Cells::Hexagons => (side * 3.0_f64.sqrt() / 2.0, side / 3.0_f64.sqrt()),
+        };
+        let cells = |span: f64, step: f64| (span / step).ceil().clamp(0.0, 9999.0) as i64 + 1;
+        for column in 0..cells(east - west, step) {
+            for row in 0..cells(south - north, side) {
+                let (x, y) = (west + column as f64 * step, north + row as f64 * side);
+                let (ring, top): (Vec<[f64; 2]>, _) = match form {
+                    Cells::Squares => {
+                        (vec![[x, y], [x + side, y], [x + side, y + side], [x, y + side], [x, y]], [x + 0.5 * side, y])
+                    }
+                    Cells::Hexagons => {
+                        let middle = [x + long, y + if column % 2 == 0 { 0.5 } else { 1.0 } * side];
+                        let corners = (0..=6).map(|corner| {
+                            let angle = f64::from(corner) * std::f64::consts::FRAC_PI_3;
+                            [middle[0] + long * libm::cos(angle), middle[1] + long * libm::sin(angle)]
+                        });
+                        (corners.collect(), [middle[0], middle[1] - 0.5 * side])
+                    }
+                };
+                for line in clipped(&ring, [west, north, east, south]) {
+                    self.marks.push(Mark::Line(line, ink, width, 0.55));
+                }
+                let at = [top[0], top[1] + self.mm(size_mm)];
+                if at[0] > west + self.mm(2.0) && at[0] < east - self.mm(2.0) && at[1] < south {
+                    self.write(&format!("{:02}{:02}", column + 1, row + 1), Face::Regular, size_mm, at, 0.5);
+                }
+            }
+        }
+    }
+
+    /// The names of the sheets beside this one, in the frame or right beside the map.
+    fn neighbours(&mut self, names: &[Option<String>; 4]) {
+        let [west, north, east, south] = self.edges();
+        let (x, y) = (f64::midpoint(west, east), f64::midpoint(north, south));
+        let (gap, size_mm) = (self.mm(0.5 * FRAME_MM), 3.0);
+        let down = self.mm(1.0);
+        let places = [[x, north - gap + down], [east + gap, y + down], [x, south + gap + down], [west - gap, y + down]];
+        for (name, at) in names.iter().zip(places) {
+            if let Some(name) = name {
+                self.write(name, Face::Semibold, size_mm, at, 0.5);
             }
         }
     }
@@ -361,19 +502,18 @@ impl Printer<'_> {
     }
 
     /// What is seen on the map, in columns of a few lines.
-    fn legend(&mut self) {
+    fn legend(&mut self, shown: &[LegendItem], interval_m: f64) {
         let [west, _, east, _] = self.edges();
-        let shown = self.chart.legend();
         let from = west + self.mm(BAR_MM + 14.0).min((east - west) * 0.36);
         let (step, column, sample) = (self.mm(4.6), self.mm(36.0), self.mm(7.0));
         let rows = 4;
         let most = (((east - self.mm(14.0)) - from) / column).floor().max(0.0) as usize * rows;
-        for (index, item) in shown.into_iter().take(most).enumerate() {
+        for (index, item) in shown.iter().copied().take(most).enumerate() {
             let x = from + (index / rows) as f64 * column;
             let y = self.foot() + (index % rows) as f64 * step - self.mm(1.0);
             self.sample(item, x, y, sample);
             self.write(
-                item.about(self.chart.interval_m()).as_str(),
+                &item.about(interval_m),
                 Face::Regular,
                 2.9,
                 [x + sample + self.mm(2.0), y + self.mm(1.0)],

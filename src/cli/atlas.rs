@@ -1,0 +1,67 @@
+//! `terrane atlas`.
+
+use std::io::{self, Write};
+use std::path::Path;
+use std::time::Instant;
+
+use serde_json::json;
+
+use crate::cli::args::{Around, AtlasArguments, AtlasFormat, sources};
+use crate::cli::console::Console;
+use crate::cli::map::{captions, pixels_per_mm, texts};
+use crate::cli::{thread_count, thread_pool};
+use crate::error::Error;
+use crate::export::AtlasFiles;
+use crate::find;
+use crate::map::atlas::Layout;
+use crate::map::scale::Scale;
+use crate::map::sheet::thousands;
+
+/// Draws what the command line asks for.
+pub(super) fn run(arguments: &AtlasArguments, console: &Console) -> Result<(), Error> {
+    let asked = &arguments.style;
+    let style = asked.style()?;
+    let sources = sources(&arguments.preset, &asked.set)?;
+    let preset = sources.read_all()?;
+    let seed = asked.seed.unwrap_or(preset.seed);
+    let [x, y] = match &arguments.middle {
+        Around::Place(middle, _) => *middle,
+        Around::Named(name, _) => find::named(preset.clone(), Some(seed), name)?.at_km,
+    };
+    let pixels_per_mm = pixels_per_mm(asked);
+    let scale = Scale { metres_per_pixel: arguments.scale / 1000.0 / pixels_per_mm, pixels_per_mm };
+    let [long, short] = arguments.paper;
+    let paper = if arguments.portrait { [short, long] } else { [long, short] };
+    // More than there can be are refused there, whatever their number.
+    let [columns, rows] = [arguments.sheets.0, arguments.sheets.1].map(|count| u32::try_from(count).unwrap_or(u32::MAX));
+    let layout = Layout::new(scale, [columns, rows], paper, arguments.overlap, [x, y].map(|km| km * 1000.0))?;
+    let folder = arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-atlas", sources.name())));
+    let [has_pictures, has_document] =
+        [AtlasFormat::Png, AtlasFormat::Pdf].map(|format| arguments.format.contains(&format));
+    let files = AtlasFiles::new(&folder, layout, has_pictures, has_document, asked.overwrite)?;
+    let place = format!(
+        "--sheets {columns}x{rows} --middle={x},{y} --scale 1:{} --paper {}x{} --overlap {}",
+        arguments.scale, paper[0], paper[1], arguments.overlap
+    );
+    let texts = texts("atlas", &arguments.preset, asked, (sources.name(), seed), &place);
+    let subtitle = format!("{}, seed {seed}, 1 : {}", sources.name(), thousands(scale.denominator()));
+    let captions = captions(asked, &texts, subtitle)?;
+    let start = Instant::now();
+    let pool = thread_pool(thread_count(asked.threads))?;
+    // When nobody listens there is nobody to tell.
+    let mut progress = |part: &str| _ = writeln!(io::stderr(), "drawn: {part}");
+    let written = pool.install(|| files.write(&preset, Some(seed), &style, &captions, &texts, &mut progress))?;
+    let seconds = start.elapsed().as_secs_f64();
+    let paths: Vec<String> = written.files.iter().map(|path| path.to_string_lossy().into_owned()).collect();
+    let object = json!({
+        "type": "done", "out": folder.to_string_lossy(), "files": paths, "names": written.names, "seconds": seconds,
+    });
+    let text = format!(
+        "{}: {columns} x {rows} sheets of 1:{:.0} in {} files, {} names, {seconds:.2} s\n",
+        folder.display(),
+        arguments.scale,
+        paths.len(),
+        written.names
+    );
+    console.message(object, &text)
+}

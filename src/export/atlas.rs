@@ -1,0 +1,173 @@
+//! An atlas as files: a picture a sheet, and a document of all.
+
+use std::path::{Path, PathBuf};
+
+use crate::area::Area;
+use crate::error::Error;
+use crate::export::map_picture::{MapPicture, Texts};
+use crate::export::pdf::Pdf;
+use crate::map::Chart;
+use crate::map::atlas::{Gazetteer, Layout};
+use crate::map::scale::Scale;
+use crate::map::sheet::{Captions, Sheet, thousands};
+use crate::map::style::Style;
+use crate::preset::Preset;
+
+/// The document in the folder of an atlas, and the picture of its index.
+const DOCUMENT: &str = "atlas.pdf";
+const INDEX: &str = "index.png";
+
+/// An atlas that is to be written.
+#[derive(Debug)]
+pub struct AtlasFiles {
+    folder: PathBuf,
+    layout: Layout,
+    has_pictures: bool,
+    has_document: bool,
+}
+
+/// What was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WrittenAtlas {
+    /// The files, the index first.
+    pub files: Vec<PathBuf>,
+    /// How many names the gazetteer has.
+    pub names: usize,
+}
+
+impl AtlasFiles {
+    /// The files of an atlas in a folder.
+    ///
+    /// # Errors
+    /// When a file is there already that may not be replaced, or when there is not enough room.
+    pub fn new(
+        folder: &Path,
+        layout: Layout,
+        has_pictures: bool,
+        has_document: bool,
+        overwrite: bool,
+    ) -> Result<AtlasFiles, Error> {
+        let files = AtlasFiles { folder: folder.to_owned(), layout, has_pictures, has_document };
+        let sheets = files.layout.sheets().map(|place| format!("{}.png", Layout::name(place)));
+        let pictures = sheets.chain([INDEX.to_owned()]).filter(|_| has_pictures);
+        let map = files.layout.map([0, 0]);
+        for name in pictures.chain(has_document.then(|| DOCUMENT.to_owned())) {
+            MapPicture::new(&folder.join(name), (map.width(), map.height()), overwrite)?;
+        }
+        Ok(files)
+    }
+
+    /// Draws and writes all: the index, the sheets and the gazetteer. Each sheet has `captions`, with its own title and
+    /// neighbours; the files say `texts` of themselves. `progress` is told of each sheet.
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range, or the disk refuses.
+    pub fn write(
+        &self,
+        preset: &Preset,
+        seed: Option<u64>,
+        style: &Style,
+        captions: &Captions,
+        texts: &Texts,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<WrittenAtlas, Error> {
+        let world = Chart::world(preset, seed)?;
+        let layout = &self.layout;
+        let mut book = Book { atlas: self, texts, pdf: None, pages: 0, files: Vec::new() };
+        let (scale, map) = layout.index();
+        let index = book.path(INDEX);
+        // Made before anything is drawn, so that a folder that takes no file is found out at once.
+        MapPicture::new(&index, (map.width(), map.height()), true)?.prepare()?;
+        if self.has_document {
+            book.pdf = Some(Pdf::create(book.path(DOCUMENT))?);
+        }
+        let mut gazetteer = Gazetteer::default();
+        let chart = Chart::of_world(&world, style.clone(), scale)?;
+        let subtitle = format!("index of sheets, 1 : {}", thousands(scale.denominator()));
+        let captions_of_index = Captions { subtitle, overlay: None, ..captions.clone() };
+        let picture = chart.picture(map);
+        let mut sheet = Sheet::new(&picture, &captions_of_index);
+        layout.add_frames(&mut sheet);
+        let links = layout.frames().into_iter().zip(1..).map(|((frame, _), page)| (edges(frame), page)).collect();
+        book.add(&sheet, scale, INDEX, "Index", links)?;
+        drop(picture);
+        progress("index");
+        let chart = Chart::of_world(&world, style.clone(), layout.scale())?;
+        for place in layout.sheets() {
+            let name = Layout::name(place);
+            let captions = Captions {
+                title: format!("{} {name}", captions.title),
+                neighbours: layout.neighbours(place),
+                ..captions.clone()
+            };
+            let picture = chart.picture(layout.map(place));
+            gazetteer.add(place, &picture);
+            let sheet = Sheet::new(&picture, &captions);
+            book.add(&sheet, layout.scale(), &format!("{name}.png"), &format!("Sheet {name}"), Vec::new())?;
+            progress(&name);
+        }
+        let page_of = |place: [u32; 2]| 1 + layout.sheets().position(|other| other == place).expect("it is a sheet");
+        for (number, page) in gazetteer.pages(layout).iter().enumerate() {
+            let sheet = page.sheet(layout, style);
+            let links = page.links.iter().map(|(part, place)| (*part, page_of(*place))).collect();
+            let title = if number == 0 { "Gazetteer" } else { "" };
+            book.add(&sheet, layout.scale(), &format!("gazetteer-{}.png", number + 1), title, links)?;
+        }
+        progress("gazetteer");
+        let Book { pdf, mut files, .. } = book;
+        if let Some(pdf) = pdf {
+            pdf.finish(&texts.title, &texts.description, &texts.software)?;
+            files.push(self.folder.join(DOCUMENT));
+        }
+        Ok(WrittenAtlas { files, names: gazetteer.len() })
+    }
+}
+
+/// The edges of an area: west, north, east and south.
+fn edges(area: Area) -> [f64; 4] {
+    [area.x0, area.y0, area.x1, area.y1].map(|at| at as f64)
+}
+
+/// What is written page by page.
+struct Book<'a> {
+    atlas: &'a AtlasFiles,
+    texts: &'a Texts,
+    pdf: Option<Pdf>,
+    pages: usize,
+    files: Vec<PathBuf>,
+}
+
+impl Book<'_> {
+    fn path(&self, name: &str) -> PathBuf {
+        self.atlas.folder.join(name)
+    }
+
+    /// Adds a sheet as a picture and as a page, with links from parts of it to pages.
+    fn add(
+        &mut self,
+        sheet: &Sheet,
+        scale: Scale,
+        name: &str,
+        bookmark: &str,
+        links: Vec<([f64; 4], usize)>,
+    ) -> Result<(), Error> {
+        if self.atlas.has_pictures {
+            let path = self.path(name);
+            let page = sheet.page();
+            let file = MapPicture::new(&path, (page.width(), page.height()), true)?;
+            file.write(sheet, scale, self.texts)?;
+            self.files.push(path);
+        }
+        if let Some(pdf) = &mut self.pdf {
+            let mut page = pdf.page(self.pages, sheet.page(), scale);
+            sheet.plot(&mut page)?;
+            links.into_iter().for_each(|(part, target)| page.link(part, target));
+            page.finish()?;
+            if !bookmark.is_empty() {
+                pdf.bookmark(bookmark, self.pages);
+            }
+            self.pages += 1;
+        }
+        Ok(())
+    }
+}
