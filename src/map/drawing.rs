@@ -137,7 +137,10 @@ impl Draughtsman<'_> {
         }
         let vertices = |area| self.scale.nodes_of(area, self.settled.spacing_m());
         if self.style.roads.draw && self.has_lines {
-            self.draw_roads(vertices(seen.padded(WIDEST as usize)), &mut drawing);
+            // Roads cost more to plan than all else: no more of them than can be seen. A bridge is the widest.
+            let widest_mm = self.style.roads.classes.iter().map(|class| class.width_mm + 4.0 * class.casing_mm);
+            let reach = self.scale.pixels(widest_mm.fold(0.0, f64::max)).min(WIDEST);
+            self.draw_roads(vertices(seen.padded(reach as usize + 1)), &mut drawing);
         }
         if self.style.places.draw {
             drawing.sites = self.sites(vertices(area));

@@ -3,6 +3,7 @@
 //! ```text
 //! World, Scale --> terrain.rs   land at the nodes that the scale needs, and at the pixels between
 //!                  relief.rs    tints, what the ground is made of, light and shadow
+//!                  signs.rs     strokes on rock and slopes, stones of scree
 //! Style (TOML) --> contour.rs   lines of equal height, outlines.rs with numbers
 //!                  drawing.rs   rivers, lakes, roads and places as lines and areas in pixels
 //!                  text.rs      shaped names, label.rs their places
@@ -33,6 +34,7 @@ mod names;
 pub mod scale;
 mod shade;
 pub mod sheet;
+mod signs;
 pub mod style;
 mod summits;
 mod symbols;

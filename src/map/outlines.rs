@@ -5,8 +5,9 @@ use crate::geometry::{dot, length};
 use crate::map::contour::{Contour, contours, shores};
 use crate::map::label::overlap;
 use crate::map::plotter::{Pen, Plotter, bounds};
-use crate::map::relief::Ground;
+use crate::map::relief::{Ground, Relief};
 use crate::map::scale::Scale;
+use crate::map::signs::{Slopes, signs};
 use crate::map::style::{Colour, Style};
 use crate::map::text::{Placed, Quad, shape};
 
@@ -34,7 +35,7 @@ pub(super) struct Outlines {
 impl Outlines {
     /// The lines of the ground of a block, whose contours have numbers where no name is written.
     pub fn new(
-        style: &Style,
+        (style, relief): (&Style, &Relief),
         scale: Scale,
         interval_m: f64,
         sea_level_m: Option<f64>,
@@ -44,6 +45,21 @@ impl Outlines {
         let area = ground.area;
         let mut outlines =
             Outlines { lines: Vec::new(), coasts: Vec::new(), numbers: Vec::new(), ink: style.labels.contour.colour };
+        if let Some([rock, scree]) = &ground.stones {
+            let slopes = Slopes {
+                heights: &ground.heights,
+                metres_per_pixel: scale.metres_per_pixel,
+                steepening: relief.steepening(),
+                rock,
+                scree,
+                sea_level_m: sea_level_m.map_or(f32::NEG_INFINITY, |level| level as f32),
+            };
+            let mut signs_style = style.signs.clone();
+            if scale.denominator() > signs_style.most {
+                (signs_style.rock, signs_style.scree) = (0.0, 0.0);
+            }
+            outlines.lines.extend(signs(&signs_style, scale, relief.sun(), area, &slopes));
+        }
         let has_depths = style.water.draw && style.water.depth_mm > 0.0;
         if style.contours.draw || has_depths {
             let sea_level_m = sea_level_m.unwrap_or(f64::NEG_INFINITY);
@@ -134,8 +150,7 @@ impl Outlines {
     /// Draws all but coasts.
     pub fn draw(&self, plotter: &mut dyn Plotter) {
         for (pen, lines) in &self.lines {
-            // One by one: where two meet, both are seen.
-            lines.iter().for_each(|line| plotter.stroke(std::slice::from_ref(line), pen));
+            plotter.stroke(lines, pen);
         }
         self.numbers.iter().for_each(|number| plotter.write(number, self.ink));
     }

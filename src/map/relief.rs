@@ -4,10 +4,12 @@ use crate::area::Area;
 use crate::grid::Grid;
 use crate::map::light::{CHUNK, Lamp, Light, WIDE};
 use crate::map::rows::{smoothed, weigh};
+use crate::map::signs::REACH;
 use crate::map::style::{Colour, Style};
 use crate::map::terrain::{Nodes, Terrain};
 use crate::map::tint::Tints;
 use crate::simd::dispatch;
+use crate::tile::Material;
 
 /// Levels of detail that texture shading sums up, each twice as wide as the one before.
 const LEVELS: usize = 4;
@@ -26,6 +28,7 @@ pub(super) struct Relief {
     /// Colours of the materials, and how much of each is seen, by a weight of 1.
     covers: [([f32; 3], f32); 8],
     lamp: Lamp,
+    has_stones: bool,
 }
 
 /// The ground at the pixels of an area.
@@ -37,6 +40,8 @@ pub(super) struct Ground {
     pub heights: Grid<f32>,
     /// How much snow there is, 0 to 1.
     pub snow: Grid<f32>,
+    /// How much rock and scree there is, 0 to 1, of the area and [`REACH`] around it, where signs ask for it.
+    pub stones: Option<[Grid<f32>; 2]>,
 }
 
 fn channels(colour: Colour) -> [f32; 3] {
@@ -71,7 +76,18 @@ impl Relief {
             per_m: 1.0 / (high_m - low_m),
         };
         let covers = style.cover.all().map(|cover| (channels(cover.colour), cover.share as f32 / 255.0));
-        Relief { tints, covers, lamp }
+        let has_stones = style.signs.are_drawn(denominator);
+        Relief { tints, covers, lamp, has_stones }
+    }
+
+    /// How many times slopes are seen as steep as they are.
+    pub fn steepening(&self) -> f64 {
+        f64::from(self.lamp.steepening)
+    }
+
+    /// East and south to where the light comes from.
+    pub fn sun(&self) -> [f64; 2] {
+        self.lamp.sun.map(f64::from)
     }
 
     /// The ground at the pixels of an area.
@@ -81,7 +97,11 @@ impl Relief {
         let heights = terrain.at_pixels(&nodes.heights, wide);
         let (texture, smooth) = self.texture_of(&heights, area);
         let cover = self.covers_of(&nodes).map(|plane| terrain.at_pixels(&plane, area));
-        let snow = terrain.at_pixels(&snow_of(&nodes), area);
+        let snow = terrain.at_pixels(&share_of(&nodes, Material::Snow), area);
+        let stones = self.has_stones.then(|| {
+            [Material::Rock, Material::Scree]
+                .map(|material| terrain.at_pixels(&share_of(&nodes, material), area.padded(REACH)))
+        });
         let mut pixels = vec![0; area.len()];
         for (y, row) in (area.y0..).zip(pixels.chunks_exact_mut(area.width())) {
             for (x0, pixels) in (area.x0..).step_by(CHUNK).zip(row.chunks_mut(CHUNK)) {
@@ -103,7 +123,7 @@ impl Relief {
                 pixels.copy_from_slice(&words[..pixels.len()]);
             }
         }
-        Ground { area, pixels, heights, snow }
+        Ground { area, pixels, heights, snow, stones }
     }
 
     /// Tints of heights as land and as sea, by channel. Looked up one by one: lanes cannot read from a table of this size.
@@ -179,11 +199,13 @@ fn filled<const N: usize>(values: &[f32]) -> [f32; N] {
     filled
 }
 
-/// How much of each node is snow or ice.
-fn snow_of(nodes: &Nodes) -> Grid<f32> {
-    let mut snow = Grid::filled(nodes.cover.area(), 0.0);
-    for (value, word) in snow.values_mut().iter_mut().zip(nodes.cover.values()) {
-        *value = f32::from(word.to_le_bytes()[0]) / 255.0;
+/// How much of each node is of a material.
+fn share_of(nodes: &Nodes, material: Material) -> Grid<f32> {
+    let number = Material::ALL.iter().position(|other| *other == material).expect("all are there");
+    let words = if number < 4 { &nodes.ground } else { &nodes.cover };
+    let mut share = Grid::filled(words.area(), 0.0);
+    for (value, word) in share.values_mut().iter_mut().zip(words.values()) {
+        *value = f32::from(word.to_le_bytes()[number % 4]) / 255.0;
     }
-    snow
+    share
 }

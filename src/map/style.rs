@@ -36,6 +36,8 @@ pub struct Style {
     pub relief: ReliefStyle,
     /// What the ground is made of, seen through the tint.
     pub cover: CoverStyle,
+    /// Strokes on rock and slopes, and the stones of scree.
+    pub signs: SignsStyle,
     /// Lines of equal height.
     pub contours: ContourStyle,
     /// Rivers, lakes and the sea.
@@ -150,6 +152,32 @@ pub struct Cover {
     /// How much of it is seen, 0 to 1.
     #[schemars(range(min = 0, max = 1))]
     pub share: f64,
+}
+
+/// Strokes on rock and slopes, and the stones of scree.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SignsStyle {
+    /// Their colour.
+    pub colour: Colour,
+    /// Their opacity, 0 to 1.
+    #[schemars(range(min = 0, max = 1))]
+    pub opacity: f64,
+    /// Width of the widest strokes, 0 to 2 mm.
+    #[schemars(range(min = 0, max = 2))]
+    pub width_mm: f64,
+    /// How much of steep rock has strokes down the slope, 0 to 1.
+    #[schemars(range(min = 0, max = 1))]
+    pub rock: f64,
+    /// How much of scree has stones, 0 to 1.
+    #[schemars(range(min = 0, max = 1))]
+    pub scree: f64,
+    /// How much of all slopes has strokes, as maps had before contours, 0 to 1.
+    #[schemars(range(min = 0, max = 1))]
+    pub hachures: f64,
+    /// The scale from which on strokes on rock and stones are left out, as the second number of 1:25,000; 1 to 1,000,000,000.
+    #[schemars(range(min = 1, max = 1_000_000_000))]
+    pub most: f64,
 }
 
 /// Lines of equal height.
@@ -340,6 +368,14 @@ impl TintStyle {
             Tint::Arid => &self.arid,
             Tint::Alpine => &self.alpine,
         }
+    }
+}
+
+impl SignsStyle {
+    /// Whether there are any at a scale.
+    pub fn are_drawn(&self, denominator: f64) -> bool {
+        let near = denominator <= self.most && self.rock.max(self.scree) > 0.0;
+        self.width_mm > 0.0 && (near || self.hachures > 0.0)
     }
 }
 

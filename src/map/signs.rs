@@ -1,0 +1,126 @@
+//! Signs on the ground: strokes down rock and slopes, and the stones of scree.
+//!
+//! Signs stand on a grid of the scale, each moved a little by chance, so that whether one is there depends on its place alone.
+
+use crate::area::Area;
+use crate::geometry::{dot, length};
+use crate::grid::Grid;
+use crate::hash;
+use crate::map::plotter::Pen;
+use crate::map::scale::Scale;
+use crate::map::style::SignsStyle;
+
+/// Pixels of the ground around a block that signs are looked for in, as long as they are at most from their middles.
+pub(super) const REACH: usize = 12;
+
+/// Millimetres between signs, and how long they are on the steepest slopes.
+const ROCK_MM: [f64; 2] = [0.9, 1.5];
+const SCREE_MM: f64 = 0.55;
+const HACHURE_MM: [f64; 2] = [0.75, 1.2];
+
+/// Metres that rock with strokes rises a metre ahead at least, and hachures in the lowest and the highest land.
+const ROCK_SLOPE: f64 = 0.45;
+const HACHURE_SLOPE: [f64; 2] = [0.1, 0.6];
+
+/// Steps of the widths of strokes.
+const WIDTHS: usize = 4;
+
+/// What signs are drawn by.
+pub(super) struct Slopes<'a> {
+    /// Heights of the area and of some pixels around it, and the metres from one to the next.
+    pub heights: &'a Grid<f32>,
+    pub metres_per_pixel: f64,
+    /// How many times slopes are seen as steep as they are, by the scale.
+    pub steepening: f64,
+    /// How much rock and scree there is, 0 to 1, of the area and [`REACH`] around it.
+    pub rock: &'a Grid<f32>,
+    pub scree: &'a Grid<f32>,
+    /// Nothing stands below it.
+    pub sea_level_m: f32,
+}
+
+/// The signs of an area, as lines by their pens.
+pub(super) fn signs(
+    style: &SignsStyle,
+    scale: Scale,
+    sun: [f64; 2],
+    area: Area,
+    slopes: &Slopes,
+) -> Vec<(Pen, Vec<Vec<[f64; 2]>>)> {
+    let mut strokes: [Vec<Vec<[f64; 2]>>; WIDTHS] = Default::default();
+    let mut stones = Vec::new();
+    let seen = area.padded(REACH);
+    let at = |[x, y]: [f64; 2]| (x.floor() as i64, y.floor() as i64);
+    // East and south that the ground falls to, metres a metre, and how much it is turned away from the sun, 0 to 1.
+    let fall = |place: [f64; 2]| {
+        let (x, y) = at(place);
+        let height = |x, y| f64::from(slopes.heights.at(x, y));
+        let per_m = slopes.steepening / (2.0 * slopes.metres_per_pixel);
+        let fall = [height(x - 1, y) - height(x + 1, y), height(x, y - 1) - height(x, y + 1)].map(|m| m * per_m);
+        let shade = 0.5 - 0.5 * dot(fall, sun) / length(fall).max(1e-9);
+        (fall, shade)
+    };
+    let mut stroke = |place: [f64; 2], fall: [f64; 2], long: f64, weight: f64| {
+        let steep = length(fall);
+        let half = fall.map(|axis| axis / steep * 0.5 * long);
+        let width = (weight * WIDTHS as f64) as usize;
+        let line = vec![[place[0] - half[0], place[1] - half[1]], [place[0] + half[0], place[1] + half[1]]];
+        strokes[width.min(WIDTHS - 1)].push(line);
+    };
+    if style.rock > 0.0 {
+        each_place(slopes, seen, scale.pixels(ROCK_MM[0]), 1, |place, chance| {
+            let (fall, shade) = fall(place);
+            let (x, y) = at(place);
+            let steep = length(fall);
+            let share = f64::from(slopes.rock.at(x, y)) * style.rock * (0.35 + 0.65 * shade);
+            if steep > ROCK_SLOPE && chance < share {
+                let long = scale.pixels(ROCK_MM[1]) * (0.5 + chance).min(1.0);
+                stroke(place, fall, long.min(2.0 * REACH as f64 - 2.0), 0.2 + 0.8 * shade);
+            }
+        });
+    }
+    if style.hachures > 0.0 {
+        each_place(slopes, seen, scale.pixels(HACHURE_MM[0]), 2, |place, chance| {
+            let (fall, shade) = fall(place);
+            let [least, most] = HACHURE_SLOPE;
+            let steep = ((length(fall) - least) / (most - least)).clamp(0.0, 1.0);
+            if steep > 0.0 && chance < style.hachures * (0.25 + 0.75 * shade) * (0.4 + 0.6 * steep) {
+                let long = scale.pixels(HACHURE_MM[1]) * (0.45 + 0.55 * steep);
+                stroke(place, fall, long.min(2.0 * REACH as f64 - 2.0), shade * (0.3 + 0.7 * steep));
+            }
+        });
+    }
+    if style.scree > 0.0 {
+        each_place(slopes, seen, scale.pixels(SCREE_MM), 3, |place, chance| {
+            let (x, y) = at(place);
+            if chance < f64::from(slopes.scree.at(x, y)) * style.scree {
+                // As short as a line can be: its round ends are a dot.
+                stones.push(vec![place, [place[0] + 0.02, place[1]]]);
+            }
+        });
+    }
+    let pen = |mm: f64| Pen {
+        colour: style.colour,
+        opacity: style.opacity as f32,
+        width: scale.pixels(mm) as f32,
+        dash: None,
+    };
+    let widths = (1..).zip(strokes).map(|(step, lines)| (pen(style.width_mm * f64::from(step) / WIDTHS as f64), lines));
+    widths.chain([(pen(1.2 * style.width_mm), stones)]).filter(|(_, lines)| !lines.is_empty()).collect()
+}
+
+/// Calls with the places of a grid that lie on the land of an area, each moved by chance, and a chance from 0 to 1 of its own.
+fn each_place(slopes: &Slopes, area: Area, step: f64, kind: u64, mut call: impl FnMut([f64; 2], f64)) {
+    let span = |from: i64, to: i64| (from as f64 / step).floor() as i64 - 1..=(to as f64 / step).ceil() as i64;
+    for j in span(area.y0, area.y1) {
+        for i in span(area.x0, area.x1) {
+            let number = hash::mix(hash::mix(hash::mix(kind) ^ i as u64) ^ j as u64);
+            let part = |by: u32| ((number >> by) & 0xFFFF) as f64 / 65_536.0;
+            let place = [(i as f64 + part(0)) * step, (j as f64 + part(16)) * step];
+            let (x, y) = (place[0].floor() as i64, place[1].floor() as i64);
+            if area.contains(&Area::new(x, y, 1, 1)) && slopes.heights.at(x, y) > slopes.sea_level_m {
+                call(place, part(32));
+            }
+        }
+    }
+}
