@@ -523,7 +523,8 @@ fn parse_paper(text: &str) -> Result<[f64; 2], String> {
         "tabloid" | "ledger" => [431.8, 279.4],
         other => {
             let sides: Option<Vec<f64>> = other.split('x').map(|side| side.trim().parse().ok()).collect();
-            let expected = || format!("expected a0 to a6, letter, legal, tabloid or millimetres such as 420x297, found {text:?}");
+            let expected =
+                || format!("expected a0 to a6, letter, legal, tabloid or millimetres such as 420x297, found {text:?}");
             let sides: [f64; 2] = sides.and_then(|sides| sides.try_into().ok()).ok_or_else(expected)?;
             if !sides.iter().all(|mm| (30.0..=5000.0).contains(mm)) {
                 return Err(format!("paper has sides of 30 to 5000 mm, found {text:?}"));

@@ -33,7 +33,8 @@ pub(super) fn run(arguments: &AtlasArguments, console: &Console) -> Result<(), E
     let [long, short] = arguments.paper;
     let paper = if arguments.portrait { [short, long] } else { [long, short] };
     // More than there can be are refused there, whatever their number.
-    let [columns, rows] = [arguments.sheets.0, arguments.sheets.1].map(|count| u32::try_from(count).unwrap_or(u32::MAX));
+    let [columns, rows] =
+        [arguments.sheets.0, arguments.sheets.1].map(|count| u32::try_from(count).unwrap_or(u32::MAX));
     let layout = Layout::new(scale, [columns, rows], paper, arguments.overlap, [x, y].map(|km| km * 1000.0))?;
     let folder = arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-atlas", sources.name())));
     let [has_pictures, has_document] =

@@ -85,7 +85,8 @@ impl Subject {
             });
         }
         let Manifest { preset_name: name, preset, seed, region, .. } = Manifest::read(Path::new(source))?;
-        let is_elsewhere = place.at.is_some() || place.size.is_some() || place.bounds.is_some() || place.around.is_some();
+        let is_elsewhere =
+            place.at.is_some() || place.size.is_some() || place.bounds.is_some() || place.around.is_some();
         let bounds_m = match is_elsewhere {
             true => place.located(&preset, Some(seed))?.bounds_m(region.tile_cells, preset.spacing_m)?,
             false => region.bounds_km.map(|km| km * 1000.0),

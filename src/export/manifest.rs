@@ -112,8 +112,7 @@ impl Manifest {
     /// When there is none, or it is not one, or one of a newer form than this program knows.
     pub fn read(folder: &Path) -> Result<Manifest, Error> {
         let path = folder.join(PATH);
-        let refuse =
-            |message: String, hint: &str| Error::Output { path: path.clone(), message, hint: hint.to_owned() };
+        let refuse = |message: String, hint: &str| Error::Output { path: path.clone(), message, hint: hint.to_owned() };
         let text = fs::read_to_string(&path).map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => refuse(
                 "is not there, so the folder holds no finished bake".into(),

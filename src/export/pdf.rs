@@ -31,8 +31,7 @@ const QUARTER: f64 = 0.552_284_75;
 
 const COMPACT: Settings = Settings { pretty: false };
 
-const IDENTITY: SystemInfo<'static> =
-    SystemInfo { registry: Str(b"Adobe"), ordering: Str(b"Identity"), supplement: 0 };
+const IDENTITY: SystemInfo<'static> = SystemInfo { registry: Str(b"Adobe"), ordering: Str(b"Identity"), supplement: 0 };
 
 /// A document under way. Objects go to the disk as they are made; what all pages share comes last.
 pub(crate) struct Pdf {
@@ -324,7 +323,11 @@ impl PdfPage<'_> {
             let points = &line[..line.len() - usize::from(closes)];
             for (index, point) in points.iter().enumerate() {
                 let [x, y] = self.at(*point);
-                if index == 0 { self.content.move_to(x, y) } else { self.content.line_to(x, y) };
+                if index == 0 {
+                    self.content.move_to(x, y)
+                } else {
+                    self.content.line_to(x, y)
+                };
                 is_begun = true;
             }
             if closes {

@@ -183,13 +183,19 @@ impl Plotter for Svg {
             return;
         }
         let path = self.path(lines);
-        let opacity = if pen.opacity < 1.0 { format!(" stroke-opacity=\"{}\"", Short(f64::from(pen.opacity))) } else { String::new() };
+        let opacity = if pen.opacity < 1.0 {
+            format!(" stroke-opacity=\"{}\"", Short(f64::from(pen.opacity)))
+        } else {
+            String::new()
+        };
         let ends = match pen.dash {
             Some([on, off]) => format!(" stroke-dasharray=\"{} {}\"", Short(f64::from(on)), Short(f64::from(off))),
             None => " stroke-linecap=\"round\"".to_owned(),
         };
         let (colour, width) = (pen.colour, Short(f64::from(pen.width)));
-        self.add(format_args!("<path fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\"{opacity}{ends} d=\"{path}\"/>\n"));
+        self.add(format_args!(
+            "<path fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\"{opacity}{ends} d=\"{path}\"/>\n"
+        ));
     }
 
     fn write(&mut self, text: &Placed, colour: Colour) {

@@ -56,7 +56,9 @@ impl Layout {
         let refuse = |message: String, hint: &str| Err(Error::Option { message, hint: hint.into() });
         if !(1..=MOST_COLUMNS).contains(&columns) || !(1..=MOST_ROWS).contains(&rows) {
             return refuse(
-                format!("an atlas has 1 to {MOST_COLUMNS} columns and 1 to {MOST_ROWS} rows of sheets, not {columns} x {rows}"),
+                format!(
+                    "an atlas has 1 to {MOST_COLUMNS} columns and 1 to {MOST_ROWS} rows of sheets, not {columns} x {rows}"
+                ),
                 "give fewer sheets, or a smaller scale",
             );
         }
@@ -67,7 +69,10 @@ impl Layout {
         let step = map.map(|pixels| pixels - overlap);
         if step.iter().zip(map).any(|(step, map)| *step < map / 2 || *step < 1) {
             return refuse(
-                format!("paper of {} x {} mm has no room for a map that overlaps by {overlap_mm} mm", paper_mm[0], paper_mm[1]),
+                format!(
+                    "paper of {} x {} mm has no room for a map that overlaps by {overlap_mm} mm",
+                    paper_mm[0], paper_mm[1]
+                ),
                 "give larger paper, or a smaller --overlap",
             );
         }
@@ -224,9 +229,8 @@ impl GazetteerPage {
         kind: &str,
         places: &BTreeSet<([u32; 2], [i64; 2])>,
     ) {
-        let width = |text: &str, face: Face| {
-            shape(text, face, scale.pixels(SIZE_MM) as f32, 0.0).width / scale.pixels_per_mm
-        };
+        let width =
+            |text: &str, face: Face| shape(text, face, scale.pixels(SIZE_MM) as f32, 0.0).width / scale.pixels_per_mm;
         let of = format!("{name} ");
         let named = width(&of, Face::Semibold);
         self.lines.push((of, Face::Semibold, SIZE_MM, [x, y], 0.0));
@@ -288,7 +292,8 @@ mod tests {
     #[test]
     fn what_has_no_room_is_refused() {
         let scale = Scale { metres_per_pixel: 10.0, pixels_per_mm: 5.0 };
-        let refused = |sheets, paper, overlap| Layout::new(scale, sheets, paper, overlap, [0.0; 2]).unwrap_err().to_string();
+        let refused =
+            |sheets, paper, overlap| Layout::new(scale, sheets, paper, overlap, [0.0; 2]).unwrap_err().to_string();
         assert!(refused([0, 1], [297.0, 210.0], 10.0).contains("0 x 1"));
         assert!(refused([1, 27], [297.0, 210.0], 10.0).contains("1 x 27"));
         assert!(refused([1, 1], [40.0, 30.0], 10.0).contains("no room"));

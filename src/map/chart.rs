@@ -289,7 +289,8 @@ impl Picture {
         let boxes = self.writings.iter().flat_map(|writing| writing.boxes());
         let near: Vec<Quad> = boxes.filter(|quad| block.meets(bounds(quad.iter()))).collect();
         let sea_level_m = chart.terrain.world().preset().sea_level_m;
-        let outlines = Outlines::new((&chart.style, &chart.relief), chart.scale, chart.interval_m, sea_level_m, &ground, &near);
+        let outlines =
+            Outlines::new((&chart.style, &chart.relief), chart.scale, chart.interval_m, sea_level_m, &ground, &near);
         (ground, outlines)
     }
 

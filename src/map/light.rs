@@ -11,9 +11,7 @@ pub(super) const WIDE: usize = CHUNK + 2;
 /// What level ground has of a light that stands 45 degrees high.
 pub(super) const FLAT: f32 = std::f32::consts::FRAC_1_SQRT_2;
 
-/// Shares of the main light, and of a softer one 60 degrees to each side of it.
-const MAIN: f32 = 0.64;
-const SIDE: f32 = 0.18;
+/// The cosine and the sine of the 60 degrees by which softer lights stand to each side of the main one.
 const HALF: f32 = 0.5;
 const SINE: f32 = 0.866_025_4;
 
@@ -32,6 +30,8 @@ pub(super) struct Lamp {
     pub sun: [f32; 2],
     /// The tangent of the angle by which the light turns at most.
     pub turn: f32,
+    /// How much of the light comes from the sides, together.
+    pub soften: f32,
     pub steepening: f32,
     pub strength: f32,
     pub texture: f32,
@@ -102,7 +102,8 @@ impl Kernel for Light<'_> {
             let right_east = main_east * half + main_south * sine;
             let right_south = main_south * half - main_east * sine;
             let right = simd.max(normal_east * right_east + normal_south * right_south + one, zero);
-            let lit = (main * simd.splat(MAIN) + (left + right) * simd.splat(SIDE)) * scale - simd.splat(FLAT);
+            let (ahead, side) = (simd.splat(1.0 - lamp.soften), simd.splat(0.5 * lamp.soften));
+            let lit = (main * ahead + (left + right) * side) * scale - simd.splat(FLAT);
             // The lower, the weaker, under more air.
             let smooth = simd.load(&self.smooth[1][at + 1..]);
             let elevation = (smooth - simd.splat(lamp.low_m)) * simd.splat(lamp.per_m);

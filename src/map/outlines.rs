@@ -200,7 +200,8 @@ impl Numberer<'_> {
     /// One number in each square at most, on the straightest part of an index line.
     fn numbers(&self, contours: &[Contour], written: &[Quad]) -> Vec<Placed> {
         let Area { x0, y0, x1, y1 } = self.ground.area;
-        let squares = (y0..y1).step_by(SQUARE as usize).flat_map(|y| (x0..x1).step_by(SQUARE as usize).map(move |x| [x, y]));
+        let squares =
+            (y0..y1).step_by(SQUARE as usize).flat_map(|y| (x0..x1).step_by(SQUARE as usize).map(move |x| [x, y]));
         squares
             .filter_map(|[x, y]| {
                 let square = Area::new(x, y, SQUARE as usize, SQUARE as usize);

@@ -61,6 +61,7 @@ impl Relief {
             // A height that no land has, where there is no sea: infinity less a height divided by a rise is no number.
             sea_level_m: terrain.world().preset().sea_level_m.map_or(f32::MIN / 1e6, |level| level as f32),
             sun: [libm::sin(radians) as f32, -libm::cos(radians) as f32],
+            soften: relief.soften as f32,
             turn: libm::tan(relief.turn_deg.to_radians()) as f32,
             steepening: steepening as f32,
             strength: relief.strength as f32,

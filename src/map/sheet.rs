@@ -512,13 +512,7 @@ impl Printer<'_> {
             let x = from + (index / rows) as f64 * column;
             let y = self.foot() + (index % rows) as f64 * step - self.mm(1.0);
             self.sample(item, x, y, sample);
-            self.write(
-                &item.about(interval_m),
-                Face::Regular,
-                2.9,
-                [x + sample + self.mm(2.0), y + self.mm(1.0)],
-                0.0,
-            );
+            self.write(&item.about(interval_m), Face::Regular, 2.9, [x + sample + self.mm(2.0), y + self.mm(1.0)], 0.0);
         }
     }
 

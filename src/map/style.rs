@@ -92,6 +92,9 @@ pub struct ReliefStyle {
     /// Degrees by which the light turns towards what ridges show best, 0 to 60.
     #[schemars(range(min = 0, max = 60))]
     pub turn_deg: f64,
+    /// How much of the light comes from 60 degrees to both sides, 0 to 1.
+    #[schemars(range(min = 0, max = 1))]
+    pub soften: f64,
     /// How many times the slopes are steepened at 1:25,000, 0.1 to 20; more at smaller scales, where slopes are gentler.
     #[schemars(range(min = 0.1, max = 20))]
     pub exaggeration: f64,

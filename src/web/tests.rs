@@ -102,7 +102,12 @@ fn written(folder: &Path, bounds_m: [f64; 4], finest_m: f64, choice: Choice) -> 
         Layer { name: "map", title: "Map", paint: &|view| Ok(map(view)) },
         Layer { name: "hillshade", title: "Relief", paint: &|view| Ok(hillshade(view)) },
     ];
-    let content = Content { prepare: &|_| Ok(()), layers: &layers, heights: Some(&|view| Ok(heights(view))), features: &FEATURES };
+    let content = Content {
+        prepare: &|_| Ok(()),
+        layers: &layers,
+        heights: Some(&|view| Ok(heights(view))),
+        features: &FEATURES,
+    };
     let written = write(folder, &plan, &meta, choice, &content, &|_| ()).unwrap();
     (plan, written)
 }

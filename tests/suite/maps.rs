@@ -42,6 +42,90 @@ fn a_map_drawn_at_once_in_strips_and_in_sheets_is_the_same() {
     }
 }
 
+/// The style of a plain hillshade: one light, 45 degrees high.
+const PLAIN: &str = "extends = \"relief\"
+[tint]
+temperate = [{ at = 0, colour = \"#b4b4b4\" }, { at = 1, colour = \"#b4b4b4\" }]
+alpine = [{ at = 0, colour = \"#b4b4b4\" }, { at = 1, colour = \"#b4b4b4\" }]
+[relief]
+turn_deg = 0
+soften = 0
+exaggeration = 1
+strength = 1
+shadow = \"#000000\"
+light = \"#ffffff\"
+highlight = 1
+texture = 0
+aerial = 0
+haze_share = 0
+[cover]
+rock = { colour = \"#000000\", share = 0 }
+snow = { colour = \"#000000\", share = 0 }
+forest = { colour = \"#000000\", share = 0 }
+grass = { colour = \"#000000\", share = 0 }
+dirt = { colour = \"#000000\", share = 0 }
+sand = { colour = \"#000000\", share = 0 }
+scree = { colour = \"#000000\", share = 0 }
+wetland = { colour = \"#000000\", share = 0 }
+";
+
+/// What `gdaldem hillshade` makes of three rows of three heights, with the sun in the north-west and 45 degrees high.
+fn hillshade(rows: [[f64; 3]; 3], metres: f64) -> f64 {
+    let [[a, b, c], [d, _, f], [g, h, i]] = rows;
+    let east = ((c + 2.0 * f + i) - (a + 2.0 * d + g)) / (8.0 * metres);
+    let south = ((g + 2.0 * h + i) - (a + 2.0 * b + c)) / (8.0 * metres);
+    // The light comes from the north-west: what falls there is lit.
+    let facing = (east + south) * std::f64::consts::FRAC_1_SQRT_2;
+    let shade = (1.0 + facing) / (2.0 * (1.0 + east * east + south * south)).sqrt();
+    1.0 + 254.0 * shade.max(0.0)
+}
+
+#[test]
+fn a_plain_hillshade_is_that_of_gdaldem() {
+    // At 1:25,000 slopes are as steep as they are.
+    let scale = Scale { metres_per_pixel: 10.0, pixels_per_mm: 2.5 };
+    let (_, preset) = Preset::load("alps").unwrap();
+    let style = Sources::<Style>::parse("plain.toml", PLAIN).unwrap().read_all().unwrap();
+    let chart = Chart::new(&preset, Some(3), style, scale).unwrap();
+    let area = Area::new(100, 50, 300, 200);
+    let pixels = chart.picture(area).pixels(area);
+    let wide = area.padded(1);
+    let heights = chart.heights_m(wide);
+    let height = |x: usize, y: usize| f64::from(heights[y * wide.width() + x]);
+    let mut sum = 0.0;
+    for (index, pixel) in pixels.chunks_exact(3).enumerate() {
+        let (x, y) = (index % area.width(), index / area.width());
+        let rows = [0, 1, 2].map(|dy| [0, 1, 2].map(|dx| height(x + dx, y + dy)));
+        sum += (hillshade(rows, 10.0) - f64::from(pixel[0])).abs();
+    }
+    let mean = sum / area.len() as f64;
+    assert!(mean < 1.0, "{mean} of 255");
+}
+
+#[test]
+fn every_style_draws_as_it_did() {
+    const HINT: &str = "if the change is meant: TERRANE_ACCEPT=1 cargo test --profile quick --test suite maps";
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/maps");
+    let scale = Scale { metres_per_pixel: 15.0, pixels_per_mm: 4.0 };
+    let area = Area::new(200, 300, 320, 240);
+    let mut list =
+        String::from("# style, and the first 16 digits of the BLAKE3 of its picture beside this list: alps, seed 3\n");
+    for (name, _) in STYLES {
+        let pixels = chart("alps", name, scale).picture(area).pixels(area);
+        list += &format!("{name} {}\n", &blake3::hash(&pixels).to_hex()[..16]);
+        if std::env::var_os("TERRANE_ACCEPT").is_some() {
+            fs::create_dir_all(&folder).unwrap();
+            let mut file = fs::File::create(folder.join(format!("{name}.webp"))).unwrap();
+            let encoder = image_webp::WebPEncoder::new(&mut file);
+            encoder.encode(&pixels, area.width() as u32, area.height() as u32, image_webp::ColorType::Rgb8).unwrap();
+        }
+    }
+    if std::env::var_os("TERRANE_ACCEPT").is_some() {
+        fs::write(folder.join("hashes.txt"), &list).unwrap();
+    }
+    assert_eq!(list, fs::read_to_string(folder.join("hashes.txt")).unwrap(), "{HINT}");
+}
+
 #[test]
 fn rivers_and_roads_of_agents_are_drawn() {
     let scale = Scale { metres_per_pixel: 2.0, pixels_per_mm: 4.0 };
