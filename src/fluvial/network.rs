@@ -149,7 +149,9 @@ impl Network {
             };
             if shown.are_straight {
                 let ids = self.fields.cells(level, self.input(level, around));
-                ids.filter_map(|(_, x, y)| self.trunks.straight((x, y))).for_each(|trunk| take(&Arc::new(trunk)));
+                let nodes = self.trunks().look();
+                ids.filter_map(|(_, x, y)| self.trunks.straight(&nodes, (x, y)))
+                    .for_each(|trunk| take(&Arc::new(trunk)));
                 continue;
             }
             self.channels(level, around, |channel| {

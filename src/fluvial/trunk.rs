@@ -6,11 +6,13 @@
 //! higher sink; what is left after the last round drains into a lake without outlet.
 //!
 //! Each answer is a pure function of the node: links are followed until they end, basins are flooded until they are
-//! whole. What that takes is remembered, keyed by node.
+//! whole. What that takes is remembered: of nodes in patches, and of basins by their sinks. Whoever asks about many nodes
+//! has a [`Look`], with what it was told last at hand.
 //!
 //! Based on: G. Cordonnier, B. Bovy, J. Braun, A versatile, linear complexity algorithm for flow routing in
 //! topographies with depressions, 2019 (basins joined over their passes).
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use super::fields::Fields;
@@ -30,6 +32,9 @@ const MOST_NODES: usize = 4096;
 
 /// Nodes a side of a patch: what is looked up together.
 const PATCH: i64 = 16;
+
+/// Patches a side of those that a look has at hand: most basins lie within them.
+const AT_HAND: i64 = 8;
 
 /// How far a node may stand from the middle of its cell, as a share of the cell's side. Edges to neighbours cannot
 /// cross below a quarter, but for the two diagonals of a square of nodes.
@@ -92,17 +97,64 @@ heap_bytes!(Basin: nodes);
 heap_bytes!(Drained);
 heap_bytes!(Spill: path);
 
+/// A patch of nodes: its column and row.
+type PatchId = (i64, i64);
+
 /// The trunk lattice of a world.
 #[derive(Debug)]
 pub struct Trunks {
     seed: u64,
     fields: Arc<Fields>,
-    patches: Memory<(i64, i64), Vec<TrunkNode>>,
-    receivers: Memory<(usize, NodeId), Option<NodeId>>,
-    roots: Memory<(usize, NodeId), NodeId>,
+    nodes: Memory<PatchId, Vec<TrunkNode>>,
+    /// To which of its neighbours the water of each node of a patch goes after some rounds of spilling.
+    links: Memory<(usize, PatchId), Vec<u8>>,
     rims: Memory<(usize, NodeId), Spill>,
     spills: Memory<(usize, NodeId), Spill>,
     basins: Memory<NodeId, Basin>,
+}
+
+/// A look at the trunk lattice.
+pub struct Look<'a> {
+    trunks: &'a Trunks,
+    fields: &'a Fields,
+    nodes: Hand<TrunkNode>,
+    links: [Hand<u8>; SPILL_ROUNDS + 1],
+    basin: RefCell<Option<(NodeId, Arc<Basin>)>>,
+}
+
+/// Patches that are at hand, each in the place that its id gives it among them.
+struct Hand<T>(RefCell<Vec<Option<Held<T>>>>);
+
+type Held<T> = (PatchId, Arc<Vec<T>>);
+
+impl<T: Copy> Hand<T> {
+    fn new() -> Hand<T> {
+        Hand(RefCell::new(Vec::new()))
+    }
+
+    /// What a node's patch says of it, given how to get the patch.
+    fn of(&self, id: NodeId, get: impl FnOnce(PatchId) -> Arc<Vec<T>>) -> T {
+        let patch = (id.0.div_euclid(PATCH), id.1.div_euclid(PATCH));
+        let place = (patch.1.rem_euclid(AT_HAND) * AT_HAND + patch.0.rem_euclid(AT_HAND)) as usize;
+        let node = (id.1.rem_euclid(PATCH) * PATCH + id.0.rem_euclid(PATCH)) as usize;
+        if let Some(Some((own, values))) = self.0.borrow().get(place)
+            && *own == patch
+        {
+            return values[node];
+        }
+        // To get one may ask for others.
+        let values = get(patch);
+        let value = values[node];
+        let mut held = self.0.borrow_mut();
+        held.resize((AT_HAND * AT_HAND) as usize, None);
+        held[place] = Some((patch, values));
+        value
+    }
+}
+
+/// The nodes of a patch, row by row.
+fn nodes_of((column, row): PatchId) -> impl Iterator<Item = NodeId> {
+    (0..PATCH * PATCH).map(move |n| (column * PATCH + n % PATCH, row * PATCH + n / PATCH))
 }
 
 impl Trunks {
@@ -111,30 +163,35 @@ impl Trunks {
         Trunks {
             seed,
             fields,
-            patches: Memory::new(1 << 20),
-            receivers: Memory::new(8 << 20),
-            roots: Memory::new(6 << 20),
+            nodes: Memory::new(6 << 20),
+            links: Memory::new(2 << 20),
             rims: Memory::new(1 << 20),
             spills: Memory::new(1 << 20),
-            basins: Memory::new(4 << 20),
+            basins: Memory::new(11 << 20),
         }
     }
 
     /// How full its memories are.
     pub(super) fn usages(&self) -> Vec<Usage> {
-        let nodes = [self.patches.usage(), self.receivers.usage(), self.roots.usage()];
+        let nodes = [self.nodes.usage(), self.links.usage()];
         let basins = [self.rims.usage(), self.spills.usage(), self.basins.usage()];
-        [nodes, basins].concat()
+        [nodes.as_slice(), &basins].concat()
+    }
+
+    /// A look at the lattice, for whoever asks about many nodes.
+    pub fn look(&self) -> Look<'_> {
+        let links = std::array::from_fn(|_| Hand::new());
+        Look { trunks: self, fields: &self.fields, nodes: Hand::new(), links, basin: RefCell::new(None) }
     }
 
     /// The node of an id.
     pub fn node(&self, id: NodeId) -> TrunkNode {
-        let patch = (id.0.div_euclid(PATCH), id.1.div_euclid(PATCH));
-        let nodes = self.patches.get(patch, || {
-            let ids = (0..PATCH * PATCH).map(|n| (patch.0 * PATCH + n % PATCH, patch.1 * PATCH + n / PATCH));
-            ids.map(|id| self.make_node(id)).collect()
-        });
-        nodes[(id.1.rem_euclid(PATCH) * PATCH + id.0.rem_euclid(PATCH)) as usize]
+        self.look().node(id)
+    }
+
+    /// The basin of a node, and where its water goes.
+    pub fn drained(&self, id: NodeId) -> Drained {
+        self.look().drained(id)
     }
 
     fn make_node(&self, id: NodeId) -> TrunkNode {
@@ -145,29 +202,65 @@ impl Trunks {
         let potential = self.fields.potential(at);
         TrunkNode { at, potential, sea: potential < self.fields.sea_potential() }
     }
+}
+
+impl Look<'_> {
+    /// The node of an id.
+    pub fn node(&self, id: NodeId) -> TrunkNode {
+        let trunks = self.trunks;
+        let make = |patch: PatchId| nodes_of(patch).map(|id| trunks.make_node(id)).collect();
+        self.nodes.of(id, |patch| trunks.nodes.get(patch, || make(patch)))
+    }
 
     /// The basin of a node, and where its water goes.
     pub fn drained(&self, id: NodeId) -> Drained {
-        let basin = self.basin(self.root(SPILL_ROUNDS, id));
-        basin.nodes[basin.place(id)].1
+        let sink = self.root(SPILL_ROUNDS, id);
+        if let Some((own, basin)) = &*self.basin.borrow()
+            && *own == sink
+        {
+            return basin.nodes[basin.place(id)].1;
+        }
+        let basin = self.trunks.basins.get(sink, || self.basin(sink));
+        let drained = basin.nodes[basin.place(id)].1;
+        *self.basin.borrow_mut() = Some((sink, basin));
+        drained
     }
 
     /// Where the water of a node goes after some rounds of spilling.
     fn receiver(&self, rounds: usize, id: NodeId) -> Option<NodeId> {
-        *self.receivers.get((rounds, id), || {
-            if rounds == 0 {
-                return self.lowest_neighbour(id);
-            }
-            // From here on only earlier rounds are asked for: a memory must not be asked for what it is making.
-            let before = rounds - 1;
-            let spill = self.spill(before, self.root(before, id));
+        let get = |patch| self.trunks.links.get((rounds, patch), || self.links(rounds, patch));
+        let (dx, dy) = AROUND.get(usize::from(self.links[rounds].of(id, get)))?;
+        Some((id.0 + dx, id.1 + dy))
+    }
+
+    /// The links of the nodes of a patch: numbers of neighbours, and one more for a sink.
+    fn links(&self, rounds: usize, patch: PatchId) -> Vec<u8> {
+        let link = |id: NodeId, to: Option<NodeId>| {
+            let place = to.and_then(|to| neighbours(id).position(|other| other == to));
+            place.unwrap_or(AROUND.len()) as u8
+        };
+        if rounds == 0 {
+            return nodes_of(patch).map(|id| link(id, self.lowest_neighbour(id))).collect();
+        }
+        // From here on only earlier rounds are asked for: a memory must not be asked for what it is making.
+        let before = rounds - 1;
+        let mut last: Option<(NodeId, Arc<Spill>)> = None;
+        let spilt = |id: NodeId| {
+            let sink = self.root(before, id);
+            let spill = match last.take().filter(|(own, _)| *own == sink) {
+                Some((_, spill)) => spill,
+                None => self.spill(before, sink),
+            };
             // On the way from the pass to the sink the links turn around; at the pass the water leaves the basin.
-            match spill.path.iter().position(|node| *node == id) {
+            let to = match spill.path.iter().position(|node| *node == id) {
                 Some(0) => spill.pass.map(|(_, beyond)| beyond),
                 Some(place) => Some(spill.path[place - 1]),
                 None => self.receiver(before, id),
-            }
-        })
+            };
+            last = Some((sink, spill));
+            link(id, to)
+        };
+        nodes_of(patch).map(spilt).collect()
     }
 
     fn lowest_neighbour(&self, id: NodeId) -> Option<NodeId> {
@@ -184,14 +277,12 @@ impl Trunks {
 
     /// The sink that a node's water reaches after some rounds of spilling.
     fn root(&self, rounds: usize, id: NodeId) -> NodeId {
-        *self.roots.get((rounds, id), || {
-            // In a loop and not by calling itself: rivers may be longer than the stack is deep.
-            let mut root = id;
-            while let Some(next) = self.receiver(rounds, root) {
-                root = next;
-            }
-            root
-        })
+        // In a loop and not by calling itself: rivers may be longer than the stack is deep.
+        let mut root = id;
+        while let Some(next) = self.receiver(rounds, root) {
+            root = next;
+        }
+        root
     }
 
     /// All nodes that drain to a sink after some rounds, found upstream from it: each after the one that it drains to.
@@ -209,7 +300,7 @@ impl Trunks {
 
     /// The lowest pass of a basin's rim and the path from there to its sink.
     fn rim(&self, rounds: usize, sink: NodeId) -> Arc<Spill> {
-        self.rims.get((rounds, sink), || {
+        self.trunks.rims.get((rounds, sink), || {
             let nodes = self.flood(rounds, sink);
             if nodes.len() > MOST_NODES || self.node(sink).sea {
                 return Spill { pass: None, path: Vec::new() };
@@ -254,7 +345,7 @@ impl Trunks {
 
     /// The rim of a basin if it spills: not if its neighbour spills into it and has the higher sink.
     fn spill(&self, rounds: usize, sink: NodeId) -> Arc<Spill> {
-        self.spills.get((rounds, sink), || {
+        self.trunks.spills.get((rounds, sink), || {
             let none = Spill { pass: None, path: Vec::new() };
             let rim = self.rim(rounds, sink);
             let Some((pass, beyond)) = rim.pass else { return none };
@@ -273,27 +364,25 @@ impl Trunks {
     /// Whether a node may have a lake: where the land has a hollow, and where chance wants one.
     fn lake(&self, id: NodeId) -> bool {
         let hollow = self.lowest_neighbour(id).is_none();
-        !self.node(id).sea && (hollow || chance(self.seed, id, Draw::Choice, 0) < self.fields.settings().lakes)
+        !self.node(id).sea && (hollow || chance(self.trunks.seed, id, Draw::Choice, 0) < self.fields.settings().lakes)
     }
 
     /// All nodes of a sink with their areas and levels.
-    fn basin(&self, sink: NodeId) -> Arc<Basin> {
-        self.basins.get(sink, || {
-            let flood = self.flood(SPILL_ROUNDS, sink);
-            let drained = |id: &NodeId| {
-                let to = if *id == sink { None } else { self.receiver(SPILL_ROUNDS, *id) };
-                let sea_at = to.and_then(|to| self.fields.dry_share(self.node(*id).at, self.node(to).at));
-                (*id, Drained { to, sea_at, main: None, area: 1, level_m: 0.0, lake: self.lake(*id) })
-            };
-            let mut basin = Basin { nodes: flood.iter().map(drained).collect() };
-            // By id, to be searched by halves; the flood keeps the order in which water runs.
-            basin.nodes.sort_unstable_by_key(|(id, _)| *id);
-            basin.add_areas(&flood);
-            let flood = self.part_confluences(sink, &mut basin);
-            basin.add_areas(&flood);
-            self.set_levels(&flood, &mut basin);
-            basin
-        })
+    fn basin(&self, sink: NodeId) -> Basin {
+        let flood = self.flood(SPILL_ROUNDS, sink);
+        let drained = |id: &NodeId| {
+            let to = if *id == sink { None } else { self.receiver(SPILL_ROUNDS, *id) };
+            let sea_at = to.and_then(|to| self.fields.dry_share(self.node(*id).at, self.node(to).at));
+            (*id, Drained { to, sea_at, main: None, area: 1, level_m: 0.0, lake: self.lake(*id) })
+        };
+        let mut basin = Basin { nodes: flood.iter().map(drained).collect() };
+        // By id, to be searched by halves; the flood keeps the order in which water runs.
+        basin.nodes.sort_unstable_by_key(|(id, _)| *id);
+        basin.add_areas(&flood);
+        let flood = self.part_confluences(sink, &mut basin);
+        basin.add_areas(&flood);
+        self.set_levels(&flood, &mut basin);
+        basin
     }
 
     /// Lets no two nodes that stand side by side drain to the same third: the one with less area drains to the other.
@@ -418,9 +507,11 @@ impl Basin {
     }
 }
 
+/// The ways from a node to the eight around it.
+const AROUND: [(i64, i64); 8] = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
+
 /// The eight nodes around one.
 pub(super) fn neighbours(id: NodeId) -> impl Iterator<Item = NodeId> {
-    const AROUND: [(i64, i64); 8] = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
     AROUND.into_iter().map(move |(dx, dy)| (id.0 + dx, id.1 + dy))
 }
 
