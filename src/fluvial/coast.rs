@@ -38,7 +38,12 @@ impl CoastWindow {
         for j in 0..lines as i64 {
             for i in 0..columns as i64 {
                 let [i, j] = [first[0] + i, first[1] + j].map(|at| at * (coarse / COAST_STEP));
-                inland_m.push(fields.inland_of_lattice_m(i, j) as f32);
+                // From afar no channel asks for the same ones.
+                let own_m = match coarse {
+                    COAST_STEP => fields.inland_of_lattice_m(i, j),
+                    _ => fields.find_inland_of_lattice_m(i, j),
+                };
+                inland_m.push(own_m as f32);
             }
         }
         CoastWindow { first, columns, inland_m }

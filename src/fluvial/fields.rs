@@ -460,7 +460,8 @@ impl Fields {
         }
     }
 
-    fn find_inland_of_lattice_m(&self, i: i64, j: i64) -> f64 {
+    /// The same where there is a sea and hardly a point is asked for twice: so none is remembered.
+    pub fn find_inland_of_lattice_m(&self, i: i64, j: i64) -> f64 {
         // So many steps downhill at most, of which one or two lead to nearly all shores.
         const STEPS: usize = 32;
         let inland_m = |(i, j): (i64, i64)| self.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
