@@ -47,7 +47,8 @@ struct Bend {
 
 impl Bend {
     fn bent(&self, at: Point) -> Point {
-        at.moved(self.axes.each_ref().map(|axis| self.most * axis.at(at)))
+        let [east, south] = &self.axes;
+        at.moved([self.most * east.at(at), self.most * south.at(at)])
     }
 }
 
