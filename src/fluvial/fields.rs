@@ -523,10 +523,14 @@ impl Fields {
     /// Height in metres that no bed exceeds at a place, so that it cuts into the land's edge above the height to which
     /// its valley is [filled](Self::filled_m); infinite without a sea.
     pub fn below_coast_m(&self, at: Point, filled_m: f64) -> f64 {
-        if self.sea.is_none() {
-            return f64::INFINITY;
-        }
-        let rise_m = self.inland_m(at).max(0.0) * self.settings.coast.slope[0];
+        if self.has_sea() { self.below_coast_of_m(self.potential(at), filled_m) } else { f64::INFINITY }
+    }
+
+    /// The same by the potential there, with which it grows.
+    pub fn below_coast_of_m(&self, potential: f64, filled_m: f64) -> f64 {
+        let Some(sea) = &self.sea else { return f64::INFINITY };
+        let inland_m = (potential - self.settings.coast.below) * sea.metres_a_unit;
+        let rise_m = inland_m.max(0.0) * self.settings.coast.slope[0];
         filled_m + COAST_INCISION * edge_rise_m(rise_m as f32) as f64
     }
 
@@ -541,19 +545,39 @@ impl Fields {
 
     /// The share of the straight way from a point on land at which it comes to the lowstand's sea, if it does.
     pub fn dry_share(&self, from: Point, to: Point) -> Option<f64> {
+        self.dry_way(from, to, || self.potential(to)).err()
+    }
+
+    /// The same, or the least potential on the way, both ends left out; given the potential of where it ends, if that is asked for.
+    pub fn dry_way(&self, from: Point, to: Point, end: impl FnOnce() -> f64) -> Result<f64, f64> {
         // So many looks on the way, then halving: a narrower arm of the sea is crossed unseen.
         const PLACES: usize = 16;
-        self.sea.as_ref()?;
+        // A channel keeps below the coast at every second of them.
+        const COAST: usize = 2;
+        let mut least = f64::INFINITY;
+        if self.sea.is_none() {
+            return Ok(least);
+        }
         let [east, south] = to.from(from);
-        let in_sea = |share: f64| self.potential(from.moved([east * share, south * share])) < self.sea_potential();
+        let potential = |share: f64| self.potential(from.moved([east * share, south * share]));
+        let in_sea = |share: f64| potential(share) < self.sea_potential();
         let step = 1.0 / PLACES as f64;
-        let mut wet = (1..=PLACES).map(|place| place as f64 * step).find(|share| in_sea(*share))?;
+        let comes_to_sea = |place: &usize| {
+            let here = potential(*place as f64 * step);
+            if place.is_multiple_of(COAST) {
+                least = least.min(here);
+            }
+            here < self.sea_potential()
+        };
+        let wet = (1..PLACES).find(comes_to_sea).or_else(|| (end() < self.sea_potential()).then_some(PLACES));
+        let Some(wet) = wet else { return Ok(least) };
+        let mut wet = wet as f64 * step;
         let mut dry = wet - step;
         for _ in 0..20 {
             let middle = f64::midpoint(dry, wet);
             if in_sea(middle) { wet = middle } else { dry = middle }
         }
-        Some(dry)
+        Err(dry)
     }
 
     /// The nearest point of the lowstand's shore from a point on land, about, if it is no further than `most` grains, and

@@ -44,9 +44,6 @@ const JITTER: f64 = 0.24;
 /// have.
 pub(super) const LEAST_SLOPE: f64 = 0.0004;
 
-/// Parts of the way from a node to the next between which the coast is looked at.
-const COAST_PLACES: usize = 8;
-
 /// What is known of a node before any water flows.
 #[derive(Clone, Copy, Debug)]
 pub struct TrunkNode {
@@ -63,6 +60,9 @@ pub struct TrunkNode {
 pub struct Basin {
     nodes: Vec<(NodeId, Drained)>,
 }
+
+/// The least potential on the way from each node of a basin to the next, where it does not come to the sea.
+type Ways = Vec<f64>;
 
 /// A node as its basin drains it.
 #[derive(Clone, Copy, Debug)]
@@ -370,26 +370,35 @@ impl Look<'_> {
     /// All nodes of a sink with their areas and levels.
     fn basin(&self, sink: NodeId) -> Basin {
         let flood = self.flood(SPILL_ROUNDS, sink);
-        let drained = |id: &NodeId| {
-            let to = if *id == sink { None } else { self.receiver(SPILL_ROUNDS, *id) };
-            let sea_at = to.and_then(|to| self.fields.dry_share(self.node(*id).at, self.node(to).at));
-            (*id, Drained { to, sea_at, main: None, area: 1, level_m: 0.0, lake: self.lake(*id) })
-        };
-        let mut basin = Basin { nodes: flood.iter().map(drained).collect() };
         // By id, to be searched by halves; the flood keeps the order in which water runs.
-        basin.nodes.sort_unstable_by_key(|(id, _)| *id);
+        let mut ids = flood.clone();
+        ids.sort_unstable();
+        let (mut basin, mut ways) = (Basin { nodes: Vec::with_capacity(ids.len()) }, Ways::with_capacity(ids.len()));
+        for id in ids {
+            let to = if id == sink { None } else { self.receiver(SPILL_ROUNDS, id) };
+            let way = to.map_or(Ok(f64::INFINITY), |to| self.way(id, to));
+            let drained = Drained { to, sea_at: way.err(), main: None, area: 1, level_m: 0.0, lake: self.lake(id) };
+            basin.nodes.push((id, drained));
+            ways.push(way.unwrap_or(f64::INFINITY));
+        }
         basin.add_areas(&flood);
-        let flood = self.part_confluences(sink, &mut basin);
+        let flood = self.part_confluences(sink, &mut basin, &mut ways);
         basin.add_areas(&flood);
-        self.set_levels(&flood, &mut basin);
+        self.set_levels(&flood, &ways, &mut basin);
         basin
+    }
+
+    /// The least potential on the way from a node on land to another, or the share of the way at which it comes to the sea.
+    fn way(&self, id: NodeId, to: NodeId) -> Result<f64, f64> {
+        let there = self.node(to);
+        self.fields.dry_way(self.node(id).at, there.at, || there.potential)
     }
 
     /// Lets no two nodes that stand side by side drain to the same third: the one with less area drains to the other.
     ///
     /// Where the land falls to one node from all sides, as many as seven would come to it, and their valleys be a star;
     /// real rivers come together one after the other. Gives the nodes in the order of a flood from the sink up.
-    fn part_confluences(&self, sink: NodeId, basin: &mut Basin) -> Vec<NodeId> {
+    fn part_confluences(&self, sink: NodeId, basin: &mut Basin, ways: &mut Ways) -> Vec<NodeId> {
         let mut inflows: Vec<Vec<usize>> = vec![Vec::new(); basin.nodes.len()];
         for (place, (_, drained)) in basin.nodes.iter().enumerate() {
             if let Some(to) = drained.to {
@@ -407,16 +416,17 @@ impl Look<'_> {
             for place in coming {
                 let id = basin.nodes[place].0;
                 // Not over an arm of the sea. Side by side means along an axis, where no other's way crosses.
-                let larger = flood[first..].iter().copied().find(|larger| {
-                    let other = basin.nodes[*larger].0;
+                let larger = flood[first..].iter().copied().find_map(|larger| {
+                    let other = basin.nodes[larger].0;
                     let beside = (id.0 - other.0).abs() + (id.1 - other.1).abs() == 1;
-                    beside && self.fields.dry_share(self.node(id).at, self.node(other).at).is_none()
+                    if beside { self.way(id, other).ok().map(|way| (larger, way)) } else { None }
                 });
                 match larger {
-                    Some(larger) => {
+                    Some((larger, way)) => {
                         let to = Some(basin.nodes[larger].0);
                         let drained = &mut basin.nodes[place].1;
                         (drained.to, drained.sea_at) = (to, None);
+                        ways[place] = way;
                         inflows[larger].push(place);
                     }
                     None => flood.push(place),
@@ -428,27 +438,24 @@ impl Look<'_> {
 
     /// The height in metres that the coast leaves each node of a basin and what comes to it: what comes from lower land
     /// is lower still.
-    fn below_coast_m(&self, flood: &[NodeId], basin: &Basin) -> Vec<f64> {
-        let below_m = |at: Point| self.fields.below_coast_m(at, self.fields.lowstand_level_m());
-        let mut most_m: Vec<f64> = basin.nodes.iter().map(|(id, _)| below_m(self.node(*id).at)).collect();
+    fn below_coast_m(&self, flood: &[NodeId], ways: &Ways, basin: &Basin) -> Vec<f64> {
+        let below_m = |potential: f64| self.fields.below_coast_of_m(potential, self.fields.lowstand_level_m());
+        let mut most_m: Vec<f64> = basin.nodes.iter().map(|(id, _)| below_m(self.node(*id).potential)).collect();
         // From the springs down: the reverse of the flood.
         for id in flood.iter().rev().filter(|_| self.fields.has_sea()) {
             let here = basin.place(*id);
             // A way that the sea cuts off hands nothing on. Its ends are nodes, which were looked at already.
             let Drained { to: Some(to), sea_at: None, .. } = basin.nodes[here].1 else { continue };
-            let (from, there) = (self.node(*id).at, basin.place(to));
-            let way = self.node(to).at.from(from);
-            let places = (1..COAST_PLACES).map(|n| way.map(|part| part * n as f64 / COAST_PLACES as f64));
-            let lowest_m = places.map(|way| below_m(from.moved(way))).fold(most_m[here], f64::min);
-            most_m[there] = most_m[there].min(lowest_m);
+            let there = basin.place(to);
+            most_m[there] = most_m[there].min(most_m[here]).min(below_m(ways[here]));
         }
         most_m
     }
 
     /// Gives the nodes of a basin their levels, from the sink up: by the law of rivers, and no higher than the coast
     /// leaves them.
-    fn set_levels(&self, flood: &[NodeId], basin: &mut Basin) {
-        let most_m = self.below_coast_m(flood, basin);
+    fn set_levels(&self, flood: &[NodeId], ways: &Ways, basin: &mut Basin) {
+        let most_m = self.below_coast_m(flood, ways, basin);
         for id in flood {
             let here = basin.place(*id);
             let (node, Drained { to, sea_at, area, .. }) = (self.node(*id), basin.nodes[here].1);
