@@ -473,15 +473,20 @@ impl Fields {
         }
         let mut lowest_m = here_m;
         for _ in 0..STEPS {
-            let around = (-1..=1).flat_map(|v| (-1..=1).map(move |u| (at.0 + u, at.1 + v)));
-            let lower = around.map(|at| (inland_m(at), at)).min_by(|a, b| a.0.total_cmp(&b.0)).expect("nine points");
-            if lower.0 >= lowest_m {
-                return most_m;
+            let mut lower = None;
+            let all = (-1..=1).flat_map(|v| (-1..=1).map(move |u| (at.0 + u, at.1 + v)));
+            for around in all.filter(|around| *around != at) {
+                let around_m = inland_m(around);
+                // Whichever is lowest lies in the sea then.
+                if around_m <= 0.0 {
+                    return here_m;
+                }
+                if around_m < lowest_m {
+                    (lowest_m, lower) = (around_m, Some(around));
+                }
             }
-            (lowest_m, at) = lower;
-            if lowest_m <= 0.0 {
-                break;
-            }
+            let Some(lower) = lower else { return most_m };
+            at = lower;
         }
         here_m
     }
