@@ -109,10 +109,15 @@ impl TrunkCourses {
 
     /// The trunk from a node straight to the next one downstream, or to the sea, by a look at the nodes; `None` for a sink.
     pub fn straight(&self, nodes: &Look, id: NodeId) -> Option<Channel> {
+        let here = nodes.node(id);
+        // Sinks all, of which nothing more need be found out.
+        if here.sea {
+            return None;
+        }
         let Drained { to, sea_at, area, level_m, .. } = nodes.drained(id);
         let (to, fields) = (to?, &self.fields);
         let knot = |at: Point, level_m: f64| Knot { at, level_m, area: f64::from(area), pool_m: NO_LAKE };
-        let (from, there) = (nodes.node(id).at, nodes.node(to));
+        let (from, there) = (here.at, nodes.node(to));
         let end = match sea_at {
             Some(share) => knot(from.moved(there.at.from(from).map(|way| way * share)), fields.lowstand_level_m()),
             None => knot(there.at, nodes.drained(to).level_m),
