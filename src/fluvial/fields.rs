@@ -64,6 +64,12 @@ const JOIN_CELLS: f64 = 2.5;
 /// first.
 pub const INTO_SEA: f64 = 6.0;
 
+/// How often the sixteenth of a way in which it comes to the sea is halved to find where: to a grain or less.
+pub const SHORE_HALVINGS: u32 = 20;
+
+/// The same for whoever sees no more than whole ways: to a hundredth part of one.
+pub const FEW_SHORE_HALVINGS: u32 = 3;
+
 /// Share of what the land's edge rises that a bed has at most, so that it lies in a valley. Chosen by eye.
 const COAST_INCISION: f64 = 0.7;
 
@@ -550,11 +556,12 @@ impl Fields {
 
     /// The share of the straight way from a point on land at which it comes to the lowstand's sea, if it does.
     pub fn dry_share(&self, from: Point, to: Point) -> Option<f64> {
-        self.dry_way(from, to, || self.potential(to)).err()
+        self.dry_way([from, to], || self.potential(to), SHORE_HALVINGS).err()
     }
 
-    /// The same, or the least potential on the way, both ends left out; given the potential of where it ends, if that is asked for.
-    pub fn dry_way(&self, from: Point, to: Point, end: impl FnOnce() -> f64) -> Result<f64, f64> {
+    /// The same, or the least potential on the way, both ends left out; given the potential of where it ends, if that is asked
+    /// for, and how often the way to the shore is halved.
+    pub fn dry_way(&self, [from, to]: [Point; 2], end: impl FnOnce() -> f64, halvings: u32) -> Result<f64, f64> {
         // So many looks on the way, then halving: a narrower arm of the sea is crossed unseen.
         const PLACES: usize = 16;
         // A channel keeps below the coast at every second of them.
@@ -578,7 +585,7 @@ impl Fields {
         let Some(wet) = wet else { return Ok(least) };
         let mut wet = wet as f64 * step;
         let mut dry = wet - step;
-        for _ in 0..20 {
+        for _ in 0..halvings {
             let middle = f64::midpoint(dry, wet);
             if in_sea(middle) { wet = middle } else { dry = middle }
         }

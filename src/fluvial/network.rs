@@ -58,10 +58,10 @@ pub struct Network {
 }
 
 impl Network {
-    /// The network of a world with these fields.
-    pub fn new(fields: Arc<Fields>, seed: u64) -> Network {
+    /// The network of a world with these fields; from so far that not even the trunks' cells are seen, or nearer.
+    pub fn new(fields: Arc<Fields>, is_far: bool, seed: u64) -> Network {
         Network {
-            trunks: TrunkCourses::new(Arc::clone(&fields), seed),
+            trunks: TrunkCourses::new(Arc::clone(&fields), is_far, seed),
             branches: Branches::new(Arc::clone(&fields), seed),
             tributaries: Tributaries::new(Arc::clone(&fields), seed),
             fields,

@@ -15,7 +15,7 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use super::fields::Fields;
+use super::fields::{FEW_SHORE_HALVINGS, Fields, SHORE_HALVINGS};
 use super::point::{Point, chance};
 use crate::hash::Draw;
 use crate::memory::{Memory, Usage, heap_bytes};
@@ -105,6 +105,8 @@ type PatchId = (i64, i64);
 pub struct Trunks {
     seed: u64,
     fields: Arc<Fields>,
+    /// How often a way to the shore is halved.
+    halvings: u32,
     nodes: Memory<PatchId, Vec<TrunkNode>>,
     /// To which of its neighbours the water of each node of a patch goes after some rounds of spilling.
     links: Memory<(usize, PatchId), Vec<u8>>,
@@ -158,11 +160,12 @@ fn nodes_of((column, row): PatchId) -> impl Iterator<Item = NodeId> {
 }
 
 impl Trunks {
-    /// The trunk lattice of a world with these fields.
-    pub fn new(fields: Arc<Fields>, seed: u64) -> Trunks {
+    /// The trunk lattice of a world with these fields; from so far that its cells are not seen, or nearer.
+    pub fn new(fields: Arc<Fields>, is_far: bool, seed: u64) -> Trunks {
         Trunks {
             seed,
             fields,
+            halvings: if is_far { FEW_SHORE_HALVINGS } else { SHORE_HALVINGS },
             nodes: Memory::new(6 << 20),
             links: Memory::new(2 << 20),
             rims: Memory::new(1 << 20),
@@ -391,7 +394,7 @@ impl Look<'_> {
     /// The least potential on the way from a node on land to another, or the share of the way at which it comes to the sea.
     fn way(&self, id: NodeId, to: NodeId) -> Result<f64, f64> {
         let there = self.node(to);
-        self.fields.dry_way(self.node(id).at, there.at, || there.potential)
+        self.fields.dry_way([self.node(id).at, there.at], || there.potential, self.trunks.halvings)
     }
 
     /// Lets no two nodes that stand side by side drain to the same third: the one with less area drains to the other.
@@ -534,7 +537,7 @@ mod tests {
             let (_, preset) = Preset::load(name).unwrap();
             let settings = preset.fluvial.unwrap();
             let fields = Arc::new(Fields::new(&settings, preset.spacing_m, preset.sea_level_m, 3));
-            let trunks = Trunks::new(Arc::clone(&fields), 3);
+            let trunks = Trunks::new(Arc::clone(&fields), false, 3);
             let mut pairs = 0;
             for id in (0..32 * 32).map(|n| (n % 32, n / 32)).filter(|id| !trunks.node(*id).sea) {
                 let to = trunks.drained(id).to;

@@ -79,11 +79,11 @@ pub struct TrunkCourses {
 }
 
 impl TrunkCourses {
-    /// The trunks of a world with these fields.
-    pub fn new(fields: Arc<Fields>, seed: u64) -> TrunkCourses {
+    /// The trunks of a world with these fields; from so far that their cells are not seen, or nearer.
+    pub fn new(fields: Arc<Fields>, is_far: bool, seed: u64) -> TrunkCourses {
         TrunkCourses {
             seed,
-            nodes: Trunks::new(Arc::clone(&fields), seed),
+            nodes: Trunks::new(Arc::clone(&fields), is_far, seed),
             fields,
             bent: [24 << 20, 8 << 20].map(Memory::new),
             free: Memory::new(32 << 20),
