@@ -52,6 +52,14 @@ impl Bend {
     }
 }
 
+/// The straight way from a point on land to another.
+pub struct DryWay {
+    /// The share of the way at which it comes to the sea, if it does.
+    pub sea_at: Option<f64>,
+    /// The least potential at the places of the way before that, both ends left out.
+    pub least: f64,
+}
+
 /// Vertices from one place to the next at which rasters know the lowstand's shore: the potential varies over kilometres,
 /// and to ask for it at each vertex would cost more than all else.
 pub const COAST_STEP: i64 = 16;
@@ -556,19 +564,19 @@ impl Fields {
 
     /// The share of the straight way from a point on land at which it comes to the lowstand's sea, if it does.
     pub fn dry_share(&self, from: Point, to: Point) -> Option<f64> {
-        self.dry_way([from, to], || self.potential(to), SHORE_HALVINGS).err()
+        self.dry_way([from, to], || self.potential(to), SHORE_HALVINGS).sea_at
     }
 
-    /// The same, or the least potential on the way, both ends left out; given the potential of where it ends, if that is asked
-    /// for, and how often the way to the shore is halved.
-    pub fn dry_way(&self, [from, to]: [Point; 2], end: impl FnOnce() -> f64, halvings: u32) -> Result<f64, f64> {
+    /// What is known of a way like that, given the potential of where it ends, if that is asked for, and how often the way to the
+    /// shore is halved.
+    pub fn dry_way(&self, [from, to]: [Point; 2], end: impl FnOnce() -> f64, halvings: u32) -> DryWay {
         // So many looks on the way, then halving: a narrower arm of the sea is crossed unseen.
         const PLACES: usize = 16;
         // A channel keeps below the coast at every second of them.
         const COAST: usize = 2;
         let mut least = f64::INFINITY;
         if self.sea.is_none() {
-            return Ok(least);
+            return DryWay { sea_at: None, least };
         }
         let [east, south] = to.from(from);
         let potential = |share: f64| self.potential(from.moved([east * share, south * share]));
@@ -582,14 +590,14 @@ impl Fields {
             here < self.sea_potential()
         };
         let wet = (1..PLACES).find(comes_to_sea).or_else(|| (end() < self.sea_potential()).then_some(PLACES));
-        let Some(wet) = wet else { return Ok(least) };
+        let Some(wet) = wet else { return DryWay { sea_at: None, least } };
         let mut wet = wet as f64 * step;
         let mut dry = wet - step;
         for _ in 0..halvings {
             let middle = f64::midpoint(dry, wet);
             if in_sea(middle) { wet = middle } else { dry = middle }
         }
-        Err(dry)
+        DryWay { sea_at: Some(dry), least }
     }
 
     /// The nearest point of the lowstand's shore from a point on land, about, if it is no further than `most` grains, and

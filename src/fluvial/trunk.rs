@@ -15,7 +15,7 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use super::fields::{FEW_SHORE_HALVINGS, Fields, SHORE_HALVINGS};
+use super::fields::{DryWay, FEW_SHORE_HALVINGS, Fields, SHORE_HALVINGS};
 use super::point::{Point, chance};
 use crate::hash::Draw;
 use crate::memory::{Memory, Usage, heap_bytes};
@@ -379,10 +379,11 @@ impl Look<'_> {
         let (mut basin, mut ways) = (Basin { nodes: Vec::with_capacity(ids.len()) }, Ways::with_capacity(ids.len()));
         for id in ids {
             let to = if id == sink { None } else { self.receiver(SPILL_ROUNDS, id) };
-            let way = to.map_or(Ok(f64::INFINITY), |to| self.way(id, to));
-            let drained = Drained { to, sea_at: way.err(), main: None, area: 1, level_m: 0.0, lake: self.lake(id) };
+            let DryWay { sea_at, least } =
+                to.map_or(DryWay { sea_at: None, least: f64::INFINITY }, |to| self.way(id, to));
+            let drained = Drained { to, sea_at, main: None, area: 1, level_m: 0.0, lake: self.lake(id) };
             basin.nodes.push((id, drained));
-            ways.push(way.unwrap_or(f64::INFINITY));
+            ways.push(least);
         }
         basin.add_areas(&flood);
         let flood = self.part_confluences(sink, &mut basin, &mut ways);
@@ -391,8 +392,8 @@ impl Look<'_> {
         basin
     }
 
-    /// The least potential on the way from a node on land to another, or the share of the way at which it comes to the sea.
-    fn way(&self, id: NodeId, to: NodeId) -> Result<f64, f64> {
+    /// The way from a node on land to another.
+    fn way(&self, id: NodeId, to: NodeId) -> DryWay {
         let there = self.node(to);
         self.fields.dry_way([self.node(id).at, there.at], || there.potential, self.trunks.halvings)
     }
@@ -422,14 +423,15 @@ impl Look<'_> {
                 let larger = flood[first..].iter().copied().find_map(|larger| {
                     let other = basin.nodes[larger].0;
                     let beside = (id.0 - other.0).abs() + (id.1 - other.1).abs() == 1;
-                    if beside { self.way(id, other).ok().map(|way| (larger, way)) } else { None }
+                    let way = beside.then(|| self.way(id, other)).filter(|way| way.sea_at.is_none());
+                    way.map(|way| (larger, way.least))
                 });
                 match larger {
-                    Some((larger, way)) => {
+                    Some((larger, least)) => {
                         let to = Some(basin.nodes[larger].0);
                         let drained = &mut basin.nodes[place].1;
                         (drained.to, drained.sea_at) = (to, None);
-                        ways[place] = way;
+                        ways[place] = least;
                         inflows[larger].push(place);
                     }
                     None => flood.push(place),
