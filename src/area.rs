@@ -223,8 +223,8 @@ impl Region {
         Ok(region)
     }
 
-    /// The region of tiles of a stride's nodes that covers this one, with tiles of the same side or of a part of it: exactly, or
-    /// with as little beside it as can be where no such tiles begin and end with this region.
+    /// The region of tiles of a stride's nodes that covers this one, with tiles of the same side or of a part of it: of those
+    /// with which the least is made, for what lies around a small tile is made for it too.
     ///
     /// # Errors
     /// When a vertex of it would lie more than [`MAX_COORDINATE`] nodes from the origin.
@@ -239,12 +239,12 @@ impl Region {
         let covering = sides.map(|(tiles, nodes)| {
             let first = [self.at.x, self.at.y].map(|at| at.div_euclid(tiles));
             let count = [0, 1].map(|axis| ((end[axis] + tiles - 1).div_euclid(tiles) - first[axis]) as u64);
-            // What is made, with what lies around each tile; and first of all no more than is asked for.
+            // What is made, with what lies around each tile; and then no more than is asked for.
             let beside = (count[0] * tiles as u64 - self.cols) + (count[1] * tiles as u64 - self.rows);
             let made = count[0] as u128 * count[1] as u128 * (u128::from(nodes) + STRIDED_PAD).pow(2);
-            (beside.min(1), made, first, count, nodes as u32)
+            (made, beside, first, count, nodes as u32)
         });
-        let best = covering.min_by_key(|(beside, made, ..)| (*beside, *made));
+        let best = covering.min_by_key(|(made, beside, ..)| (*made, *beside));
         // As many tiles as a node has vertices are always as many nodes wide as a tile has cells.
         let (.., first, count, nodes) = best.expect("there are whole nodes in a tile's vertices times a node's");
         Region::new(TileId { x: first[0], y: first[1] }, count[0], count[1], nodes)
@@ -328,11 +328,13 @@ mod tests {
     fn regions_of_a_stride_cover_what_is_asked_for() {
         let region = |x: i64, y: i64, cols: u64, rows: u64| Region::new(TileId { x, y }, cols, rows, 256).unwrap();
         let strided = |region: &Region, vertices: u64| region.strided(Stride::new(vertices).unwrap()).unwrap();
-        // Where whole tiles fit there are no others; where they do not, smaller ones.
+        // Where whole tiles fit there are no others; where they do not, smaller ones, if few are needed.
         assert_eq!(strided(&region(-8, 4, 8, 16), 4), Region::new(TileId { x: -2, y: 1 }, 2, 4, 256).unwrap());
         assert_eq!(strided(&region(5, 7, 8, 8), 4), Region::new(TileId { x: 5, y: 7 }, 8, 8, 64).unwrap());
-        // Also where fewer larger ones would be less to make.
-        assert_eq!(strided(&region(1, 1, 16, 16), 4), Region::new(TileId { x: 1, y: 1 }, 16, 16, 64).unwrap());
+        assert_eq!(
+            strided(&region(-98, -98, 196, 196), 32),
+            Region::new(TileId { x: -7, y: -7 }, 14, 14, 128).unwrap()
+        );
         for vertices in (0..=Stride::MAX_POWER).map(|power| 1 << power) {
             for asked in [region(-3, 5, 1, 1), region(-100, -7, 157, 3)] {
                 let covering = strided(&asked, vertices);

@@ -5,6 +5,7 @@
 /// A well-mixed function of `value`: each bit of the input changes each bit of the output about half of the time.
 ///
 /// Based on: the finaliser of SplitMix64 with the constants of Stafford's "Mix13".
+#[inline]
 pub const fn mix(value: u64) -> u64 {
     let mut z = value;
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -16,11 +17,13 @@ pub const fn mix(value: u64) -> u64 {
 const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// [`mix`] for numbers that may be small or 0, of which that makes 0.
+#[inline]
 pub const fn scatter(value: u64) -> u64 {
     mix(value.wrapping_add(GOLDEN))
 }
 
 /// A key made of a key and a number.
+#[inline]
 pub const fn combine(key: u64, number: u64) -> u64 {
     mix(scatter(key) ^ number.wrapping_mul(GOLDEN))
 }

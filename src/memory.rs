@@ -33,6 +33,7 @@ macro_rules! heap_bytes {
 pub(crate) use heap_bytes;
 
 heap_bytes!(bool);
+heap_bytes!(u8);
 heap_bytes!(u32);
 heap_bytes!(u64);
 heap_bytes!(i64);

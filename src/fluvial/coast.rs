@@ -4,12 +4,14 @@
 //! that run to the coast ask the same lattice ([`Fields::in_lowstand`], [`Fields::is_drowned`]).
 
 use super::fields::{COAST_STEP, Fields};
+use super::point::Point;
 use super::valley::Hillsides;
 use super::warp::Displaced;
 use crate::area::Area;
 
 /// Nodes of a block, for which the coarse lattice is read at a time: across, and down. So few that far inland and far
-/// out at sea whole blocks can be left out, so many that a point of the lattice serves several nodes.
+/// out at sea whole blocks can be left out, so many that a point of the lattice serves several nodes. From afar none is left
+/// out, and all nodes are one block: each point is asked for once.
 const BLOCK: (usize, usize) = (64, 16);
 
 /// The cell of a lattice of so many vertices that a vertex lies in, along one axis, once it is displaced by so many vertices, and
@@ -31,14 +33,14 @@ struct CoastWindow {
 }
 
 impl CoastWindow {
-    /// The window that holds the cells from one to another, corners included.
-    fn new(fields: &Fields, coarse: i64, first: [i64; 2], last: [i64; 2]) -> CoastWindow {
+    /// The window that holds the cells from one to another, corners included, given how far inland a point of the lattice is.
+    fn new(coarse: i64, first: [i64; 2], last: [i64; 2], of: impl Fn(i64, i64) -> f64) -> CoastWindow {
         let [columns, lines] = [0, 1].map(|axis| (last[axis] - first[axis] + 2) as usize);
         let mut inland_m = Vec::with_capacity(columns * lines);
         for j in 0..lines as i64 {
             for i in 0..columns as i64 {
                 let [i, j] = [first[0] + i, first[1] + j].map(|at| at * (coarse / COAST_STEP));
-                inland_m.push(fields.inland_of_lattice_m(i, j) as f32);
+                inland_m.push(of(i, j) as f32);
             }
         }
         CoastWindow { first, columns, inland_m }
@@ -58,10 +60,11 @@ impl CoastWindow {
 }
 
 /// The height of the coast at the nodes of an area, and infinity where it is not lower than the land; `None` where it
-/// is nowhere.
+/// is nowhere. From so far that not even the trunks are seen, hollows that do not lead to the sea are as low as they are: to know
+/// them takes longer than all else.
 pub fn heights(
     fields: &Fields,
-    spacing_m: f64,
+    (spacing_m, is_far): (f64, bool),
     nodes: &Displaced,
     hillsides: &Hillsides,
     land_m: &[f32],
@@ -73,12 +76,19 @@ pub fn heights(
     let per_vertex = (1.0 / spacing_m) as f32;
     // Nodes that lie further apart than its points need one each.
     let coarse = COAST_STEP.max(step);
+    let inland_m = |i: i64, j: i64| match coarse {
+        COAST_STEP => fields.inland_of_lattice_m(i, j),
+        _ if is_far => fields.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP)),
+        // No channel asks for the same ones.
+        _ => fields.find_inland_of_lattice_m(i, j),
+    };
     let shore_m = fields.shore_m();
     let mut coast_m = vec![f32::INFINITY; area.len()];
     let mut any = false;
-    for y0 in (area.y0..area.y1).step_by(BLOCK.1) {
-        for x0 in (area.x0..area.x1).step_by(BLOCK.0) {
-            let block = Area::new(x0, y0, BLOCK.0, BLOCK.1).common(&area).expect("it begins in the area");
+    let (across, down) = hillsides.rest.as_ref().map_or(BLOCK, |_| (area.width(), area.height()));
+    for y0 in (area.y0..area.y1).step_by(down) {
+        for x0 in (area.x0..area.x1).step_by(across) {
+            let block = Area::new(x0, y0, across, down).common(&area).expect("it begins in the area");
             let indices = || {
                 (block.y0..block.y1).flat_map(|y| {
                     let row = (y - area.y0) as usize * area.width();
@@ -98,7 +108,7 @@ pub fn heights(
                 }
                 highest_m = highest_m.max(land_m[index]);
             }
-            let window = CoastWindow::new(fields, coarse, first, last);
+            let window = CoastWindow::new(coarse, first, last, inland_m);
             // Height grows with the way inland. What is left out is above the land, so that it makes no difference,
             // whichever nodes are in the block.
             let nearest_m = window.inland_m.iter().fold(f32::INFINITY, |a, b| a.min(*b));
@@ -164,13 +174,14 @@ mod tests {
         for corner in [0, -COAST_STEP, 5 * COAST_STEP - 1, FAR, FAR + COAST_STEP, -FAR - 1] {
             let area = Area::new(corner, -corner, vertices.len(), 1);
             let nodes = Displaced { area, step: 1, metres: [metres.clone(), metres.clone()] };
-            let together = heights(&fields, preset.spacing_m, &nodes, &hillsides(high_m.len()), &high_m)
+            let together = heights(&fields, (preset.spacing_m, false), &nodes, &hillsides(high_m.len()), &high_m)
                 .expect("land is higher than any coast");
             for (index, expected_m) in together.iter().enumerate() {
                 let area = Area::new(corner + index as i64, -corner, 1, 1);
                 let by = vec![metres[index]];
                 let nodes = Displaced { area, step: 1, metres: [by.clone(), by] };
-                let alone = heights(&fields, preset.spacing_m, &nodes, &hillsides(1), &high_m[..1]).expect("likewise");
+                let alone =
+                    heights(&fields, (preset.spacing_m, false), &nodes, &hillsides(1), &high_m[..1]).expect("likewise");
                 assert_eq!(alone[0], *expected_m, "{} vertices from {area:?}", vertices[index]);
             }
         }

@@ -47,8 +47,17 @@ struct Bend {
 
 impl Bend {
     fn bent(&self, at: Point) -> Point {
-        at.moved(self.axes.each_ref().map(|axis| self.most * axis.at(at)))
+        let [east, south] = &self.axes;
+        at.moved([self.most * east.at(at), self.most * south.at(at)])
     }
+}
+
+/// The straight way from a point on land to another.
+pub struct DryWay {
+    /// The share of the way at which it comes to the sea, if it does.
+    pub sea_at: Option<f64>,
+    /// The least potential at the places of the way before that, both ends left out.
+    pub least: f64,
 }
 
 /// Vertices from one place to the next at which rasters know the lowstand's shore: the potential varies over kilometres,
@@ -62,6 +71,12 @@ const JOIN_CELLS: f64 = 2.5;
 /// Vertices that a brook runs on into the sea where there is room: there its bed is deeper than the sea's floor at
 /// first.
 pub const INTO_SEA: f64 = 6.0;
+
+/// How often the sixteenth of a way in which it comes to the sea is halved to find where: to a grain or less.
+pub const SHORE_HALVINGS: u32 = 20;
+
+/// The same for whoever sees no more than whole ways: to a hundredth part of one.
+pub const FEW_SHORE_HALVINGS: u32 = 3;
 
 /// Share of what the land's edge rises that a bed has at most, so that it lies in a valley. Chosen by eye.
 const COAST_INCISION: f64 = 0.7;
@@ -460,7 +475,8 @@ impl Fields {
         }
     }
 
-    fn find_inland_of_lattice_m(&self, i: i64, j: i64) -> f64 {
+    /// The same where there is a sea and hardly a point is asked for twice: so none is remembered.
+    pub fn find_inland_of_lattice_m(&self, i: i64, j: i64) -> f64 {
         // So many steps downhill at most, of which one or two lead to nearly all shores.
         const STEPS: usize = 32;
         let inland_m = |(i, j): (i64, i64)| self.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
@@ -471,15 +487,20 @@ impl Fields {
         }
         let mut lowest_m = here_m;
         for _ in 0..STEPS {
-            let around = (-1..=1).flat_map(|v| (-1..=1).map(move |u| (at.0 + u, at.1 + v)));
-            let lower = around.map(|at| (inland_m(at), at)).min_by(|a, b| a.0.total_cmp(&b.0)).expect("nine points");
-            if lower.0 >= lowest_m {
-                return most_m;
+            let mut lower = None;
+            let all = (-1..=1).flat_map(|v| (-1..=1).map(move |u| (at.0 + u, at.1 + v)));
+            for around in all.filter(|around| *around != at) {
+                let around_m = inland_m(around);
+                // Whichever is lowest lies in the sea then.
+                if around_m <= 0.0 {
+                    return here_m;
+                }
+                if around_m < lowest_m {
+                    (lowest_m, lower) = (around_m, Some(around));
+                }
             }
-            (lowest_m, at) = lower;
-            if lowest_m <= 0.0 {
-                break;
-            }
+            let Some(lower) = lower else { return most_m };
+            at = lower;
         }
         here_m
     }
@@ -521,10 +542,14 @@ impl Fields {
     /// Height in metres that no bed exceeds at a place, so that it cuts into the land's edge above the height to which
     /// its valley is [filled](Self::filled_m); infinite without a sea.
     pub fn below_coast_m(&self, at: Point, filled_m: f64) -> f64 {
-        if self.sea.is_none() {
-            return f64::INFINITY;
-        }
-        let rise_m = self.inland_m(at).max(0.0) * self.settings.coast.slope[0];
+        if self.has_sea() { self.below_coast_of_m(self.potential(at), filled_m) } else { f64::INFINITY }
+    }
+
+    /// The same by the potential there, with which it grows.
+    pub fn below_coast_of_m(&self, potential: f64, filled_m: f64) -> f64 {
+        let Some(sea) = &self.sea else { return f64::INFINITY };
+        let inland_m = (potential - self.settings.coast.below) * sea.metres_a_unit;
+        let rise_m = inland_m.max(0.0) * self.settings.coast.slope[0];
         filled_m + COAST_INCISION * edge_rise_m(rise_m as f32) as f64
     }
 
@@ -539,19 +564,40 @@ impl Fields {
 
     /// The share of the straight way from a point on land at which it comes to the lowstand's sea, if it does.
     pub fn dry_share(&self, from: Point, to: Point) -> Option<f64> {
+        self.dry_way([from, to], || self.potential(to), SHORE_HALVINGS).sea_at
+    }
+
+    /// What is known of a way like that, given the potential of where it ends, if that is asked for, and how often the way to the
+    /// shore is halved.
+    pub fn dry_way(&self, [from, to]: [Point; 2], end: impl FnOnce() -> f64, halvings: u32) -> DryWay {
         // So many looks on the way, then halving: a narrower arm of the sea is crossed unseen.
         const PLACES: usize = 16;
-        self.sea.as_ref()?;
+        // A channel keeps below the coast at every second of them.
+        const COAST: usize = 2;
+        let mut least = f64::INFINITY;
+        if self.sea.is_none() {
+            return DryWay { sea_at: None, least };
+        }
         let [east, south] = to.from(from);
-        let in_sea = |share: f64| self.potential(from.moved([east * share, south * share])) < self.sea_potential();
+        let potential = |share: f64| self.potential(from.moved([east * share, south * share]));
+        let in_sea = |share: f64| potential(share) < self.sea_potential();
         let step = 1.0 / PLACES as f64;
-        let mut wet = (1..=PLACES).map(|place| place as f64 * step).find(|share| in_sea(*share))?;
+        let comes_to_sea = |place: &usize| {
+            let here = potential(*place as f64 * step);
+            if place.is_multiple_of(COAST) {
+                least = least.min(here);
+            }
+            here < self.sea_potential()
+        };
+        let wet = (1..PLACES).find(comes_to_sea).or_else(|| (end() < self.sea_potential()).then_some(PLACES));
+        let Some(wet) = wet else { return DryWay { sea_at: None, least } };
+        let mut wet = wet as f64 * step;
         let mut dry = wet - step;
-        for _ in 0..20 {
+        for _ in 0..halvings {
             let middle = f64::midpoint(dry, wet);
             if in_sea(middle) { wet = middle } else { dry = middle }
         }
-        Some(dry)
+        DryWay { sea_at: Some(dry), least }
     }
 
     /// The nearest point of the lowstand's shore from a point on land, about, if it is no further than `most` grains, and

@@ -98,6 +98,8 @@ pub struct Fluvial {
     spacing_m: f64,
     /// Vertices from a node of its land to the next.
     stride: i64,
+    /// Whether a node is wider than a trunk's cell: what is seen is the mean of many.
+    is_far: bool,
     fields: Arc<Fields>,
     network: Network,
     warp: Warp,
@@ -118,6 +120,8 @@ pub struct Fluvial {
 struct Detail {
     /// Vertices from a node to the next, a power of two.
     step: i64,
+    /// Vertices at least from one place to the next at which the slope of the hills is known, a power of two.
+    slope_step: i64,
     /// The channels; what the others make of the land is there in the mean.
     channels: ShownChannels,
     /// Cells of their finest level within which a brook is looked for.
@@ -146,8 +150,10 @@ const LEAST_PIECE: i64 = 2;
 const SMALL_M: f64 = 40.0;
 const LARGE_M: f64 = 320.0;
 
-/// Vertices from one place to the next at which the slope of the hills is known: uplift varies over kilometres.
+/// Vertices from one place to the next at which the slope of the hills is known: uplift varies over kilometres. And nodes, where
+/// these are the mean of whole trunks' cells: a cell has two places a side or more.
 const SLOPE_STEP: i64 = 32;
+const FAR_SLOPE_STEP: i64 = 2;
 
 impl Fluvial {
     /// The relief of checked settings at every vertex.
@@ -177,10 +183,12 @@ impl Fluvial {
         let steps = steps.take_while(|step| step.vertices() <= stride.max(survey::MOST_GULLY_STEP));
         let gullies = steps.filter_map(|step| Gullies::new(&fields, (spacing_m, step), seed));
         let shows = |most_m: f64| stride == 1 || node_m <= most_m;
+        let is_far = fields.side(0) < stride * GRAINS;
         Fluvial {
             spacing_m,
             stride,
-            network: Network::new(Arc::clone(&fields), hash::stream(seed, Stream::Network)),
+            is_far,
+            network: Network::new(Arc::clone(&fields), is_far, hash::stream(seed, Stream::Network)),
             warp: Warp::new(&fields, spacing_m, seed),
             gullies: gullies.collect(),
             skerries: Skerries::new(&fields, seed).filter(|_| shows(SMALL_M)),
@@ -269,15 +277,17 @@ impl Fluvial {
         let levels = self.levels();
         let has_all = levels == self.fields.levels();
         let trunk_cell = self.fields.side(0) / GRAINS;
-        let is_far = trunk_cell < LEAST_BENT_CELL * self.stride;
+        let is_straight = trunk_cell < LEAST_BENT_CELL * self.stride;
         let steps = std::iter::successors(Some(self.stride), |step| Some(step / 2));
         let mut steps = steps.filter(|step| *step == 1 || trunk_cell >= LEAST_TRUNK_CELL * step);
+        let step = if is_straight { steps.next().unwrap_or(1) } else { self.stride };
         Detail {
-            step: if is_far { steps.next().unwrap_or(1) } else { self.stride },
+            step,
+            slope_step: SLOPE_STEP.max(if self.is_far { FAR_SLOPE_STEP * step } else { step }),
             channels: ShownChannels {
                 levels,
                 least_piece: if has_all { 0.0 } else { (LEAST_PIECE * self.stride * GRAINS) as f64 },
-                are_straight: is_far,
+                are_straight: is_straight,
             },
             brook_cells: valley::BROOK_CELLS,
             gullies: has_all,
@@ -343,8 +353,9 @@ impl Fluvial {
             .glaciers
             .as_ref()
             .map(|glaciers| clock.time(stage::GLACIERS, || glaciers.ice_m(segments, &nodes, &valleys)));
-        let coast_m = clock
-            .time(stage::COAST, || coast::heights(&self.fields, self.spacing_m, &nodes, &hillsides, &valleys.height_m));
+        let coast_m = clock.time(stage::COAST, || {
+            coast::heights(&self.fields, (self.spacing_m, self.is_far), &nodes, &hillsides, &valleys.height_m)
+        });
         if detail.breaches {
             clock.time(stage::BREACHES, || self.breach(nodes.area, segments, coast_m.as_deref(), &mut valleys));
         }
@@ -443,7 +454,7 @@ impl Fluvial {
     /// The hillsides at the nodes of an area.
     fn hillsides(&self, area: Area, detail: Detail) -> Hillsides {
         let (step, levels) = (detail.step, detail.channels.levels);
-        let coarse = SLOPE_STEP.max(step);
+        let coarse = detail.slope_step;
         let uplift = |(x, y): (i64, i64)| self.fields.uplift(Point::at_vertex(x * coarse, y * coarse));
         let uplifts: Vec<f64> = corners(area, coarse / step).vertices().map(uplift).collect();
         let table = |values: Vec<f32>| bilinear(area, coarse / step, &values);

@@ -58,10 +58,10 @@ pub struct Network {
 }
 
 impl Network {
-    /// The network of a world with these fields.
-    pub fn new(fields: Arc<Fields>, seed: u64) -> Network {
+    /// The network of a world with these fields; from so far that not even the trunks' cells are seen, or nearer.
+    pub fn new(fields: Arc<Fields>, is_far: bool, seed: u64) -> Network {
         Network {
-            trunks: TrunkCourses::new(Arc::clone(&fields), seed),
+            trunks: TrunkCourses::new(Arc::clone(&fields), is_far, seed),
             branches: Branches::new(Arc::clone(&fields), seed),
             tributaries: Tributaries::new(Arc::clone(&fields), seed),
             fields,
@@ -149,7 +149,9 @@ impl Network {
             };
             if shown.are_straight {
                 let ids = self.fields.cells(level, self.input(level, around));
-                ids.filter_map(|(_, x, y)| self.trunks.straight((x, y))).for_each(|trunk| take(&Arc::new(trunk)));
+                let nodes = self.trunks().look();
+                ids.filter_map(|(_, x, y)| self.trunks.straight(&nodes, (x, y)))
+                    .for_each(|trunk| take(&Arc::new(trunk)));
                 continue;
             }
             self.channels(level, around, |channel| {

@@ -56,8 +56,12 @@ pub fn around(points: impl IntoIterator<Item = Point>, grains: f64) -> Option<[P
 }
 
 /// To the nearest whole number, halves up.
+#[inline]
 fn round(value: f64) -> i64 {
-    (value + 0.5).floor() as i64
+    // Without `floor`, which is a call where nothing is known of the machine.
+    let value = value + 0.5;
+    let whole = value as i64;
+    whole - i64::from(whole as f64 > value)
 }
 
 /// A number from 0 to 1, 1 excluded, for each id of a lattice and each part of what is left to chance there.
@@ -105,22 +109,45 @@ impl PointNoise {
 }
 
 impl PointOctave {
+    #[inline]
     fn at(&self, point: Point) -> f64 {
-        let cell = (point.x.div_euclid(self.wavelength), point.y.div_euclid(self.wavelength));
-        let scale = 1.0 / self.wavelength as f64;
-        let x = point.x.rem_euclid(self.wavelength) as f64 * scale;
-        let y = point.y.rem_euclid(self.wavelength) as f64 * scale;
-        let corner = |i: i64, j: i64| {
-            let hash = at_node(self.seed, cell.0 + i, cell.1 + j);
-            let [gx, gy] = GRADIENTS[(hash >> 60) as usize];
-            gx * (x - i as f64) + gy * (y - j as f64)
+        let ((column, x), (cell_row, y)) = (self.cell(point.x), self.cell(point.y));
+        // As `at_node` has it, but for each column once.
+        let (west, east) = (self.column(column), self.column(column + 1));
+        let corner = |column: u64, row: i64, x: f64, y: f64| {
+            let [gx, gy] = GRADIENTS[(hash::combine(column, row as u64) >> 60) as usize];
+            gx * x + gy * y
         };
         let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
         let (u, v) = (fade(x), fade(y));
-        let north = corner(0, 0) + (corner(1, 0) - corner(0, 0)) * u;
-        let south = corner(0, 1) + (corner(1, 1) - corner(0, 1)) * u;
+        let row = |row: i64, y: f64| {
+            let west = corner(west, row, x, y);
+            west + (corner(east, row, x - 1.0, y) - west) * u
+        };
         // A gradient's length brings the sum to within 1.
-        north + (south - north) * v
+        let north = row(cell_row, y);
+        north + (row(cell_row + 1, y - 1.0) - north) * v
+    }
+
+    /// The cell of the noise in which a place lies along an axis, and how far into it, 0 to 1.
+    #[inline]
+    fn cell(&self, at: i64) -> (i64, f64) {
+        // As `div_euclid` and `rem_euclid` have it, which take as long as all else: nearly, and then exactly.
+        let scale = 1.0 / self.wavelength as f64;
+        let mut cell = (at as f64 * scale) as i64;
+        let mut rest = at - cell * self.wavelength;
+        while rest < 0 {
+            (cell, rest) = (cell - 1, rest + self.wavelength);
+        }
+        while rest >= self.wavelength {
+            (cell, rest) = (cell + 1, rest - self.wavelength);
+        }
+        (cell, rest as f64 * scale)
+    }
+
+    #[inline]
+    fn column(&self, column: i64) -> u64 {
+        hash::combine(self.seed, column as u64)
     }
 }
 

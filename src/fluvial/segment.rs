@@ -477,7 +477,8 @@ struct Bend {
 fn bends(fields: &Fields, channel: &Channel) -> Vec<Bend> {
     let knots = &channel.knots;
     let none = Bend { broad: 1.0, turn: 0.0 };
-    if channel.id.0 > 0 {
+    // A way straight from end to end has no bend, which is known before all that is asked about ends.
+    if channel.id.0 > 0 || knots.len() == 2 {
         return vec![none; knots.len()];
     }
     // Lakes and the sea are ends, too.

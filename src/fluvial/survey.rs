@@ -10,7 +10,7 @@ use crate::clock::Clock;
 use crate::fluvial::network::ShownChannels;
 use crate::fluvial::point::{self, GRAINS, Point, overlap};
 use crate::fluvial::segment::{Reach, Segments};
-use crate::fluvial::{Detail, Fluvial};
+use crate::fluvial::{Detail, Fluvial, SLOPE_STEP};
 use crate::geometry::{length, lerp};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
@@ -266,7 +266,14 @@ impl Fluvial {
         let levels = if dry_brooks { self.fields().levels() } else { self.wet_levels() };
         let channels = ShownChannels::whole(levels);
         let brook_cells = if dry_brooks { BROOK_CELLS } else { WET_CELLS };
-        Detail { step, channels, brook_cells, gullies: sampling.has_gullies(), breaches: false }
+        Detail {
+            step,
+            slope_step: SLOPE_STEP.max(step),
+            channels,
+            brook_cells,
+            gullies: sampling.has_gullies(),
+            breaches: false,
+        }
     }
 
     fn block(&self, sampling: Sampling, bx: i64, by: i64) -> SurveyBlock {

@@ -6,14 +6,16 @@
 //! higher sink; what is left after the last round drains into a lake without outlet.
 //!
 //! Each answer is a pure function of the node: links are followed until they end, basins are flooded until they are
-//! whole. What that takes is remembered, keyed by node.
+//! whole. What that takes is remembered: of nodes in patches, and of basins by their sinks. Whoever asks about many nodes
+//! has a [`Look`], with what it was told last at hand.
 //!
 //! Based on: G. Cordonnier, B. Bovy, J. Braun, A versatile, linear complexity algorithm for flow routing in
 //! topographies with depressions, 2019 (basins joined over their passes).
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
-use super::fields::Fields;
+use super::fields::{DryWay, FEW_SHORE_HALVINGS, Fields, SHORE_HALVINGS};
 use super::point::{Point, chance};
 use crate::hash::Draw;
 use crate::memory::{Memory, Usage, heap_bytes};
@@ -31,6 +33,9 @@ const MOST_NODES: usize = 4096;
 /// Nodes a side of a patch: what is looked up together.
 const PATCH: i64 = 16;
 
+/// Patches a side of those that a look has at hand: most basins lie within them.
+const AT_HAND: i64 = 8;
+
 /// How far a node may stand from the middle of its cell, as a share of the cell's side. Edges to neighbours cannot
 /// cross below a quarter, but for the two diagonals of a square of nodes.
 const JITTER: f64 = 0.24;
@@ -38,9 +43,6 @@ const JITTER: f64 = 0.24;
 /// How steep a bed is at least where larger valleys or the coast keep it low: 40 cm in a kilometre, as large rivers
 /// have.
 pub(super) const LEAST_SLOPE: f64 = 0.0004;
-
-/// Parts of the way from a node to the next between which the coast is looked at.
-const COAST_PLACES: usize = 8;
 
 /// What is known of a node before any water flows.
 #[derive(Clone, Copy, Debug)]
@@ -58,6 +60,9 @@ pub struct TrunkNode {
 pub struct Basin {
     nodes: Vec<(NodeId, Drained)>,
 }
+
+/// The least potential on the way from each node of a basin to the next, where it does not come to the sea.
+type Ways = Vec<f64>;
 
 /// A node as its basin drains it.
 #[derive(Clone, Copy, Debug)]
@@ -92,49 +97,104 @@ heap_bytes!(Basin: nodes);
 heap_bytes!(Drained);
 heap_bytes!(Spill: path);
 
+/// A patch of nodes: its column and row.
+type PatchId = (i64, i64);
+
 /// The trunk lattice of a world.
 #[derive(Debug)]
 pub struct Trunks {
     seed: u64,
     fields: Arc<Fields>,
-    patches: Memory<(i64, i64), Vec<TrunkNode>>,
-    receivers: Memory<(usize, NodeId), Option<NodeId>>,
-    roots: Memory<(usize, NodeId), NodeId>,
+    /// How often a way to the shore is halved.
+    halvings: u32,
+    nodes: Memory<PatchId, Vec<TrunkNode>>,
+    /// To which of its neighbours the water of each node of a patch goes after some rounds of spilling.
+    links: Memory<(usize, PatchId), Vec<u8>>,
     rims: Memory<(usize, NodeId), Spill>,
     spills: Memory<(usize, NodeId), Spill>,
     basins: Memory<NodeId, Basin>,
 }
 
+/// A look at the trunk lattice.
+pub struct Look<'a> {
+    trunks: &'a Trunks,
+    fields: &'a Fields,
+    nodes: Hand<TrunkNode>,
+    links: [Hand<u8>; SPILL_ROUNDS + 1],
+    basin: RefCell<Option<(NodeId, Arc<Basin>)>>,
+}
+
+/// Patches that are at hand, each in the place that its id gives it among them.
+struct Hand<T>(RefCell<Vec<Option<Held<T>>>>);
+
+type Held<T> = (PatchId, Arc<Vec<T>>);
+
+impl<T: Copy> Hand<T> {
+    fn new() -> Hand<T> {
+        Hand(RefCell::new(Vec::new()))
+    }
+
+    /// What a node's patch says of it, given how to get the patch.
+    fn of(&self, id: NodeId, get: impl FnOnce(PatchId) -> Arc<Vec<T>>) -> T {
+        let patch = (id.0.div_euclid(PATCH), id.1.div_euclid(PATCH));
+        let place = (patch.1.rem_euclid(AT_HAND) * AT_HAND + patch.0.rem_euclid(AT_HAND)) as usize;
+        let node = (id.1.rem_euclid(PATCH) * PATCH + id.0.rem_euclid(PATCH)) as usize;
+        if let Some(Some((own, values))) = self.0.borrow().get(place)
+            && *own == patch
+        {
+            return values[node];
+        }
+        // To get one may ask for others.
+        let values = get(patch);
+        let value = values[node];
+        let mut held = self.0.borrow_mut();
+        held.resize((AT_HAND * AT_HAND) as usize, None);
+        held[place] = Some((patch, values));
+        value
+    }
+}
+
+/// The nodes of a patch, row by row.
+fn nodes_of((column, row): PatchId) -> impl Iterator<Item = NodeId> {
+    (0..PATCH * PATCH).map(move |n| (column * PATCH + n % PATCH, row * PATCH + n / PATCH))
+}
+
 impl Trunks {
-    /// The trunk lattice of a world with these fields.
-    pub fn new(fields: Arc<Fields>, seed: u64) -> Trunks {
+    /// The trunk lattice of a world with these fields; from so far that its cells are not seen, or nearer.
+    pub fn new(fields: Arc<Fields>, is_far: bool, seed: u64) -> Trunks {
         Trunks {
             seed,
             fields,
-            patches: Memory::new(1 << 20),
-            receivers: Memory::new(8 << 20),
-            roots: Memory::new(6 << 20),
+            halvings: if is_far { FEW_SHORE_HALVINGS } else { SHORE_HALVINGS },
+            nodes: Memory::new(6 << 20),
+            links: Memory::new(2 << 20),
             rims: Memory::new(1 << 20),
             spills: Memory::new(1 << 20),
-            basins: Memory::new(4 << 20),
+            basins: Memory::new(11 << 20),
         }
     }
 
     /// How full its memories are.
     pub(super) fn usages(&self) -> Vec<Usage> {
-        let nodes = [self.patches.usage(), self.receivers.usage(), self.roots.usage()];
+        let nodes = [self.nodes.usage(), self.links.usage()];
         let basins = [self.rims.usage(), self.spills.usage(), self.basins.usage()];
-        [nodes, basins].concat()
+        [nodes.as_slice(), &basins].concat()
+    }
+
+    /// A look at the lattice, for whoever asks about many nodes.
+    pub fn look(&self) -> Look<'_> {
+        let links = std::array::from_fn(|_| Hand::new());
+        Look { trunks: self, fields: &self.fields, nodes: Hand::new(), links, basin: RefCell::new(None) }
     }
 
     /// The node of an id.
     pub fn node(&self, id: NodeId) -> TrunkNode {
-        let patch = (id.0.div_euclid(PATCH), id.1.div_euclid(PATCH));
-        let nodes = self.patches.get(patch, || {
-            let ids = (0..PATCH * PATCH).map(|n| (patch.0 * PATCH + n % PATCH, patch.1 * PATCH + n / PATCH));
-            ids.map(|id| self.make_node(id)).collect()
-        });
-        nodes[(id.1.rem_euclid(PATCH) * PATCH + id.0.rem_euclid(PATCH)) as usize]
+        self.look().node(id)
+    }
+
+    /// The basin of a node, and where its water goes.
+    pub fn drained(&self, id: NodeId) -> Drained {
+        self.look().drained(id)
     }
 
     fn make_node(&self, id: NodeId) -> TrunkNode {
@@ -145,29 +205,65 @@ impl Trunks {
         let potential = self.fields.potential(at);
         TrunkNode { at, potential, sea: potential < self.fields.sea_potential() }
     }
+}
+
+impl Look<'_> {
+    /// The node of an id.
+    pub fn node(&self, id: NodeId) -> TrunkNode {
+        let trunks = self.trunks;
+        let make = |patch: PatchId| nodes_of(patch).map(|id| trunks.make_node(id)).collect();
+        self.nodes.of(id, |patch| trunks.nodes.get(patch, || make(patch)))
+    }
 
     /// The basin of a node, and where its water goes.
     pub fn drained(&self, id: NodeId) -> Drained {
-        let basin = self.basin(self.root(SPILL_ROUNDS, id));
-        basin.nodes[basin.place(id)].1
+        let sink = self.root(SPILL_ROUNDS, id);
+        if let Some((own, basin)) = &*self.basin.borrow()
+            && *own == sink
+        {
+            return basin.nodes[basin.place(id)].1;
+        }
+        let basin = self.trunks.basins.get(sink, || self.basin(sink));
+        let drained = basin.nodes[basin.place(id)].1;
+        *self.basin.borrow_mut() = Some((sink, basin));
+        drained
     }
 
     /// Where the water of a node goes after some rounds of spilling.
     fn receiver(&self, rounds: usize, id: NodeId) -> Option<NodeId> {
-        *self.receivers.get((rounds, id), || {
-            if rounds == 0 {
-                return self.lowest_neighbour(id);
-            }
-            // From here on only earlier rounds are asked for: a memory must not be asked for what it is making.
-            let before = rounds - 1;
-            let spill = self.spill(before, self.root(before, id));
+        let get = |patch| self.trunks.links.get((rounds, patch), || self.links(rounds, patch));
+        let (dx, dy) = AROUND.get(usize::from(self.links[rounds].of(id, get)))?;
+        Some((id.0 + dx, id.1 + dy))
+    }
+
+    /// The links of the nodes of a patch: numbers of neighbours, and one more for a sink.
+    fn links(&self, rounds: usize, patch: PatchId) -> Vec<u8> {
+        let link = |id: NodeId, to: Option<NodeId>| {
+            let place = to.and_then(|to| neighbours(id).position(|other| other == to));
+            place.unwrap_or(AROUND.len()) as u8
+        };
+        if rounds == 0 {
+            return nodes_of(patch).map(|id| link(id, self.lowest_neighbour(id))).collect();
+        }
+        // From here on only earlier rounds are asked for: a memory must not be asked for what it is making.
+        let before = rounds - 1;
+        let mut last: Option<(NodeId, Arc<Spill>)> = None;
+        let spilt = |id: NodeId| {
+            let sink = self.root(before, id);
+            let spill = match last.take().filter(|(own, _)| *own == sink) {
+                Some((_, spill)) => spill,
+                None => self.spill(before, sink),
+            };
             // On the way from the pass to the sink the links turn around; at the pass the water leaves the basin.
-            match spill.path.iter().position(|node| *node == id) {
+            let to = match spill.path.iter().position(|node| *node == id) {
                 Some(0) => spill.pass.map(|(_, beyond)| beyond),
                 Some(place) => Some(spill.path[place - 1]),
                 None => self.receiver(before, id),
-            }
-        })
+            };
+            last = Some((sink, spill));
+            link(id, to)
+        };
+        nodes_of(patch).map(spilt).collect()
     }
 
     fn lowest_neighbour(&self, id: NodeId) -> Option<NodeId> {
@@ -184,14 +280,12 @@ impl Trunks {
 
     /// The sink that a node's water reaches after some rounds of spilling.
     fn root(&self, rounds: usize, id: NodeId) -> NodeId {
-        *self.roots.get((rounds, id), || {
-            // In a loop and not by calling itself: rivers may be longer than the stack is deep.
-            let mut root = id;
-            while let Some(next) = self.receiver(rounds, root) {
-                root = next;
-            }
-            root
-        })
+        // In a loop and not by calling itself: rivers may be longer than the stack is deep.
+        let mut root = id;
+        while let Some(next) = self.receiver(rounds, root) {
+            root = next;
+        }
+        root
     }
 
     /// All nodes that drain to a sink after some rounds, found upstream from it: each after the one that it drains to.
@@ -209,7 +303,7 @@ impl Trunks {
 
     /// The lowest pass of a basin's rim and the path from there to its sink.
     fn rim(&self, rounds: usize, sink: NodeId) -> Arc<Spill> {
-        self.rims.get((rounds, sink), || {
+        self.trunks.rims.get((rounds, sink), || {
             let nodes = self.flood(rounds, sink);
             if nodes.len() > MOST_NODES || self.node(sink).sea {
                 return Spill { pass: None, path: Vec::new() };
@@ -254,7 +348,7 @@ impl Trunks {
 
     /// The rim of a basin if it spills: not if its neighbour spills into it and has the higher sink.
     fn spill(&self, rounds: usize, sink: NodeId) -> Arc<Spill> {
-        self.spills.get((rounds, sink), || {
+        self.trunks.spills.get((rounds, sink), || {
             let none = Spill { pass: None, path: Vec::new() };
             let rim = self.rim(rounds, sink);
             let Some((pass, beyond)) = rim.pass else { return none };
@@ -273,34 +367,42 @@ impl Trunks {
     /// Whether a node may have a lake: where the land has a hollow, and where chance wants one.
     fn lake(&self, id: NodeId) -> bool {
         let hollow = self.lowest_neighbour(id).is_none();
-        !self.node(id).sea && (hollow || chance(self.seed, id, Draw::Choice, 0) < self.fields.settings().lakes)
+        !self.node(id).sea && (hollow || chance(self.trunks.seed, id, Draw::Choice, 0) < self.fields.settings().lakes)
     }
 
     /// All nodes of a sink with their areas and levels.
-    fn basin(&self, sink: NodeId) -> Arc<Basin> {
-        self.basins.get(sink, || {
-            let flood = self.flood(SPILL_ROUNDS, sink);
-            let drained = |id: &NodeId| {
-                let to = if *id == sink { None } else { self.receiver(SPILL_ROUNDS, *id) };
-                let sea_at = to.and_then(|to| self.fields.dry_share(self.node(*id).at, self.node(to).at));
-                (*id, Drained { to, sea_at, main: None, area: 1, level_m: 0.0, lake: self.lake(*id) })
-            };
-            let mut basin = Basin { nodes: flood.iter().map(drained).collect() };
-            // By id, to be searched by halves; the flood keeps the order in which water runs.
-            basin.nodes.sort_unstable_by_key(|(id, _)| *id);
-            basin.add_areas(&flood);
-            let flood = self.part_confluences(sink, &mut basin);
-            basin.add_areas(&flood);
-            self.set_levels(&flood, &mut basin);
-            basin
-        })
+    fn basin(&self, sink: NodeId) -> Basin {
+        let flood = self.flood(SPILL_ROUNDS, sink);
+        // By id, to be searched by halves; the flood keeps the order in which water runs.
+        let mut ids = flood.clone();
+        ids.sort_unstable();
+        let (mut basin, mut ways) = (Basin { nodes: Vec::with_capacity(ids.len()) }, Ways::with_capacity(ids.len()));
+        for id in ids {
+            let to = if id == sink { None } else { self.receiver(SPILL_ROUNDS, id) };
+            let DryWay { sea_at, least } =
+                to.map_or(DryWay { sea_at: None, least: f64::INFINITY }, |to| self.way(id, to));
+            let drained = Drained { to, sea_at, main: None, area: 1, level_m: 0.0, lake: self.lake(id) };
+            basin.nodes.push((id, drained));
+            ways.push(least);
+        }
+        basin.add_areas(&flood);
+        let flood = self.part_confluences(sink, &mut basin, &mut ways);
+        basin.add_areas(&flood);
+        self.set_levels(&flood, &ways, &mut basin);
+        basin
+    }
+
+    /// The way from a node on land to another.
+    fn way(&self, id: NodeId, to: NodeId) -> DryWay {
+        let there = self.node(to);
+        self.fields.dry_way([self.node(id).at, there.at], || there.potential, self.trunks.halvings)
     }
 
     /// Lets no two nodes that stand side by side drain to the same third: the one with less area drains to the other.
     ///
     /// Where the land falls to one node from all sides, as many as seven would come to it, and their valleys be a star;
     /// real rivers come together one after the other. Gives the nodes in the order of a flood from the sink up.
-    fn part_confluences(&self, sink: NodeId, basin: &mut Basin) -> Vec<NodeId> {
+    fn part_confluences(&self, sink: NodeId, basin: &mut Basin, ways: &mut Ways) -> Vec<NodeId> {
         let mut inflows: Vec<Vec<usize>> = vec![Vec::new(); basin.nodes.len()];
         for (place, (_, drained)) in basin.nodes.iter().enumerate() {
             if let Some(to) = drained.to {
@@ -318,16 +420,18 @@ impl Trunks {
             for place in coming {
                 let id = basin.nodes[place].0;
                 // Not over an arm of the sea. Side by side means along an axis, where no other's way crosses.
-                let larger = flood[first..].iter().copied().find(|larger| {
-                    let other = basin.nodes[*larger].0;
+                let larger = flood[first..].iter().copied().find_map(|larger| {
+                    let other = basin.nodes[larger].0;
                     let beside = (id.0 - other.0).abs() + (id.1 - other.1).abs() == 1;
-                    beside && self.fields.dry_share(self.node(id).at, self.node(other).at).is_none()
+                    let way = beside.then(|| self.way(id, other)).filter(|way| way.sea_at.is_none());
+                    way.map(|way| (larger, way.least))
                 });
                 match larger {
-                    Some(larger) => {
+                    Some((larger, least)) => {
                         let to = Some(basin.nodes[larger].0);
                         let drained = &mut basin.nodes[place].1;
                         (drained.to, drained.sea_at) = (to, None);
+                        ways[place] = least;
                         inflows[larger].push(place);
                     }
                     None => flood.push(place),
@@ -339,27 +443,24 @@ impl Trunks {
 
     /// The height in metres that the coast leaves each node of a basin and what comes to it: what comes from lower land
     /// is lower still.
-    fn below_coast_m(&self, flood: &[NodeId], basin: &Basin) -> Vec<f64> {
-        let below_m = |at: Point| self.fields.below_coast_m(at, self.fields.lowstand_level_m());
-        let mut most_m: Vec<f64> = basin.nodes.iter().map(|(id, _)| below_m(self.node(*id).at)).collect();
+    fn below_coast_m(&self, flood: &[NodeId], ways: &Ways, basin: &Basin) -> Vec<f64> {
+        let below_m = |potential: f64| self.fields.below_coast_of_m(potential, self.fields.lowstand_level_m());
+        let mut most_m: Vec<f64> = basin.nodes.iter().map(|(id, _)| below_m(self.node(*id).potential)).collect();
         // From the springs down: the reverse of the flood.
         for id in flood.iter().rev().filter(|_| self.fields.has_sea()) {
             let here = basin.place(*id);
             // A way that the sea cuts off hands nothing on. Its ends are nodes, which were looked at already.
             let Drained { to: Some(to), sea_at: None, .. } = basin.nodes[here].1 else { continue };
-            let (from, there) = (self.node(*id).at, basin.place(to));
-            let way = self.node(to).at.from(from);
-            let places = (1..COAST_PLACES).map(|n| way.map(|part| part * n as f64 / COAST_PLACES as f64));
-            let lowest_m = places.map(|way| below_m(from.moved(way))).fold(most_m[here], f64::min);
-            most_m[there] = most_m[there].min(lowest_m);
+            let there = basin.place(to);
+            most_m[there] = most_m[there].min(most_m[here]).min(below_m(ways[here]));
         }
         most_m
     }
 
     /// Gives the nodes of a basin their levels, from the sink up: by the law of rivers, and no higher than the coast
     /// leaves them.
-    fn set_levels(&self, flood: &[NodeId], basin: &mut Basin) {
-        let most_m = self.below_coast_m(flood, basin);
+    fn set_levels(&self, flood: &[NodeId], ways: &Ways, basin: &mut Basin) {
+        let most_m = self.below_coast_m(flood, ways, basin);
         for id in flood {
             let here = basin.place(*id);
             let (node, Drained { to, sea_at, area, .. }) = (self.node(*id), basin.nodes[here].1);
@@ -418,9 +519,11 @@ impl Basin {
     }
 }
 
+/// The ways from a node to the eight around it.
+const AROUND: [(i64, i64); 8] = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
+
 /// The eight nodes around one.
 pub(super) fn neighbours(id: NodeId) -> impl Iterator<Item = NodeId> {
-    const AROUND: [(i64, i64); 8] = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
     AROUND.into_iter().map(move |(dx, dy)| (id.0 + dx, id.1 + dy))
 }
 
@@ -436,7 +539,7 @@ mod tests {
             let (_, preset) = Preset::load(name).unwrap();
             let settings = preset.fluvial.unwrap();
             let fields = Arc::new(Fields::new(&settings, preset.spacing_m, preset.sea_level_m, 3));
-            let trunks = Trunks::new(Arc::clone(&fields), 3);
+            let trunks = Trunks::new(Arc::clone(&fields), false, 3);
             let mut pairs = 0;
             for id in (0..32 * 32).map(|n| (n % 32, n / 32)).filter(|id| !trunks.node(*id).sea) {
                 let to = trunks.drained(id).to;

@@ -14,7 +14,7 @@ use super::lake::{self, Hollow, NO_LAKE};
 use super::meander::{self, CONFINED_TURN, LinePlace, MOST_TURN, Meander, WAVE_WIDTHS, meander_width};
 use super::point::{self, Point, chance};
 use super::segment::{LEVEL, Segment, cut_into, measured, segments_of};
-use super::trunk::{Drained, LEAST_SLOPE, NodeId, Trunks, neighbours};
+use super::trunk::{Drained, LEAST_SLOPE, Look, NodeId, Trunks, neighbours};
 use super::trunk_curve::{BULGE, bend_share, curve, directions, too_close};
 use super::wander;
 use crate::geometry::{LineSegment, lerp, lines, smooth};
@@ -79,11 +79,11 @@ pub struct TrunkCourses {
 }
 
 impl TrunkCourses {
-    /// The trunks of a world with these fields.
-    pub fn new(fields: Arc<Fields>, seed: u64) -> TrunkCourses {
+    /// The trunks of a world with these fields; from so far that their cells are not seen, or nearer.
+    pub fn new(fields: Arc<Fields>, is_far: bool, seed: u64) -> TrunkCourses {
         TrunkCourses {
             seed,
-            nodes: Trunks::new(Arc::clone(&fields), seed),
+            nodes: Trunks::new(Arc::clone(&fields), is_far, seed),
             fields,
             bent: [24 << 20, 8 << 20].map(Memory::new),
             free: Memory::new(32 << 20),
@@ -107,15 +107,20 @@ impl TrunkCourses {
         point::around([from, to], (BULGE + MOST_ROOM) * from.distance(to))
     }
 
-    /// The trunk from a node straight to the next one downstream, or to the sea; `None` for a sink.
-    pub fn straight(&self, id: NodeId) -> Option<Channel> {
-        let Drained { to, sea_at, area, level_m, .. } = self.nodes.drained(id);
+    /// The trunk from a node straight to the next one downstream, or to the sea, by a look at the nodes; `None` for a sink.
+    pub fn straight(&self, nodes: &Look, id: NodeId) -> Option<Channel> {
+        let here = nodes.node(id);
+        // Sinks all, of which nothing more need be found out.
+        if here.sea {
+            return None;
+        }
+        let Drained { to, sea_at, area, level_m, .. } = nodes.drained(id);
         let (to, fields) = (to?, &self.fields);
         let knot = |at: Point, level_m: f64| Knot { at, level_m, area: f64::from(area), pool_m: NO_LAKE };
-        let (from, there) = (self.nodes.node(id).at, self.nodes.node(to));
+        let (from, there) = (here.at, nodes.node(to));
         let end = match sea_at {
             Some(share) => knot(from.moved(there.at.from(from).map(|way| way * share)), fields.lowstand_level_m()),
-            None => knot(there.at, self.nodes.drained(to).level_m),
+            None => knot(there.at, nodes.drained(to).level_m),
         };
         let mouth = if sea_at.is_some() || there.sea { Mouth::Sea } else { Mouth::Channel((0, to.0, to.1)) };
         let hill_slope = fields.hill_slope(fields.uplift(from));

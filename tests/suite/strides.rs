@@ -3,7 +3,7 @@
 use terrane::area::{Area, Stride, TileId};
 use terrane::clock::Clock;
 use terrane::grid::Grid;
-use terrane::land::WaterKind;
+use terrane::land::{Land, WaterKind};
 use terrane::preset::Preset;
 use terrane::tile::{Material, Tile};
 use terrane::world::World;
@@ -17,15 +17,26 @@ fn heights(world: &World, area: Area) -> Grid<f32> {
     world.relief().heights(area)
 }
 
+/// The nodes around an area's of which there are so many from one of these to the next.
+fn finer(area: Area, by: i64) -> Area {
+    let half = by / 2;
+    let last = |past: i64| (past - 1) * by + half + 1;
+    Area { x0: by * area.x0 - half, y0: by * area.y0 - half, x1: last(area.x1), y1: last(area.y1) }
+}
+
+/// The mean around a node of what finer ones are, of which there are so many from it to the next.
+fn mean_around([x, y]: [i64; 2], by: i64, of: impl Fn(i64, i64) -> f32) -> f32 {
+    let half = by / 2;
+    let weight = |off: i64| if off.abs() == half { 0.5 } else { 1.0 } / by as f32;
+    let around = (-half..=half).flat_map(|dy| (-half..=half).map(move |dx| (dx, dy)));
+    around.map(|(dx, dy)| weight(dx) * weight(dy) * of(by * x + dx, by * y + dy)).sum()
+}
+
 /// The means around every second node of what lies a node around an area's nodes.
 fn halved(world: &World, area: Area) -> Grid<f32> {
-    let finer = Area { x0: 2 * area.x0 - 1, y0: 2 * area.y0 - 1, x1: 2 * area.x1, y1: 2 * area.y1 };
-    let (fine, mut means) = (heights(world, finer), Grid::filled(area, 0.0));
+    let (fine, mut means) = (heights(world, finer(area, 2)), Grid::filled(area, 0.0));
     for (x, y) in area.vertices() {
-        let weight = |off: i64| if off == 0 { 0.5 } else { 0.25 };
-        let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy)));
-        means.row_mut(y, x, x + 1)[0] =
-            around.map(|(dx, dy)| weight(dx) * weight(dy) * fine.at(2 * x + dx, 2 * y + dy)).sum();
+        means.row_mut(y, x, x + 1)[0] = mean_around([x, y], 2, |x, y| fine.at(x, y));
     }
     means
 }
@@ -34,7 +45,8 @@ fn halved(world: &World, area: Area) -> Grid<f32> {
 fn a_node_is_the_same_in_every_window() {
     for (name, strides) in [
         ("alps", &[2, 8, 32, 128, 512, 1024, 4096][..]),
-        ("archipelago", &[4, 16, 64, 256]),
+        ("archipelago", &[4, 16, 64, 256, 1024, 4096]),
+        ("badlands", &[2048]),
         ("canyon", &[8, 128]),
         ("thesis", &[2, 64]),
     ] {
@@ -51,20 +63,30 @@ fn a_node_is_the_same_in_every_window() {
             }
             let (low_m, high_m) = world.height_range_m();
             assert!(whole.heights.values().iter().all(|height_m| (low_m..=high_m).contains(height_m)));
+            // However much land a node stands for.
+            assert!(world.remembered_bytes() <= world.memory_bytes(1), "{name} at {vertices}");
         }
     }
 }
 
 #[test]
 fn neighbouring_strides_show_the_same_land() {
-    // Of what the coarsest of them shows of its relief, how far two may be apart in the mean, and to one side.
-    for (name, most, bias) in [("alps", 0.05, 0.015), ("fjords", 0.05, 0.015), ("mountains", 0.03, 0.01)] {
+    // Of what a stride of 64 shows of its relief, how far two may be apart in the mean, and to one side; the last ones are those
+    // whose nodes are further apart than the trunks.
+    for (name, powers, most, bias) in [
+        ("alps", 0..7, 0.05, 0.015),
+        ("fjords", 0..7, 0.05, 0.015),
+        ("mountains", 0..7, 0.03, 0.01),
+        ("alps", 9..12, 0.05, 0.015),
+        ("badlands", 9..12, 0.05, 0.015),
+        ("canyon", 9..12, 0.05, 0.015),
+    ] {
         let relief_m = {
             let land = heights(&world(name, 64), Area::new(0, 0, 96, 96));
             let ends = land.values().iter().fold([f32::MAX, f32::MIN], |[low, high], &m| [low.min(m), high.max(m)]);
             ends[1] - ends[0]
         };
-        for power in 0..7 {
+        for power in powers {
             let vertices = 1 << power;
             let area = Area::new(0, 0, 96, 96);
             let (fine, coarse) = (halved(&world(name, vertices), area), heights(&world(name, 2 * vertices), area));
@@ -95,6 +117,36 @@ fn coasts_stay_where_they_are() {
         }
         assert!((0.05..0.95).contains(&shares[0]), "{name}: {shares:?}");
         assert!(shares.iter().all(|share| (share - shares[0]).abs() < 0.05), "{name}: {shares:?}");
+    }
+}
+
+#[test]
+fn beyond_the_trunks_a_node_is_the_mean_of_what_shows_them() {
+    // Of 512 vertices a trunk's cell is wide, and 128 show it.
+    let land = |vertices: u64, area: Area| world("archipelago", vertices).relief().land(area, &Clock::default());
+    let shown = land(128, finer(Area::new(0, 0, 24, 24), 8));
+    let is_sea = |land: &Land, x, y| land.water.as_ref().unwrap().kind.at(x, y) == WaterKind::Sea;
+    for by in [8, 16] {
+        let area = Area::new(1, 1, 192 / by - 2, 192 / by - 2);
+        let far = land(128 * by as u64, area);
+        let (mut unlike, mut apart_m, mut higher_m) = (0, 0.0, 0.0);
+        for (x, y) in area.vertices() {
+            let mean = |of: &dyn Fn(i64, i64) -> f32| mean_around([x, y], by as i64, of);
+            let sea = mean(&|x, y| f32::from(u8::from(is_sea(&shown, x, y))));
+            let own_m = |of_sea: bool| {
+                let height_m = |x, y| if is_sea(&shown, x, y) == of_sea { shown.heights.at(x, y) } else { 0.0 };
+                mean(&height_m) / if of_sea { sea } else { 1.0 - sea }
+            };
+            if is_sea(&far, x, y) != (sea >= 0.5) {
+                unlike += 1;
+            } else {
+                let off_m = far.heights.at(x, y) - own_m(sea >= 0.5);
+                (apart_m, higher_m) = (apart_m + off_m.abs(), higher_m + off_m);
+            }
+        }
+        let [unlike, apart_m, higher_m] = [unlike as f32, apart_m, higher_m].map(|sum| sum / area.len() as f32);
+        assert!(unlike < 0.02, "{by}: {unlike} of the nodes are sea and should not be, or the other way round");
+        assert!(apart_m < 1.0 && higher_m.abs() < 0.3, "{by}: {apart_m} m off, {higher_m} m higher");
     }
 }
 
