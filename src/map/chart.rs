@@ -326,6 +326,7 @@ impl Picture {
         let (style, scale, drawing) = (&self.chart.style, &self.chart.scale, &self.drawing);
         outlines.iter().for_each(|outlines| outlines.draw(canvas));
         let line = |colour: Colour, mm: f64| Pen { colour, opacity: 1.0, width: scale.pixels(mm) as f32, dash: None };
+        drawing.houses.iter().for_each(|house| canvas.fill(house, style.places.houses));
         for lake in &drawing.lakes {
             canvas.fill(&lake.shape, style.water.fill);
         }

@@ -11,7 +11,8 @@ use crate::features::landforms::{LAKES, LakeFeature};
 use crate::features::sites::SiteFeature;
 use crate::lines::{Line, LineKind, RoadClass, StructureKind};
 use crate::map::generalise::{bend, smooth, thinned};
-use crate::map::names::is_drawn;
+use crate::map::houses::{self, Town};
+use crate::map::names::{self, is_drawn};
 use crate::map::plotter::{Shape, WIDEST, bounds};
 use crate::map::scale::Scale;
 use crate::map::style::Style;
@@ -53,6 +54,7 @@ pub(super) struct Drawing {
     pub roads: Vec<(RoadClass, Shape)>,
     pub bridges: Vec<(RoadClass, Shape)>,
     pub tunnels: Vec<(RoadClass, Shape)>,
+    pub houses: Vec<Shape>,
     pub sites: Vec<SiteFeature>,
     pub named: Vec<NamedRiver>,
 }
@@ -136,16 +138,30 @@ impl Draughtsman<'_> {
             self.draw_water(area, &mut drawing);
         }
         let vertices = |area| self.scale.nodes_of(area, self.settled.spacing_m());
+        let mut lines = Vec::new();
         if self.style.roads.draw && self.has_lines {
             // Roads cost more to plan than all else: no more of them than can be seen. A bridge is the widest.
             let widest_mm = self.style.roads.classes.iter().map(|class| class.width_mm + 4.0 * class.casing_mm);
-            let reach = self.scale.pixels(widest_mm.fold(0.0, f64::max)).min(WIDEST);
-            self.draw_roads(vertices(seen.padded(reach as usize + 1)), &mut drawing);
+            let mut reach = self.scale.pixels(widest_mm.fold(0.0, f64::max)).min(WIDEST);
+            if self.has_houses() {
+                reach = reach.max(houses::REACH_M / self.scale.metres_per_pixel);
+            }
+            lines = self.draw_roads(vertices(seen.padded(reach as usize + 1)), &mut drawing);
         }
         if self.style.places.draw {
             drawing.sites = self.sites(vertices(area));
         }
+        if self.has_houses() {
+            let town = |site: &SiteFeature| Town { at: self.scale.pixel(site.at), population: site.population };
+            let towns: Vec<Town> = drawing.sites.iter().map(town).collect();
+            drawing.houses = houses::houses(&lines, &towns, self.scale.metres_per_pixel);
+        }
         drawing
+    }
+
+    /// Whether the scale is large enough for houses.
+    fn has_houses(&self) -> bool {
+        self.style.places.draw && self.has_lines && self.scale.denominator() <= self.style.places.houses_most
     }
 
     /// All that is found in an area of nodes, part by part; what lies in several parts once, in the order of the keys.
@@ -255,8 +271,10 @@ impl Draughtsman<'_> {
         squares.par_iter().filter_map(town).collect()
     }
 
-    fn draw_roads(&self, vertices: Area, drawing: &mut Drawing) {
+    /// Draws roads; returns each whole, with a number of its own.
+    fn draw_roads(&self, vertices: Area, drawing: &mut Drawing) -> Vec<(u64, Vec<[f64; 2]>)> {
         let roads = |part: &Area| self.settled.lines_through(LineKind::Road, part);
+        let mut lines = Vec::new();
         for road in Self::find(vertices, roads, |road| road.id) {
             let class = road.class.unwrap_or(RoadClass::Track);
             if self.scale.denominator() > self.style.roads.classes[2 - class as usize].most {
@@ -296,8 +314,10 @@ impl Draughtsman<'_> {
             if seen + 1 < at.len() {
                 drawing.roads.push((class, part(seen..=at.len() - 1)));
             }
+            lines.push((names::hash_of(&road.id.to_string()), at));
         }
         drawing.roads.sort_by_key(|(class, _)| *class);
+        lines
     }
 }
 

@@ -5,7 +5,7 @@
 //!                  relief.rs    tints, what the ground is made of, light and shadow
 //!                  signs.rs     strokes on rock and slopes, stones of scree
 //! Style (TOML) --> contour.rs   lines of equal height, outlines.rs with numbers
-//!                  drawing.rs   rivers, lakes, roads and places as lines and areas in pixels
+//!                  drawing.rs   rivers, lakes, roads and places as lines and areas in pixels; houses.rs
 //!                  text.rs      shaped names, label.rs their places
 //!                      |
 //!                  chart.rs     a block of pixels of all that: every map of a style and a scale has the same
@@ -22,6 +22,7 @@ mod chart;
 mod contour;
 mod drawing;
 mod generalise;
+mod houses;
 mod light;
 mod mark;
 mod outlines;

@@ -236,6 +236,7 @@ fn number(parts: &[i64]) -> u64 {
     parts.iter().fold(0, |number, part| hash::mix(number ^ *part as u64))
 }
 
-fn hash_of(text: &str) -> u64 {
+/// A number that tells a text from others.
+pub(super) fn hash_of(text: &str) -> u64 {
     text.bytes().fold(0, |number, byte| hash::mix(number ^ u64::from(byte)))
 }

@@ -274,6 +274,11 @@ pub struct PlacesStyle {
     pub colour: Colour,
     /// What their symbols are filled with.
     pub fill: Colour,
+    /// Houses.
+    pub houses: Colour,
+    /// The scale from which on there are no houses, as the second number of 1:25,000; 1 to 1,000,000.
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub houses_most: f64,
 }
 
 /// Names and heights.
