@@ -73,7 +73,8 @@ def main():
     named = [line for line in lines.splitlines() if line.strip() and line.strip().isalpha() and line.strip()[0].isupper()]
     seen = [line for line in named if line.strip() in on_sheet or any(line.strip() in atlas[page].get_text() for page in range(1, len(sheets) + 1))]
     checks.check("names of the gazetteer are on sheets", len(seen) >= 0.9 * len(named) > 0, f"{len(seen)} of {len(named)}")
-    checks.end()
+    print(f"{checks.done} checks, {checks.failed} failed")
+    sys.exit(checks.failed > 0)
 
 
 if __name__ == "__main__":

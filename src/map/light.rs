@@ -57,6 +57,8 @@ pub(super) struct Light<'a> {
     pub smooth: [&'a [f32; WIDE]; 3],
     /// How much ridges stand out at all sizes alike.
     pub texture: &'a [f32; CHUNK],
+    /// How much lighter or darker it is for the sky that it sees and for cast shadow.
+    pub open: &'a [f32; CHUNK],
     /// Tints of land and of sea, 0 to 255.
     pub land: &'a [[f32; CHUNK]; 3],
     pub sea: &'a [[f32; CHUNK]; 3],
@@ -111,7 +113,7 @@ impl Kernel for Light<'_> {
             let texture = simd.load(&self.texture[at..]);
             let texture = texture / (one + simd.max(texture, zero - texture) * simd.splat(2.5));
             let tone = lit * (one - low * simd.splat(lamp.aerial)) + texture * simd.splat(lamp.texture);
-            let tone = tone * simd.splat(lamp.strength);
+            let tone = (tone + simd.load(&self.open[at..])) * simd.splat(lamp.strength);
             let deep = lit * simd.splat(lamp.under_water * lamp.strength);
             let haze = low * simd.splat(lamp.haze_share);
             // The share of the pixel that the sea covers, by how far its shore is.

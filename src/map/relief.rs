@@ -5,6 +5,7 @@ use crate::grid::Grid;
 use crate::map::light::{CHUNK, Lamp, Light, WIDE};
 use crate::map::rows::{smoothed, weigh};
 use crate::map::signs::REACH;
+use crate::map::sky;
 use crate::map::style::{Colour, Style};
 use crate::map::terrain::{Nodes, Terrain};
 use crate::map::tint::Tints;
@@ -29,6 +30,8 @@ pub(super) struct Relief {
     covers: [([f32; 3], f32); 8],
     lamp: Lamp,
     has_stones: bool,
+    /// How much of the sky and of cast shadow is seen.
+    sky: [f32; 2],
 }
 
 /// The ground at the pixels of an area.
@@ -78,7 +81,12 @@ impl Relief {
         };
         let covers = style.cover.all().map(|cover| (channels(cover.colour), cover.share as f32 / 255.0));
         let has_stones = style.signs.are_drawn(denominator);
-        Relief { tints, covers, lamp, has_stones }
+        let sky = [relief.sky, relief.cast].map(|share| share as f32);
+        Relief { tints, covers, lamp, has_stones, sky }
+    }
+
+    fn looks_up(&self) -> bool {
+        self.sky != [0.0; 2]
     }
 
     /// How many times slopes are seen as steep as they are.
@@ -93,10 +101,17 @@ impl Relief {
 
     /// The ground at the pixels of an area.
     pub fn ground(&self, terrain: &Terrain, area: Area) -> Ground {
-        let wide = area.padded(HALO);
+        let wide = area.padded(if self.looks_up() { HALO.max(sky::REACH) } else { HALO });
         let nodes = terrain.nodes(wide);
         let heights = terrain.at_pixels(&nodes.heights, wide);
         let (texture, smooth) = self.texture_of(&heights, area);
+        let open = match self.looks_up() {
+            true => {
+                let per_m = self.lamp.steepening / self.lamp.metres_per_pixel;
+                sky::openness(&heights, area, per_m, self.lamp.sun, self.sky)
+            }
+            false => Grid::filled(area, 0.0),
+        };
         let cover = self.covers_of(&nodes).map(|plane| terrain.at_pixels(&plane, area));
         let snow = terrain.at_pixels(&share_of(&nodes, Material::Snow), area);
         let stones = self.has_stones.then(|| {
@@ -116,6 +131,7 @@ impl Relief {
                     heights: heights_of_three.each_ref(),
                     smooth: smooth_of_three.each_ref(),
                     texture: &filled(texture.row(y, x0, x1)),
+                    open: &filled(open.row(y, x0, x1)),
                     land: &land,
                     sea: &sea,
                     cover: cover.each_ref().map(|plane| filled(plane.row(y, x0, x1))).each_ref(),
@@ -173,7 +189,7 @@ impl Relief {
     fn texture_of(&self, heights: &Grid<f32>, area: Area) -> (Grid<f32>, Grid<f32>) {
         let mut texture = Grid::filled(area, 0.0f32);
         let mut sum = vec![0.0; area.width()];
-        let mut fine = heights.clone();
+        let mut fine = heights.part(area.padded(HALO));
         for level in 0..LEVELS {
             let step = 1 << level;
             let Area { x0, y0, x1, y1 } = fine.area();

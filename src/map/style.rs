@@ -111,6 +111,12 @@ pub struct ReliefStyle {
     /// How much ridges are lightened and hollows darkened at all sizes alike, 0 to 2.
     #[schemars(range(min = 0, max = 2))]
     pub texture: f64,
+    /// How much darker hollows are, which see little of the sky, 0 to 2.
+    #[schemars(range(min = 0, max = 2))]
+    pub sky: f64,
+    /// How much of the shadows that heights cast in low light is seen, 0 to 2.
+    #[schemars(range(min = 0, max = 2))]
+    pub cast: f64,
     /// How much weaker light and shadow are in the lowlands than on the heights, 0 to 1.
     #[schemars(range(min = 0, max = 1))]
     pub aerial: f64,

@@ -152,13 +152,20 @@ fn tiles_are_the_pixels_that_their_places_say() {
             let pixels = plan.world_pixels(zoom, Area::new(x, y, 1, 1));
             let view = View { zoom, scale: 1, pixel_m: plan.pixel_m(zoom), pixels };
             let tile = |layer: &str, mark: &str| decoded(&files[&format!("{layer}/{zoom}/{x}/{y}{mark}.webp")]);
-            assert!(tile("map", "") == map(&view), "{zoom}/{x}/{y}");
             let colours: Vec<u8> = heights(&view).into_iter().flat_map(terrain_rgb).collect();
             assert!(tile("terrain", "") == colours, "{zoom}/{x}/{y}");
             let twice = [pixels.x0, pixels.y0, pixels.x1, pixels.y1].map(|edge| 2 * edge);
             let pixels = Area { x0: twice[0], y0: twice[1], x1: twice[2], y1: twice[3] };
             let view = View { zoom, scale: 2, pixel_m: plan.pixel_m(zoom) / 2.0, pixels };
             assert!(tile("hillshade", "@2x") == hillshade(&view), "{zoom}/{x}/{y}");
+            // A pixel of the others is the mean of four of these.
+            let (dense, width) = (map(&view), view.pixels.width());
+            for (index, pixel) in tile("map", "").chunks_exact(3).enumerate() {
+                let (x, y) = (index % (width / 2) * 2, index / (width / 2) * 2);
+                let four = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)].map(|(x, y)| &dense[3 * (y * width + x)..]);
+                let mean = [0, 1, 2].map(|channel| (four.map(|of| u32::from(of[channel])).iter().sum::<u32>() + 2) / 4);
+                assert!(pixel.iter().map(|channel| u32::from(*channel)).eq(mean), "{zoom}/{x}/{y}");
+            }
         }
     }
 }

@@ -548,7 +548,9 @@ const BAD_MAPS: &[(&[&str], &[&str])] = &[
     (&["--style-set", "relief.sun=3"], &["--style-set", "relief.sun: there is no such key here", "sun_deg"]),
     (&["--style-set", "ink=\"red\""], &["#a0b4c8", "red"]),
     (&["--furniture", "legends"], &["legends", "did you mean legend?", "grid"]),
-    (&["--out", "map.tiff"], &["map.tiff", ".png or .webp"]),
+    (&["--out", "map.tiff"], &["map.tiff", ".png, .webp, .pdf or .svg"]),
+    (&["--overlay", "hexes"], &["hexes:5"]),
+    (&["--around", "Nowhere"], &["noise", "a preset of fluvial relief"]),
     (&["--out", "map.webp", "--width", "20000", "--furniture", "none"], &["16383", "20000"]),
 ];
 
@@ -583,6 +585,89 @@ fn a_map_is_written_with_its_world_file_and_how_to_draw_it_again() {
     let corner = fs::read_to_string(desk.path("sheet.wpw")).unwrap();
     let west: f64 = corner.lines().nth(4).unwrap().parse().unwrap();
     assert!(west < -250.0, "{corner}");
+}
+
+#[test]
+fn a_map_of_a_bake_is_that_of_its_world_and_region() {
+    let desk = Desk::new();
+    desk.done(&["bake", "small.toml", "--size", "2x1", "--at", "-1,3", "--out", "o", "-q"]);
+    let options = ["--width", "120", "--furniture", "none", "--out"];
+    desk.done(&[&["map", "o"][..], &options, &["bake.webp"]].concat());
+    desk.done(&[&["map", "small.toml", "--size", "2x1", "--at", "-1,3"][..], &options, &["world.webp"]].concat());
+    assert_eq!(fs::read(desk.path("bake.webp")).unwrap(), fs::read(desk.path("world.webp")).unwrap());
+    desk.refused(&["map", "o", "--set", "spacing_m=3"], &["o holds a bake", "--set"]);
+    desk.write("empty/a.txt", "");
+    desk.refused(&["map", "empty"], &["bake.json", "no finished bake"]);
+    let manifest = fs::read_to_string(desk.path("o/bake.json")).unwrap();
+    desk.write("o/bake.json", manifest.replace("\"format_version\": 1", "\"format_version\": 99"));
+    desk.refused(&["map", "o"], &["the form 99", "newer terrane"]);
+    desk.write("o/bake.json", "{}");
+    desk.refused(&["map", "o"], &["not the manifest of a bake"]);
+}
+
+#[test]
+fn documents_and_drawings_hold_lines_and_text() {
+    let desk = Desk::new();
+    let options = ["--bounds=-0.2,-0.1,0.3,0.2", "--scale", "1:5000", "--title", "A & B"];
+    for name in ["a.pdf", "b.pdf", "a.svg", "b.svg"] {
+        desk.done(&[&["map", "small.toml", "--out", name, "--overlay", "hexes:0.1"][..], &options].concat());
+    }
+    let [pdf, svg] = ["pdf", "svg"].map(|ending| {
+        let [a, b] = ["a", "b"].map(|name| fs::read(desk.path(&format!("{name}.{ending}"))).unwrap());
+        assert!(a == b, "a {ending} is the same whenever it is drawn");
+        a
+    });
+    assert!(pdf.starts_with(b"%PDF-1.7") && pdf.ends_with(b"%%EOF\n"));
+    assert!(pdf.windows(9).any(|word| word == b"/ToUnicod") && pdf.windows(13).any(|word| word == b"/CIDFontType0"));
+    let svg = String::from_utf8(svg).unwrap();
+    for part in [
+        "<title>A &amp; B</title>",
+        ">A &amp; B</text>",
+        ">0101</text>",
+        "clip-path=",
+        "data:image/png;base64,",
+        "</svg>",
+    ] {
+        assert!(svg.contains(part), "{part}");
+    }
+}
+
+#[test]
+fn an_atlas_has_an_index_sheets_and_a_document() {
+    let desk = Desk::new();
+    let atlas =
+        ["atlas", "small.toml", "--sheets", "2x1", "--paper", "a6", "--scale", "1:2000", "--dpi", "60", "--json"];
+    let drawn = desk.done(&[&atlas[..], &["--out", "atlas"]].concat()).object();
+    let files: Vec<&str> = drawn["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap()).collect();
+    assert_eq!(files, ["index.png", "A1.png", "A2.png", "atlas.pdf"].map(|name| format!("atlas/{name}")));
+    assert!(files.iter().all(|file| desk.path(file).is_file()));
+    desk.refused(&[&atlas[..], &["--out", "atlas"]].concat(), &["A1.png", "already", "--overwrite"]);
+    desk.done(&[&atlas[..], &["--out", "atlas", "--overwrite", "--format", "pdf"]].concat());
+    for (option, value, words) in [
+        ("--sheets", "0x2", "0"),
+        ("--paper", "a9", "a0 to a6"),
+        ("--overlap", "500", "no room"),
+        ("--middle", "Nowhere", "noise"),
+        ("--sheets", "2x40", "1 to 26 rows"),
+    ] {
+        desk.refused(&["atlas", "small.toml", option, value, "--out", "other"], &[words]);
+    }
+}
+
+#[test]
+fn a_bake_can_leave_a_web_map() {
+    let desk = Desk::new();
+    desk.done(&["bake", "small.toml", "--size", "2x2", "--export", "web", "--out", "o", "-q"]);
+    for file in
+        ["index.html", "map.js", "names.js", "map.pmtiles", "map@2x.mbtiles", "terrain.pmtiles", "map/0/0/0.webp"]
+    {
+        assert!(desk.path("o/web").join(file).is_file(), "{file}");
+    }
+    assert!(fs::read(desk.path("o/web/relief.pmtiles")).unwrap().starts_with(b"PMTiles"));
+    let listed = desk.manifest("o").files;
+    assert!(
+        listed.iter().any(|file| file.path == "web/index.html") && listed.iter().any(|file| file.export == "geojson")
+    );
 }
 
 #[test]

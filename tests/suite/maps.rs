@@ -6,11 +6,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use terrane::area::Area;
+use terrane::find;
 use terrane::map::Chart;
 use terrane::map::scale::Scale;
 use terrane::map::style::{STYLES, Style};
 use terrane::preset::{Preset, summary};
 use terrane::recipe::source::Sources;
+use terrane::world::World;
 
 fn chart(preset: &str, style: &str, scale: Scale) -> Arc<Chart> {
     let (_, preset) = Preset::load(preset).unwrap();
@@ -56,6 +58,7 @@ shadow = \"#000000\"
 light = \"#ffffff\"
 highlight = 1
 texture = 0
+sky = 0
 aerial = 0
 haze_share = 0
 [cover]
@@ -124,6 +127,21 @@ fn every_style_draws_as_it_did() {
         fs::write(folder.join("hashes.txt"), &list).unwrap();
     }
     assert_eq!(list, fs::read_to_string(folder.join("hashes.txt")).unwrap(), "{HINT}");
+}
+
+#[test]
+fn something_is_found_by_its_name_or_else_what_is_called_nearly_so() {
+    let preset = Preset::parse("settled.toml", include_str!("../settled.toml")).unwrap();
+    let world = World::new(preset.clone(), None).unwrap();
+    let site = &world.sites(&Area::new(-500, -500, 1000, 1000))[0];
+    let found = find::named(preset.clone(), None, &site.name.to_uppercase()).unwrap();
+    assert_eq!(found.name.as_ref(), Some(&site.name));
+    let off = [0, 1].map(|axis| (found.at_km[axis].abs() - (site.at[axis] as f64 * 0.02).abs()).abs());
+    // Another one of the same name may be nearer to the origin.
+    assert!(off == [0.0, 0.0] || found.distance_km < 20.0, "{found:?}");
+    let error = find::named(preset, None, &format!("{}xx", site.name)).unwrap_err();
+    let hint = error.hint().unwrap_or_default();
+    assert!(hint.contains(&site.name) && hint.contains("X,Y,KM"), "{error}: {hint}");
 }
 
 #[test]

@@ -1,0 +1,106 @@
+//! How much of the sky the ground sees, and what lies in cast shadow: at a tenth of the pixels, since both are wide and soft.
+
+use crate::area::Area;
+use crate::grid::Grid;
+
+/// Pixels from a node to the next at which the sky is looked at, counted from the origin of the scale, and how many nodes far.
+const STEP: i64 = 8;
+const FAR: i64 = 4;
+
+/// Pixels that a node's height is the mean of, to each side.
+const NEAR: i64 = 2;
+
+/// Pixels around an area whose heights are looked at.
+pub(super) const REACH: usize = (STEP * (FAR + 1) + NEAR + 2) as usize;
+
+/// The share of the sky that land of usual relief sees: what is darker there is lighter elsewhere.
+const USUAL: f32 = 0.9;
+
+/// Metres that the way to the sun rises a metre ahead where shadows are cast, and what it rises more by from the edge of a
+/// shadow to its middle.
+const SUN_RISE: f32 = 0.5;
+const SOFT: f32 = 0.35;
+
+/// Eight ways, east and south.
+const WAYS: [[i64; 2]; 8] = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
+
+/// What an area is lighter by for the sky that it sees, and darker by for cast shadow: given heights of it and [`REACH`]
+/// around it, what makes metres a slope as it is seen, the way to the sun, and how much of both is seen.
+pub(super) fn openness(heights: &Grid<f32>, area: Area, per_m: f32, sun: [f32; 2], [sky, cast]: [f32; 2]) -> Grid<f32> {
+    let span = |from: i64, to: i64| (from.div_euclid(STEP), (to - 1).div_euclid(STEP) + 2);
+    let ((x0, x1), (y0, y1)) = (span(area.x0, area.x1), span(area.y0, area.y1));
+    let wide = Area { x0: x0 - FAR, y0: y0 - FAR, x1: x1 + FAR, y1: y1 + FAR };
+    let mut coarse = Grid::filled(wide, 0.0f32);
+    for (x, y) in wide.vertices() {
+        let corners = [[0, 0], [-NEAR, -NEAR], [NEAR, -NEAR], [-NEAR, NEAR], [NEAR, NEAR]];
+        let sum: f32 = corners.iter().map(|[dx, dy]| heights.at(x * STEP + dx, y * STEP + dy)).sum();
+        coarse.row_mut(y, x, x + 1)[0] = sum / corners.len() as f32;
+    }
+    let nodes = Area { x0, y0, x1, y1 };
+    let mut seen = Grid::filled(nodes, 0.0f32);
+    for (x, y) in nodes.vertices() {
+        // The steepest way up to what is seen there, as seen from here.
+        let rises = WAYS.map(|[dx, dy]| {
+            let long = if dx != 0 && dy != 0 { std::f32::consts::SQRT_2 } else { 1.0 };
+            (1..=FAR)
+                .map(|far| {
+                    let rise_m = coarse.at(x + dx * far, y + dy * far) - coarse.at(x, y);
+                    rise_m * per_m / ((STEP * far) as f32 * long)
+                })
+                .fold(0.0f32, f32::max)
+        });
+        let hidden = rises.iter().map(|rise| rise / (1.0 + rise * rise).sqrt()).sum::<f32>() / WAYS.len() as f32;
+        // Between the two ways beside that to the sun, by how near each is.
+        let to_sun = |[dx, dy]: [i64; 2]| {
+            let long = ((dx * dx + dy * dy) as f32).sqrt();
+            let cos = (dx as f32 * sun[0] + dy as f32 * sun[1]) / long;
+            (cos - std::f32::consts::FRAC_1_SQRT_2).max(0.0)
+        };
+        let weights = WAYS.map(to_sun);
+        let weight: f32 = weights.iter().sum();
+        let rise = rises.iter().zip(weights).map(|(rise, share)| rise * share).sum::<f32>() / weight.max(1e-6);
+        let shadow = ((rise - SUN_RISE) / SOFT).clamp(0.0, 1.0);
+        seen.row_mut(y, x, x + 1)[0] = sky * (1.0 - hidden - USUAL) - cast * shadow;
+    }
+    let mut shade = Grid::filled(area, 0.0f32);
+    let share = |at: i64| (at.rem_euclid(STEP) as f32 + 0.5) / STEP as f32;
+    for y in area.y0..area.y1 {
+        let (row, down) = (y.div_euclid(STEP), share(y));
+        for (x, value) in (area.x0..).zip(shade.row_mut(y, area.x0, area.x1)) {
+            let (column, along) = (x.div_euclid(STEP), share(x));
+            let at = |dx: i64, dy: i64| seen.at(column + dx, row + dy);
+            let north = at(0, 0) + (at(1, 0) - at(0, 0)) * along;
+            let south = at(0, 1) + (at(1, 1) - at(0, 1)) * along;
+            *value = north + (south - north) * down;
+        }
+    }
+    shade
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn valleys_see_less_of_the_sky_than_ridges_and_lie_in_shadow() {
+        let area = Area::new(-20, -20, 120, 60);
+        let mut heights = Grid::filled(area.padded(REACH), 0.0);
+        let all = heights.area();
+        for (x, y) in all.vertices() {
+            // Ridges from north to south, 80 pixels apart, their sides as steep as 45 degrees.
+            heights.row_mut(y, x, x + 1)[0] = 400.0 - 10.0 * ((x + 40).rem_euclid(80) - 40).abs() as f32;
+        }
+        let west = [-1.0, 0.0];
+        let open = openness(&heights, area, 0.1, west, [1.0, 0.0]);
+        let (ridge, valley) = (open.at(0, 0), open.at(40, 0));
+        assert!(ridge > 0.0 && valley < -0.1, "{ridge} {valley}");
+        let cast = openness(&heights, area, 0.1, west, [0.0, 1.0]);
+        let (lit, shaded) = (cast.at(70, 0), cast.at(10, 0));
+        assert!(lit == 0.0 && shaded < -0.5, "{lit} {shaded}");
+        // A part knows what the whole knows there.
+        let part = Area::new(3, 5, 30, 20);
+        let own = openness(&heights, part, 0.1, west, [1.0, 1.0]);
+        let whole = openness(&heights, area, 0.1, west, [1.0, 1.0]);
+        assert!(part.vertices().all(|(x, y)| own.at(x, y) == whole.at(x, y)));
+    }
+}
