@@ -180,6 +180,35 @@ mod tests {
     }
 
     #[test]
+    fn contours_are_as_high_as_they_say() {
+        let area = Area::new(-100, -100, 300, 300);
+        let mut heights = Grid::filled(area.padded(4), 0.0);
+        for (x, y) in heights.area().vertices() {
+            let (east, south) = (x as f32 * 0.11, y as f32 * 0.07);
+            heights.row_mut(y, x, x + 1)[0] = 900.0 + 300.0 * east.sin() * south.cos() + 2.0 * (x - y) as f32;
+        }
+        let height_at = |[x, y]: [f64; 2]| {
+            // Heights are those of the middles of pixels, and lines go from one to the next but one.
+            let at = |at: f64| ((at - 0.5) / STEP as f64).floor() as i64 * STEP;
+            let (west, north) = (at(x), at(y));
+            let (east, down) = (x - 0.5 - west as f64, y - 0.5 - north as f64);
+            let height = |dx: i64, dy: i64| f64::from(heights.at(west + dx, north + dy));
+            let share = east.max(down) / STEP as f64;
+            let next = if east > 0.0 { height(STEP, 0) } else { height(0, STEP) };
+            height(0, 0) + (next - height(0, 0)) * share
+        };
+        let lines = contours(&heights, area, 100.0);
+        let points: Vec<(f64, [f64; 2])> = lines
+            .iter()
+            .flat_map(|line| line.points.iter().map(|point| (line.number as f64 * 100.0, *point)))
+            .collect();
+        assert!(points.len() > 10_000, "{} points", points.len());
+        for (level_m, point) in points {
+            assert!((height_at(point) - level_m).abs() < 1e-6, "{} at {point:?}, not {level_m}", height_at(point));
+        }
+    }
+
+    #[test]
     fn intervals_are_round_and_grow_with_the_scale() {
         let intervals = [25_000.0, 50_000.0, 250_000.0, 2_000_000.0].map(|scale| interval_m(scale, 0.6, 1.0));
         assert_eq!(intervals, [20.0, 50.0, 200.0, 1000.0]);
