@@ -58,6 +58,8 @@ pub(crate) struct PdfPage<'a> {
     pdf: &'a mut Pdf,
     number: usize,
     area: Area,
+    /// What is seen of it.
+    clip: Option<Area>,
     scale: Scale,
     content: Content,
     pictures: Vec<Ref>,
@@ -141,7 +143,17 @@ impl Pdf {
         // Pixels go down from the north-western corner, points up from the south-western one.
         content.transform([point as f32, 0.0, 0.0, -point as f32, 0.0, (area.height() as f64 * point) as f32]);
         content.set_line_join(LineJoinStyle::RoundJoin);
-        PdfPage { pdf: self, number, area, scale, content, pictures: Vec::new(), rows: None, links: Vec::new() }
+        PdfPage {
+            pdf: self,
+            number,
+            area,
+            clip: None,
+            scale,
+            content,
+            pictures: Vec::new(),
+            rows: None,
+            links: Vec::new(),
+        }
     }
 
     /// Adds a line to the list of contents that viewers show beside the pages.
@@ -440,7 +452,7 @@ impl PdfPage<'_> {
 
 impl Plotter for PdfPage<'_> {
     fn area(&self) -> Area {
-        self.area
+        self.clip.unwrap_or(self.area)
     }
 
     fn fill(&mut self, shape: &Shape, colour: Colour) {
@@ -512,6 +524,7 @@ impl Plotter for PdfPage<'_> {
 
 impl Page for PdfPage<'_> {
     fn clip(&mut self, part: Area) {
+        self.clip = Some(part);
         let [x, y] = self.at([part.x0 as f64, part.y0 as f64]);
         self.content.save_state().rect(x, y, part.width() as f32, part.height() as f32).clip_nonzero().end_path();
         self.rows = Some(Rows { area: part, packed: ZlibEncoder::new(Vec::new(), Compression::default()) });
@@ -554,6 +567,7 @@ impl Page for PdfPage<'_> {
     }
 
     fn open(&mut self) {
+        self.clip = None;
         self.content.restore_state();
     }
 }

@@ -22,6 +22,8 @@ pub(crate) struct Svg {
     file: PartFile,
     text: String,
     area: Area,
+    /// What is seen of it.
+    clip: Option<Area>,
     picture: Option<(Area, Vec<u8>)>,
     /// What was refused, which shows at the end.
     refused: Option<Error>,
@@ -47,7 +49,7 @@ impl Svg {
             escaped(title),
             escaped(description)
         );
-        Ok(Svg { file, text, area, picture: None, refused: None })
+        Ok(Svg { file, text, area, clip: None, picture: None, refused: None })
     }
 
     /// Ends the page.
@@ -168,7 +170,7 @@ fn escaped(text: &str) -> String {
 
 impl Plotter for Svg {
     fn area(&self) -> Area {
-        self.area
+        self.clip.unwrap_or(self.area)
     }
 
     fn fill(&mut self, shape: &Shape, colour: Colour) {
@@ -220,6 +222,7 @@ impl Plotter for Svg {
 
 impl Page for Svg {
     fn clip(&mut self, part: Area) {
+        self.clip = Some(part);
         let [x, y] = self.at([part.x0 as f64, part.y0 as f64]);
         let (width, height) = (part.width(), part.height());
         self.add(format_args!(
@@ -249,6 +252,7 @@ impl Page for Svg {
     }
 
     fn open(&mut self) {
+        self.clip = None;
         self.add(format_args!("</g>\n"));
     }
 }
