@@ -22,6 +22,10 @@ impl Drape {
         for y in area.y0..area.y1 {
             heights_m.extend_from_slice(heights.row(y, area.x0, area.x1));
         }
+        // With every vertex a surface is the raster itself.
+        if surface.vertices.len() == heights_m.len() {
+            return Drape { cells: side - 1, heights_m };
+        }
         for facet in surface.facets() {
             let corners_m = facet.0.map(|[column, row]| f64::from(heights_m[row as usize * side + column as usize]));
             let whole = f64::from(facet.whole());
