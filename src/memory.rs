@@ -133,9 +133,9 @@ pub(crate) struct Memory<K, V> {
 /// Hashes keys, which are a few numbers that nobody chooses to do harm: in a fraction of the time that the standard library
 /// takes so that nobody can.
 #[derive(Debug, Default)]
-struct KeyHasher(u64);
+pub(crate) struct KeyHasher(u64);
 
-type HashKeys = BuildHasherDefault<KeyHasher>;
+pub(crate) type HashKeys = BuildHasherDefault<KeyHasher>;
 
 impl Hasher for KeyHasher {
     fn finish(&self) -> u64 {

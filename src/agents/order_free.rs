@@ -20,7 +20,7 @@ use crate::area::{Area, TileId};
 use crate::grid::Grid;
 use crate::hash::{self, Stream};
 use crate::lines::{Line, LineEnd, LineId, LineKind, Lines};
-use crate::memory::{Memory, Usage, heap_bytes};
+use crate::memory::{HashKeys, Memory, Usage, heap_bytes};
 use crate::relief::Relief;
 
 /// How many rivers, each settled against the next, are followed before one is taken as it was traced.
@@ -166,7 +166,7 @@ impl Agents {
             nodes: river.nodes.len(),
             ending: if river.ends_in_sea { LineEnd::Sea } else { LineEnd::Nothing },
         };
-        let mut steps: Option<HashMap<Node, usize>> = None;
+        let mut steps: Option<HashMap<Node, usize, HashKeys>> = None;
         for other in self.tiles(&river.bounds, reach) {
             // Its own tile is among them. Only upwards in rank, so that two rivers never wait for each other.
             if self.rank(other) <= rank {
@@ -316,7 +316,7 @@ impl Agents {
     fn ground<'a>(&self, relief: &'a Relief) -> BareTerrain<'a> {
         BareTerrain {
             relief,
-            blocks: HashMap::new(),
+            blocks: HashMap::default(),
             sea_level_m: self.sea_level_m,
             slope_scale: self.slope_scale,
             half_per_spacing: (0.5 / self.spacing_m) as f32,
@@ -373,7 +373,7 @@ fn downhill(heights: &Grid<f32>) -> Direction {
 /// Un-carved ground anywhere, made block by block where an agent looks.
 struct BareTerrain<'a> {
     relief: &'a Relief,
-    blocks: HashMap<(i64, i64), Grid<f32>>,
+    blocks: HashMap<(i64, i64), Grid<f32>, HashKeys>,
     sea_level_m: f32,
     slope_scale: f32,
     half_per_spacing: f32,

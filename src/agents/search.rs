@@ -8,6 +8,7 @@ use std::collections::HashSet;
 
 use crate::agents::Direction;
 use crate::area::Area;
+use crate::memory::HashKeys;
 
 /// A vertex of the lattice.
 pub type Node = (i64, i64);
@@ -50,15 +51,21 @@ pub struct Trace {
 ///
 /// Ties go to the direction that is named first in [`Direction::ALL`], so the way is the same on every machine.
 pub fn search(heuristic: &mut impl Heuristic, start: Node, bounds: Area, most: usize) -> Trace {
-    trace(heuristic, start, HashSet::from([start]), bounds, most)
+    trace(heuristic, start, HashSet::from_iter([start]), bounds, most)
 }
 
 /// As [`search`], of an agent that has come to `start` from `behind` and does not go back there.
 pub fn resume(heuristic: &mut impl Heuristic, behind: Node, start: Node, bounds: Area, most: usize) -> Trace {
-    trace(heuristic, start, HashSet::from([behind, start]), bounds, most)
+    trace(heuristic, start, HashSet::from_iter([behind, start]), bounds, most)
 }
 
-fn trace(heuristic: &mut impl Heuristic, start: Node, mut closed: HashSet<Node>, bounds: Area, most: usize) -> Trace {
+fn trace(
+    heuristic: &mut impl Heuristic,
+    start: Node,
+    mut closed: HashSet<Node, HashKeys>,
+    bounds: Area,
+    most: usize,
+) -> Trace {
     let stride = heuristic.stride();
     let mut nodes = vec![start];
     let mut here = start;

@@ -1,5 +1,7 @@
 //! The colour of the ground by itself, without light: what a mesh is painted with.
 
+use crate::map::shade::{CHUNK, fill};
+use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::{Material, Tile};
 
 /// sRGB of each material, in the order of [`Material::ALL`]. Chosen by eye.
@@ -16,18 +18,68 @@ const COLOURS: [[f32; 3]; Material::ALL.len()] = [
 
 /// Writes row `y` of a tile as RGB, as many pixels from its western edge as `row` holds: the materials' colours by weight.
 pub(crate) fn paint_row(tile: &Tile, y: i64, row: &mut [u8]) {
-    let x0 = tile.area().x0;
     let pixels = row.as_chunks_mut::<3>().0;
-    let x1 = x0 + pixels.len() as i64;
-    let words = tile.blend().ground().row(y, x0, x1).iter().zip(tile.blend().cover().row(y, x0, x1));
-    for (pixel, (ground, cover)) in pixels.iter_mut().zip(words) {
-        let weights = ground.to_le_bytes().into_iter().chain(cover.to_le_bytes());
-        // A half, for the cast cuts off.
-        let mut sum = [0.5; 3];
-        for (weight, colour) in weights.zip(COLOURS) {
-            let share = f32::from(weight) / 255.0;
-            sum = [0, 1, 2].map(|channel| sum[channel] + colour[channel] * share);
+    for (x0, pixels) in (tile.area().x0..).step_by(CHUNK).zip(pixels.chunks_mut(CHUNK)) {
+        let x1 = x0 + pixels.len() as i64;
+        let mut words = [0; CHUNK];
+        dispatch(Colours {
+            weights: [&fill(tile.blend().ground().row(y, x0, x1)), &fill(tile.blend().cover().row(y, x0, x1))],
+            count: pixels.len(),
+            words: &mut words,
+        });
+        for (pixel, word) in pixels.iter_mut().zip(words) {
+            // Lanes make a word a pixel; three bytes of it are the pixel.
+            let [red, green, blue, _] = word.to_le_bytes();
+            *pixel = [red, green, blue];
         }
-        *pixel = sum.map(|channel| channel as u8);
+    }
+}
+
+/// Mixes the colours of a chunk of pixels.
+struct Colours<'a> {
+    /// Weights of four materials a word, as [`Blend`](crate::tile::Blend) packs them.
+    weights: [&'a [u32; CHUNK]; 2],
+    /// Pixels that are wanted, from the first on.
+    count: usize,
+    /// The pixels: red in the lowest byte, then green and blue.
+    words: &'a mut [u32; CHUNK],
+}
+
+impl Kernel for Colours<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let (byte, none) = (simd.splat_u32(255), simd.splat_u32(0));
+        let mut at = 0;
+        while at < self.count {
+            // A half, for the cast cuts off.
+            let half = simd.splat(0.5);
+            let [mut red, mut green, mut blue] = [half, half, half];
+            let mut material = 0;
+            while material < COLOURS.len() {
+                let mut words = simd.load_u32(&self.weights[material / 4][at..]);
+                let colours = COLOURS.as_chunks::<4>().0;
+                let mut within = 0;
+                while within < 4 {
+                    let weight = words & byte;
+                    // Most vertices have one material or two, and nothing is added for the others.
+                    if simd.any(simd.gt_i32(weight, none)) {
+                        let share = simd.i32_to_f32(weight) / simd.splat(255.0);
+                        let colour = colours[material / 4][within];
+                        red = red + simd.splat(colour[0]) * share;
+                        green = green + simd.splat(colour[1]) * share;
+                        blue = blue + simd.splat(colour[2]) * share;
+                    }
+                    words = simd.shr::<8>(words);
+                    within += 1;
+                }
+                material += 4;
+            }
+            let [red, green, blue] =
+                [simd.truncate_to_i32(red), simd.truncate_to_i32(green), simd.truncate_to_i32(blue)];
+            simd.store_u32(red | simd.shl::<8>(green) | simd.shl::<16>(blue), &mut self.words[at..]);
+            at += S::LANES;
+        }
     }
 }

@@ -97,7 +97,12 @@ impl MapPainter {
     fn paint_water(&self, tile: &Tile, y: i64, x0: i64, pixels: &mut [[u8; 3]]) {
         let Some(water) = tile.water() else { return };
         let x1 = x0 + pixels.len() as i64;
-        let waters = water.kind.row(y, x0, x1).iter().zip(water.depth_m.row(y, x0, x1));
+        let kinds = water.kind.row(y, x0, x1);
+        // Most chunks are dry.
+        if kinds.iter().all(|kind| *kind == WaterKind::Dry) {
+            return;
+        }
+        let waters = kinds.iter().zip(water.depth_m.row(y, x0, x1));
         for (pixel, (kind, depth_m)) in pixels.iter_mut().zip(waters) {
             match kind {
                 WaterKind::River => composite(pixel, (RIVER_OPACITY, RIVER)),
@@ -125,7 +130,11 @@ fn paint_lines(tile: &Tile, y: i64, x0: i64, pixels: &mut [[u8; 3]]) {
 
 /// Lets a colour cover a share of each pixel.
 fn lay(pixels: &mut [[u8; 3]], shares: &[f32], (opacity, colour): (f32, [f32; 3])) {
-    for (pixel, share) in pixels.iter_mut().zip(shares) {
+    // Nearly all pixels are bare, and so are most chunks.
+    if shares.iter().fold(0, |bits, share| bits | share.to_bits()) == 0 {
+        return;
+    }
+    for (pixel, share) in pixels.iter_mut().zip(shares).filter(|(_, share)| **share != 0.0) {
         composite(pixel, (share * opacity, colour));
     }
 }

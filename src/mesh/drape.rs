@@ -22,18 +22,24 @@ impl Drape {
         for y in area.y0..area.y1 {
             heights_m.extend_from_slice(heights.row(y, area.x0, area.x1));
         }
-        let at = |[column, row]: [i64; 2]| row as usize * side + column as usize;
-        surface.for_each_under(|corners, place, parts| {
-            // Corners have the raster's height itself, and the others are mixed from those alone.
-            if !corners.contains(&place) {
-                let sum: f64 = corners
-                    .iter()
-                    .zip(parts)
-                    .map(|(corner, part)| part as f64 * f64::from(heights_m[at(*corner)]))
-                    .sum();
-                heights_m[at(place)] = (sum / parts.iter().sum::<i64>() as f64) as f32;
+        // With every vertex a surface is the raster itself.
+        if surface.vertices.len() == heights_m.len() {
+            return Drape { cells: side - 1, heights_m };
+        }
+        for facet in surface.facets() {
+            let corners_m = facet.0.map(|[column, row]| f64::from(heights_m[row as usize * side + column as usize]));
+            let whole = f64::from(facet.whole());
+            for span in facet.spans() {
+                let start = span.row * side + span.column;
+                let (parts, growth) = (span.parts.map(f64::from), span.growth.map(f64::from));
+                // Corners keep the raster's height, since all parts are theirs; the others are mixed from those alone.
+                for (offset, height_m) in (0_i32..).zip(&mut heights_m[start..start + span.count]) {
+                    let part = |corner: usize| parts[corner] + growth[corner] * f64::from(offset);
+                    let sum = part(0) * corners_m[0] + part(1) * corners_m[1] + part(2) * corners_m[2];
+                    *height_m = (sum / whole) as f32;
+                }
             }
-        });
+        }
         Drape { cells: side - 1, heights_m }
     }
 

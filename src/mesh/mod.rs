@@ -7,6 +7,7 @@
 //!   worst.rs      triangle, heights -> the vertex that is furthest from it
 //!   greedy.rs     heights, bound -> border, then the vertex furthest off, again and again
 //!   water.rs      kinds and levels of water -> flat sheets      ribbon.rs   roads and rivers of agents -> strips, decks
+//!   facet.rs      triangle -> the vertices of the raster in it, in spans of rows
 //!   drape.rs      surface -> the ground that waters and roads lie on
 //!   frame.rs      region -> where meshes have their origin, and the steps of positions
 //! ```
@@ -14,6 +15,7 @@
 mod border;
 mod delaunay;
 mod drape;
+mod facet;
 mod frame;
 mod greedy;
 mod ribbon;
@@ -22,6 +24,7 @@ mod water;
 mod worst;
 
 pub use drape::Drape;
+pub use facet::{Facet, Span};
 pub use frame::Frame;
 pub use ribbon::{Ribbon, RibbonKind, RibbonVertex, ribbons};
 pub use steps::{MAX_CELLS, MAX_HEIGHT_M};
@@ -79,25 +82,10 @@ impl Surface {
         Surface { cells, vertices, triangles: mesh.triangles().to_vec() }
     }
 
-    /// Shows, triangle by triangle, each vertex of the raster that lies in it or on its edge: the triangle's corners, the vertex'
-    /// column and row, and the parts of the vertex that are each corner's, whole numbers whose sum is the same all over the
-    /// triangle.
-    pub fn for_each_under(&self, mut visit: impl FnMut([[i64; 2]; 3], [i64; 2], [i64; 3])) {
-        // Twice the area of a triangle, positive if it faces up.
-        let twice =
-            |[x0, y0]: [i64; 2], [x1, y1]: [i64; 2], [x, y]: [i64; 2]| (y1 - y0) * (x - x0) - (x1 - x0) * (y - y0);
-        for triangle in &self.triangles {
-            let corners = triangle.map(|index| self.vertices[index as usize].map(i64::from));
-            let [a, b, c] = corners;
-            // All places of the rectangle around it: triangles are many and small.
-            let range = |axis: usize| a[axis].min(b[axis]).min(c[axis])..=a[axis].max(b[axis]).max(c[axis]);
-            for place in range(1).flat_map(|row| range(0).map(move |column| [column, row])) {
-                let parts = [twice(b, c, place), twice(c, a, place), twice(a, b, place)];
-                if parts.iter().all(|part| *part >= 0) {
-                    visit(corners, place, parts);
-                }
-            }
-        }
+    /// The triangles as they lie over the raster, in their order.
+    pub fn facets(&self) -> impl Iterator<Item = Facet> {
+        let place = |index: u32| self.vertices[index as usize].map(|at| at as i32);
+        self.triangles.iter().map(move |triangle| Facet(triangle.map(place)))
     }
 }
 

@@ -30,6 +30,9 @@ const CLEAR_M: f32 = 0.05;
 ///
 /// On a `ground` that is coarser than the raster rivers rise and shores sink to where they meet it.
 pub fn sheets(world: &World, tile: &Tile, ground: Option<&Drape>) -> Vec<Sheet> {
+    if is_dry(world, tile) {
+        return Vec::new();
+    }
     let mut levels = Levels::new(world, tile);
     if let Some(ground) = ground {
         levels.settle(ground);
@@ -37,6 +40,21 @@ pub fn sheets(world: &World, tile: &Tile, ground: Option<&Drape>) -> Vec<Sheet> 
     let kinds = [WaterKind::River, WaterKind::Lake, WaterKind::Sea];
     let found = kinds.into_iter().filter(|kind| levels.kinds.contains(kind));
     found.map(|kind| Blocks::new(&levels, kind).sheet()).collect()
+}
+
+/// Whether nothing of a tile is under water, which is seen much sooner than where it is.
+fn is_dry(world: &World, tile: &Tile) -> bool {
+    let area = tile.area();
+    let sea_m = sea_level_m(world);
+    (area.y0..area.y1).all(|y| match tile.water() {
+        Some(water) => water.kind.row(y, area.x0, area.x1).iter().all(|kind| *kind == WaterKind::Dry),
+        None => !tile.heights().row(y, area.x0, area.x1).iter().any(|height_m| *height_m < sea_m),
+    })
+}
+
+/// The level of the sea, or one below all land.
+fn sea_level_m(world: &World) -> f32 {
+    world.preset().sea_level_m.map_or(f32::NEG_INFINITY, |level_m| level_m as f32)
 }
 
 /// The water's surface at the vertices of a tile, row by row.
@@ -55,7 +73,7 @@ impl Levels {
         // A vertex more on each side, which a shore at the tile's edge asks for: so neighbours find the same.
         let padded = tile.heights().area();
         let width = padded.width();
-        let sea_m = world.preset().sea_level_m.map_or(f32::NEG_INFINITY, |level_m| level_m as f32);
+        let sea_m = sea_level_m(world);
         // What stands at each vertex of the tile and beside it.
         let mut wet = Vec::with_capacity(padded.len());
         for y in padded.y0..padded.y1 {

@@ -1,40 +1,114 @@
 //! Normal maps for meshes with few vertices: what their own normals leave out.
 
-use crate::mesh::Surface;
-use crate::tile::Tile;
+use crate::area::Area;
+use crate::mesh::{Facet, Span, Surface};
+use crate::simd::{Kernel, Simd, dispatch};
+use crate::tile::{Normals, Tile};
 
-use super::values::tangent;
-
-/// The raster's normals as a mesh's material has them: relative to the normal and the tangent that the mesh has at each
-/// vertex of the raster, in RGB, row by row; green is north.
+/// The raster's normals as a mesh's material has them: relative to the normal and the [tangent](super::values::tangent) that
+/// the mesh has at each vertex of the raster, in RGB, row by row; green is north.
 ///
 /// So the mesh is lit as the raster would be, at any level of detail.
 pub(super) fn relative_normals(tile: &Tile, surface: &Surface) -> Vec<u8> {
     let area = tile.area();
-    let side = area.width();
-    let normal = |[column, row]: [i64; 2]| tile.normals().at(area.x0 + column, area.y0 + row);
     // All are set below, since a surface covers its tile.
-    let mut texels = vec![[128, 128, 255]; side * side];
-    surface.for_each_under(|corners, at, parts| {
-        let normals = corners.map(normal);
-        // The sum need not be a unit.
-        let mixed = [0, 1, 2].map(|axis| (0..3).map(|corner| normals[corner][axis] * parts[corner] as f32).sum());
-        texels[at[1] as usize * side + at[0] as usize] = texel(normal(at), mixed);
-    });
+    let mut words = vec![0; area.len()];
+    for facet in surface.facets() {
+        let normal = |[column, row]: [i32; 2]| tile.normals().at(area.x0 + i64::from(column), area.y0 + i64::from(row));
+        let corners = facet.0.map(normal);
+        dispatch(Relative { area, normals: tile.normals(), facet, corners, words: &mut words });
+    }
+    // Lanes make a word a texel; three bytes of it are the texel.
+    let mut texels = vec![[0; 3]; words.len()];
+    for (texel, word) in texels.iter_mut().zip(words) {
+        let [red, green, blue, _] = word.to_le_bytes();
+        *texel = [red, green, blue];
+    }
     texels.into_flattened()
 }
 
-/// A normal in the frame of the mesh's normal, which need not be a unit.
-fn texel(normal: [f32; 3], mixed: [f32; 3]) -> [u8; 3] {
-    let length = dot(mixed, mixed).sqrt();
-    let up = mixed.map(|axis| axis / length);
-    let [east, rise, south, _] = tangent(up);
-    let ahead = [east, rise, south];
-    // The bitangent is normal x tangent, as glTF has it where the tangent's fourth number is 1.
-    let aside = [up[1] * south - up[2] * rise, up[2] * east - up[0] * south, up[0] * rise - up[1] * east];
-    [ahead, aside, up].map(|axis| (dot(normal, axis) * 127.5 + 128.0) as u8)
+/// Sees the normals under a triangle in the frames of the mesh's.
+struct Relative<'a> {
+    area: Area,
+    normals: &'a Normals,
+    facet: Facet,
+    /// The normals of the triangle's corners.
+    corners: [[f32; 3]; 3],
+    /// The texels of the area: red in the lowest byte, then green and blue.
+    words: &'a mut [u32],
 }
 
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+impl Kernel for Relative<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let width = self.area.width();
+        for span in self.facet.spans() {
+            let normal = self.normals.row(self.area.y0 + span.row as i64, self.area.x0, self.area.x1);
+            let words = &mut self.words[span.row * width..][..width];
+            let mut column = span.column;
+            while column < span.column + span.count {
+                // At the end of the row the vector begins before the column.
+                let from = column.min(width - S::LANES);
+                let offset = simd.lane_numbers() + simd.splat_i32(from as i32 - span.column as i32);
+                let texels = texels(simd, &span, simd.i32_to_f32(offset), &self.corners, normal, from);
+                // What lies beside the triangle is another's.
+                let is_within =
+                    simd.gt_i32(offset, simd.splat_i32(-1)) & simd.gt_i32(simd.splat_i32(span.count as i32), offset);
+                let others = simd.load_u32(&words[from..]);
+                simd.store_u32(simd.select_u32(is_within, texels, others), &mut words[from..]);
+                column += S::LANES;
+            }
+        }
+    }
+}
+
+/// The texels at vertices some `offset` from the first of a span: their normals, from a column of the row on, in the frame of
+/// what is mixed from the corners'.
+#[inline(always)]
+fn texels<S: Simd>(
+    simd: S,
+    span: &Span,
+    offset: S::F32,
+    corners: &[[f32; 3]; 3],
+    normal: [&[f32]; 3],
+    from: usize,
+) -> S::U32 {
+    let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+    let mut mixed = [zero; 3];
+    let mut corner = 0;
+    while corner < 3 {
+        let part = simd.splat(span.parts[corner] as f32) + simd.splat(span.growth[corner] as f32) * offset;
+        let mut axis = 0;
+        while axis < 3 {
+            mixed[axis] = mixed[axis] + simd.splat(corners[corner][axis]) * part;
+            axis += 1;
+        }
+        corner += 1;
+    }
+    // The sum need not be a unit.
+    let [east, up, south] = mixed;
+    let length = simd.sqrt((east * east + up * up) + south * south);
+    let [east, up, south] = [east / length, up / length, south / length];
+    // The tangent, which does not point south at all.
+    let length = simd.sqrt(east * east + up * up);
+    let is_upright = simd.gt(length, zero);
+    let ahead_east = simd.select(is_upright, up / length, one);
+    let ahead_up = simd.select(is_upright, -east / length, zero);
+    // The bitangent is normal x tangent, as glTF has it where the tangent's fourth number is 1.
+    let (aside_east, aside_up) = (-(south * ahead_up), south * ahead_east);
+    let aside_south = east * ahead_up - up * ahead_east;
+    let normal_east = simd.load(&normal[0][from..]);
+    let normal_up = simd.load(&normal[1][from..]);
+    let normal_south = simd.load(&normal[2][from..]);
+    let ahead = normal_east * ahead_east + normal_up * ahead_up;
+    let aside = (normal_east * aside_east + normal_up * aside_up) + normal_south * aside_south;
+    let above = (normal_east * east + normal_up * up) + normal_south * south;
+    // Of units, so none leaves a byte.
+    let (scale, middle) = (simd.splat(127.5), simd.splat(128.0));
+    let red = simd.truncate_to_i32(ahead * scale + middle);
+    let green = simd.truncate_to_i32(aside * scale + middle);
+    let blue = simd.truncate_to_i32(above * scale + middle);
+    red | simd.shl::<8>(green) | simd.shl::<16>(blue)
 }
