@@ -161,7 +161,9 @@ impl Book<'_> {
         if let Some(pdf) = &mut self.pdf {
             let mut page = pdf.page(self.pages, sheet.page(), scale);
             sheet.plot(&mut page)?;
-            links.into_iter().for_each(|(part, target)| page.link(part, target));
+            for (part, target) in links {
+                page.link(part, target);
+            }
             page.finish()?;
             if !bookmark.is_empty() {
                 pdf.bookmark(bookmark, self.pages);

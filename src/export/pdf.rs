@@ -198,19 +198,18 @@ impl Pdf {
         catalog.finish();
         self.put(&object)?;
         let start = self.bytes;
-        let mut table = format!("xref\n0 {}\n0000000000 65535 f \n", self.offsets.len() + 1);
+        let count = self.offsets.len() + 1;
+        let mut table = format!("xref\n0 {count}\n0000000000 65535 f \n").into_bytes();
         for offset in &self.offsets {
             // What no object uses is free.
             let kind = if *offset == 0 { "65535 f" } else { "00000 n" };
-            table += &format!("{offset:010} {kind} \n");
+            table.extend(format!("{offset:010} {kind} \n").into_bytes());
         }
-        table += &format!(
-            "trailer\n<< /Size {} /Root {} 0 R /Info {} 0 R >>\nstartxref\n{start}\n%%EOF\n",
-            self.offsets.len() + 1,
-            CATALOG.get(),
-            INFO.get()
-        );
-        self.write(table.as_bytes())?;
+        let (root, info) = (CATALOG.get(), INFO.get());
+        let trailer =
+            format!("trailer\n<< /Size {count} /Root {root} 0 R /Info {info} 0 R >>\nstartxref\n{start}\n%%EOF\n");
+        table.extend(trailer.into_bytes());
+        self.write(&table)?;
         self.file.finish()
     }
 

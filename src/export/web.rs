@@ -238,16 +238,15 @@ const DENSE: i64 = 2;
 impl Artist {
     fn prepare(&self, view: &View) -> Result<(), Error> {
         let mut prepared = self.prepared.write().expect("no thread panics while it prepares");
-        let charts = match prepared.take().filter(|prepared| prepared.zoom == view.zoom) {
+        let charts = if let Some(last) = prepared.take().filter(|prepared| prepared.zoom == view.zoom) {
             // Of the same zoom: the land is known already.
-            Some(last) => last.pictures.map(Picture::into_chart),
-            None => {
-                let dense = DENSE as f64;
-                let scale = Scale { metres_per_pixel: view.pixel_m / dense, pixels_per_mm: PIXELS_A_MM * dense };
-                let map = Chart::of_world(&self.world, Style::load(LAYERS[0].2)?, scale)?;
-                let relief = map.in_style(Style::load(LAYERS[1].2)?);
-                [map, relief]
-            }
+            last.pictures.map(Picture::into_chart)
+        } else {
+            let dense = DENSE as f64;
+            let scale = Scale { metres_per_pixel: view.pixel_m / dense, pixels_per_mm: PIXELS_A_MM * dense };
+            let map = Chart::of_world(&self.world, Style::load(LAYERS[0].2)?, scale)?;
+            let relief = map.in_style(Style::load(LAYERS[1].2)?);
+            [map, relief]
         };
         let Area { x0, y0, x1, y1 } = view.pixels;
         let area = Area { x0: DENSE * x0, y0: DENSE * y0, x1: DENSE * x1, y1: DENSE * y1 };

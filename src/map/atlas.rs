@@ -161,8 +161,11 @@ impl Layout {
 pub struct Gazetteer {
     /// By the name in small letters, the name and what it is: sheets, and squares of their grid by the kilometres east and north
     /// of their south-western corners.
-    entries: BTreeMap<(String, String, &'static str), BTreeSet<([u32; 2], [i64; 2])>>,
+    entries: BTreeMap<(String, String, &'static str), Places>,
 }
+
+/// Columns and rows of sheets, and of each a square of its grid.
+type Places = BTreeSet<([u32; 2], [i64; 2])>;
 
 /// A page of the gazetteer.
 #[derive(Debug)]
@@ -221,14 +224,7 @@ impl Gazetteer {
 }
 
 impl GazetteerPage {
-    fn add_entry(
-        &mut self,
-        scale: Scale,
-        [x, y]: [f64; 2],
-        name: &str,
-        kind: &str,
-        places: &BTreeSet<([u32; 2], [i64; 2])>,
-    ) {
+    fn add_entry(&mut self, scale: Scale, [x, y]: [f64; 2], name: &str, kind: &str, places: &Places) {
         let width =
             |text: &str, face: Face| shape(text, face, scale.pixels(SIZE_MM) as f32, 0.0).width / scale.pixels_per_mm;
         let of = format!("{name} ");

@@ -286,7 +286,7 @@ impl Picture {
         let chart = &self.chart;
         let block = Area::new(column * BLOCK, row * BLOCK, BLOCK as usize, BLOCK as usize);
         let ground = chart.relief.ground(&chart.terrain, block);
-        let boxes = self.writings.iter().flat_map(|writing| writing.boxes());
+        let boxes = self.writings.iter().flat_map(Writing::boxes);
         let near: Vec<Quad> = boxes.filter(|quad| block.meets(bounds(quad.iter()))).collect();
         let sea_level_m = chart.terrain.world().preset().sea_level_m;
         let outlines =
@@ -324,7 +324,9 @@ impl Picture {
     /// Draws all lines over the ground of some blocks.
     fn draw(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
         let (style, scale, drawing) = (&self.chart.style, &self.chart.scale, &self.drawing);
-        outlines.iter().for_each(|outlines| outlines.draw(canvas));
+        for outlines in outlines {
+            outlines.draw(canvas);
+        }
         let line = |colour: Colour, mm: f64| Pen { colour, opacity: 1.0, width: scale.pixels(mm) as f32, dash: None };
         drawing.houses.iter().for_each(|house| canvas.fill(house, style.places.houses));
         for lake in &drawing.lakes {
@@ -346,7 +348,9 @@ impl Picture {
         for lake in &drawing.lakes {
             canvas.stroke_shape(&lake.shape, &shore);
         }
-        outlines.iter().for_each(|outlines| canvas.stroke(&outlines.coasts, &shore));
+        for outlines in outlines {
+            canvas.stroke(&outlines.coasts, &shore);
+        }
         // Between their banks wide rivers are as lakes are, and open to those that they run into.
         let [banks, bank] = [BANKS * style.water.river_mm[1], style.water.shore_mm].map(|mm| scale.pixels(mm));
         let inside = |width: f64| if width > banks { width - 2.0 * bank } else { 0.0 };

@@ -1,6 +1,7 @@
 //! Maps: the same pixels and names whatever is drawn at once, in every style, and what a user gets wrong.
 
 use std::collections::BTreeSet;
+use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
@@ -115,7 +116,7 @@ fn every_style_draws_as_it_did() {
         String::from("# style, and the first 16 digits of the BLAKE3 of its picture beside this list: alps, seed 3\n");
     for (name, _) in STYLES {
         let pixels = chart("alps", name, scale).picture(area).pixels(area);
-        list += &format!("{name} {}\n", &blake3::hash(&pixels).to_hex()[..16]);
+        writeln!(list, "{name} {}", &blake3::hash(&pixels).to_hex()[..16]).unwrap();
         if std::env::var_os("TERRANE_ACCEPT").is_some() {
             fs::create_dir_all(&folder).unwrap();
             let mut file = fs::File::create(folder.join(format!("{name}.webp"))).unwrap();
