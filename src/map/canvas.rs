@@ -44,11 +44,12 @@ impl Canvas {
 
     /// The pixels of a part of the canvas: RGB, row by row.
     pub fn pixels(&self, part: Area) -> Vec<u8> {
-        let mut pixels = Vec::with_capacity(part.len() * 3);
-        for y in part.y0..part.y1 {
+        let mut pixels = vec![0; part.len() * 3];
+        for (y, row) in (part.y0..part.y1).zip(pixels.chunks_exact_mut(part.width() * 3)) {
             let start = (y - self.area.y0) as usize * self.area.width() + (part.x0 - self.area.x0) as usize;
-            for pixel in &self.pixmap.pixels()[start..start + part.width()] {
-                pixels.extend([pixel.red(), pixel.green(), pixel.blue()]);
+            let from = &self.pixmap.pixels()[start..start + part.width()];
+            for (pixel, from) in row.as_chunks_mut::<3>().0.iter_mut().zip(from) {
+                *pixel = [from.red(), from.green(), from.blue()];
             }
         }
         pixels

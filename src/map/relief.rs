@@ -112,8 +112,13 @@ impl Relief {
             }
             false => Grid::filled(area, 0.0),
         };
-        let cover = self.covers_of(&nodes).map(|plane| terrain.at_pixels(&plane, area));
-        let snow = terrain.at_pixels(&share_of(&nodes, Material::Snow), area);
+        // What is nowhere needs not be known between the nodes.
+        let at_pixels = |plane: Grid<f32>| match plane.values().iter().all(|value| *value == 0.0) {
+            true => Grid::filled(area, 0.0),
+            false => terrain.at_pixels(&plane, area),
+        };
+        let cover = self.covers_of(&nodes).map(at_pixels);
+        let snow = at_pixels(share_of(&nodes, Material::Snow));
         let stones = self.has_stones.then(|| {
             [Material::Rock, Material::Scree]
                 .map(|material| terrain.at_pixels(&share_of(&nodes, material), area.padded(REACH)))
@@ -169,9 +174,14 @@ impl Relief {
         let [red, green, blue, share] = &mut planes;
         let sums = red.values_mut().iter_mut().zip(green.values_mut()).zip(blue.values_mut()).zip(share.values_mut());
         let words = nodes.ground.values().iter().zip(nodes.cover.values());
+        let covers: Vec<(u32, &([f32; 3], f32))> = (0..).zip(&self.covers).filter(|(_, cover)| cover.1 > 0.0).collect();
         for ((((red, green), blue), share), (ground, cover)) in sums.zip(words) {
-            let weights = ground.to_le_bytes().into_iter().chain(cover.to_le_bytes());
-            for (weight, (colour, seen)) in weights.zip(&self.covers) {
+            let weights = u64::from(*ground) | u64::from(*cover) << 32;
+            for (number, (colour, seen)) in &covers {
+                let weight = (weights >> (8 * number)) as u8;
+                if weight == 0 {
+                    continue;
+                }
                 let seen = f32::from(weight) * seen;
                 *red += colour[0] * seen;
                 *green += colour[1] * seen;

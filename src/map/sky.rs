@@ -64,14 +64,24 @@ pub(super) fn openness(heights: &Grid<f32>, area: Area, per_m: f32, sun: [f32; 2
     }
     let mut shade = Grid::filled(area, 0.0f32);
     let share = |at: i64| (at.rem_euclid(STEP) as f32 + 0.5) / STEP as f32;
+    let shares: [f32; STEP as usize] = std::array::from_fn(|at| share(at as i64));
+    let mut between = vec![0.0f32; nodes.width()];
     for y in area.y0..area.y1 {
         let (row, down) = (y.div_euclid(STEP), share(y));
-        for (x, value) in (area.x0..).zip(shade.row_mut(y, area.x0, area.x1)) {
-            let (column, along) = (x.div_euclid(STEP), share(x));
-            let at = |dx: i64, dy: i64| seen.at(column + dx, row + dy);
-            let north = at(0, 0) + (at(1, 0) - at(0, 0)) * along;
-            let south = at(0, 1) + (at(1, 1) - at(0, 1)) * along;
+        let (north, south) = (seen.row(row, nodes.x0, nodes.x1), seen.row(row + 1, nodes.x0, nodes.x1));
+        for ((value, north), south) in between.iter_mut().zip(north).zip(south) {
             *value = north + (south - north) * down;
+        }
+        // From node to node, the first and the last of which may lie outside.
+        let mut out = shade.row_mut(y, area.x0, area.x1);
+        let mut skipped = area.x0.rem_euclid(STEP) as usize;
+        for pair in between.windows(2) {
+            let count = (STEP as usize - skipped).min(out.len());
+            let (here, rest) = out.split_at_mut(count);
+            for (value, share) in here.iter_mut().zip(&shares[skipped..]) {
+                *value = pair[0] + (pair[1] - pair[0]) * share;
+            }
+            (out, skipped) = (rest, 0);
         }
     }
     shade
