@@ -56,7 +56,7 @@ fn a_feature_of_agents_is_the_same_in_every_window() {
 #[test]
 #[ignore = "slow for its own sake"]
 fn a_feature_of_fluvial_land_is_the_same_in_every_window() {
-    check_windows(in_windows(FLUVIAL, fluvial(), Area::new(-100, -200, 320, 300)));
+    check_windows(in_windows(FLUVIAL, fluvial(), Area::new(-100, -200, 320, 330)));
 }
 
 fn check_windows(layers: Vec<(&dyn AnyLayer, [RowsByKey; 2])>) {

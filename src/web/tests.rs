@@ -244,10 +244,3 @@ fn a_map_that_fails_has_no_page_and_no_archive() {
     assert!(!files.contains_key("index.html") && files.contains_key("map.js"), "the page of the map before is gone");
     assert!(!files.keys().any(|name| name.starts_with("other.") || name.contains(".part")), "{:?}", files.keys());
 }
-
-#[test]
-#[ignore = "writes a map to look at into the folder $TERRANE_WEB"]
-fn a_map_to_look_at() {
-    let folder = std::env::var_os("TERRANE_WEB").expect("TERRANE_WEB names the folder");
-    written(Path::new(&folder), [-20_000.0, -13_000.0, 20_000.0, 13_000.0], 10.0, ALL);
-}
