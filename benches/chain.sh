@@ -33,21 +33,7 @@ mkdir -p "$work"
 core=$(taskset -cp $$ | sed 's/.*: *\([0-9]*\).*/\1/')
 bake=(taskset -c "$core" "$target/release/terrane" bake thesis --size "${tiles}x$tiles" --threads 1)
 
-# Prints a line of the table: the least of three times in seconds, since other work only adds to them.
-sum=0
-timed() {
-    local name=$1 best=
-    shift
-    for _ in 1 2 3; do
-        local start end
-        start=$(date +%s.%N)
-        "$@" >"$work/log.txt" 2>&1 || { cat "$work/log.txt" >&2; return 1; }
-        end=$(date +%s.%N)
-        best=$(awk -v a="$start" -v b="$end" -v best="$best" 'BEGIN { t = b - a; print best == "" || t < best ? t : best }')
-    done
-    sum=$(awk -v a="$sum" -v b="$best" 'BEGIN { print a + b }')
-    printf '| %s | %.2f s |\n' "$name" "$best"
-}
+. benches/timed.sh
 
 # The peers' heights: as bare numbers, with the header by which GDAL knows them.
 "${bake[@]}" --export r16 --out "$work/heights" >/dev/null

@@ -26,19 +26,7 @@ terrane=$target/release/terrane
 # The first of the cores that this may run on.
 core=$(taskset -cp $$ | sed 's/.*: *\([0-9]*\).*/\1/')
 
-# Prints a line of the table: the least of three times in seconds, since other work only adds to them.
-timed() {
-    local name=$1 best=
-    shift
-    for _ in 1 2 3; do
-        local start end
-        start=$(date +%s.%N)
-        "$@" >"$work/log.txt" 2>&1 || { cat "$work/log.txt" >&2; return 1; }
-        end=$(date +%s.%N)
-        best=$(awk -v a="$start" -v b="$end" -v best="$best" 'BEGIN { t = b - a; print best == "" || t < best ? t : best }')
-    done
-    printf '| %s | %.2f s |\n' "$name" "$best"
-}
+. benches/timed.sh
 
 tiles=$((pixels / 256))
 "$terrane" bake thesis --size "${tiles}x$tiles" --export r16 --out "$work/heights" >/dev/null
