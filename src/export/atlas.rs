@@ -24,6 +24,7 @@ pub struct AtlasFiles {
     layout: Layout,
     has_pictures: bool,
     has_document: bool,
+    overwrite: bool,
 }
 
 /// What was written.
@@ -47,7 +48,7 @@ impl AtlasFiles {
         has_document: bool,
         overwrite: bool,
     ) -> Result<AtlasFiles, Error> {
-        let files = AtlasFiles { folder: folder.to_owned(), layout, has_pictures, has_document };
+        let files = AtlasFiles { folder: folder.to_owned(), layout, has_pictures, has_document, overwrite };
         let sheets = files.layout.sheets().map(|place| format!("{}.png", Layout::name(place)));
         let pictures = sheets.chain([INDEX.to_owned()]).filter(|_| has_pictures);
         let map = files.layout.map([0, 0]);
@@ -154,7 +155,8 @@ impl Book<'_> {
         if self.atlas.has_pictures {
             let path = self.path(name);
             let page = sheet.page();
-            let file = MapPicture::new(&path, (page.width(), page.height()), true)?;
+            // What the gazetteer takes is known only now.
+            let file = MapPicture::new(&path, (page.width(), page.height()), self.atlas.overwrite)?;
             file.write(sheet, scale, self.texts)?;
             self.files.push(path);
         }

@@ -21,7 +21,7 @@ const GAP_MM: f64 = 6.0;
 const LINE_MM: f64 = 3.9;
 const HEAD_MM: f64 = 14.0;
 
-/// Heights of its letters, of its head's, and of marks behind names.
+/// Heights of its letters, and of its head's.
 const SIZE_MM: f64 = 2.9;
 const HEAD_SIZE_MM: f64 = 7.5;
 
@@ -150,7 +150,7 @@ impl Layout {
             .collect()
     }
 
-    /// A picture of the index on its sheet, with the frames of all sheets.
+    /// Draws the frames of all sheets on the sheet of the index.
     pub fn add_frames(&self, sheet: &mut Sheet) {
         sheet.add_frames(&self.frames());
     }
@@ -188,7 +188,7 @@ impl Gazetteer {
         }
     }
 
-    /// Names, and of each the sheets with the kilometres of the square that it is in.
+    /// How many names there are.
     pub fn len(&self) -> usize {
         self.entries.len()
     }
