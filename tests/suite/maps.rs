@@ -22,10 +22,16 @@ fn chart(preset: &str, style: &str, scale: Scale) -> Arc<Chart> {
 
 #[test]
 fn a_map_drawn_at_once_in_strips_and_in_sheets_is_the_same() {
-    // Small letters on land with many names, so that these meet at the borders of sheets.
-    let scale = Scale { metres_per_pixel: 50.0, pixels_per_mm: 1.0 };
-    let chart = chart("alps", "topographic", scale);
-    let area = Area::new(-130, -700, 300, 260);
+    // Small letters on land with many names, so that these meet at the borders of sheets; and a village where sheets meet.
+    let far = Scale { metres_per_pixel: 50.0, pixels_per_mm: 1.0 };
+    let near = Scale { metres_per_pixel: 10.0, pixels_per_mm: 2.0 };
+    for (scale, area) in [(far, Area::new(-130, -700, 300, 260)), (near, Area::new(560, 600, 260, 220))] {
+        let chart = chart("alps", "topographic", scale);
+        check_parts(&chart, area);
+    }
+}
+
+fn check_parts(chart: &Arc<Chart>, area: Area) {
     let whole = chart.picture(area);
     let all = whole.pixels(area);
     let mut strips = Vec::new();
