@@ -168,6 +168,8 @@ register! {
     Barriers = 38 << 32, 1;
     /// Where barriers are higher.
     BarrierShape = 39 << 32, 1;
+    /// Names of mountain ranges.
+    RangeName = 40 << 32, 1;
 }
 
 /// The number of a stream, or of a part of one.

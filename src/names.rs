@@ -1,4 +1,4 @@
-//! Names of settlements, rivers, lakes and peaks, put together from the syllables of a region's tongue.
+//! Names of settlements, rivers, lakes, peaks, valleys and ranges, put together from the syllables of a region's tongue.
 //!
 //! A name is a pure function of the seed, of the site cell that the thing lies in and of a number that tells things in
 //! one cell apart. The tongue changes from region to region, so that neighbours sound alike.
@@ -24,6 +24,10 @@ struct Tongue {
     lakes: &'static [&'static str],
     /// Peaks, likewise.
     peaks: &'static [&'static str],
+    /// Valleys, likewise.
+    valleys: &'static [&'static str],
+    /// Mountain ranges, likewise.
+    ranges: &'static [&'static str],
 }
 
 const TONGUES: [Tongue; 5] = [
@@ -36,6 +40,8 @@ const TONGUES: [Tongue; 5] = [
         rivers: &["*a", "*elv", "*"],
         lakes: &["*vatn", "*sjo", "*tjern"],
         peaks: &["*tind", "*horn", "*fjell", "*nut"],
+        valleys: &["*dal", "*dalen"],
+        ranges: &["*fjella", "*heimen", "*alpene"],
     },
     Tongue {
         onsets: &["b", "c", "d", "f", "g", "l", "m", "n", "p", "r", "s", "t", "v", "br", "tr", "gl"],
@@ -46,6 +52,8 @@ const TONGUES: [Tongue; 5] = [
         rivers: &["*o", "*a", "Rio *o"],
         lakes: &["Lago *o", "Lago di *a"],
         peaks: &["Monte *o", "Cima *a", "Pizzo *o"],
+        valleys: &["Val *a", "Valle *a"],
+        ranges: &["Alpi *e", "Monti *i"],
     },
     Tongue {
         onsets: &["b", "br", "c", "cr", "d", "f", "g", "gl", "l", "m", "n", "p", "r", "s", "t", "tr", "w", "th"],
@@ -56,6 +64,8 @@ const TONGUES: [Tongue; 5] = [
         rivers: &["River *", "*", "* Water"],
         lakes: &["Lake *", "* Mere", "* Water"],
         peaks: &["Mount *", "* Fell", "* Pike", "* Tor"],
+        valleys: &["*dale", "* Dale", "Glen *", "Vale of *"],
+        ranges: &["* Mountains", "* Range", "* Hills"],
     },
     Tongue {
         onsets: &["b", "d", "g", "j", "k", "kr", "l", "m", "n", "p", "r", "s", "st", "t", "v", "z", "zl", "vr"],
@@ -66,6 +76,8 @@ const TONGUES: [Tongue; 5] = [
         rivers: &["*a", "*ava", "*itsa"],
         lakes: &["*sko Jezero", "*ino Jezero"],
         peaks: &["*ski Vrh", "*ina Gora", "*nik"],
+        valleys: &["*ska Dolina", "*ina Dolina"],
+        ranges: &["*ske Planine", "*ovo Gorje"],
     },
     Tongue {
         onsets: &["h", "j", "k", "l", "m", "n", "p", "r", "s", "t", "v"],
@@ -76,6 +88,8 @@ const TONGUES: [Tongue; 5] = [
         rivers: &["*joki", "*virta"],
         lakes: &["*jarvi", "*lampi"],
         peaks: &["*tunturi", "*vaara", "*maki"],
+        valleys: &["*laakso", "*notko"],
+        ranges: &["*tunturit", "*selka", "*vaarat"],
     },
 ];
 
@@ -128,6 +142,16 @@ impl Names {
         peak(self.seed, self.cell(at), number(id))
     }
 
+    /// The name of the valley of a river, which goes by the same as [the river's](Names::river).
+    pub fn valley(&self, at: [i64; 2], id: &[i64]) -> String {
+        valley(self.seed, self.cell(at), number(id))
+    }
+
+    /// The name of the mountain range of which a vertex is the highest.
+    pub fn range(&self, at: [i64; 2]) -> String {
+        range(self.seed, self.cell(at))
+    }
+
     fn cell(&self, at: [i64; 2]) -> SiteId {
         let [i, j] = at.map(|at| at.div_euclid(self.cell_side));
         SiteId { i, j }
@@ -153,6 +177,16 @@ fn lake(seed: u64, cell: SiteId, number: u64) -> String {
 /// The name of a peak; see [`river`].
 fn peak(seed: u64, cell: SiteId, number: u64) -> String {
     thing(seed, Stream::PeakName, cell, number, |tongue| tongue.peaks)
+}
+
+/// The name of the valley of a river: thrown by the same dice, it has the same stem.
+fn valley(seed: u64, cell: SiteId, number: u64) -> String {
+    thing(seed, Stream::RiverName, cell, number, |tongue| tongue.valleys)
+}
+
+/// The name of the mountain range whose highest ground lies in a site cell.
+fn range(seed: u64, cell: SiteId) -> String {
+    thing(seed, Stream::RangeName, cell, 0, |tongue| tongue.ranges)
 }
 
 fn thing(
@@ -269,8 +303,14 @@ mod tests {
     #[test]
     fn names_differ_and_can_be_said() {
         let ids = || (0..40).flat_map(|j| (0..25).map(move |i| SiteId { i: i - 7, j: j + 10_000_000_000 }));
-        let kinds: [&dyn Fn(SiteId) -> String; 4] =
-            [&|id| settlement(7, id), &|id| river(7, id, 1), &|id| lake(7, id, 1), &|id| peak(7, id, 1)];
+        let kinds: [&dyn Fn(SiteId) -> String; 6] = [
+            &|id| settlement(7, id),
+            &|id| river(7, id, 1),
+            &|id| lake(7, id, 1),
+            &|id| peak(7, id, 1),
+            &|id| valley(7, id, 1),
+            &|id| range(7, id),
+        ];
         for make in kinds {
             let names: Vec<String> = ids().map(make).collect();
             assert_eq!(names, ids().map(make).collect::<Vec<_>>());
@@ -284,6 +324,19 @@ mod tests {
                 assert!(hard.clone().all(|cluster| cluster.len() <= 4), "{name}");
             }
         }
+    }
+
+    #[test]
+    fn a_valley_is_called_as_its_river_is() {
+        let alike = (0..200).filter(|i| {
+            let cell = SiteId { i: *i, j: 5 };
+            // Endings may take a letter of the stem, and names may begin with a word that says what they are.
+            let stem =
+                |name: String| name.split(' ').map(|word| word[..word.len().min(3)].to_owned()).collect::<Vec<_>>();
+            let valley = stem(valley(7, cell, 1));
+            stem(river(7, cell, 1)).iter().any(|word| valley.contains(word))
+        });
+        assert!(alike.count() > 190);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::fluvial::landforms::coast::Coast;
 use crate::fluvial::landforms::lakes::Lake;
 use crate::fluvial::landforms::peaks::Peak;
 use crate::fluvial::point::GRAINS;
-use crate::lines::{LakeId, LineId};
+use crate::lines::{LakeId, Line, LineId};
 use crate::world::World;
 
 /// A lake.
@@ -57,6 +57,12 @@ fn of_lake(world: &World, lake: &Arc<Lake>) -> LakeFeature {
         outlet: lake.outlet,
         rings: lake.rings.iter().map(ring).collect(),
     }
+}
+
+/// The name of the valley of a river; none in a world without places, and none of rivers of agents.
+pub fn valley_name(world: &World, river: &Line) -> Option<String> {
+    let LineId::River { channel: (level, x, y), .. } = river.course else { return None };
+    world.names().map(|names| names.valley(first_vertex(world, level, [x, y]), &[i64::from(level), x, y]))
 }
 
 /// The vertex at which a cell of a level of the network begins: names go by the place, since a tongue is at home in a part of

@@ -17,6 +17,7 @@ use crate::map::drawing::{Draughtsman, Drawing};
 use crate::map::names::{self, Writing};
 use crate::map::outlines::{Outlines, SQUARE};
 use crate::map::plotter::{Page, Pen, Plotter, Shape, WIDEST, bounds};
+use crate::map::ranges::Afar;
 use crate::map::relief::{Ground, Relief};
 use crate::map::scale::Scale;
 use crate::map::sheet::LegendItem;
@@ -49,7 +50,9 @@ pub struct Chart {
     /// its lines are.
     world: Arc<World>,
     has_lines: bool,
+    /// Where the names of peaks, and those of ranges and valleys, come from.
     summits: Option<Arc<Summits>>,
+    afar: Option<Arc<Afar>>,
     interval_m: f64,
 }
 
@@ -98,21 +101,25 @@ impl Chart {
                 Arc::new(strided.with_tile_cells(Terrain::TILE_CELLS))
             }
         };
-        let summits = preset.fluvial.is_some().then(|| Summits::new(Arc::clone(world), scale)).transpose()?;
+        let is_fluvial = preset.fluvial.is_some();
+        let summits = is_fluvial.then(|| Summits::new(Arc::clone(world), scale)).transpose()?.map(Arc::new);
+        let has_ranges = is_fluvial && Afar::is_of_use(world, scale);
+        let afar = has_ranges.then(|| Afar::new(world, scale)).transpose()?.map(Arc::new);
         let terrain = Arc::new(Terrain::new(strided, scale));
-        Ok(Chart::drawn(Arc::clone(world), terrain, summits.map(Arc::new), style, scale))
+        Ok(Chart::drawn(Arc::clone(world), terrain, (summits, afar), style, scale))
     }
 
     /// The maps of the same world in the same scale in another style.
     #[must_use]
     pub fn in_style(&self, style: Style) -> Arc<Chart> {
-        Chart::drawn(Arc::clone(&self.world), Arc::clone(&self.terrain), self.summits.clone(), style, self.scale)
+        let heights = (self.summits.clone(), self.afar.clone());
+        Chart::drawn(Arc::clone(&self.world), Arc::clone(&self.terrain), heights, style, self.scale)
     }
 
     fn drawn(
         world: Arc<World>,
         terrain: Arc<Terrain>,
-        summits: Option<Arc<Summits>>,
+        (summits, afar): (Option<Arc<Summits>>, Option<Arc<Afar>>),
         style: Style,
         scale: Scale,
     ) -> Arc<Chart> {
@@ -129,8 +136,7 @@ impl Chart {
             None if style.contours.draw => interval_m(denominator, style.contours.spacing_mm, terrain.steepness()),
             None => interval_m(denominator, style.contours.spacing_mm, 1.0),
         };
-        let summits = summits.filter(|_| style.labels.draw);
-        Arc::new(Chart { style, scale, terrain, relief, world, has_lines, summits, interval_m })
+        Arc::new(Chart { style, scale, terrain, relief, world, has_lines, summits, afar, interval_m })
     }
 
     /// The scale of the maps.
@@ -171,7 +177,8 @@ impl Chart {
             let drawing = draughtsman.draw(named, pad);
             let summits = self.summits.iter().flat_map(|summits| summits.find(self.scale, named.padded(pad)));
             let summits: Vec<Summit> = summits.collect();
-            writings = names::write(&self.style, self.scale, &drawing, &summits, named);
+            let seen = self.afar.as_ref().map(|afar| afar.look(named.padded(pad)));
+            writings = names::write((&self.style, self.scale), &drawing, &summits, seen.as_ref(), named);
             drawing
         } else {
             draughtsman.draw(area, WIDEST as usize)

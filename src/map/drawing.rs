@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::area::Area;
-use crate::features::landforms::{LAKES, LakeFeature};
+use crate::features::landforms::{LAKES, LakeFeature, valley_name};
 use crate::features::sites::SiteFeature;
 use crate::lines::{Line, LineKind, RoadClass, StructureKind};
 use crate::map::generalise::{bend, smooth, thinned};
@@ -76,6 +76,8 @@ pub(super) struct LakeShape {
 pub(super) struct NamedRiver {
     pub id: String,
     pub name: String,
+    /// The name of the valley that it flows in.
+    pub valley: Option<String>,
     pub line: Vec<[f64; 2]>,
     /// How wide it is drawn at most.
     pub width: f64,
@@ -208,8 +210,8 @@ impl Draughtsman<'_> {
             if let Some(name) = river.name.as_ref().filter(|_| most_m3s >= NAMED * least_m3s) {
                 let line = strokes.parts.iter().flat_map(|(_, part)| part).copied().collect();
                 let width = strokes.parts.iter().map(|(width, _)| *width).fold(0.0, f64::max);
-                let (id, name) = (river.id.to_string(), name.clone());
-                drawing.named.push(NamedRiver { id, name, line, width, discharge_m3s: most_m3s });
+                let (id, name, valley) = (river.id.to_string(), name.clone(), valley_name(self.world, &river));
+                drawing.named.push(NamedRiver { id, name, valley, line, width, discharge_m3s: most_m3s });
             }
             drawing.rivers.push(strokes);
         }

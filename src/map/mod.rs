@@ -6,6 +6,7 @@
 //!                  signs.rs     strokes on rock and slopes, stones of scree
 //! Style (TOML) --> contour.rs   lines of equal height, outlines.rs with numbers
 //!                  drawing.rs   rivers, lakes, roads and places as lines and areas in pixels; houses.rs
+//!                  ranges.rs    mountain ranges and valleys, from afar
 //!                  text.rs      shaped names, label.rs their places
 //!                      |
 //!                  chart.rs     a block of pixels of all that: every map of a style and a scale has the same
@@ -28,6 +29,7 @@ mod mark;
 mod outlines;
 mod plain;
 pub(crate) mod plotter;
+mod ranges;
 mod relief;
 mod rows;
 pub mod label;

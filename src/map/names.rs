@@ -4,9 +4,10 @@ use std::collections::HashMap;
 
 use crate::area::Area;
 use crate::hash;
-use crate::map::drawing::Drawing;
+use crate::map::drawing::{Drawing, NamedRiver};
 use crate::map::label::{self, Candidate, Rank, along_line, around_point, place};
 use crate::map::plotter::bounds;
+use crate::map::ranges::{Range, Seen};
 use crate::map::scale::Scale;
 use crate::map::style::{LabelStyle, Style};
 use crate::map::summits::Summit;
@@ -28,6 +29,10 @@ const MARGIN_MM: f64 = 0.5;
 
 /// Millimetres of paper from a river's name to the next along it.
 const REPEAT_MM: f64 = 110.0;
+
+/// Millimetres of paper from a river to the name of its valley, and from that to the next along it.
+const VALLEY_GAP_MM: f64 = 2.2;
+const VALLEY_REPEAT_MM: f64 = 200.0;
 
 /// Scales, as second numbers, from which on villages and hamlets have no name, nor symbol.
 const MOST_VILLAGES: f64 = 400_000.0;
@@ -69,19 +74,31 @@ pub(super) fn is_drawn(class: SiteClass, scale: Scale) -> bool {
     }
 }
 
-/// All that is written in an area of pixels, given what is drawn there and [around](pad).
-pub(super) fn write(style: &Style, scale: Scale, drawing: &Drawing, summits: &[Summit], area: Area) -> Vec<Writing> {
+/// All that is written in an area of pixels, given what is drawn there and [around](pad), and the land from afar.
+pub(super) fn write(
+    (style, scale): (&Style, Scale),
+    drawing: &Drawing,
+    summits: &[Summit],
+    seen: Option<&Seen<'_>>,
+    area: Area,
+) -> Vec<Writing> {
     let mut writer = Writer { style, scale, candidates: Vec::new(), obstacles: Vec::new() };
+    // Ranges depend on nothing but the land, and all other names keep clear of their letters.
+    let ranges: Vec<Writing> =
+        seen.iter().flat_map(|seen| seen.ranges()).filter_map(|range| writer.range(range)).collect();
+    writer.obstacles.extend(ranges.iter().flat_map(Writing::boxes));
     writer.write_sites(drawing);
     writer.write_lakes(drawing);
-    writer.write_rivers(drawing);
+    writer.write_rivers(drawing, seen);
     writer.write_peaks(summits);
     writer.leave_out_long();
     let shown = place(writer.candidates, &writer.obstacles, scale.pixels(MARGIN_MM));
     // What is around the letters may be seen where they are not.
-    let seen = area.padded(scale.pixels(style.labels.halo_mm) as usize + 2);
-    let is_seen = |candidate: &Candidate<Writing>| seen.meets(bounds(candidate.boxes.iter().flatten()));
-    shown.into_iter().filter(is_seen).map(|candidate| candidate.item).collect()
+    let visible = area.padded(scale.pixels(style.labels.halo_mm) as usize + 2);
+    let shown = shown.into_iter().map(|candidate| (candidate.boxes, candidate.item));
+    let all = ranges.into_iter().map(|range| (range.boxes().collect(), range)).chain(shown);
+    let is_seen = |boxes: &Vec<Quad>| visible.meets(bounds(boxes.iter().flatten()));
+    all.filter(|(boxes, _)| is_seen(boxes)).map(|(_, item)| item).collect()
 }
 
 struct Writer<'a> {
@@ -99,7 +116,16 @@ enum Class {
     Village,
     River,
     Peak,
+    Valley,
     Hamlet,
+}
+
+/// What is written along rivers.
+struct Along {
+    class: Class,
+    name: &'static str,
+    /// Tells its names from all others.
+    number: i64,
 }
 
 impl Writer<'_> {
@@ -130,6 +156,12 @@ impl Writer<'_> {
         let boxes = item.boxes().chain(mark).collect();
         let rank = Rank { class: class as u32, weight, feature, place };
         self.candidates.push(Candidate { rank, boxes, item });
+    }
+
+    fn range(&self, range: Range) -> Option<Writing> {
+        let style = self.style.labels.range;
+        let texts = vec![range.write(self.scale, &style)?];
+        Some(Writing { texts, style, peak: None, kind: "range", name: range.name, at: range.top })
     }
 
     fn write_sites(&mut self, drawing: &Drawing) {
@@ -184,25 +216,47 @@ impl Writer<'_> {
         }
     }
 
-    fn write_rivers(&mut self, drawing: &Drawing) {
-        let style = self.style.labels.river;
-        let size = self.scale.pixels(style.size_mm);
+    fn write_rivers(&mut self, drawing: &Drawing, seen: Option<&Seen<'_>>) {
         for river in &drawing.named {
-            let name = self.shaped(&river.name, &style);
-            let lift = 0.5 * river.width + self.scale.pixels(0.55);
-            for spot in along_line(&river.line, name.width, self.scale.pixels(REPEAT_MM), size) {
-                if spot.place >= SHIFTS {
-                    continue;
-                }
-                let feature = number(&[3, hash_of(&river.id) as i64, i64::from(spot.repetition)]);
-                // Above the line first, or else below it.
-                for (side, lift) in (0..).zip([lift, -lift - name.x_height]) {
-                    if let Some(text) = name.along(&spot.line, spot.start, lift) {
-                        let order = ((river.discharge_m3s * 1000.0) as u64, feature, 2 * spot.place + side);
-                        let (at, name) = (spot.line[spot.line.len() / 2], river.name.clone());
-                        let item = Writing { texts: vec![text], style, peak: None, kind: "river", name, at };
-                        self.push(Class::River, order, item);
-                    }
+            let kind = Along { class: Class::River, name: "river", number: 3 };
+            let style = self.style.labels.river;
+            self.write_along(river, &river.name, &style, kind, |_| true);
+            // A valley is written as its river is, and further from it.
+            if let Some((valley, seen)) = river.valley.as_ref().zip(seen) {
+                let kind = Along { class: Class::Valley, name: "valley", number: 5 };
+                let style = self.style.labels.valley;
+                self.write_along(river, valley, &style, kind, |at| seen.is_valley(at));
+            }
+        }
+    }
+
+    /// A name along a river, where it `fits`.
+    fn write_along(
+        &mut self,
+        river: &NamedRiver,
+        text: &str,
+        style: &LabelStyle,
+        Along { class, name: kind, number: stream }: Along,
+        fits: impl Fn([f64; 2]) -> bool,
+    ) {
+        let name = self.shaped(text, style);
+        let is_valley = matches!(class, Class::Valley);
+        let (gap_mm, repeat_mm, smooth) =
+            if is_valley { (VALLEY_GAP_MM, VALLEY_REPEAT_MM, 2.5) } else { (0.55, REPEAT_MM, 1.0) };
+        let lift = 0.5 * river.width + self.scale.pixels(gap_mm);
+        let smooth_px = smooth * self.scale.pixels(style.size_mm);
+        for spot in along_line(&river.line, name.width, self.scale.pixels(repeat_mm), smooth_px) {
+            let at = spot.line[spot.line.len() / 2];
+            if spot.place >= SHIFTS || !fits(at) {
+                continue;
+            }
+            let feature = number(&[stream, hash_of(&river.id) as i64, i64::from(spot.repetition)]);
+            // Above the line first, or else below it.
+            for (side, lift) in (0..).zip([lift, -lift - name.x_height]) {
+                if let Some(placed) = name.along(&spot.line, spot.start, lift) {
+                    let order = ((river.discharge_m3s * 1000.0) as u64, feature, 2 * spot.place + side);
+                    let (texts, name) = (vec![placed], text.to_owned());
+                    self.push(class, order, Writing { texts, style: *style, peak: None, kind, name, at });
                 }
             }
         }

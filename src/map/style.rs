@@ -307,6 +307,10 @@ pub struct LabelsStyle {
     pub river: LabelStyle,
     /// Lakes.
     pub lake: LabelStyle,
+    /// Mountain ranges, whose letters stand further apart where there is room.
+    pub range: LabelStyle,
+    /// Valleys.
+    pub valley: LabelStyle,
     /// Heights of each fifth contour, in gaps of its line.
     pub contour: LabelStyle,
 }

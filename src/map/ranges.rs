@@ -1,0 +1,312 @@
+//! Mountain ranges, and how deep valleys are: the land as it is seen from afar, at the scale of names.
+//!
+//! A range is high ground that is the highest as far as a name reaches and further, so that the names of two ranges never
+//! meet and each can be found from the land around it alone.
+
+use std::cmp::Ordering;
+
+use rayon::prelude::*;
+
+use crate::area::{Area, Stride};
+use crate::clock::Clock;
+use crate::error::Error;
+use crate::geometry::{dot, length};
+use crate::grid::Grid;
+use crate::map::rows::smoothed;
+use crate::map::scale::Scale;
+use crate::map::style::LabelStyle;
+use crate::map::text::{Placed, shape};
+use crate::world::World;
+
+/// Millimetres on paper from a node from afar to the next, at most.
+const NODE_MM: f64 = 2.0;
+
+/// Steps by which the land is smoothed, one after the other, until a range is one form: as far as 10 mm.
+const STEPS: [i64; 3] = [1, 2, 4];
+
+/// Nodes around an area that smoothing looks at.
+const HALO: usize = 14;
+
+/// Millimetres on paper from the top of a range to the end of its name at most.
+const REACH_MM: f64 = 30.0;
+
+/// Millimetres on paper in which there is one range at most: more than twice as far as names reach.
+const APART_MM: f64 = 64.0;
+
+/// The scales, as second numbers, at which ranges and valleys have names.
+const LEAST_RANGES: f64 = 90_000.0;
+const VALLEYS: std::ops::RangeInclusive<f64> = 30_000.0..=750_000.0;
+
+/// Metres that a range rises above the low ground around it, at least.
+const LEAST_RISE_M: f32 = 400.0;
+
+/// Metres between the floor of a valley and the heights beside it, at least, and millimetres to those.
+const LEAST_DEPTH_M: f32 = 250.0;
+const BESIDE_MM: f64 = 10.0;
+
+/// Of the ground around a range, the share that is not a part of it.
+const LOW_SHARE: f64 = 0.5;
+
+/// How far from the middle of its ground a name goes at most, in standard deviations of that along it.
+const MOST_SPREAD: f64 = 2.6;
+
+/// How far a name bends at most: its middle from the straight line between its ends, in parts of that.
+const MOST_BEND: f64 = 0.16;
+
+/// How many times as wide as it is with its usual room between letters a name is at most.
+const MOST_STRETCH: f64 = 2.2;
+
+/// Nodes a side of the parts that are found at once.
+const PART: i64 = 64;
+
+/// The land of a world at the nodes of a stride that goes with the scale of names.
+#[derive(Debug)]
+pub(super) struct Afar {
+    world: World,
+    scale: Scale,
+}
+
+/// The land from afar around an area of pixels.
+pub(super) struct Seen<'a> {
+    afar: &'a Afar,
+    /// Heights in metres, those of the sea where that is higher.
+    heights: Grid<f32>,
+    /// The same without small forms, 14 nodes narrower.
+    smooth: Grid<f32>,
+    /// The nodes of the area.
+    area: Area,
+}
+
+/// A mountain range.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Range {
+    pub name: String,
+    /// Its highest place without small forms, in pixels.
+    pub top: [f64; 2],
+    /// Along its crest, from left to right.
+    pub line: Vec<[f64; 2]>,
+}
+
+impl Afar {
+    /// The land of a world for maps of a scale.
+    ///
+    /// # Errors
+    /// When a value of its preset is out of its range.
+    pub fn new(world: &World, scale: Scale) -> Result<Afar, Error> {
+        let most_m = NODE_MM * scale.denominator() / 1000.0;
+        let steps = (0..=Stride::MAX_POWER).filter_map(|power| Stride::new(1 << power));
+        let fits = |stride: &Stride| world.spacing_m() * stride.vertices() as f64 <= most_m;
+        let stride = steps.take_while(fits).last().unwrap_or(Stride::ONE);
+        Ok(Afar { world: World::strided(world.preset().clone(), Some(world.seed()), stride)?, scale })
+    }
+
+    /// Whether anything is named at a scale that is not named without it.
+    pub fn is_of_use(world: &World, scale: Scale) -> bool {
+        let denominator = scale.denominator();
+        world.names().is_some() && (denominator >= LEAST_RANGES || VALLEYS.contains(&denominator))
+    }
+
+    fn pixels_per_node(&self) -> f64 {
+        self.world.spacing_m() / self.scale.metres_per_pixel
+    }
+
+    /// The land around an area of pixels, as far as names of ranges reach that are seen there.
+    pub fn look(&self, pixels: Area) -> Seen<'_> {
+        let nodes = |mm: f64| (self.scale.pixels(mm) / self.pixels_per_node()).ceil() as usize + 1;
+        let area = self.scale.nodes_of(pixels, self.world.spacing_m()).padded(nodes(REACH_MM));
+        let wide = area.padded(nodes(APART_MM) + HALO);
+        let sea_level_m = self.world.preset().sea_level_m.map_or(f32::MIN, |level| level as f32);
+        let mut heights = Grid::filled(wide, 0.0);
+        let corners = |from: i64, to: i64| (from.div_euclid(PART)..=(to - 1).div_euclid(PART)).map(|at| at * PART);
+        let parts: Vec<Area> = corners(wide.y0, wide.y1)
+            .flat_map(|y| corners(wide.x0, wide.x1).map(move |x| Area::new(x, y, PART as usize, PART as usize)))
+            .filter_map(|part| part.common(&wide))
+            .collect();
+        let made: Vec<Grid<f32>> =
+            parts.into_par_iter().map(|part| self.world.relief().land(part, &Clock::default()).heights).collect();
+        for part in made {
+            let Area { x0, y0, x1, y1 } = part.area();
+            for y in y0..y1 {
+                let row = heights.row_mut(y, x0, x1).iter_mut();
+                row.zip(part.row(y, x0, x1)).for_each(|(to, from)| *to = from.max(sea_level_m));
+            }
+        }
+        let mut smooth = heights.part(wide);
+        for step in STEPS {
+            let Area { x0, y0, x1, y1 } = smooth.area();
+            let by = 2 * step;
+            smooth = smoothed(&smooth, Area { x0: x0 + by, y0: y0 + by, x1: x1 - by, y1: y1 - by }, step);
+        }
+        Seen { afar: self, heights, smooth, area }
+    }
+}
+
+impl Seen<'_> {
+    /// The ranges whose names may reach into the area.
+    pub fn ranges(&self) -> Vec<Range> {
+        if self.afar.scale.denominator() < LEAST_RANGES {
+            return Vec::new();
+        }
+        let Area { x0, y0, x1, y1 } = self.area;
+        let rows = (y0..y1).into_par_iter();
+        let tops = rows.flat_map_iter(|y| (x0..x1).map(move |x| [x, y]).filter(|at| self.is_top(*at)));
+        tops.filter_map(|top| self.range(top)).collect()
+    }
+
+    /// Whether the floor of a valley lies so far below the heights beside it that it has a name of its own.
+    pub fn is_valley(&self, at: [f64; 2]) -> bool {
+        let Afar { scale, .. } = self.afar;
+        if !VALLEYS.contains(&scale.denominator()) {
+            return false;
+        }
+        let node = at.map(|at| (at / self.afar.pixels_per_node()).round() as i64);
+        let beside = scale.pixels(BESIDE_MM);
+        // Rivers are known far beyond what is seen, and what is written there does not matter.
+        let known = Area::new(node[0], node[1], 1, 1).padded((beside / self.afar.pixels_per_node()) as usize);
+        if !self.heights.area().contains(&known) {
+            return false;
+        }
+        let around = self.around(node, beside);
+        let (low_m, high_m) = around.fold((f32::MAX, f32::MIN), |(low, high), [x, y]| {
+            let height_m = self.heights.at(x, y);
+            (low.min(height_m), high.max(height_m))
+        });
+        high_m - low_m >= LEAST_DEPTH_M
+    }
+
+    /// The nodes of a disc, of so many pixels, around a node.
+    fn around(&self, [x, y]: [i64; 2], pixels: f64) -> impl Iterator<Item = [i64; 2]> {
+        let nodes = pixels / self.afar.pixels_per_node();
+        let most = nodes as i64;
+        let within = move |[east, south]: &[i64; 2]| length([*east as f64, *south as f64]) <= nodes;
+        let offsets = (-most..=most).flat_map(move |south| (-most..=most).map(move |east| [east, south]));
+        offsets.filter(within).map(move |[east, south]| [x + east, y + south])
+    }
+
+    /// Whether a node is the highest as far as ranges lie apart; of equals, the first.
+    fn is_top(&self, top: [i64; 2]) -> bool {
+        let height_m = |[x, y]: [i64; 2]| self.smooth.at(x, y);
+        let is_below = |at: [i64; 2]| match height_m(at).total_cmp(&height_m(top)) {
+            Ordering::Less => true,
+            Ordering::Equal => at >= top,
+            Ordering::Greater => false,
+        };
+        let [x, y] = top;
+        // Nearly all have a neighbour that is higher.
+        let beside = [[x - 1, y], [x + 1, y], [x, y - 1], [x, y + 1]];
+        beside.into_iter().all(is_below) && self.around(top, self.afar.scale.pixels(APART_MM)).all(is_below)
+    }
+
+    /// The range around its top, where it stands out.
+    fn range(&self, top: [i64; 2]) -> Option<Range> {
+        let Afar { world, scale, .. } = self.afar;
+        let reach = scale.pixels(REACH_MM);
+        let nodes: Vec<[i64; 2]> = self.around(top, reach).collect();
+        let mut ground: Vec<f32> = nodes.iter().map(|[x, y]| self.heights.at(*x, *y)).collect();
+        ground.sort_by(f32::total_cmp);
+        let at_share = |of: &[f32], share: f64| of[((of.len() - 1) as f64 * share) as usize];
+        if at_share(&ground, 0.95) - at_share(&ground, 0.05) < LEAST_RISE_M {
+            return None;
+        }
+        let highest = |a: &[i64; 2], b: &[i64; 2]| {
+            self.heights.at(a[0], a[1]).total_cmp(&self.heights.at(b[0], b[1])).then(b.cmp(a))
+        };
+        // Named after its highest ground, so that a range of a smaller scale has the name of its highest part.
+        let peak = nodes.iter().copied().max_by(highest)?.map(|at| at * world.stride().vertices());
+        let name = world.names()?.range(peak);
+        let mut smooth: Vec<f32> = nodes.iter().map(|[x, y]| self.smooth.at(*x, *y)).collect();
+        smooth.sort_by(f32::total_cmp);
+        let foot_m = at_share(&smooth, LOW_SHARE);
+        let pixels_per_node = self.afar.pixels_per_node();
+        let pixel = |at: [i64; 2]| at.map(|at| at as f64 * pixels_per_node);
+        let top = pixel(top);
+        let weighed = nodes.iter().map(|at| {
+            let [x, y] = pixel(*at);
+            let from_top = [x - top[0], y - top[1]];
+            // What is far counts less, or the next range would turn this one's name.
+            let near = 1.0 - dot(from_top, from_top) / (reach * reach);
+            (f64::from((self.smooth.at(at[0], at[1]) - foot_m).max(0.0)) * near, from_top)
+        });
+        let weighed: Vec<(f64, [f64; 2])> = weighed.filter(|(weight, _)| *weight > 0.0).collect();
+        Some(Range { name, top, line: crest(&weighed, top, reach)? })
+    }
+}
+
+/// A parabola along weighted places, given from a place of which it goes no further than `reach` away.
+fn crest(weighed: &[(f64, [f64; 2])], from: [f64; 2], reach: f64) -> Option<Vec<[f64; 2]>> {
+    let sum = |of: &dyn Fn([f64; 2]) -> f64| weighed.iter().map(|(weight, at)| weight * of(*at)).sum::<f64>();
+    let whole = sum(&|_| 1.0);
+    if whole <= 0.0 {
+        return None;
+    }
+    let middle = [sum(&|at| at[0]) / whole, sum(&|at| at[1]) / whole];
+    let off = |at: [f64; 2]| [at[0] - middle[0], at[1] - middle[1]];
+    let moment = |a: usize, b: usize| sum(&|at| off(at)[a] * off(at)[b]) / whole;
+    let (xx, xy, yy) = (moment(0, 0), moment(0, 1), moment(1, 1));
+    // The axis along which the places spread most.
+    let angle = 0.5 * libm::atan2(2.0 * xy, xx - yy);
+    let along = [libm::cos(angle), libm::sin(angle)];
+    let aside = [-along[1], along[0]];
+    let frame = |at: [f64; 2]| (dot(off(at), along), dot(off(at), aside));
+    let spread = (sum(&|at| frame(at).0 * frame(at).0) / whole).sqrt();
+    // A parabola `bend * (t^2 - spread^2)` beside the axis, as near to the places as can be.
+    let square = |at: [f64; 2]| frame(at).0 * frame(at).0 - spread * spread;
+    let squares = sum(&|at| square(at) * square(at));
+    let half = (MOST_SPREAD * spread).min(reach - length(middle));
+    if half <= 0.0 || squares <= 0.0 {
+        return None;
+    }
+    let most = 2.0 * MOST_BEND / half;
+    let bend = (sum(&|at| square(at) * frame(at).1) / squares).clamp(-most, most);
+    const PIECES: i32 = 32;
+    let place = |piece: i32| {
+        let t = half * (f64::from(2 * piece) / f64::from(PIECES) - 1.0);
+        let beside = bend * (t * t - half * half / 3.0);
+        [0, 1].map(|axis| from[axis] + middle[axis] + along[axis] * t + aside[axis] * beside)
+    };
+    let is_within = |at: &[f64; 2]| length([at[0] - from[0], at[1] - from[1]]) <= reach;
+    Some((0..=PIECES).map(place).filter(is_within).collect())
+}
+
+impl Range {
+    /// Its name along it, its letters as far apart as there is room; none where it is too short for them.
+    pub fn write(&self, scale: Scale, style: &LabelStyle) -> Option<Placed> {
+        let (size_px, spacing, reach) = (scale.pixels(style.size_mm), style.spacing, scale.pixels(REACH_MM));
+        let room =
+            self.line.windows(2).map(|pair| length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]])).sum::<f64>();
+        let size = size_px as f32;
+        let usual = shape(&self.name, style.face, size, spacing as f32).width;
+        let gaps = (self.name.chars().count() - 1).max(1) as f64 * size_px;
+        // A little less than the line is long, for what rounding takes.
+        let width = (room - 0.5 * size_px).min(MOST_STRETCH * usual);
+        if width < usual {
+            return None;
+        }
+        let name = shape(&self.name, style.face, size, (spacing + (width - usual) / gaps) as f32);
+        let placed = name.along(&self.line, 0.5 * (room - name.width), -0.5 * name.cap_height)?;
+        let is_near = |at: &[f64; 2]| length([at[0] - self.top[0], at[1] - self.top[1]]) <= reach;
+        placed.boxes.iter().flatten().all(is_near).then_some(placed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    #[test]
+    fn a_crest_follows_an_arc() {
+        let arc = (-40..=40).map(|degrees| {
+            let angle = f64::from(degrees) / 360.0 * TAU;
+            (1.0, [100.0 * libm::sin(angle), 100.0 - 100.0 * libm::cos(angle)])
+        });
+        let arc: Vec<_> = arc.collect();
+        let line = crest(&arc, [5.0, 7.0], 90.0).expect("there are places");
+        assert!(line.windows(2).all(|pair| pair[1][0] > pair[0][0]));
+        for [x, y] in line {
+            let from_centre = length([x - 5.0, y - 107.0]);
+            assert!((from_centre - 100.0).abs() < 3.0, "{x} {y}");
+        }
+    }
+}
