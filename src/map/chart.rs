@@ -14,7 +14,7 @@ use crate::lines::RoadClass;
 use crate::map::canvas::Canvas;
 use crate::map::contour::interval_m;
 use crate::map::drawing::{Draughtsman, Drawing};
-use crate::map::names::{self, Writing};
+use crate::map::names::{self, Finders, Writing};
 use crate::map::outlines::{Outlines, SQUARE};
 use crate::map::plotter::{Page, Pen, Plotter, Shape, WIDEST, bounds};
 use crate::map::ranges::Afar;
@@ -22,7 +22,7 @@ use crate::map::relief::{Ground, Relief};
 use crate::map::scale::Scale;
 use crate::map::sheet::LegendItem;
 use crate::map::style::{Colour, Style};
-use crate::map::summits::{Summit, Summits};
+use crate::map::summits::Summits;
 use crate::map::symbols::{draw_peak, draw_site};
 use crate::map::terrain::{self, Terrain};
 use crate::map::text::Quad;
@@ -175,10 +175,10 @@ impl Chart {
             let named = if self.style.contours.draw { area.on_grid(SQUARE) } else { area };
             let pad = names::pad(self.scale);
             let drawing = draughtsman.draw(named, pad);
-            let summits = self.summits.iter().flat_map(|summits| summits.find(self.scale, named.padded(pad)));
-            let summits: Vec<Summit> = summits.collect();
             let seen = self.afar.as_ref().map(|afar| afar.look(named.padded(pad)));
-            writings = names::write((&self.style, self.scale), &drawing, &summits, seen.as_ref(), named);
+            let summits = |area| self.summits.iter().flat_map(|summits| summits.find(self.scale, area)).collect();
+            let finders = Finders { sites: &|area| draughtsman.sites(area), summits: &summits };
+            writings = names::write((&self.style, self.scale), &drawing, seen.as_ref(), &finders, named);
             drawing
         } else {
             draughtsman.draw(area, WIDEST as usize)

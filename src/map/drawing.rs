@@ -16,7 +16,9 @@ use crate::map::names::{self, is_drawn};
 use crate::map::plotter::{Shape, WIDEST, bounds};
 use crate::map::scale::Scale;
 use crate::map::style::Style;
+use crate::map::symbols;
 use crate::places::Places;
+use crate::places::site::SiteClass;
 use crate::world::World;
 
 /// Nodes a side of the parts in which things are found at once.
@@ -131,7 +133,7 @@ pub(super) struct Draughtsman<'a> {
 }
 
 impl Draughtsman<'_> {
-    /// All that lies in an area of pixels or reaches into it, and what has a name within `pad` pixels around it.
+    /// All that lies in an area of pixels or reaches into it, and the water that has a name within `pad` pixels around it.
     pub fn draw(&self, seen: Area, pad: usize) -> Drawing {
         let wide = (WIDEST_M / self.scale.metres_per_pixel) as usize;
         let area = seen.padded(pad.max(wide + WIDEST as usize));
@@ -150,9 +152,9 @@ impl Draughtsman<'_> {
             }
             lines = self.draw_roads(vertices(seen.padded(reach as usize + 1)), &mut drawing);
         }
-        if self.style.places.draw {
-            drawing.sites = self.sites(vertices(area));
-        }
+        let houses_px = if self.has_houses() { houses::MOST_M / self.scale.metres_per_pixel } else { 0.0 };
+        let symbol_px = symbols::site_px(SiteClass::Town, self.scale);
+        drawing.sites = self.sites(seen.padded((houses_px + symbol_px) as usize + 1));
         if self.has_houses() {
             let town = |site: &SiteFeature| Town { at: self.scale.pixel(site.at), population: site.population };
             let towns: Vec<Town> = drawing.sites.iter().map(town).collect();
@@ -254,9 +256,14 @@ impl Draughtsman<'_> {
         Some(Strokes { bounds: [west - half, north - half, east + half, south + half], parts })
     }
 
-    /// The settlements that a map has room for: all, or the first town of each square of the world.
-    fn sites(&self, vertices: Area) -> Vec<SiteFeature> {
+    /// The settlements of an area of pixels that a map has room for: all, or the first town of each square of the world that
+    /// reaches into the area.
+    pub fn sites(&self, area: Area) -> Vec<SiteFeature> {
+        if !self.style.places.draw {
+            return Vec::new();
+        }
         let settled = self.settled;
+        let vertices = self.scale.nodes_of(area, settled.spacing_m());
         if self.has_lines {
             let sites = Self::find(vertices, |part| settled.sites(part), |site| site.id);
             let drawn = sites.into_iter().filter(|site| is_drawn(site.class, self.scale));

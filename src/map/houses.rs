@@ -23,7 +23,7 @@ const SETBACK_M: f64 = 11.0;
 /// Metres around a settlement that houses fill, by the root of its people, and at most; and how many of its places they take
 /// in its middle.
 const RADIUS_M: f64 = 9.0;
-const MOST_M: f64 = 900.0;
+pub(super) const MOST_M: f64 = 900.0;
 const FULL: f64 = 0.95;
 
 /// Metres from a house to the roads that decide whether it stands.

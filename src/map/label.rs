@@ -89,6 +89,41 @@ pub fn place<T>(mut candidates: Vec<Candidate<T>>, obstacles: &[Quad], margin_px
     shown.map(|(candidate, _)| candidate).collect()
 }
 
+/// Puts candidates in the order of rank and returns which of them, by their indices, have a say in whether some are shown that
+/// are `asked` about: all of their features, and of those that they make room for, as far as [`place`] looks.
+///
+/// So what lies around a sheet needs to be known only where it matters: around these, an extent of a feature and a margin
+/// further.
+///
+/// # Panics
+/// As [`place`] does.
+pub fn concerned<T>(
+    candidates: &mut [Candidate<T>],
+    obstacles: &[Quad],
+    margin_px: f64,
+    asked: impl Fn(&Candidate<T>) -> bool,
+) -> Vec<usize> {
+    candidates.sort_unstable_by_key(|candidate| candidate.rank.order());
+    let features = features(candidates);
+    let (better, _) = rivals(candidates, obstacles, margin_px);
+    let mut feature_of = vec![0; candidates.len()];
+    for (number, feature) in features.iter().enumerate() {
+        feature_of[feature.clone()].fill(number);
+    }
+    let mut is_reached = vec![false; features.len()];
+    let mut reached: Vec<usize> = (0..candidates.len()).filter(|index| asked(&candidates[*index])).collect();
+    for _ in 0..=ROUNDS {
+        let mut next = Vec::new();
+        for number in reached.into_iter().map(|index| feature_of[index]) {
+            if !std::mem::replace(&mut is_reached[number], true) {
+                next.extend(features[number].clone().flat_map(|index| better[index].iter().copied()));
+            }
+        }
+        reached = next;
+    }
+    (0..candidates.len()).filter(|index| is_reached[feature_of[*index]]).collect()
+}
+
 /// The candidates of each feature, of candidates in the order of rank.
 fn features<T>(candidates: &[Candidate<T>]) -> Vec<Range<usize>> {
     let twins = candidates.windows(2).any(|pair| pair[0].rank == pair[1].rank);
@@ -413,6 +448,43 @@ mod tests {
             assert!(shown.len() > 20, "{}", shown.len());
             assert_eq!(shown, in_core(&whole));
         }
+    }
+
+    #[test]
+    fn what_is_known_where_it_matters_is_enough() {
+        let all = towns(20_000, 15_000.0);
+        let whole = place(all.clone(), &[], MARGIN_PX);
+        let (longest, start) = (longest(&all), [6_000.0, 7_000.0]);
+        let core = square(start, 900.0);
+        let in_core = |shown: &[Candidate<[f64; 2]>]| -> Vec<_> {
+            shown.iter().filter(|one| touches(one, &core)).cloned().collect()
+        };
+        let reach = longest + MARGIN_PX;
+        let mut matter = vec![square(start.map(|axis| axis - reach), 900.0 + 2.0 * reach)];
+        let mut known: Vec<Candidate<[f64; 2]>> = Vec::new();
+        loop {
+            let is_near = |feature: &&[Candidate<[f64; 2]>]| {
+                feature.iter().any(|one| matter.iter().any(|box_of| touches(one, box_of)))
+            };
+            let features = all.chunk_by(|a, b| a.rank.feature == b.rank.feature);
+            let near: Vec<_> = features.filter(is_near).flatten().cloned().collect();
+            if near.len() == known.len() {
+                break;
+            }
+            known = near;
+            let concerned = concerned(&mut known, &[], MARGIN_PX, |one| touches(one, &core));
+            matter.extend(concerned.into_iter().map(|index| {
+                let [x, y] = known[index].boxes[0][0];
+                square([x - reach, y - reach], 2.0 * reach + longest)
+            }));
+        }
+        assert_eq!(in_core(&place(known.clone(), &[], MARGIN_PX)), in_core(&whole));
+        let padded = square(start.map(|axis| axis - pad_px(longest, 0.0)), 900.0 + 2.0 * pad_px(longest, 0.0));
+        let in_pad = all.iter().filter(|one| touches(one, &padded)).count();
+        assert!(known.len() * 10 < in_pad * 9, "{} of {in_pad}", known.len());
+        // Without those that matter beyond its edge the window would differ.
+        let near: Vec<_> = all.iter().filter(|one| touches(one, &core)).cloned().collect();
+        assert_ne!(in_core(&place(near, &[], MARGIN_PX)), in_core(&whole));
     }
 
     #[test]

@@ -1,8 +1,11 @@
 //! Names and heights on a map: what could be written where, and what there is room for.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
+
+use rayon::prelude::*;
 
 use crate::area::Area;
+use crate::features::sites::SiteFeature;
 use crate::hash;
 use crate::map::drawing::{Drawing, NamedRiver};
 use crate::map::label::{self, Candidate, Rank, along_line, around_point, place};
@@ -26,6 +29,9 @@ const LEAST_LAKE_MM2: f64 = 5.0;
 
 /// Millimetres between names.
 const MARGIN_MM: f64 = 0.5;
+
+/// Millimetres of paper of the squares in which settlements and peaks are looked for.
+const CELL_MM: f64 = 20.0;
 
 /// Millimetres of paper from a river's name to the next along it.
 const REPEAT_MM: f64 = 110.0;
@@ -74,31 +80,109 @@ pub(super) fn is_drawn(class: SiteClass, scale: Scale) -> bool {
     }
 }
 
-/// All that is written in an area of pixels, given what is drawn there and [around](pad), and the land from afar.
+/// Where settlements and peaks are found that could have a name, in an area of pixels. It takes long, so they are asked for
+/// where they matter alone.
+pub(super) struct Finders<'a> {
+    pub sites: &'a (dyn Fn(Area) -> Vec<SiteFeature> + Sync),
+    pub summits: &'a (dyn Fn(Area) -> Vec<Summit> + Sync),
+}
+
+/// All that is written in an area of pixels, given the water there and [around](pad), and the land from afar.
 pub(super) fn write(
     (style, scale): (&Style, Scale),
     drawing: &Drawing,
-    summits: &[Summit],
     seen: Option<&Seen<'_>>,
+    finders: &Finders<'_>,
     area: Area,
 ) -> Vec<Writing> {
     let mut writer = Writer { style, scale, candidates: Vec::new(), obstacles: Vec::new() };
     // Ranges depend on nothing but the land, and all other names keep clear of their letters.
-    let ranges: Vec<Writing> =
-        seen.iter().flat_map(|seen| seen.ranges()).filter_map(|range| writer.range(range)).collect();
+    let ranges = seen.iter().flat_map(|seen| seen.ranges());
+    let ranges: Vec<Writing> = ranges.filter_map(|range| writer.range(range)).collect();
     writer.obstacles.extend(ranges.iter().flat_map(Writing::boxes));
-    writer.write_sites(drawing);
     writer.write_lakes(drawing);
     writer.write_rivers(drawing, seen);
-    writer.write_peaks(summits);
-    writer.leave_out_long();
-    let shown = place(writer.candidates, &writer.obstacles, scale.pixels(MARGIN_MM));
     // What is around the letters may be seen where they are not.
     let visible = area.padded(scale.pixels(style.labels.halo_mm) as usize + 2);
+    let is_seen = |boxes: &Vec<Quad>| visible.meets(bounds(boxes.iter().flatten()));
+    let margin = scale.pixels(MARGIN_MM);
+    let reach = scale.pixels(LONGEST_MM) + margin;
+    let side = scale.pixels(CELL_MM).ceil() as i64;
+    let [mut sites, mut summits] = [Cells::new(side), Cells::new(side)];
+    let [west, north, east, south] = [visible.x0, visible.y0, visible.x1, visible.y1].map(|at| at as f64);
+    let mut near_sites = vec![[west - reach, north - reach, east + reach, south + reach]];
+    let mut near_summits = near_sites.clone();
+    loop {
+        let new = (sites.missing(&near_sites), summits.missing(&near_summits));
+        if new.0.is_empty() && new.1.is_empty() {
+            break;
+        }
+        let found = rayon::join(
+            || find(&new.0, finders.sites, |site| scale.pixel(site.at)),
+            || find(&new.1, finders.summits, |summit| scale.pixel(summit.at)),
+        );
+        writer.write_sites(&found.0);
+        writer.write_peaks(&found.1);
+        writer.leave_out_long();
+        let concerned = label::concerned(&mut writer.candidates, &writer.obstacles, margin, |one| is_seen(&one.boxes));
+        (near_sites, near_summits) = (Vec::new(), Vec::new());
+        for candidate in concerned.into_iter().map(|index| &writer.candidates[index]) {
+            let [west, north, east, south] = bounds(candidate.boxes.iter().flatten());
+            let near = [west - reach, north - reach, east + reach, south + reach];
+            near_sites.push(near);
+            // No peak takes the place of what comes before peaks.
+            if candidate.rank.class >= Class::Peak as u32 {
+                near_summits.push(near);
+            }
+        }
+    }
+    let shown = place(writer.candidates, &writer.obstacles, margin);
     let shown = shown.into_iter().map(|candidate| (candidate.boxes, candidate.item));
     let all = ranges.into_iter().map(|range| (range.boxes().collect(), range)).chain(shown);
-    let is_seen = |boxes: &Vec<Quad>| visible.meets(bounds(boxes.iter().flatten()));
     all.filter(|(boxes, _)| is_seen(boxes)).map(|(_, item)| item).collect()
+}
+
+/// Squares of a map in which all of a kind has been found.
+struct Cells {
+    side: i64,
+    known: BTreeSet<[i64; 2]>,
+}
+
+impl Cells {
+    fn new(side: i64) -> Cells {
+        Cells { side, known: BTreeSet::new() }
+    }
+
+    /// The squares of some rectangles (west, north, east and south) that were not known, and are from now on.
+    fn missing(&mut self, rectangles: &[[f64; 4]]) -> Vec<Area> {
+        let side = self.side;
+        let span = |from: f64, to: f64| (from.floor() as i64).div_euclid(side)..=(to.ceil() as i64).div_euclid(side);
+        let mut new = BTreeSet::new();
+        for [west, north, east, south] in rectangles {
+            let cells = span(*north, *south).flat_map(|row| span(*west, *east).map(move |column| [row, column]));
+            new.extend(cells.filter(|cell| !self.known.contains(cell)));
+        }
+        self.known.extend(&new);
+        new.into_iter()
+            .map(|[row, column]| Area::new(column * side, row * side, side as usize, side as usize))
+            .collect()
+    }
+}
+
+/// All that is found in some squares, each thing in the one that its place lies in.
+fn find<T: Send>(
+    squares: &[Area],
+    find: &(dyn Fn(Area) -> Vec<T> + Sync),
+    place: impl Fn(&T) -> [f64; 2] + Sync,
+) -> Vec<T> {
+    let of_square = |square: &Area| {
+        let is_within = |thing: &T| {
+            let [x, y] = place(thing).map(|at| at.floor() as i64);
+            square.contains(&Area::new(x, y, 1, 1))
+        };
+        find(*square).into_iter().filter(is_within).collect::<Vec<T>>()
+    };
+    squares.par_iter().map(of_square).collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
 struct Writer<'a> {
@@ -164,8 +248,8 @@ impl Writer<'_> {
         Some(Writing { texts, style, peak: None, kind: "range", name: range.name, at: range.top })
     }
 
-    fn write_sites(&mut self, drawing: &Drawing) {
-        for site in &drawing.sites {
+    fn write_sites(&mut self, sites: &[SiteFeature]) {
+        for site in sites {
             let at = self.scale.pixel(site.at);
             let radius = symbols::site_px(site.class, self.scale);
             self.obstacles.push(square(at, radius));

@@ -12,6 +12,7 @@ use crate::features::landforms::PEAKS;
 use crate::fluvial::landforms::peaks;
 use crate::grid::Grid;
 use crate::map::scale::Scale;
+use crate::memory::{Memory, heap_bytes};
 use crate::world::World;
 
 /// Millimetres on paper in which there is one peak at most.
@@ -25,7 +26,10 @@ const ROOM_M: f64 = 1500.0;
 const CELL: i64 = 16;
 
 /// Cells a side of what is looked at at once.
-const BLOCK: i64 = 6;
+const BLOCK: i64 = 2;
+
+/// Bytes of blocks that are remembered.
+const REMEMBERED: usize = 1 << 20;
 
 /// Metres that a peak rises above the lowest ground of a cell around it.
 const LEAST_RISE_M: f32 = 100.0;
@@ -48,12 +52,15 @@ pub(super) struct Summit {
     pub id: [i64; 2],
 }
 
+heap_bytes!(Summit: name);
+
 /// Where the peaks of a world are found.
 #[derive(Debug)]
 pub(super) struct Summits {
     world: Arc<World>,
-    /// The world from afar, in which peaks are looked for where there is not room for all.
+    /// The world from afar, in which peaks are looked for where there is not room for all, block by block.
     afar: Option<World>,
+    blocks: Memory<[i64; 2], Vec<Summit>>,
 }
 
 impl Summits {
@@ -70,7 +77,7 @@ impl Summits {
             let stride = steps.take_while(fits).last().unwrap_or(Stride::ONE);
             afar = Some(World::strided(world.preset().clone(), Some(world.seed()), stride)?);
         }
-        Ok(Summits { world, afar })
+        Ok(Summits { world, afar, blocks: Memory::new(REMEMBERED) })
     }
 
     /// All peaks in an area of pixels.
@@ -86,8 +93,9 @@ impl Summits {
         let span = |from: i64, to: i64| from.div_euclid(side)..=(to - 1).div_euclid(side);
         let blocks: Vec<[i64; 2]> =
             span(area.y0, area.y1).flat_map(|y| span(area.x0, area.x1).map(move |x| [x, y])).collect();
-        let found: Vec<Vec<Summit>> = blocks.par_iter().map(|block| self.block(afar, *block)).collect();
-        let mut found: Vec<Summit> = found.into_iter().flatten().collect();
+        let block = |block: &[i64; 2]| self.blocks.get(*block, || self.block(afar, *block));
+        let found: Vec<Arc<Vec<Summit>>> = blocks.par_iter().map(block).collect();
+        let mut found: Vec<Summit> = found.iter().flat_map(|block| block.iter().cloned()).collect();
         found.sort_by(|a, b| b.height_m.total_cmp(&a.height_m).then(a.id.cmp(&b.id)));
         // Of two that one climbs to the same vertex, one is enough.
         found.dedup_by_key(|summit| summit.id);
