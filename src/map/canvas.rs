@@ -3,6 +3,7 @@
 use tiny_skia::{Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
 use crate::area::Area;
+use crate::grid::Grid;
 use crate::map::plotter::{Pen, Plotter, Shape, bounds};
 use crate::map::style::Colour;
 use crate::map::text::Placed;
@@ -11,23 +12,48 @@ use crate::map::text::Placed;
 pub(super) struct Canvas {
     pixmap: Pixmap,
     area: Area,
+    /// Where its north-western pixel begins.
+    corner: [f64; 2],
 }
 
 impl Canvas {
     /// A canvas of one colour.
     pub fn new(area: Area, colour: Colour) -> Canvas {
+        let mut canvas = Canvas::clear(area);
         let [red, green, blue] = colour.0;
-        Canvas::of_words(&vec![u32::from_le_bytes([red, green, blue, 0]); area.len()], area)
+        canvas.pixmap.data_mut().as_chunks_mut::<4>().0.fill([red, green, blue, 255]);
+        canvas
     }
 
-    /// A canvas on which there are colours already: red in the lowest byte, then green and blue, row by row.
-    pub fn of_words(words: &[u32], area: Area) -> Canvas {
-        let mut pixmap = Pixmap::new(area.width() as u32, area.height() as u32).expect("a canvas has a size");
-        for (bytes, word) in pixmap.data_mut().as_chunks_mut::<4>().0.iter_mut().zip(words) {
-            let [red, green, blue, _] = word.to_le_bytes();
-            *bytes = [red, green, blue, 255];
+    /// A canvas on which there are colours already: red in the lowest byte, then green and blue.
+    pub fn of_words(words: &Grid<u32>) -> Canvas {
+        let mut canvas = Canvas::clear(words.area());
+        canvas.put_words(words.area(), words);
+        canvas
+    }
+
+    /// A canvas without colours whose pixels have their middles at whole numbers, as vertices are.
+    pub fn at_vertices(area: Area) -> Canvas {
+        let canvas = Canvas::clear(area);
+        Canvas { corner: canvas.corner.map(|axis| axis - 0.5), ..canvas }
+    }
+
+    fn clear(area: Area) -> Canvas {
+        let pixmap = Pixmap::new(area.width() as u32, area.height() as u32).expect("a canvas has a size");
+        Canvas { pixmap, area, corner: [area.x0 as f64, area.y0 as f64] }
+    }
+
+    /// Puts colours into a part of the canvas: red in the lowest byte, then green and blue.
+    pub fn put_words(&mut self, part: Area, words: &Grid<u32>) {
+        let width = self.area.width();
+        let data = self.pixmap.data_mut().as_chunks_mut::<4>().0;
+        for y in part.y0..part.y1 {
+            let start = (y - self.area.y0) as usize * width + (part.x0 - self.area.x0) as usize;
+            for (bytes, word) in data[start..].iter_mut().zip(words.row(y, part.x0, part.x1)) {
+                let [red, green, blue, _] = word.to_le_bytes();
+                *bytes = [red, green, blue, 255];
+            }
         }
-        Canvas { pixmap, area }
     }
 
     /// Puts pixels, RGB and row by row, into a part of the canvas.
@@ -55,14 +81,10 @@ impl Canvas {
         pixels
     }
 
-    fn corner(&self) -> [f64; 2] {
-        [self.area.x0 as f64, self.area.y0 as f64]
-    }
-
     fn path(&self, lines: &[Vec<[f64; 2]>]) -> Option<Path> {
         let mut path = PathBuilder::new();
         for line in lines {
-            let mut points = line.iter().map(|point| [0, 1].map(|axis| (point[axis] - self.corner()[axis]) as f32));
+            let mut points = line.iter().map(|point| [0, 1].map(|axis| (point[axis] - self.corner[axis]) as f32));
             let Some([x, y]) = points.next() else { continue };
             path.move_to(x, y);
             points.for_each(|[x, y]| path.line_to(x, y));
@@ -131,7 +153,7 @@ impl Plotter for Canvas {
     }
 
     fn dot(&mut self, at: [f64; 2], radius: f64, colour: Colour) {
-        let [x, y] = [0, 1].map(|axis| (at[axis] - self.corner()[axis]) as f32);
+        let [x, y] = [0, 1].map(|axis| (at[axis] - self.corner[axis]) as f32);
         if let Some(path) = PathBuilder::from_circle(x, y, radius as f32) {
             let paint = Canvas::paint(colour, 1.0);
             self.pixmap.fill_path(&path, &paint, FillRule::Winding, Transform::identity(), None);

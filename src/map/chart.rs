@@ -124,7 +124,7 @@ impl Chart {
         scale: Scale,
     ) -> Arc<Chart> {
         let denominator = scale.denominator();
-        let relief = Relief::new(&style, &terrain, denominator, scale.metres_per_pixel);
+        let relief = Relief::new(&style, terrain.world(), scale);
         let least = style.roads.classes.iter().map(|class| class.most).fold(0.0, f64::max);
         // Agents go everywhere, and their lines are short: far away they would be many and not be seen.
         let has_lines = match world.preset().places {
@@ -283,7 +283,7 @@ impl Picture {
     fn block(&self, part: Area, column: i64, row: i64) -> (Area, Vec<u8>) {
         let (ground, outlines) = self.ground(column, row);
         let seen = ground.area.common(&part).expect("the block was chosen by the area");
-        let mut canvas = Canvas::of_words(&ground.pixels, ground.area);
+        let mut canvas = Canvas::of_words(&ground.pixels);
         self.draw(std::slice::from_ref(&outlines), &mut canvas);
         (seen, canvas.pixels(seen))
     }
@@ -317,7 +317,7 @@ impl Picture {
             let mut canvas = Canvas::new(strip, Colour([0; 3]));
             for (ground, outlines) in blocks {
                 let seen = ground.area.common(&strip).expect("columns were chosen by the area");
-                canvas.put(seen, &Canvas::of_words(&ground.pixels, ground.area).pixels(seen));
+                canvas.put(seen, &Canvas::of_words(&ground.pixels).pixels(seen));
                 all.push(outlines);
             }
             page.add_rows(&canvas.pixels(strip))?;
@@ -362,22 +362,7 @@ impl Picture {
         let [banks, bank] = [BANKS * style.water.river_mm[1], style.water.shore_mm].map(|mm| scale.pixels(mm));
         let inside = |width: f64| if width > banks { width - 2.0 * bank } else { 0.0 };
         stroke_rivers(canvas, style.water.fill, &inside);
-        let class = |class: RoadClass| &style.roads.classes[2 - class as usize];
-        for (of, tunnel) in &drawing.tunnels {
-            let mut pen = line(style.roads.casing, class(*of).width_mm * 0.5);
-            pen.dash = Some([scale.pixels(0.6) as f32, scale.pixels(0.4) as f32]);
-            canvas.stroke_shape(tunnel, &pen);
-        }
-        for (of, bridge) in &drawing.bridges {
-            canvas.stroke_shape(bridge, &line(style.roads.casing, class(*of).width_mm + 4.0 * class(*of).casing_mm));
-        }
-        for (of, road) in &drawing.roads {
-            let road_style = class(*of);
-            canvas.stroke_shape(road, &line(style.roads.casing, road_style.width_mm + 2.0 * road_style.casing_mm));
-        }
-        for (of, road) in &drawing.roads {
-            canvas.stroke_shape(road, &line(class(*of).colour, class(*of).width_mm));
-        }
+        drawing.draw_roads(style, *scale, canvas);
         for site in &drawing.sites {
             draw_site(canvas, scale.pixel(site.at), site.class, *scale, style);
         }

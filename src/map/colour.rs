@@ -1,6 +1,7 @@
 //! The colour of the ground by itself, without light: what a mesh is painted with.
 
-use crate::map::shade::{CHUNK, fill};
+use crate::map::light::CHUNK;
+use crate::map::relief::filled;
 use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::{Material, Tile};
 
@@ -23,7 +24,7 @@ pub(crate) fn paint_row(tile: &Tile, y: i64, row: &mut [u8]) {
         let x1 = x0 + pixels.len() as i64;
         let mut words = [0; CHUNK];
         dispatch(Colours {
-            weights: [&fill(tile.blend().ground().row(y, x0, x1)), &fill(tile.blend().cover().row(y, x0, x1))],
+            weights: [&filled(tile.blend().ground().row(y, x0, x1)), &filled(tile.blend().cover().row(y, x0, x1))],
             count: pixels.len(),
             words: &mut words,
         });

@@ -13,9 +13,9 @@ use crate::lines::{Line, LineKind, RoadClass, StructureKind};
 use crate::map::generalise::{bend, smooth, thinned};
 use crate::map::houses::{self, Town};
 use crate::map::names::{self, is_drawn};
-use crate::map::plotter::{Shape, WIDEST, bounds};
+use crate::map::plotter::{Pen, Plotter, Shape, WIDEST, bounds};
 use crate::map::scale::Scale;
-use crate::map::style::Style;
+use crate::map::style::{Colour, RoadsStyle, Style};
 use crate::map::symbols;
 use crate::places::Places;
 use crate::places::site::SiteClass;
@@ -285,48 +285,74 @@ impl Draughtsman<'_> {
         let roads = |part: &Area| self.settled.lines_through(LineKind::Road, part);
         let mut lines = Vec::new();
         for road in Self::find(vertices, roads, |road| road.id) {
-            let class = road.class.unwrap_or(RoadClass::Track);
-            if self.scale.denominator() > self.style.roads.classes[2 - class as usize].most {
-                continue;
+            if let Some(line) = drawing.add_road(self.style, self.scale, &road) {
+                lines.push((names::hash_of(&road.id.to_string()), line));
             }
-            let pixels_per_vertex = road.spacing_m / self.scale.metres_per_pixel;
-            let at: Vec<[f64; 2]> = road
-                .points
-                .iter()
-                .map(|point| road.place_from([0, 0], point).map(|axis| axis * pixels_per_vertex))
-                .collect();
-            let part = |range: std::ops::RangeInclusive<usize>| {
-                let part = &at[range];
-                let line: Vec<[f64; 2]> =
-                    thinned(part, LEAST_BEND * 0.25).into_iter().map(|index| part[index]).collect();
-                Shape::new(vec![smooth(&line)])
-            };
-            // Tunnels are drawn apart from what is seen of the road.
-            let mut seen = 0;
-            for structure in &road.structures {
-                match structure.kind {
-                    StructureKind::Tunnel => {
-                        if structure.first > seen {
-                            drawing.roads.push((class, part(seen..=structure.first)));
-                        }
-                        if structure.last > structure.first {
-                            drawing.tunnels.push((class, part(structure.first..=structure.last)));
-                        }
-                        seen = structure.last;
-                    }
-                    StructureKind::Bridge if structure.last > structure.first => {
-                        drawing.bridges.push((class, part(structure.first..=structure.last)));
-                    }
-                    _ => {}
-                }
-            }
-            if seen + 1 < at.len() {
-                drawing.roads.push((class, part(seen..=at.len() - 1)));
-            }
-            lines.push((names::hash_of(&road.id.to_string()), at));
         }
         drawing.roads.sort_by_key(|(class, _)| *class);
         lines
+    }
+}
+
+impl Drawing {
+    /// Adds a road, if roads of its class are drawn at the scale; returns the whole line, in pixels.
+    pub fn add_road(&mut self, style: &Style, scale: Scale, road: &Line) -> Option<Vec<[f64; 2]>> {
+        let class = road.class.unwrap_or(RoadClass::Track);
+        if scale.denominator() > style.roads.classes[2 - class as usize].most {
+            return None;
+        }
+        let pixels_per_vertex = road.spacing_m / scale.metres_per_pixel;
+        let place = |point| road.place_from([0, 0], point).map(|axis| axis * pixels_per_vertex);
+        let at: Vec<[f64; 2]> = road.points.iter().map(place).collect();
+        let part = |range: std::ops::RangeInclusive<usize>| {
+            let part = &at[range];
+            let line: Vec<[f64; 2]> = thinned(part, LEAST_BEND * 0.25).into_iter().map(|index| part[index]).collect();
+            Shape::new(vec![smooth(&line)])
+        };
+        // Tunnels are drawn apart from what is seen of the road.
+        let mut seen = 0;
+        for structure in &road.structures {
+            match structure.kind {
+                StructureKind::Tunnel => {
+                    if structure.first > seen {
+                        self.roads.push((class, part(seen..=structure.first)));
+                    }
+                    if structure.last > structure.first {
+                        self.tunnels.push((class, part(structure.first..=structure.last)));
+                    }
+                    seen = structure.last;
+                }
+                StructureKind::Bridge if structure.last > structure.first => {
+                    self.bridges.push((class, part(structure.first..=structure.last)));
+                }
+                _ => {}
+            }
+        }
+        if seen + 1 < at.len() {
+            self.roads.push((class, part(seen..=at.len() - 1)));
+        }
+        Some(at)
+    }
+
+    /// Draws the roads: tunnels under what bridges go over, all casings under all roads, and the better over the worse.
+    pub fn draw_roads(&self, style: &Style, scale: Scale, canvas: &mut dyn Plotter) {
+        let RoadsStyle { casing, classes, .. } = &style.roads;
+        let class = |class: RoadClass| &classes[2 - class as usize];
+        let line = |colour: Colour, mm: f64| Pen { colour, opacity: 1.0, width: scale.pixels(mm) as f32, dash: None };
+        for (of, tunnel) in &self.tunnels {
+            let mut pen = line(*casing, class(*of).width_mm * 0.5);
+            pen.dash = Some([scale.pixels(0.6) as f32, scale.pixels(0.4) as f32]);
+            canvas.stroke_shape(tunnel, &pen);
+        }
+        for (of, bridge) in &self.bridges {
+            canvas.stroke_shape(bridge, &line(*casing, class(*of).width_mm + 4.0 * class(*of).casing_mm));
+        }
+        for (of, road) in &self.roads {
+            canvas.stroke_shape(road, &line(*casing, class(*of).width_mm + 2.0 * class(*of).casing_mm));
+        }
+        for (of, road) in &self.roads {
+            canvas.stroke_shape(road, &line(class(*of).colour, class(*of).width_mm));
+        }
     }
 }
 

@@ -13,7 +13,7 @@
 //!                      |
 //!                  sheet.rs     a frame, a grid, a scale bar and a legend around it; atlas.rs, many of them
 //!
-//! Tile         --> plain.rs     a pixel a vertex, for bakes
+//! Tile         --> plain.rs     the same of tiles, a pixel a vertex, for bakes
 //! ```
 
 pub mod atlas;
@@ -25,7 +25,6 @@ mod drawing;
 mod generalise;
 mod houses;
 mod light;
-mod mark;
 mod outlines;
 mod plain;
 pub(crate) mod plotter;
@@ -35,7 +34,6 @@ mod rows;
 pub mod label;
 mod names;
 pub mod scale;
-mod shade;
 pub mod sheet;
 mod signs;
 mod sky;

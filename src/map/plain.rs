@@ -1,148 +1,165 @@
-//! The plain picture of tiles, a pixel a vertex: what a bake writes beside its other rasters.
+//! The map that a bake writes beside its other rasters: a pixel a vertex, in the style `plain`.
+//!
+//! It is drawn as all maps are, but of tiles: heights and materials are those of the vertices, and so is the water, as the
+//! land has it. Roads and places are drawn over them.
 
+use crate::area::Area;
+use crate::grid::Grid;
 use crate::land::WaterKind;
-use crate::map::mark;
-use crate::map::shade::{CHUNK, Shade, fill};
-use crate::map::tint::Tints;
-use crate::simd::dispatch;
+use crate::lines::{Bed, LineKind};
+use crate::map::canvas::Canvas;
+use crate::map::drawing::Drawing;
+use crate::map::relief::{Lit, Relief, channels};
+use crate::map::scale::Scale;
+use crate::map::style::{Colour, Style};
+use crate::map::symbols::draw_site;
 use crate::tile::Tile;
 use crate::world::World;
 
-/// Rivers as the sea's shallows, in sRGB, and their opacity. Chosen by eye, as all colours below are.
-const RIVER: [f32; 3] = [96.0, 150.0, 186.0];
-const RIVER_OPACITY: f32 = 0.85;
-const LAKE_OPACITY: f32 = 0.95;
+/// Pixels that a millimetre of the style is: its lines are seen at full size on a screen.
+const PIXELS_PER_MM: f64 = 4.0;
 
-/// Roads of agents: trodden earth.
-const TRODDEN: [f32; 3] = [222.0, 203.0, 160.0];
+/// Metres that a shore rises within a pixel at least: where it is flatter, its edge is not as soft as it could be.
+const LEAST_RISE_M: f32 = 0.02;
+
+/// Roads of agents: trodden earth, in sRGB, and its opacity.
+const TRODDEN: Colour = Colour([222, 203, 160]);
 const TRODDEN_OPACITY: f32 = 0.85;
 
-/// Roads between settlements: a dark line on land of any colour.
-const BUILT: [f32; 3] = [104.0, 58.0, 40.0];
-const BUILT_OPACITY: f32 = 0.9;
-
-/// Paints tiles as a map: hypsometric tint, touched by what the ground is made of, times a relief shading; the sea in blues.
-///
-/// A pixel is a vertex, so two tiles agree on the pixels of the edge that they share.
+/// Paints tiles as a map. A pixel is a vertex, so two tiles agree on the pixels of the edge that they share.
 pub struct MapPainter {
-    tint: Tints,
-    sea_level_m: f32,
-    exaggeration: f32,
+    style: Style,
+    scale: Scale,
+    relief: Relief,
 }
 
 impl MapPainter {
     /// The painter of a world, in the colours of its preset.
-    pub fn new(world: &World) -> MapPainter {
-        let preset = world.preset();
-        MapPainter {
-            tint: Tints::plain(world),
-            sea_level_m: preset.sea_level_m.map_or(f32::NEG_INFINITY, |level| level as f32),
-            exaggeration: preset.map.exaggeration.unwrap_or(1.0) as f32,
-        }
-    }
-
-    /// Writes row `y` of a tile as RGB, as many pixels from its western edge as `row` holds.
     ///
     /// # Panics
-    /// When the tile has no such row, or `row` holds more pixels than the tile is wide.
-    pub fn paint_row(&self, tile: &Tile, y: i64, row: &mut [u8]) {
-        let (pixels, _) = row.as_chunks_mut::<3>();
-        for (chunk, pixels) in (0..).zip(pixels.chunks_mut(CHUNK)) {
-            let x0 = tile.area().x0 + chunk * CHUNK as i64;
-            self.paint_ground(tile, y, x0, pixels);
-            // From here on few pixels are touched, one by one: water, then roads over it, then marks over all.
-            self.paint_water(tile, y, x0, pixels);
-            paint_lines(tile, y, x0, pixels);
+    /// When the built-in style `plain` is broken.
+    pub fn new(world: &World) -> MapPainter {
+        let style = Style::load("plain").expect("built-in styles are sound");
+        let scale = Scale { metres_per_pixel: world.spacing_m(), pixels_per_mm: PIXELS_PER_MM };
+        let relief = Relief::new(&style, world, scale);
+        MapPainter { style, scale, relief }
+    }
+
+    /// The pixels of the vertices in the first `cols` columns and `rows` rows of a tile: RGB, row by row.
+    ///
+    /// # Panics
+    /// When the tile has fewer.
+    pub fn paint(&self, tile: &Tile, cols: usize, rows: usize) -> Vec<u8> {
+        let area = tile.area();
+        let wanted = Area { x1: area.x0 + cols as i64, y1: area.y0 + rows as i64, ..area };
+        let mut words = self.ground(tile);
+        paint_agents(tile, &mut words, self.style.water.line);
+        let drawing = self.drawing(tile);
+        if drawing.roads.is_empty() && drawing.tunnels.is_empty() && tile.sites().is_empty() {
+            return bytes(&words, wanted);
+        }
+        let mut painted = vec![0; wanted.len() * 3];
+        // A line is drawn on squares of cells, whole: on parts of them its edges would be rounded otherwise.
+        let cells = area.width() as i64 - 1;
+        for [column, row] in [[0, 0], [1, 0], [0, 1], [1, 1]] {
+            let corner = [area.x0 + column * cells, area.y0 + row * cells];
+            let square = Area::new(corner[0], corner[1], cells as usize, cells as usize);
+            let Some(part) = square.common(&wanted) else { continue };
+            let mut canvas = Canvas::at_vertices(square);
+            canvas.put_words(part, &words);
+            drawing.draw_roads(&self.style, self.scale, &mut canvas);
             for site in tile.sites() {
-                mark::paint_row(site, x0, y, pixels);
+                draw_site(&mut canvas, site.at.map(|at| at as f64), site.class, self.scale, &self.style);
+            }
+            let pixels = canvas.pixels(part);
+            for (y, row) in (part.y0..).zip(pixels.chunks_exact(part.width() * 3)) {
+                let start = ((y - area.y0) as usize * cols + (part.x0 - area.x0) as usize) * 3;
+                painted[start..start + row.len()].copy_from_slice(row);
+            }
+        }
+        painted
+    }
+
+    /// The ground with its water.
+    fn ground(&self, tile: &Tile) -> Grid<u32> {
+        let area = tile.area();
+        let covers = self.relief.covers_of(tile.blend().ground(), tile.blend().cover());
+        let lit = Lit { heights: tile.heights(), smooth: tile.heights(), texture: None, open: None, covers: &covers };
+        let mut pixels = self.relief.light(&lit, area);
+        let Some(water) = tile.water() else { return pixels };
+        for y in area.y0..area.y1 {
+            let kinds = water.kind.row(y, area.x0, area.x1);
+            // Most rows are dry.
+            if kinds.iter().all(|kind| matches!(kind, WaterKind::Dry | WaterKind::Sea)) {
+                continue;
+            }
+            let depths = water.depth_m.row(y, area.x0, area.x1);
+            let [east, up, south] = tile.normals().row(y, area.x0, area.x1);
+            let row = pixels.row_mut(y, area.x0, area.x1);
+            for (index, (pixel, kind)) in row.iter_mut().zip(kinds).enumerate() {
+                match kind {
+                    WaterKind::River => *pixel = mixed(*pixel, channels(self.style.water.line), 1.0),
+                    WaterKind::Lake => {
+                        // Half of a pixel at the shore, by how steeply its floor falls.
+                        let slope = (east[index] * east[index] + south[index] * south[index]).sqrt() / up[index];
+                        let rise_m = (slope * self.scale.metres_per_pixel as f32).max(LEAST_RISE_M);
+                        let share = (depths[index] / rise_m + 0.5).min(1.0);
+                        *pixel = mixed(*pixel, self.relief.water(depths[index]), share);
+                    }
+                    WaterKind::Dry | WaterKind::Sea => {}
+                }
+            }
+        }
+        pixels
+    }
+
+    /// The roads between settlements, as all maps draw them.
+    fn drawing(&self, tile: &Tile) -> Drawing {
+        let mut drawing = Drawing::default();
+        for road in tile.lines_near().iter().filter(|line| line.id.kind() == LineKind::Road) {
+            if matches!(road.bed, Bed::Built { .. }) {
+                drawing.add_road(&self.style, self.scale, road);
+            }
+        }
+        drawing.roads.sort_by_key(|(class, _)| *class);
+        drawing
+    }
+}
+
+/// What agents have left: trodden roads, and water in the rivers that they have dug.
+fn paint_agents(tile: &Tile, pixels: &mut Grid<u32>, water: Colour) {
+    let Some(imprint) = tile.imprint() else { return };
+    let area = tile.area();
+    let trodden = imprint.trodden().map(|trodden| (&trodden.dirt, TRODDEN, TRODDEN_OPACITY));
+    let dug = imprint.dug().map(|dug| (&dug.water, water, 1.0));
+    for (shares, colour, opacity) in trodden.into_iter().chain(dug) {
+        for y in area.y0..area.y1 {
+            let row = pixels.row_mut(y, area.x0, area.x1).iter_mut();
+            for (pixel, share) in row.zip(shares.row(y, area.x0, area.x1)).filter(|(_, share)| **share > 0.0) {
+                *pixel = mixed(*pixel, channels(colour), share * opacity);
             }
         }
     }
+}
 
-    /// The tints of up to [`CHUNK`] vertices from `x0` on, touched by what the ground is made of, shaded.
-    fn paint_ground(&self, tile: &Tile, y: i64, x0: i64, pixels: &mut [[u8; 3]]) {
-        let x1 = x0 + pixels.len() as i64;
-        // Looked up one by one: lanes cannot read from a table of this size.
-        let mut tints = [[0.0; CHUNK]; 3];
-        let mut sea = [0.0; CHUNK];
-        for (index, &height_m) in tile.heights().row(y, x0, x1).iter().enumerate() {
-            let under_water = height_m < self.sea_level_m;
-            sea[index] = if under_water { 1.0 } else { 0.0 };
-            let colour =
-                if under_water { self.tint.sea(self.sea_level_m - height_m) } else { self.tint.land(height_m) };
-            [tints[0][index], tints[1][index], tints[2][index]] = colour;
-        }
-        let mut words = [0; CHUNK];
-        let [east, up, south] = tile.normals().row(y, x0, x1);
-        // Pixels past the row's end are computed from zeros and not used, so that all lanes are full.
-        dispatch(Shade {
-            exaggeration: self.exaggeration,
-            tints: &tints,
-            sea: &sea,
-            east: &fill(east),
-            up: &fill(up),
-            south: &fill(south),
-            ground: &fill(tile.blend().ground().row(y, x0, x1)),
-            cover: &fill(tile.blend().cover().row(y, x0, x1)),
-            words: &mut words,
-        });
-        for (pixel, word) in pixels.iter_mut().zip(words) {
-            // Lanes make a word a pixel; three bytes of it are the pixel.
+/// A pixel, red in the lowest byte, of which a colour covers a share.
+fn mixed(pixel: u32, colour: [f32; 3], share: f32) -> u32 {
+    let mut bytes = pixel.to_le_bytes();
+    for (channel, over) in bytes.iter_mut().zip(colour) {
+        let value = f32::from(*channel);
+        *channel = (value + (over - value) * share + 0.5) as u8;
+    }
+    u32::from_le_bytes(bytes)
+}
+
+/// Pixels of an area, red in the lowest byte, as RGB, row by row.
+fn bytes(words: &Grid<u32>, area: Area) -> Vec<u8> {
+    let mut bytes = vec![0; area.len() * 3];
+    for (y, row) in (area.y0..area.y1).zip(bytes.chunks_exact_mut(area.width() * 3)) {
+        for (pixel, word) in row.as_chunks_mut::<3>().0.iter_mut().zip(words.row(y, area.x0, area.x1)) {
             let [red, green, blue, _] = word.to_le_bytes();
             *pixel = [red, green, blue];
         }
     }
-
-    /// Rivers and lakes over the ground. The sea is ground already: its floor is tinted by depth.
-    fn paint_water(&self, tile: &Tile, y: i64, x0: i64, pixels: &mut [[u8; 3]]) {
-        let Some(water) = tile.water() else { return };
-        let x1 = x0 + pixels.len() as i64;
-        let kinds = water.kind.row(y, x0, x1);
-        // Most chunks are dry.
-        if kinds.iter().all(|kind| *kind == WaterKind::Dry) {
-            return;
-        }
-        let waters = kinds.iter().zip(water.depth_m.row(y, x0, x1));
-        for (pixel, (kind, depth_m)) in pixels.iter_mut().zip(waters) {
-            match kind {
-                WaterKind::River => composite(pixel, (RIVER_OPACITY, RIVER)),
-                WaterKind::Lake => composite(pixel, (LAKE_OPACITY, self.tint.sea(*depth_m))),
-                WaterKind::Dry | WaterKind::Sea => {}
-            }
-        }
-    }
-}
-
-/// Roads, and rivers of agents, over the ground.
-fn paint_lines(tile: &Tile, y: i64, x0: i64, pixels: &mut [[u8; 3]]) {
-    let Some(imprint) = tile.imprint() else { return };
-    let x1 = x0 + pixels.len() as i64;
-    if let Some(trodden) = imprint.trodden() {
-        lay(pixels, trodden.dirt.row(y, x0, x1), (TRODDEN_OPACITY, TRODDEN));
-    }
-    if let Some(dug) = imprint.dug() {
-        lay(pixels, dug.water.row(y, x0, x1), (1.0, RIVER));
-    }
-    if let Some(built) = imprint.built() {
-        lay(pixels, built.decks.row(y, x0, x1), (BUILT_OPACITY, BUILT));
-    }
-}
-
-/// Lets a colour cover a share of each pixel.
-fn lay(pixels: &mut [[u8; 3]], shares: &[f32], (opacity, colour): (f32, [f32; 3])) {
-    // Nearly all pixels are bare, and so are most chunks.
-    if shares.iter().fold(0, |bits, share| bits | share.to_bits()) == 0 {
-        return;
-    }
-    for (pixel, share) in pixels.iter_mut().zip(shares).filter(|(_, share)| **share != 0.0) {
-        composite(pixel, (share * opacity, colour));
-    }
-}
-
-/// Lets an opaque share of a colour cover a pixel.
-fn composite(pixel: &mut [u8; 3], (opacity, colour): (f32, [f32; 3])) {
-    for (channel, colour) in pixel.iter_mut().zip(colour) {
-        let value = f32::from(*channel);
-        *channel = (value + (colour - value) * opacity + 0.5) as u8;
-    }
+    bytes
 }

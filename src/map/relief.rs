@@ -4,6 +4,7 @@ use crate::area::Area;
 use crate::grid::Grid;
 use crate::map::light::{CHUNK, Lamp, Light, WIDE};
 use crate::map::rows::{smoothed, weigh};
+use crate::map::scale::Scale;
 use crate::map::signs::REACH;
 use crate::map::sky;
 use crate::map::style::{Colour, Style};
@@ -11,6 +12,7 @@ use crate::map::terrain::{Nodes, Terrain};
 use crate::map::tint::Tints;
 use crate::simd::dispatch;
 use crate::tile::Material;
+use crate::world::World;
 
 /// Levels of detail that texture shading sums up, each twice as wide as the one before.
 const LEVELS: usize = 4;
@@ -37,8 +39,8 @@ pub(super) struct Relief {
 /// The ground at the pixels of an area.
 pub(super) struct Ground {
     pub area: Area,
-    /// Red in the lowest byte, then green and blue, row by row.
-    pub pixels: Vec<u32>,
+    /// Red in the lowest byte, then green and blue.
+    pub pixels: Grid<u32>,
     /// Heights of the area and of some pixels around it.
     pub heights: Grid<f32>,
     /// How much snow there is, 0 to 1.
@@ -47,22 +49,37 @@ pub(super) struct Ground {
     pub stones: Option<[Grid<f32>; 2]>,
 }
 
-fn channels(colour: Colour) -> [f32; 3] {
+/// What light falls on, at the pixels of an area.
+pub(super) struct Lit<'a> {
+    /// Heights, and those of wide forms alone, of a pixel more on each side.
+    pub heights: &'a Grid<f32>,
+    pub smooth: &'a Grid<f32>,
+    /// How much ridges stand out at all sizes alike.
+    pub texture: Option<&'a Grid<f32>>,
+    /// How much lighter or darker it is for the sky that it sees and for cast shadow.
+    pub open: Option<&'a Grid<f32>>,
+    /// What [covers](Relief::covers_of) the ground.
+    pub covers: &'a [Grid<f32>; 4],
+}
+
+pub(super) fn channels(colour: Colour) -> [f32; 3] {
     colour.0.map(f32::from)
 }
 
 impl Relief {
-    /// The ground of a style on some terrain.
-    pub fn new(style: &Style, terrain: &Terrain, denominator: f64, metres_per_pixel: f64) -> Relief {
+    /// The ground of a style in a world.
+    pub fn new(style: &Style, world: &World, scale: Scale) -> Relief {
         let relief = &style.relief;
         let radians = relief.sun_deg.to_radians();
-        let steepening = relief.exaggeration * libm::pow((denominator / TRUE_SCALE).max(0.3), STEEPENED);
-        let tints = Tints::of_style(&style.tint, terrain.world());
+        let denominator = scale.denominator();
+        let of_world = world.preset().map.exaggeration.unwrap_or(1.0);
+        let steepening = relief.exaggeration * of_world * libm::pow((denominator / TRUE_SCALE).max(0.3), STEEPENED);
+        let tints = Tints::new(&style.tint, world);
         let (low_m, high_m) = tints.range_m();
         let lamp = Lamp {
-            metres_per_pixel: metres_per_pixel as f32,
+            metres_per_pixel: scale.metres_per_pixel as f32,
             // A height that no land has, where there is no sea: infinity less a height divided by a rise is no number.
-            sea_level_m: terrain.world().preset().sea_level_m.map_or(f32::MIN / 1e6, |level| level as f32),
+            sea_level_m: world.preset().sea_level_m.map_or(f32::MIN / 1e6, |level| level as f32),
             sun: [libm::sin(radians) as f32, -libm::cos(radians) as f32],
             soften: relief.soften as f32,
             turn: libm::tan(relief.turn_deg.to_radians()) as f32,
@@ -85,6 +102,11 @@ impl Relief {
         Relief { tints, covers, lamp, has_stones, sky }
     }
 
+    /// The colour of water over a depth, in metres.
+    pub fn water(&self, depth_m: f32) -> [f32; 3] {
+        self.tints.sea(depth_m)
+    }
+
     fn looks_up(&self) -> bool {
         self.sky != [0.0; 2]
     }
@@ -105,47 +127,54 @@ impl Relief {
         let nodes = terrain.nodes(wide);
         let heights = terrain.at_pixels(&nodes.heights, wide);
         let (texture, smooth) = self.texture_of(&heights, area);
-        let open = match self.looks_up() {
-            true => {
-                let per_m = self.lamp.steepening / self.lamp.metres_per_pixel;
-                sky::openness(&heights, area, per_m, self.lamp.sun, self.sky)
-            }
-            false => Grid::filled(area, 0.0),
-        };
+        let open = self.looks_up().then(|| {
+            let per_m = self.lamp.steepening / self.lamp.metres_per_pixel;
+            sky::openness(&heights, area, per_m, self.lamp.sun, self.sky)
+        });
         // What is nowhere needs not be known between the nodes.
         let at_pixels = |plane: Grid<f32>| match plane.values().iter().all(|value| *value == 0.0) {
             true => Grid::filled(area, 0.0),
             false => terrain.at_pixels(&plane, area),
         };
-        let cover = self.covers_of(&nodes).map(at_pixels);
+        let covers = self.covers_of(&nodes.ground, &nodes.cover).map(at_pixels);
         let snow = at_pixels(share_of(&nodes, Material::Snow));
         let stones = self.has_stones.then(|| {
             [Material::Rock, Material::Scree]
                 .map(|material| terrain.at_pixels(&share_of(&nodes, material), area.padded(REACH)))
         });
-        let mut pixels = vec![0; area.len()];
-        for (y, row) in (area.y0..).zip(pixels.chunks_exact_mut(area.width())) {
-            for (x0, pixels) in (area.x0..).step_by(CHUNK).zip(row.chunks_mut(CHUNK)) {
+        let lit =
+            Lit { heights: &heights, smooth: &smooth, texture: Some(&texture), open: open.as_ref(), covers: &covers };
+        let pixels = self.light(&lit, area);
+        Ground { area, pixels, heights, snow, stones }
+    }
+
+    /// The pixels of an area, given what is lit there.
+    pub fn light(&self, lit: &Lit<'_>, area: Area) -> Grid<u32> {
+        let mut pixels = Grid::filled(area, 0);
+        for y in area.y0..area.y1 {
+            for (x0, pixels) in (area.x0..).step_by(CHUNK).zip(pixels.row_mut(y, area.x0, area.x1).chunks_mut(CHUNK)) {
                 let x1 = x0 + pixels.len() as i64;
                 let mut words = [0; CHUNK];
-                let three = |grid: &Grid<f32>| [-1, 0, 1].map(|by| filled::<WIDE>(grid.row(y + by, x0 - 1, x1 + 1)));
-                let (heights_of_three, smooth_of_three) = (three(&heights), three(&smooth));
-                let [land, sea] = self.tints_of(&heights_of_three[1][1..=pixels.len()]);
+                let three =
+                    |grid: &Grid<f32>| [-1, 0, 1].map(|by| filled::<f32, WIDE>(grid.row(y + by, x0 - 1, x1 + 1)));
+                let plane = |grid: Option<&Grid<f32>>| grid.map_or([0.0; CHUNK], |grid| filled(grid.row(y, x0, x1)));
+                let (heights, smooth) = (three(lit.heights), three(lit.smooth));
+                let [land, sea] = self.tints_of(&heights[1][1..=pixels.len()]);
                 dispatch(Light {
                     lamp: &self.lamp,
-                    heights: heights_of_three.each_ref(),
-                    smooth: smooth_of_three.each_ref(),
-                    texture: &filled(texture.row(y, x0, x1)),
-                    open: &filled(open.row(y, x0, x1)),
+                    heights: heights.each_ref(),
+                    smooth: smooth.each_ref(),
+                    texture: &plane(lit.texture),
+                    open: &plane(lit.open),
                     land: &land,
                     sea: &sea,
-                    cover: cover.each_ref().map(|plane| filled(plane.row(y, x0, x1))).each_ref(),
+                    cover: lit.covers.each_ref().map(|plane| filled(plane.row(y, x0, x1))).each_ref(),
                     words: &mut words,
                 });
                 pixels.copy_from_slice(&words[..pixels.len()]);
             }
         }
-        Ground { area, pixels, heights, snow, stones }
+        pixels
     }
 
     /// Tints of heights as land and as sea, by channel. Looked up one by one: lanes cannot read from a table of this size.
@@ -167,13 +196,13 @@ impl Relief {
         tints
     }
 
-    /// Planes of what covers the ground: red, green and blue times the share that is seen, and that share.
-    fn covers_of(&self, nodes: &Nodes) -> [Grid<f32>; 4] {
-        let area = nodes.heights.area();
+    /// Planes of what covers the ground, given weights of materials as [`Blend`](crate::tile::Blend) packs them: red, green and blue times the share that is seen, and that share.
+    pub fn covers_of(&self, ground: &Grid<u32>, cover: &Grid<u32>) -> [Grid<f32>; 4] {
+        let area = ground.area();
         let mut planes = [(); 4].map(|()| Grid::filled(area, 0.0));
         let [red, green, blue, share] = &mut planes;
         let sums = red.values_mut().iter_mut().zip(green.values_mut()).zip(blue.values_mut()).zip(share.values_mut());
-        let words = nodes.ground.values().iter().zip(nodes.cover.values());
+        let words = ground.values().iter().zip(cover.values());
         let covers: Vec<(u32, &([f32; 3], f32))> = (0..).zip(&self.covers).filter(|(_, cover)| cover.1 > 0.0).collect();
         for ((((red, green), blue), share), (ground, cover)) in sums.zip(words) {
             let weights = u64::from(*ground) | u64::from(*cover) << 32;
@@ -220,8 +249,8 @@ impl Relief {
 }
 
 /// Values that may be fewer than wanted, and zeros.
-fn filled<const N: usize>(values: &[f32]) -> [f32; N] {
-    let mut filled = [0.0; N];
+pub(super) fn filled<T: Copy + Default, const N: usize>(values: &[T]) -> [T; N] {
+    let mut filled = [T::default(); N];
     filled[..values.len()].copy_from_slice(values);
     filled
 }

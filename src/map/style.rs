@@ -20,6 +20,7 @@ pub const STYLES: &[(&str, &str)] = &[
     ("satellite", include_str!("../../styles/satellite.toml")),
     ("relief", include_str!("../../styles/relief.toml")),
     ("night", include_str!("../../styles/night.toml")),
+    ("plain", include_str!("../../styles/plain.toml")),
 ];
 
 /// How a map is drawn: the content of a style file. Lengths are millimetres on paper, colours `"#rrggbb"`.

@@ -1,7 +1,6 @@
 //! Hypsometric tints: colours by height and by depth.
 
 use crate::map::style::{Stop as StyleStop, TintStyle};
-use crate::preset::map::Tint;
 use crate::world::World;
 
 /// Steps of a colour table: four a level of a channel's 256, and 12 KiB as `f32`, which a first-level cache holds.
@@ -18,15 +17,10 @@ pub(super) struct Tints {
 }
 
 impl Tints {
-    /// The colours of plain maps of a world.
-    pub fn plain(world: &World) -> Tints {
-        Tints::new(world, land_stops(world.preset().map.tint), SEA_STOPS)
-    }
-
     /// The colours that a style has for a world.
-    pub fn of_style(style: &TintStyle, world: &World) -> Tints {
+    pub fn new(style: &TintStyle, world: &World) -> Tints {
         let stops = |stops: &[StyleStop]| -> Vec<Stop> { stops.iter().map(|it| (it.at as f32, it.colour.0)).collect() };
-        let mut tints = Tints::new(world, &stops(style.land(world.preset().map.tint)), &stops(&style.sea));
+        let mut tints = Tints::of_stops(world, &stops(style.land(world.preset().map.tint)), &stops(&style.sea));
         if style.depth_steps > 0 {
             // The middle of each step, for all of it.
             let (smooth, steps) = (tints.sea.clone(), style.depth_steps as usize);
@@ -44,7 +38,7 @@ impl Tints {
     /// lowest that the world can have.
     ///
     /// Where the preset says nothing, that is from the sea, or the lowest height, to the highest that the world can have.
-    fn new(world: &World, land: &[Stop], sea: &[Stop]) -> Tints {
+    fn of_stops(world: &World, land: &[Stop], sea: &[Stop]) -> Tints {
         let preset = world.preset();
         let (lowest_m, highest_m) = world.height_range_m();
         let sea_level_m = preset.sea_level_m.map_or(f32::NEG_INFINITY, |level| level as f32);
@@ -84,48 +78,6 @@ fn step(position: f32) -> usize {
 
 /// A colour at a share of the scale.
 type Stop = (f32, [u8; 3]);
-
-fn land_stops(tint: Tint) -> &'static [Stop] {
-    match tint {
-        Tint::Temperate => &[
-            (0.00, [110, 144, 104]),
-            (0.12, [136, 162, 112]),
-            (0.28, [172, 182, 132]),
-            (0.45, [210, 201, 156]),
-            (0.62, [200, 173, 134]),
-            (0.78, [176, 150, 128]),
-            (0.90, [199, 190, 183]),
-            (1.00, [240, 240, 240]),
-        ],
-        Tint::Arid => &[
-            (0.00, [178, 142, 98]),
-            (0.18, [205, 166, 112]),
-            (0.36, [214, 150, 96]),
-            (0.52, [190, 112, 74]),
-            (0.68, [205, 140, 98]),
-            (0.84, [222, 178, 132]),
-            (1.00, [238, 214, 176]),
-        ],
-        Tint::Alpine => &[
-            (0.00, [92, 120, 84]),
-            (0.18, [110, 135, 88]),
-            (0.36, [146, 156, 104]),
-            (0.54, [164, 154, 120]),
-            (0.72, [148, 140, 130]),
-            (0.88, [182, 182, 184]),
-            (1.00, [238, 241, 245]),
-        ],
-    }
-}
-
-/// From the shore's shallows to the deep. Chosen by eye, as the tints of the land are.
-const SEA_STOPS: &[Stop] = &[
-    (0.00, [168, 205, 214]),
-    (0.04, [141, 187, 206]),
-    (0.15, [112, 160, 188]),
-    (0.40, [84, 130, 164]),
-    (1.00, [56, 94, 130]),
-];
 
 /// A table of colours between stops, interpolated in OKLab, where equal steps look equal.
 fn table(stops: &[Stop]) -> Vec<[f32; 3]> {
@@ -178,19 +130,22 @@ fn srgb([lightness, a, b]: [f32; 3]) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::style::Style;
     use crate::preset::Preset;
+    use crate::preset::map::Tint;
 
     #[test]
     fn stops_keep_their_colours() {
+        let style = Style::load("plain").unwrap();
         let (_, mut preset) = Preset::load("alps").unwrap();
         (preset.map.low_m, preset.map.high_m) = (Some(0.0), Some(1000.0));
         for tint in [Tint::Temperate, Tint::Arid, Tint::Alpine] {
             preset.map.tint = tint;
-            let tints = Tints::plain(&World::new(preset.clone(), None).unwrap());
-            let stops = land_stops(tint);
+            let tints = Tints::new(&style.tint, &World::new(preset.clone(), None).unwrap());
+            let stops = style.tint.land(tint);
             for (height_m, stop) in [(-5.0, stops[0]), (1500.0, stops[stops.len() - 1])] {
-                for (got, expected) in tints.land(height_m).iter().zip(stop.1) {
-                    assert!((got - expected as f32).abs() < 0.5, "{tint:?} {:?} {stop:?}", tints.land(height_m));
+                for (got, expected) in tints.land(height_m).iter().zip(stop.colour.0) {
+                    assert!((got - f32::from(expected)).abs() < 0.5, "{tint:?} {:?} {stop:?}", tints.land(height_m));
                 }
             }
         }

@@ -19,7 +19,8 @@ pub struct MapStyle {
     /// Height in metres of the highest land colour, -100,000 to 100,000; above `low_m`. Default: the highest height of the world.
     #[schemars(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M))]
     pub high_m: Option<f64>,
-    /// How many times the slopes are steepened before they are shaded, 0.1 to 20. Default: 1.
+    /// How many times the slopes are steepened before they are shaded, beside what a style asks for, 0.1 to 20: more where land
+    /// is flat. Default: 1.
     #[schemars(range(min = 0.1, max = 20))]
     pub exaggeration: Option<f64>,
 }

@@ -121,6 +121,9 @@ impl Painter {
     pub fn paint(&self, tile: &Tile, cols: usize, rows: usize) -> Vec<u8> {
         let area = tile.area();
         let row_bytes = cols * self.quantity.sample().bytes();
+        if let Some(map) = &self.map {
+            return map.paint(tile, cols, rows);
+        }
         let mut samples = vec![0; rows * row_bytes];
         for (y, row) in (area.y0..).zip(samples.chunks_exact_mut(row_bytes)) {
             self.paint_row(tile, y, area.x0, row);
@@ -162,7 +165,7 @@ impl Painter {
                     *pixel = [*east, -south, *up].map(|axis| (axis * 127.5 + 128.0) as u8);
                 }
             }
-            Quantity::Map => self.map.as_ref().expect("a map has its painter").paint_row(tile, y, row),
+            Quantity::Map => unreachable!("a map is painted tile by tile"),
             Quantity::Colour => map::colour::paint_row(tile, y, row),
             Quantity::Water => {
                 for (grey, kind) in row.iter_mut().zip(water(tile).kind.row(y, x0, x1)) {
