@@ -5,13 +5,14 @@ mod record;
 pub(crate) use record::Finished;
 pub use record::{FileRecord, MeshRecord};
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
 use crate::area::{Place, Region};
 use crate::clock::Clock;
 use crate::error::Error;
+use crate::stop;
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -42,13 +43,11 @@ pub trait Sink: Send + Sync {
     fn finish(&self) -> Result<Vec<FileRecord>, Error>;
 }
 
-/// What the world outside may know of a running bake, and say to it.
+/// What the world outside may know of a running bake.
 #[derive(Debug, Default)]
 pub struct Watch {
     /// Tiles done so far.
     pub tiles: AtomicU64,
-    /// Set it, and the bake ends with [`Error::Interrupted`] before its next tile.
-    pub cancelled: AtomicBool,
     /// Where the time goes.
     pub clock: Clock,
 }
@@ -67,7 +66,7 @@ pub fn rows_in_flight(region: &Region, threads: usize) -> u64 {
 /// beside one tile a thread. Memory grows with the width of the region and not with its height.
 ///
 /// # Errors
-/// The first error of a sink, or [`Error::Interrupted`].
+/// The first error of a sink.
 pub fn bake(world: &World, region: &Region, sinks: &[Box<dyn Sink + '_>], watch: &Watch) -> Result<(), Error> {
     world.agents().prepare_for(region.cols());
     let batch_rows = rows_in_flight(region, rayon::current_num_threads());
@@ -104,9 +103,7 @@ impl Batch {
     ) -> Result<Batch, Error> {
         let cols = region.cols();
         let make = |index: u64| {
-            if watch.cancelled.load(Ordering::Relaxed) {
-                return Err(Error::Interrupted);
-            }
+            stop::check();
             let place = Place { row: first_row + index / cols, col: index % cols };
             let tile = Tile::timed(world, region.tile(place), &watch.clock);
             let pieces = sinks

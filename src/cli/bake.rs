@@ -3,8 +3,6 @@
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::Instant;
 
@@ -61,11 +59,8 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     if options.dry_run {
         return Ok(());
     }
-    // The bake, which an interrupt stops between two tiles.
-    let watch = Arc::new(Watch::default());
-    let told = Arc::clone(&watch);
-    // Without a handler an interrupt still ends the program; it only leaves what was half-written.
-    _ = ctrlc::set_handler(move || told.cancelled.store(true, Ordering::Relaxed));
+    // The bake.
+    let watch = Watch::default();
     let pool = thread_pool(threads)?;
     let output = Output::prepare(&out, options.overwrite, &cost)?;
     let start = Instant::now();

@@ -15,6 +15,7 @@ use crate::export::manifest::{self, Manifest};
 use crate::export::registry_sink::BakeRegistry;
 use crate::export::{Export, MeshOptions, Profile, profile};
 use crate::file::{PartFile, remove_unfinished, sync_folder, write_whole};
+use crate::stop;
 use crate::tile::shaped_input;
 use crate::world::World;
 
@@ -190,9 +191,9 @@ impl<'a> Plan<'a> {
     /// The manifest is written last; until then the folder has none, and no unfinished file has its final name.
     ///
     /// # Errors
-    /// When a file cannot be written, or when `watch` was told to stop. Finished files stay; others are removed.
+    /// When a file cannot be written, or when all work was [told to stop](stop::request). Finished files stay; others are removed.
     pub fn run(&self, output: &Output, watch: &Watch) -> Result<Manifest, Error> {
-        let result = self.bake_into(output, watch);
+        let result = stop::catch(|| self.bake_into(output, watch));
         if result.is_err() {
             // Folders that hold nothing now would keep the next bake from this place; others cannot be removed so.
             for folder in folders(self.exports.iter().copied()).into_iter().filter(|folder| !folder.is_empty()) {

@@ -27,6 +27,7 @@ use crate::map::terrain::{self, Terrain};
 use crate::map::text::Quad;
 use crate::places::site::SiteClass;
 use crate::preset::Preset;
+use crate::stop;
 use crate::world::World;
 
 /// Pixels a side of a block.
@@ -275,6 +276,7 @@ impl Picture {
     /// The pixels of a block that lie in a part.
     fn block(&self, part: Area, column: i64, row: i64) -> (Area, Vec<u8>) {
         let (ground, outlines) = self.ground(column, row);
+        stop::check();
         let seen = ground.area.common(&part).expect("the block was chosen by the area");
         let mut canvas = Canvas::of_words(&ground.pixels, ground.area);
         self.draw(std::slice::from_ref(&outlines), &mut canvas);
@@ -283,6 +285,7 @@ impl Picture {
 
     /// The ground of a block, and the lines that its heights draw.
     fn ground(&self, column: i64, row: i64) -> (Ground, Outlines) {
+        stop::check();
         let chart = &self.chart;
         let block = Area::new(column * BLOCK, row * BLOCK, BLOCK as usize, BLOCK as usize);
         let ground = chart.relief.ground(&chart.terrain, block);
@@ -325,6 +328,7 @@ impl Picture {
     fn draw(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
         let (style, scale, drawing) = (&self.chart.style, &self.chart.scale, &self.drawing);
         for outlines in outlines {
+            stop::check();
             outlines.draw(canvas);
         }
         let line = |colour: Colour, mm: f64| Pen { colour, opacity: 1.0, width: scale.pixels(mm) as f32, dash: None };

@@ -17,6 +17,7 @@ use crate::map::plotter::{Shape, WIDEST, bounds};
 use crate::map::scale::Scale;
 use crate::map::style::Style;
 use crate::places::Places;
+use crate::stop;
 use crate::world::World;
 
 /// Nodes a side of the parts in which things are found at once.
@@ -175,8 +176,12 @@ impl Draughtsman<'_> {
             .flat_map(|y| corners(area.x0, area.x1).map(move |x| Area::new(x, y, PART as usize + 1, PART as usize + 1)))
             .filter_map(|part| part.common(&area))
             .collect();
+        let found = |part: &Area| {
+            stop::check();
+            find(part)
+        };
         let found: Vec<Vec<(K, T)>> =
-            parts.par_iter().map(|part| find(part).into_iter().map(|it| (key(&it), it)).collect()).collect();
+            parts.par_iter().map(|part| found(part).into_iter().map(|it| (key(&it), it)).collect()).collect();
         found.into_iter().flatten().collect::<BTreeMap<K, T>>().into_values().collect()
     }
 

@@ -13,6 +13,7 @@ use crate::map::style::{Colour, Style};
 use crate::map::symbols::{draw_peak, draw_site};
 use crate::map::text::{Face, Placed, shape};
 use crate::places::site::SiteClass;
+use crate::stop;
 
 /// Millimetres of paper around the map, above it and below it.
 const SIDE_MM: f64 = 14.0;
@@ -212,6 +213,7 @@ impl Sheet<'_> {
         let Sheet { picture, style, scale, .. } = *self;
         let mut y = self.page.y0;
         while y < self.page.y1 {
+            stop::check();
             // Blocks of the map are drawn once each, so strips end where they do.
             let mut end = (y.div_euclid(Chart::STRIP as i64) + 1) * Chart::STRIP as i64;
             if let Some(map) = picture.map(Picture::area).filter(|map| y < map.y0) {

@@ -31,6 +31,7 @@ use crate::export::options::MeshOptions;
 use crate::export::raster::quantity::{Painter, Quantity};
 use crate::export::raster::writer::{Encoding, Sample, png_bytes};
 use crate::file::write_whole;
+use crate::stop;
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -284,6 +285,7 @@ impl Sink for GltfSink<'_> {
     fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
         let mut regions = locked(&self.regions);
         for piece in pieces {
+            stop::check();
             let kept: Vec<(String, usize, Root)> = serde_json::from_slice(piece).expect("it was written by this sink");
             // Levels come in the same order in both.
             for (region, (path, start, root)) in regions.iter_mut().zip(kept) {

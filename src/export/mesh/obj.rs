@@ -16,6 +16,7 @@ use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Request, file_name};
 use crate::export::locked;
 use crate::file::{PartFile, write_whole};
+use crate::stop;
 use crate::tile::Tile;
 
 /// OBJ, as a format.
@@ -319,6 +320,7 @@ impl Sink for ObjSink<'_> {
         let Some(regions) = &self.regions else { return Ok(()) };
         let mut regions = locked(regions);
         for piece in pieces {
+            stop::check();
             let mut rest = *piece;
             for (_, file, before) in regions.iter_mut() {
                 let text = Text::unpack(&mut rest);

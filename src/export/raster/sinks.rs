@@ -14,6 +14,7 @@ use crate::export::raster::image::{Image, RowOrder};
 use crate::export::raster::quantity::Painter;
 use crate::export::raster::writer::RasterWriter;
 use crate::file::write_whole;
+use crate::stop;
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -74,6 +75,7 @@ impl Sink for RegionRaster {
         let (_, rows) = self.drawing.image.owned(&self.drawing.region, Place { row, col: 0 });
         let mut line = Vec::new();
         for y in 0..rows {
+            stop::check();
             line.clear();
             for piece in pieces {
                 // Tiles of the last column may be a vertex wider.
