@@ -9,13 +9,13 @@ use std::time::Instant;
 use serde_json::json;
 
 use crate::area::{Region, Stride};
-use crate::bake::Watch;
 use crate::cli::args::BakeArguments;
 use crate::cli::console::Console;
-use crate::cli::progress::Progress;
+use crate::cli::progress::{Reporter, Tiles};
 use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
 use crate::export::{Bytes, Cost, Forecast, Limit, Output, Plan};
+use crate::watch::Watch;
 use crate::world::World;
 
 /// Bakes what the command line asks for.
@@ -66,8 +66,8 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     let start = Instant::now();
     let manifest = thread::scope(|scope| {
         let shown = !options.quiet && !options.no_progress;
-        let cells = (region.tile_cells() as u64).pow(2);
-        let _progress = shown.then(|| Progress::start(scope, console, &watch, region.tiles(), cells));
+        let tiles = Tiles { count: region.tiles(), cells: (region.tile_cells() as u64).pow(2) };
+        let _reporter = shown.then(|| Reporter::start(scope, console, &watch, Some(tiles)));
         pool.install(|| plan.run(&output, &watch))
     })?;
     let elapsed = start.elapsed();

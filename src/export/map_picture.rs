@@ -15,6 +15,7 @@ use crate::file::PartFile;
 use crate::map::Chart;
 use crate::map::scale::Scale;
 use crate::map::sheet::Sheet;
+use crate::watch::Watch;
 
 /// Pixels a side that a WebP picture can have.
 const MOST_WEBP: usize = 16_383;
@@ -140,11 +141,11 @@ impl MapPicture {
         })
     }
 
-    /// Writes a sheet, what it says of itself, and its world file.
+    /// Writes a sheet, what it says of itself, and its world file. `watch` counts the rows of pixels that are drawn.
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn write(&self, sheet: &Sheet<'_>, scale: Scale, texts: &Texts) -> Result<(), Error> {
+    pub fn write(&self, sheet: &Sheet<'_>, scale: Scale, texts: &Texts, watch: &Watch) -> Result<(), Error> {
         self.prepare()?;
         // Lines that are drawn as such need no world file: no GIS places these by one.
         let world_file = match self.kind {
@@ -153,25 +154,26 @@ impl MapPicture {
             Kind::Pdf => {
                 let mut pdf = Pdf::create(self.path.clone())?;
                 let mut page = pdf.page(0, sheet.page(), scale);
-                sheet.plot(&mut page)?;
+                sheet.plot(&mut page, watch)?;
                 page.finish()?;
                 return pdf.finish(&texts.title, &texts.description, &texts.software).map(drop);
             }
             Kind::Svg => {
                 let (page, path) = (sheet.page(), self.path.clone());
                 let mut svg = Svg::create(path, page, scale, &texts.title, &texts.description)?;
-                sheet.plot(&mut svg)?;
+                sheet.plot(&mut svg, watch)?;
                 return svg.finish().map(drop);
             }
         };
         let mut file = PartFile::create(self.path.clone())?;
         if self.kind == Kind::Png {
-            self.write_png(&mut file, sheet, scale, texts)?;
+            self.write_png(&mut file, sheet, scale, texts, watch)?;
         } else {
             let area = sheet.page();
             let mut pixels = Vec::with_capacity(area.len() * 3);
             sheet.strips(|strip| {
                 pixels.extend_from_slice(strip);
+                count(strip, area, watch);
                 Ok::<_, Error>(())
             })?;
             let encoder = image_webp::WebPEncoder::new(&mut file);
@@ -187,7 +189,14 @@ impl MapPicture {
         write_world_file(world_file, sheet.page(), scale)
     }
 
-    fn write_png(&self, file: &mut PartFile, sheet: &Sheet<'_>, scale: Scale, texts: &Texts) -> Result<(), Error> {
+    fn write_png(
+        &self,
+        file: &mut PartFile,
+        sheet: &Sheet<'_>,
+        scale: Scale,
+        texts: &Texts,
+        watch: &Watch,
+    ) -> Result<(), Error> {
         let refuse = |error: png::EncodingError| Error::io(&self.path)(std::io::Error::other(error));
         let area = sheet.page();
         let mut encoder = png::Encoder::new(file, area.width() as u32, area.height() as u32);
@@ -205,9 +214,17 @@ impl MapPicture {
         }
         let mut writer = encoder.write_header().map_err(refuse)?;
         let mut stream = writer.stream_writer().map_err(refuse)?;
-        sheet.strips(|strip| stream.write_all(strip).map_err(Error::io(&self.path)))?;
+        sheet.strips(|strip| {
+            count(strip, area, watch);
+            stream.write_all(strip).map_err(Error::io(&self.path))
+        })?;
         stream.finish().map_err(refuse)
     }
+}
+
+/// Counts the rows of a strip of pixels.
+fn count(strip: &[u8], page: Area, watch: &Watch) {
+    watch.add((strip.len() / (3 * page.width())) as u64);
 }
 
 /// Six lines that say how large pixels are and where the first one's middle lies, in metres east and north.

@@ -165,8 +165,8 @@ impl fmt::Display for Export {
 mod tests {
     use super::*;
     use crate::area::{Region, TileId};
-    use crate::bake::Watch;
     use crate::preset::Preset;
+    use crate::watch::Watch;
     use crate::world::World;
     use format::{Request, folder};
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::area::Region;
-use crate::bake::{Sink, Watch, bake, rows_in_flight};
+use crate::bake::{Sink, bake, rows_in_flight};
 use crate::error::Error;
 use crate::export::cost::{Cost, Forecast};
 use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
@@ -17,6 +17,7 @@ use crate::export::{Export, MeshOptions, Profile, profile};
 use crate::file::{PartFile, remove_unfinished, sync_folder, write_whole};
 use crate::stop;
 use crate::tile::shaped_input;
+use crate::watch::Watch;
 use crate::world::World;
 
 /// A bake that has been thought through: the formats can hold the region.
@@ -217,8 +218,9 @@ impl<'a> Plan<'a> {
         // Every tile, to every sink.
         bake(self.world, &self.region, &sinks, watch)?;
         // The ends of all files, brought to the disk together.
+        watch.begin("finishing files", None);
         let records =
-            sinks.par_iter().map(|sink| watch.clock.time(&format!("finish {}", sink.name()), || sink.finish()));
+            sinks.par_iter().map(|sink| watch.clock.time(&format!("finish {}", sink.name()), || sink.finish(watch)));
         let records = records.collect::<Result<Vec<_>, Error>>()?;
         let mut records = records.concat();
         // What the one who imports them has to know.

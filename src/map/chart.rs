@@ -28,6 +28,7 @@ use crate::map::text::Quad;
 use crate::places::site::SiteClass;
 use crate::preset::Preset;
 use crate::stop;
+use crate::watch::Watch;
 use crate::world::World;
 
 /// Pixels a side of a block.
@@ -297,11 +298,11 @@ impl Picture {
         (ground, outlines)
     }
 
-    /// Draws the picture on a page: the ground as pixels, and all else as it is.
+    /// Draws the picture on a page: the ground as pixels, whose rows `watch` counts, and all else as it is.
     ///
     /// # Errors
     /// When the page cannot be written.
-    pub(crate) fn plot(&self, page: &mut dyn Page) -> Result<(), Error> {
+    pub(crate) fn plot(&self, page: &mut dyn Page, watch: &Watch) -> Result<(), Error> {
         let mut all = Vec::new();
         page.clip(self.area);
         let columns = self.area.x0.div_euclid(BLOCK)..(self.area.x1 - 1).div_euclid(BLOCK) + 1;
@@ -317,6 +318,7 @@ impl Picture {
                 all.push(outlines);
             }
             page.add_rows(&canvas.pixels(strip))?;
+            watch.add(strip.height() as u64);
         }
         page.end_picture()?;
         self.draw(&all, page);

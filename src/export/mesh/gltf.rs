@@ -33,6 +33,7 @@ use crate::export::raster::writer::{Encoding, Sample, png_bytes};
 use crate::file::write_whole;
 use crate::stop;
 use crate::tile::Tile;
+use crate::watch::Watch;
 use crate::world::World;
 
 /// glTF, as a format: a GLB a tile and level of detail, and a glTF of the region for each level.
@@ -295,7 +296,7 @@ impl Sink for GltfSink<'_> {
         Ok(())
     }
 
-    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let mut records = std::mem::take(&mut *locked(&self.records));
         for region in locked(&self.regions).drain(..) {
             records.push(region.finish()?);

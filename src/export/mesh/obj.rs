@@ -18,6 +18,7 @@ use crate::export::locked;
 use crate::file::{PartFile, write_whole};
 use crate::stop;
 use crate::tile::Tile;
+use crate::watch::Watch;
 
 /// OBJ, as a format.
 pub(crate) struct Obj {
@@ -331,7 +332,7 @@ impl Sink for ObjSink<'_> {
         Ok(())
     }
 
-    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let mut records = std::mem::take(&mut *locked(&self.records));
         let Some(regions) = &self.regions else { return Ok(records) };
         for (path, file, _) in locked(regions).drain(..) {

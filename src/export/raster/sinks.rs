@@ -16,6 +16,7 @@ use crate::export::raster::writer::RasterWriter;
 use crate::file::write_whole;
 use crate::stop;
 use crate::tile::Tile;
+use crate::watch::Watch;
 use crate::world::World;
 
 /// An image of a format, and what all its files have in common.
@@ -87,7 +88,7 @@ impl Sink for RegionRaster {
         Ok(())
     }
 
-    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let writer = locked(&self.writer).take();
         self.file.end(&self.drawing, writer.expect("a sink ends once"))
     }
@@ -133,7 +134,7 @@ impl Sink for TileRasters {
         Ok(())
     }
 
-    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         Ok(std::mem::take(&mut *locked(&self.records)))
     }
 }
