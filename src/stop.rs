@@ -7,15 +7,44 @@
 //!
 //! The alternative is to return [`Error::Interrupted`] from all that takes time, down to the search of a road: most of what
 //! computes here has no other way to fail.
+//!
+//! ```standalone_crate
+//! use std::{thread, time::Duration};
+//! use terrane::{area::TileId, error::Error, preset::Preset, stop, tile::Tile, world::World};
+//!
+//! let world = World::new(Preset::load("alps")?.1, None)?;
+//! thread::scope(|scope| {
+//!     let baker = scope.spawn(|| {
+//!         stop::catch(|| {
+//!             (0..).for_each(|x| drop(Tile::new(&world, TileId { x, y: 0 })));
+//!             Ok(())
+//!         })
+//!     });
+//!     thread::sleep(Duration::from_millis(100));
+//!     stop::request();
+//!     assert!(matches!(baker.join().unwrap(), Err(Error::Interrupted)));
+//! });
+//! // The world is as good as before.
+//! stop::withdraw();
+//! let tile = Tile::new(&world, TileId { x: 0, y: 0 });
+//! let another = World::new(Preset::load("alps")?.1, None)?;
+//! assert!(tile.heights().values() == Tile::new(&another, tile.id()).heights().values());
+//! # Ok::<(), Error>(())
+//! ```
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread;
+use std::time::Duration;
 
 use crate::error::Error;
 
 /// Whether all work is to end.
 static REQUESTED: AtomicBool = AtomicBool::new(false);
+
+/// Between two looks at the request while something is waited for.
+const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
 /// What a stop unwinds with.
 struct Stopped;
@@ -52,6 +81,22 @@ fn unwind() {
     }
 }
 
+/// What `work` returns, which cannot look at the request itself, such as an encoder that takes a whole picture at once: it has a
+/// thread of its own, which is left alone with it when all is to end.
+pub(crate) fn wait_for<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
+    let (done, result) = sync_channel(1);
+    let thread = thread::spawn(move || _ = done.send(work()));
+    loop {
+        match result.recv_timeout(LOOK_INTERVAL) {
+            Ok(result) => return result,
+            Err(RecvTimeoutError::Timeout) => check(),
+            Err(RecvTimeoutError::Disconnected) => {
+                resume_unwind(thread.join().expect_err("it ends without a result by a panic alone"))
+            }
+        }
+    }
+}
+
 /// What `work` returns. Any panic but a stop goes on.
 ///
 /// # Errors
@@ -77,6 +122,13 @@ mod tests {
         assert!(matches!(catch(beside), Err(Error::Interrupted)));
         assert!(matches!(catch(|| Ok(1)), Ok(1)));
         let panic = catch_unwind(|| catch::<()>(|| resume_unwind(Box::new("a bug"))));
+        assert_eq!(panic.unwrap_err().downcast_ref(), Some(&"a bug"));
+    }
+
+    #[test]
+    fn what_is_waited_for_comes_back_or_panics_here() {
+        assert_eq!(wait_for(|| 7), 7);
+        let panic = catch_unwind(|| wait_for(|| resume_unwind(Box::new("a bug"))));
         assert_eq!(panic.unwrap_err().downcast_ref(), Some(&"a bug"));
     }
 }

@@ -15,6 +15,7 @@ use crate::file::PartFile;
 use crate::map::Chart;
 use crate::map::scale::Scale;
 use crate::map::sheet::Sheet;
+use crate::stop;
 use crate::watch::Watch;
 
 /// Pixels a side that a WebP picture can have.
@@ -23,6 +24,9 @@ const MOST_WEBP: usize = 16_383;
 /// Bytes that a PNG takes beside its pixels, of each row and of all.
 const ROW_BYTES: u64 = 64;
 const HEAD_BYTES: u64 = 1 << 16;
+
+/// Bytes of pixels that are packed at once.
+const PACKED_AT_ONCE: usize = 1 << 20;
 
 /// A map that is to be written.
 #[derive(Debug)]
@@ -176,10 +180,14 @@ impl MapPicture {
                 count(strip, area, watch);
                 Ok::<_, Error>(())
             })?;
-            let encoder = image_webp::WebPEncoder::new(&mut file);
             let (width, height) = (area.width() as u32, area.height() as u32);
-            let written = encoder.encode(&pixels, width, height, image_webp::ColorType::Rgb8);
-            written.map_err(|error| Error::io(&self.path)(std::io::Error::other(error)))?;
+            let encoded = stop::wait_for(move || {
+                let mut bytes = Vec::new();
+                let encoder = image_webp::WebPEncoder::new(&mut bytes);
+                encoder.encode(&pixels, width, height, image_webp::ColorType::Rgb8).map(|()| bytes)
+            });
+            let bytes = encoded.map_err(|error| Error::io(&self.path)(std::io::Error::other(error)))?;
+            file.write_all(&bytes).map_err(Error::io(&self.path))?;
         }
         // An old one would place the new picture wrongly, were this the end.
         if world_file.exists() {
@@ -216,7 +224,11 @@ impl MapPicture {
         let mut stream = writer.stream_writer().map_err(refuse)?;
         sheet.strips(|strip| {
             count(strip, area, watch);
-            stream.write_all(strip).map_err(Error::io(&self.path))
+            // A strip of a wide map takes long to pack.
+            strip.chunks(PACKED_AT_ONCE).try_for_each(|part| {
+                stop::check();
+                stream.write_all(part).map_err(Error::io(&self.path))
+            })
         })?;
         stream.finish().map_err(refuse)
     }
