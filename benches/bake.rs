@@ -8,9 +8,9 @@ use std::thread::available_parallelism;
 use std::time::Instant;
 
 use terrane::area::{Region, TileId};
-use terrane::bake::Watch;
 use terrane::export::{Export, Output, Plan};
 use terrane::preset::Preset;
+use terrane::watch::Watch;
 use terrane::world::World;
 
 fn main() {

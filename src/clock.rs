@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use crate::stop;
+
 /// The names of the stages of a tile, wherever they are shown.
 pub mod stage {
     /// Heights of relief of noise.
@@ -47,8 +49,9 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// What `work` returns, its time booked under `stage`.
+    /// What `work` returns, its time booked under `stage`. No stage begins when all is to [stop](stop::check).
     pub fn time<R>(&self, stage: &str, work: impl FnOnce() -> R) -> R {
+        stop::check();
         let start = Instant::now();
         let result = work();
         let spent = start.elapsed();

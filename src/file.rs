@@ -8,9 +8,13 @@ use tempfile::NamedTempFile;
 
 use crate::bake::Finished;
 use crate::error::Error;
+use crate::stop;
 
 /// What the names of unfinished files end with; they begin with a dot.
 const UNFINISHED: &str = ".part";
+
+/// Bytes of a file that are read back at once: in about a millisecond.
+const HASHED_AT_ONCE: u64 = 1 << 20;
 
 /// A file under way: written beside its final name, renamed when whole, removed when dropped before that.
 ///
@@ -71,8 +75,12 @@ impl PartFile {
         }
         // Somebody else wrote, or went back: the bytes that passed are not those of the file.
         let mut hasher = blake3::Hasher::new();
+        let length = file.seek(SeekFrom::End(0))?;
         file.seek(SeekFrom::Start(0))?;
-        hasher.update_reader(Read::by_ref(file))?;
+        // Part by part, for a long file takes long.
+        while hasher.update_reader(Read::by_ref(file).take(HASHED_AT_ONCE))?.count() < length {
+            stop::check();
+        }
         Ok(Finished { bytes: hasher.count(), blake3: hasher.finalize() })
     }
 }

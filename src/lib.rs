@@ -25,7 +25,7 @@
 //! so. Each layer is a pure function of the world and of lattice coordinates, and no tile ever looks at a neighbour.
 //!
 //! ```text
-//!   error, area, grid, hash, geometry, clock, memory, device, simd      what all use
+//!   error, area, grid, hash, geometry, stop, clock, watch, memory, device, simd      what all use
 //!      |
 //!   noise/      fractals of simplex noise on the lanes of simd
 //!   recipe/     what an author writes -> a preset or a style; what all settings share: key paths, faults, checks, masks
@@ -123,7 +123,9 @@ pub mod area;
 pub mod grid;
 pub mod hash;
 pub mod geometry;
+pub mod stop;
 pub mod clock;
+pub mod watch;
 mod memory;
 pub mod device;
 pub mod simd;

@@ -5,7 +5,7 @@ use std::hash::{BuildHasher, BuildHasherDefault, Hash, Hasher};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 
-use crate::hash;
+use crate::{hash, stop};
 
 /// What a value takes beside its own place.
 pub(crate) trait HeapBytes {
@@ -212,7 +212,11 @@ impl<K: Copy + Eq + Hash, V: HeapBytes> Memory<K, V> {
     }
 
     /// The value of `key`, which is made if it is not remembered.
+    ///
+    /// What takes long asks for something all the time, so this is where most work is stopped: under no lock, and a value
+    /// whose making unwinds is not there for the next who asks.
     pub fn get(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
+        stop::check();
         // By other bits than those by which the tables of the shards place it.
         let shard = (HashKeys::default().hash_one(key) >> 32) as usize % self.shards.len();
         let shard = &self.shards[shard];

@@ -5,14 +5,13 @@ mod record;
 pub(crate) use record::Finished;
 pub use record::{FileRecord, MeshRecord};
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-
 use rayon::prelude::*;
 
-use crate::area::{Place, Region};
-use crate::clock::Clock;
+use crate::area::{Place, Region, Stride};
 use crate::error::Error;
+use crate::stop;
 use crate::tile::Tile;
+use crate::watch::Watch;
 use crate::world::World;
 
 /// A consumer of finished tiles: a format.
@@ -35,22 +34,11 @@ pub trait Sink: Send + Sync {
     /// When a file cannot be written.
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error>;
 
-    /// Ends the sink's files and names them. Called once, after the last row.
+    /// Ends the sink's files and names them. Called once, after the last row. What takes long begins a stage of its own.
     ///
     /// # Errors
     /// When a file cannot be written.
-    fn finish(&self) -> Result<Vec<FileRecord>, Error>;
-}
-
-/// What the world outside may know of a running bake, and say to it.
-#[derive(Debug, Default)]
-pub struct Watch {
-    /// Tiles done so far.
-    pub tiles: AtomicU64,
-    /// Set it, and the bake ends with [`Error::Interrupted`] before its next tile.
-    pub cancelled: AtomicBool,
-    /// Where the time goes.
-    pub clock: Clock,
+    fn finish(&self, watch: &Watch) -> Result<Vec<FileRecord>, Error>;
 }
 
 /// The least tiles a thread should have to choose from, so that none waits long for the last one of a batch.
@@ -67,9 +55,10 @@ pub fn rows_in_flight(region: &Region, threads: usize) -> u64 {
 /// beside one tile a thread. Memory grows with the width of the region and not with its height.
 ///
 /// # Errors
-/// The first error of a sink, or [`Error::Interrupted`].
+/// The first error of a sink.
 pub fn bake(world: &World, region: &Region, sinks: &[Box<dyn Sink + '_>], watch: &Watch) -> Result<(), Error> {
     world.agents().prepare_for(region.cols());
+    watch.begin(planning(world).unwrap_or(TILES), Some((region.tiles(), "tiles")));
     let batch_rows = rows_in_flight(region, rayon::current_num_threads());
     let mut made: Option<Batch> = None;
     let mut first_row = 0;
@@ -84,6 +73,18 @@ pub fn bake(world: &World, region: &Region, sinks: &[Box<dyn Sink + '_>], watch:
         first_row += rows;
     }
     made.map_or(Ok(()), |batch| batch.append(region, sinks, watch))
+}
+
+/// The stage in which tiles are made.
+const TILES: &str = "baking tiles";
+
+/// What takes long before the first tile is there, if anything does: what is planned for it serves those around it too.
+fn planning(world: &World) -> Option<&'static str> {
+    match world.relief().fluvial() {
+        Some(_) if world.places().is_some() && world.stride() == Stride::ONE => Some("planning roads"),
+        Some(_) => Some("planning rivers"),
+        None => None,
+    }
 }
 
 /// Some rows of tiles, as the sinks keep them.
@@ -104,16 +105,16 @@ impl Batch {
     ) -> Result<Batch, Error> {
         let cols = region.cols();
         let make = |index: u64| {
-            if watch.cancelled.load(Ordering::Relaxed) {
-                return Err(Error::Interrupted);
-            }
+            stop::check();
             let place = Place { row: first_row + index / cols, col: index % cols };
             let tile = Tile::timed(world, region.tile(place), &watch.clock);
             let pieces = sinks
                 .iter()
                 .map(|sink| watch.clock.time(&format!("paint {}", sink.name()), || sink.take(&tile, place)));
             let pieces = pieces.collect::<Result<Vec<_>, Error>>()?;
-            watch.tiles.fetch_add(1, Ordering::Relaxed);
+            if watch.add(1) == 0 && planning(world).is_some() {
+                watch.go_on(TILES);
+            }
             Ok(pieces)
         };
         let pieces = (0..rows * cols).into_par_iter().map(make).collect::<Result<Vec<_>, Error>>()?;

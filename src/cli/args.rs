@@ -240,7 +240,7 @@ pub(super) struct StyleArguments {
     /// Replace files that are there.
     #[arg(long)]
     pub overwrite: bool,
-    /// Print one JSON object instead of text.
+    /// Print one JSON object a line instead of text.
     #[arg(long)]
     pub json: bool,
 }

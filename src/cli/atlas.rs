@@ -1,7 +1,7 @@
 //! `terrane atlas`.
 
-use std::io::{self, Write};
 use std::path::Path;
+use std::thread;
 use std::time::Instant;
 
 use serde_json::json;
@@ -9,6 +9,7 @@ use serde_json::json;
 use crate::cli::args::{Around, AtlasArguments, AtlasFormat, sources};
 use crate::cli::console::Console;
 use crate::cli::map::{captions, pixels_per_mm, texts};
+use crate::cli::progress::Reporter;
 use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
 use crate::export::AtlasFiles;
@@ -16,6 +17,7 @@ use crate::find;
 use crate::map::atlas::Layout;
 use crate::map::scale::Scale;
 use crate::map::sheet::thousands;
+use crate::watch::Watch;
 
 /// Draws what the command line asks for.
 pub(super) fn run(arguments: &AtlasArguments, console: &Console) -> Result<(), Error> {
@@ -49,9 +51,11 @@ pub(super) fn run(arguments: &AtlasArguments, console: &Console) -> Result<(), E
     let captions = captions(asked, &texts, subtitle)?;
     let start = Instant::now();
     let pool = thread_pool(thread_count(asked.threads))?;
-    // When nobody listens there is nobody to tell.
-    let mut progress = |part: &str| _ = writeln!(io::stderr(), "drawn: {part}");
-    let written = pool.install(|| files.write(&preset, Some(seed), &style, &captions, &texts, &mut progress))?;
+    let watch = Watch::default();
+    let written = thread::scope(|scope| {
+        let _reporter = Reporter::start(scope, console, &watch, None);
+        pool.install(|| files.write(&preset, Some(seed), &style, &captions, &texts, &watch))
+    })?;
     let seconds = start.elapsed().as_secs_f64();
     let paths: Vec<String> = written.files.iter().map(|path| path.to_string_lossy().into_owned()).collect();
     let object = json!({

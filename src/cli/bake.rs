@@ -3,21 +3,19 @@
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::Instant;
 
 use serde_json::json;
 
 use crate::area::{Region, Stride};
-use crate::bake::Watch;
 use crate::cli::args::BakeArguments;
 use crate::cli::console::Console;
-use crate::cli::progress::Progress;
+use crate::cli::progress::{Reporter, Tiles};
 use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
 use crate::export::{Bytes, Cost, Forecast, Limit, Output, Plan};
+use crate::watch::Watch;
 use crate::world::World;
 
 /// Bakes what the command line asks for.
@@ -61,18 +59,15 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     if options.dry_run {
         return Ok(());
     }
-    // The bake, which an interrupt stops between two tiles.
-    let watch = Arc::new(Watch::default());
-    let told = Arc::clone(&watch);
-    // Without a handler an interrupt still ends the program; it only leaves what was half-written.
-    _ = ctrlc::set_handler(move || told.cancelled.store(true, Ordering::Relaxed));
+    // The bake.
+    let watch = Watch::default();
     let pool = thread_pool(threads)?;
     let output = Output::prepare(&out, options.overwrite, &cost)?;
     let start = Instant::now();
     let manifest = thread::scope(|scope| {
         let shown = !options.quiet && !options.no_progress;
-        let cells = (region.tile_cells() as u64).pow(2);
-        let _progress = shown.then(|| Progress::start(scope, console, &watch, region.tiles(), cells));
+        let tiles = Tiles { count: region.tiles(), cells: (region.tile_cells() as u64).pow(2) };
+        let _reporter = shown.then(|| Reporter::start(scope, console, &watch, Some(tiles)));
         pool.install(|| plan.run(&output, &watch))
     })?;
     let elapsed = start.elapsed();

@@ -3,8 +3,6 @@
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use serde_json::json;
@@ -14,6 +12,7 @@ use crate::cli::console::Console;
 use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
 use crate::experiment::{self, FILES, Options, Report};
+use crate::stop;
 
 /// Measures what the command line asks for.
 pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(), Error> {
@@ -33,14 +32,10 @@ pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(
     let out = arguments.out.unwrap_or_else(|| PathBuf::from("out/experiment"));
     let threads = thread_count(arguments.threads);
     let pool = thread_pool(threads)?;
-    let cancelled = Arc::new(AtomicBool::new(false));
-    let told = Arc::clone(&cancelled);
-    // Without a handler an interrupt still ends the program.
-    _ = ctrlc::set_handler(move || told.store(true, Ordering::Relaxed));
     // A folder that takes files, since it is too late to look for another when all is measured.
     let is_new = !out.exists();
     prepare_folder(&out, arguments.overwrite)?;
-    let result = measure(&options, threads, &pool, &cancelled, &out, console);
+    let result = stop::catch(|| measure(&options, threads, &pool, &out, console));
     if result.is_err() && is_new {
         // Only an empty one can be removed so.
         _ = fs::remove_dir(&out);
@@ -52,7 +47,6 @@ fn measure(
     options: &Options,
     threads: usize,
     pool: &rayon::ThreadPool,
-    cancelled: &AtomicBool,
     out: &Path,
     console: &Console,
 ) -> Result<(), Error> {
@@ -60,7 +54,7 @@ fn measure(
     let mut walks = Vec::new();
     for &size in &options.sizes {
         let start = Instant::now();
-        let walk = pool.install(|| experiment::walk(options, size, cancelled))?;
+        let walk = pool.install(|| experiment::walk(options, size))?;
         let expansions = walk.series.iter().map(|series| series.timings.len()).max().unwrap_or(0);
         // When nobody listens there is nobody to tell.
         _ = writeln!(io::stderr(), "{size}x{size}: {expansions} expansions, {:.1} s", start.elapsed().as_secs_f64());

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::thread;
 use std::time::Instant;
 
 use serde_json::json;
@@ -9,6 +10,7 @@ use serde_json::json;
 use crate::area::Area;
 use crate::cli::args::{MapArguments, StyleArguments, sources};
 use crate::cli::console::Console;
+use crate::cli::progress::Reporter;
 use crate::cli::{thread_count, thread_pool};
 use crate::error::{Error, nearest};
 use crate::export::{Manifest, MapPicture, Texts};
@@ -16,6 +18,7 @@ use crate::map::Chart;
 use crate::map::scale::Scale;
 use crate::map::sheet::{Captions, Cells, Furniture, Overlay, Sheet, thousands};
 use crate::preset::Preset;
+use crate::watch::Watch;
 
 /// Millimetres of an inch.
 const INCH_MM: f64 = 25.4;
@@ -39,9 +42,16 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
     file.prepare()?;
     let start = Instant::now();
     let pool = thread_pool(thread_count(asked.threads))?;
-    pool.install(|| {
-        let chart = Chart::new(&preset, Some(seed), style, scale)?;
-        file.write(&Sheet::new(&chart.picture(area), &captions), scale, &texts)
+    let watch = Watch::default();
+    thread::scope(|scope| {
+        let _reporter = Reporter::start(scope, console, &watch, None);
+        pool.install(|| {
+            watch.begin("finding what is drawn", None);
+            let chart = Chart::new(&preset, Some(seed), style, scale)?;
+            let picture = chart.picture(area);
+            watch.begin("drawing", Some((page.height() as u64, "rows")));
+            file.write(&Sheet::new(&picture, &captions), scale, &texts, &watch)
+        })
     })?;
     let seconds = start.elapsed().as_secs_f64();
     let object = json!({

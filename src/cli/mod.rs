@@ -10,6 +10,7 @@ mod find;
 mod map;
 mod progress;
 mod registry_list;
+mod signals;
 
 use std::process::ExitCode;
 use std::thread;
@@ -26,6 +27,7 @@ use crate::map::style::{STYLES, Style};
 use crate::preset::{self, Preset};
 use crate::recipe::source;
 use crate::simd::Level;
+use crate::stop;
 
 /// Runs the command that the program was called with.
 ///
@@ -33,7 +35,8 @@ use crate::simd::Level;
 pub fn run() -> ExitCode {
     let arguments = Arguments::parse();
     let console = Console::new(arguments.command.is_json());
-    match run_command(arguments.command, &console) {
+    signals::listen();
+    match stop::catch(|| run_command(arguments.command, &console)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             console.error(&error);

@@ -1,62 +1,70 @@
-//! How far a bake is: a bar on a terminal, plain lines elsewhere, objects with `--json`.
+//! How far a bake, a map or an atlas is: a bar on a terminal, plain lines elsewhere, objects with `--json`.
 
 use std::io::{self, IsTerminal, Write};
-use std::sync::atomic::Ordering;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::{Scope, ScopedJoinHandle};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;
 
-use crate::bake::Watch;
 use crate::cli::console::Console;
+use crate::watch::{Progress, Watch};
 
 /// Between two lines where there is no bar.
 const LINE_INTERVAL: Duration = Duration::from_secs(3);
 /// Between two looks at the count for the bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
 
-/// Reports on a bake from a thread of its own until it is dropped.
-pub(super) struct Progress<'scope> {
+/// The tiles of a bake, of which more is told than of other things that are counted.
+#[derive(Clone, Copy)]
+pub(super) struct Tiles {
+    pub count: u64,
+    /// Cells of each.
+    pub cells: u64,
+}
+
+/// Reports on long work from a thread of its own until it is dropped.
+pub(super) struct Reporter<'scope> {
     stop: Option<Sender<()>>,
     thread: Option<ScopedJoinHandle<'scope, ()>>,
 }
 
-impl<'scope> Progress<'scope> {
-    /// Begins to report.
+impl<'scope> Reporter<'scope> {
+    /// Begins to report; `tiles` are those of a bake.
     pub fn start<'env>(
         scope: &'scope Scope<'scope, 'env>,
         console: &'env Console,
         watch: &'env Watch,
-        tiles: u64,
-        cells_a_tile: u64,
-    ) -> Progress<'scope> {
+        tiles: Option<Tiles>,
+    ) -> Reporter<'scope> {
         let (stop, stopped) = channel();
         let thread = scope.spawn(move || {
-            let bar = bar(console, tiles);
+            let bar = bar(console);
             let interval = if bar.is_some() { BAR_INTERVAL } else { LINE_INTERVAL };
-            let start = Instant::now();
+            let mut last = None;
             while stopped.recv_timeout(interval) == Err(RecvTimeoutError::Timeout) {
-                let done = watch.tiles.load(Ordering::Relaxed);
-                let rate = (done * cells_a_tile) as f64 / start.elapsed().as_secs_f64() / 1e6;
-                match &bar {
-                    Some(bar) => {
-                        bar.set_message(format!("{rate:.1} Mvertices/s"));
-                        bar.set_position(done);
-                    }
-                    None => line(console, done, tiles, rate, start.elapsed()),
+                let Some(progress) = watch.progress() else { continue };
+                if let Some(bar) = &bar {
+                    show(bar, &progress, tiles);
+                    continue;
+                }
+                // A line that says nothing new is not worth reading.
+                let told = Some((progress.stage, progress.done));
+                if last != told {
+                    last = told;
+                    print(console, &progress, tiles);
                 }
             }
             if let Some(bar) = bar {
                 bar.finish_and_clear();
             }
         });
-        Progress { stop: Some(stop), thread: Some(thread) }
+        Reporter { stop: Some(stop), thread: Some(thread) }
     }
 }
 
-impl Drop for Progress<'_> {
+impl Drop for Reporter<'_> {
     fn drop(&mut self) {
         self.stop = None;
         if let Some(thread) = self.thread.take() {
@@ -66,30 +74,59 @@ impl Drop for Progress<'_> {
 }
 
 /// The bar, where a terminal can show one.
-fn bar(console: &Console, tiles: u64) -> Option<ProgressBar> {
+fn bar(console: &Console) -> Option<ProgressBar> {
     let set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
     if console.is_json() || !io::stderr().is_terminal() || dumb || set("NO_COLOR") {
         return None;
     }
-    let bar = ProgressBar::with_draw_target(Some(tiles), ProgressDrawTarget::stderr());
-    let template = "{wide_bar} {pos}/{len} tiles  {msg}  {elapsed} elapsed, {eta} left";
-    bar.set_style(ProgressStyle::with_template(template).expect("the template is well-formed"));
-    Some(bar)
+    Some(ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()))
 }
 
-fn line(console: &Console, done: u64, tiles: u64, rate: f64, elapsed: Duration) {
-    let share = done as f64 / tiles as f64;
-    let seconds_left = (done > 0).then(|| elapsed.as_secs_f64() * (1.0 - share) / share);
-    // A closed stream is no reason to stop the bake.
+fn show(bar: &ProgressBar, progress: &Progress, tiles: Option<Tiles>) {
+    // Without a count there is no length that a bar could have.
+    let template =
+        if progress.of.is_some() { "{wide_bar} {msg}, {elapsed} elapsed" } else { "{msg}, {elapsed} elapsed" };
+    bar.set_style(ProgressStyle::with_template(template).expect("the template is well-formed"));
+    bar.set_length(progress.of.map_or(0, |(of, _)| of));
+    bar.set_position(progress.done);
+    bar.set_message(text(progress, tiles));
+}
+
+fn print(console: &Console, progress: &Progress, tiles: Option<Tiles>) {
+    // A closed stream is no reason to stop the work.
     if console.is_json() {
-        let object = json!({
-            "type": "progress", "percent": 100.0 * share, "tiles": done, "of_tiles": tiles,
-            "mvertices_per_second": rate, "seconds_left": seconds_left,
+        let mut object = json!({
+            "type": "progress", "stage": progress.stage, "done": progress.done, "of": progress.of.map(|(of, _)| of),
+            "percent": progress.share().map(|share| 100.0 * share), "seconds_left": progress.seconds_left(),
         });
+        if let Some(tiles) = tiles {
+            // After the tiles come stages that count something else.
+            let done = if counts_tiles(progress) { progress.done } else { tiles.count };
+            object["tiles"] = done.into();
+            object["of_tiles"] = tiles.count.into();
+            object["mvertices_per_second"] = mvertices_per_second(progress, tiles).into();
+        }
         _ = Console::text(&format!("{object}\n"));
     } else {
-        let left = seconds_left.map_or(String::new(), |seconds| format!(", {seconds:.0} s left"));
-        _ = writeln!(io::stderr(), "{done} of {tiles} tiles, {rate:.1} Mvertices/s{left}");
+        _ = writeln!(io::stderr(), "{}", text(progress, tiles));
     }
+}
+
+/// What there is of what is counted, or what is done where nothing is, or nothing yet.
+fn text(progress: &Progress, tiles: Option<Tiles>) -> String {
+    let Some((of, unit)) = progress.of.filter(|_| progress.done > 0) else { return progress.stage.to_owned() };
+    let rate = tiles.and_then(|tiles| mvertices_per_second(progress, tiles));
+    let rate = rate.map_or(String::new(), |rate| format!(", {rate:.1} Mvertices/s"));
+    let left = progress.seconds_left().map_or(String::new(), |seconds| format!(", {seconds:.0} s left"));
+    format!("{} of {of} {unit}{rate}{left}", progress.done)
+}
+
+fn counts_tiles(progress: &Progress) -> bool {
+    progress.of.is_some_and(|(_, unit)| unit == "tiles")
+}
+
+/// Millions of vertices that are baked a second, where tiles are.
+fn mvertices_per_second(progress: &Progress, tiles: Tiles) -> Option<f64> {
+    progress.rate.filter(|_| counts_tiles(progress)).map(|rate| rate * tiles.cells as f64 / 1e6)
 }

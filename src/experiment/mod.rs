@@ -31,7 +31,6 @@ pub use thesis::{FRAME_RATES, THESIS, ThesisRow};
 
 use std::collections::BTreeMap;
 use std::hint::black_box;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use schemars::JsonSchema;
@@ -191,8 +190,8 @@ pub struct Walk {
 /// It holds the tiles around the camera once for each of ours: about 45 bytes a vertex, nine tiles, twice.
 ///
 /// # Errors
-/// When an option is out of its range, and [`Error::Interrupted`] when `cancelled` is set.
-pub fn walk(options: &Options, tile_cells: u32, cancelled: &AtomicBool) -> Result<Walk, Error> {
+/// When an option is out of its range.
+pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
     options.check()?;
     let world = world(tile_cells)?;
     let side_m = tile_cells as f64 * world.spacing_m();
@@ -252,9 +251,6 @@ pub fn walk(options: &Options, tile_cells: u32, cancelled: &AtomicBool) -> Resul
             series.timings.push(Timing { time_s, tiles: entered.len(), elapsed_ms });
         }
         count += 1;
-        if cancelled.load(Ordering::Relaxed) {
-            return Err(Error::Interrupted);
-        }
     }
     // Where the time has gone since the start.
     for series in &mut series {
@@ -305,7 +301,7 @@ mod tests {
     #[test]
     fn all_configurations_of_a_walk_expand_together() {
         let options = short(&[16]);
-        let walk = walk(&options, 16, &AtomicBool::new(false)).unwrap();
+        let walk = walk(&options, 16).unwrap();
         assert_eq!(walk.series.len(), 3);
         let steps =
             |series: &Series| -> Vec<_> { series.timings.iter().map(|timing| (timing.time_s, timing.tiles)).collect() };
@@ -343,18 +339,13 @@ mod tests {
     fn what_is_not_asked_for_is_not_measured() {
         let methods = |agents: &[bool], baseline| {
             let options = Options { agents: agents.to_vec(), baseline, ..short(&[32]) };
-            let walk = walk(&options, 32, &AtomicBool::new(false)).unwrap();
+            let walk = walk(&options, 32).unwrap();
             walk.series.iter().map(|series| (series.method, series.timings.len())).collect::<Vec<_>>()
         };
         let count = methods(&[true], false)[0].1;
         assert_eq!(methods(&[true], false), [(Method::Agents, count)]);
         assert_eq!(methods(&[], true), [(Method::Baseline, count)]);
         assert_eq!(methods(&[false], true), [(Method::NoAgents, count), (Method::Baseline, count)]);
-    }
-
-    #[test]
-    fn an_interrupt_ends_a_walk() {
-        assert!(matches!(walk(&short(&[16]), 16, &AtomicBool::new(true)), Err(Error::Interrupted)));
     }
 
     #[test]

@@ -12,6 +12,7 @@ use crate::map::scale::Scale;
 use crate::map::sheet::{Captions, Sheet, thousands};
 use crate::map::style::Style;
 use crate::preset::Preset;
+use crate::watch::Watch;
 
 /// The document in the folder of an atlas, and the picture of its index.
 const DOCUMENT: &str = "atlas.pdf";
@@ -59,7 +60,7 @@ impl AtlasFiles {
     }
 
     /// Draws and writes all: the index, the sheets and the gazetteer. Each sheet has `captions`, with its own title and
-    /// neighbours; the files say `texts` of themselves. `progress` is told of each sheet.
+    /// neighbours; the files say `texts` of themselves. `watch` counts the sheets.
     ///
     /// # Errors
     /// When a value of the preset is out of its range, or the disk refuses.
@@ -70,7 +71,7 @@ impl AtlasFiles {
         style: &Style,
         captions: &Captions,
         texts: &Texts,
-        progress: &mut dyn FnMut(&str),
+        watch: &Watch,
     ) -> Result<WrittenAtlas, Error> {
         let world = Chart::world(preset, seed)?;
         let layout = &self.layout;
@@ -83,6 +84,7 @@ impl AtlasFiles {
             book.pdf = Some(Pdf::create(book.path(DOCUMENT))?);
         }
         let mut gazetteer = Gazetteer::default();
+        watch.begin("drawing the index", None);
         let chart = Chart::of_world(&world, style.clone(), scale)?;
         let subtitle = format!("index of sheets, 1 : {}", thousands(scale.denominator()));
         let captions_of_index = Captions { subtitle, overlay: None, ..captions.clone() };
@@ -92,7 +94,7 @@ impl AtlasFiles {
         let links = layout.frames().into_iter().zip(1..).map(|((frame, _), page)| (edges(frame), page)).collect();
         book.add(&sheet, scale, INDEX, "Index", links)?;
         drop(picture);
-        progress("index");
+        watch.begin("drawing sheets", Some((layout.sheets().count() as u64, "sheets")));
         let chart = Chart::of_world(&world, style.clone(), layout.scale())?;
         for place in layout.sheets() {
             let name = Layout::name(place);
@@ -105,16 +107,16 @@ impl AtlasFiles {
             gazetteer.add(place, &picture);
             let sheet = Sheet::new(&picture, &captions);
             book.add(&sheet, layout.scale(), &format!("{name}.png"), &format!("Sheet {name}"), Vec::new())?;
-            progress(&name);
+            watch.add(1);
         }
         let page_of = |place: [u32; 2]| 1 + layout.sheets().position(|other| other == place).expect("it is a sheet");
+        watch.begin("writing the gazetteer", None);
         for (number, page) in gazetteer.pages(layout).iter().enumerate() {
             let sheet = page.sheet(layout, style);
             let links = page.links.iter().map(|(part, place)| (*part, page_of(*place))).collect();
             let title = if number == 0 { "Gazetteer" } else { "" };
             book.add(&sheet, layout.scale(), &format!("gazetteer-{}.png", number + 1), title, links)?;
         }
-        progress("gazetteer");
         let Book { pdf, mut files, .. } = book;
         if let Some(pdf) = pdf {
             pdf.finish(&texts.title, &texts.description, &texts.software)?;
@@ -157,12 +159,13 @@ impl Book<'_> {
             let page = sheet.page();
             // What the gazetteer takes is known only now.
             let file = MapPicture::new(&path, (page.width(), page.height()), self.atlas.overwrite)?;
-            file.write(sheet, scale, self.texts)?;
+            // What is counted is whole sheets.
+            file.write(sheet, scale, self.texts, &Watch::default())?;
             self.files.push(path);
         }
         if let Some(pdf) = &mut self.pdf {
             let mut page = pdf.page(self.pages, sheet.page(), scale);
-            sheet.plot(&mut page)?;
+            sheet.plot(&mut page, &Watch::default())?;
             for (part, target) in links {
                 page.link(part, target);
             }

@@ -11,6 +11,7 @@ use crate::export::format::{Format, FormatCost, Request, folder};
 use crate::export::locked;
 use crate::file::PartFile;
 use crate::tile::{Tile, TilePart};
+use crate::watch::Watch;
 
 /// The file in the folder of the bake.
 pub(crate) const PATH: &str = "hashes.txt";
@@ -84,7 +85,7 @@ impl Sink for TileHashes {
         Ok(())
     }
 
-    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let file = locked(&self.file).take();
         let finished = file.expect("a sink ends once").finish()?;
         Ok(vec![FileRecord::new(PATH.to_owned(), Hashes.name(), finished)])

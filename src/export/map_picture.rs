@@ -15,6 +15,8 @@ use crate::file::PartFile;
 use crate::map::Chart;
 use crate::map::scale::Scale;
 use crate::map::sheet::Sheet;
+use crate::stop;
+use crate::watch::Watch;
 
 /// Pixels a side that a WebP picture can have.
 const MOST_WEBP: usize = 16_383;
@@ -22,6 +24,9 @@ const MOST_WEBP: usize = 16_383;
 /// Bytes that a PNG takes beside its pixels, of each row and of all.
 const ROW_BYTES: u64 = 64;
 const HEAD_BYTES: u64 = 1 << 16;
+
+/// Bytes of pixels that are packed at once.
+const PACKED_AT_ONCE: usize = 1 << 20;
 
 /// A map that is to be written.
 #[derive(Debug)]
@@ -140,11 +145,11 @@ impl MapPicture {
         })
     }
 
-    /// Writes a sheet, what it says of itself, and its world file.
+    /// Writes a sheet, what it says of itself, and its world file. `watch` counts the rows of pixels that are drawn.
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn write(&self, sheet: &Sheet<'_>, scale: Scale, texts: &Texts) -> Result<(), Error> {
+    pub fn write(&self, sheet: &Sheet<'_>, scale: Scale, texts: &Texts, watch: &Watch) -> Result<(), Error> {
         self.prepare()?;
         // Lines that are drawn as such need no world file: no GIS places these by one.
         let world_file = match self.kind {
@@ -153,31 +158,36 @@ impl MapPicture {
             Kind::Pdf => {
                 let mut pdf = Pdf::create(self.path.clone())?;
                 let mut page = pdf.page(0, sheet.page(), scale);
-                sheet.plot(&mut page)?;
+                sheet.plot(&mut page, watch)?;
                 page.finish()?;
                 return pdf.finish(&texts.title, &texts.description, &texts.software).map(drop);
             }
             Kind::Svg => {
                 let (page, path) = (sheet.page(), self.path.clone());
                 let mut svg = Svg::create(path, page, scale, &texts.title, &texts.description)?;
-                sheet.plot(&mut svg)?;
+                sheet.plot(&mut svg, watch)?;
                 return svg.finish().map(drop);
             }
         };
         let mut file = PartFile::create(self.path.clone())?;
         if self.kind == Kind::Png {
-            self.write_png(&mut file, sheet, scale, texts)?;
+            self.write_png(&mut file, sheet, scale, texts, watch)?;
         } else {
             let area = sheet.page();
             let mut pixels = Vec::with_capacity(area.len() * 3);
             sheet.strips(|strip| {
                 pixels.extend_from_slice(strip);
+                count(strip, area, watch);
                 Ok::<_, Error>(())
             })?;
-            let encoder = image_webp::WebPEncoder::new(&mut file);
             let (width, height) = (area.width() as u32, area.height() as u32);
-            let written = encoder.encode(&pixels, width, height, image_webp::ColorType::Rgb8);
-            written.map_err(|error| Error::io(&self.path)(std::io::Error::other(error)))?;
+            let encoded = stop::wait_for(move || {
+                let mut bytes = Vec::new();
+                let encoder = image_webp::WebPEncoder::new(&mut bytes);
+                encoder.encode(&pixels, width, height, image_webp::ColorType::Rgb8).map(|()| bytes)
+            });
+            let bytes = encoded.map_err(|error| Error::io(&self.path)(std::io::Error::other(error)))?;
+            file.write_all(&bytes).map_err(Error::io(&self.path))?;
         }
         // An old one would place the new picture wrongly, were this the end.
         if world_file.exists() {
@@ -187,7 +197,14 @@ impl MapPicture {
         write_world_file(world_file, sheet.page(), scale)
     }
 
-    fn write_png(&self, file: &mut PartFile, sheet: &Sheet<'_>, scale: Scale, texts: &Texts) -> Result<(), Error> {
+    fn write_png(
+        &self,
+        file: &mut PartFile,
+        sheet: &Sheet<'_>,
+        scale: Scale,
+        texts: &Texts,
+        watch: &Watch,
+    ) -> Result<(), Error> {
         let refuse = |error: png::EncodingError| Error::io(&self.path)(std::io::Error::other(error));
         let area = sheet.page();
         let mut encoder = png::Encoder::new(file, area.width() as u32, area.height() as u32);
@@ -205,9 +222,21 @@ impl MapPicture {
         }
         let mut writer = encoder.write_header().map_err(refuse)?;
         let mut stream = writer.stream_writer().map_err(refuse)?;
-        sheet.strips(|strip| stream.write_all(strip).map_err(Error::io(&self.path)))?;
+        sheet.strips(|strip| {
+            count(strip, area, watch);
+            // A strip of a wide map takes long to pack.
+            strip.chunks(PACKED_AT_ONCE).try_for_each(|part| {
+                stop::check();
+                stream.write_all(part).map_err(Error::io(&self.path))
+            })
+        })?;
         stream.finish().map_err(refuse)
     }
+}
+
+/// Counts the rows of a strip of pixels.
+fn count(strip: &[u8], page: Area, watch: &Watch) {
+    watch.add((strip.len() / (3 * page.width())) as u64);
 }
 
 /// Six lines that say how large pixels are and where the first one's middle lies, in metres east and north.

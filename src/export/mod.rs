@@ -46,6 +46,7 @@ use std::str::FromStr;
 use std::sync::{Mutex, MutexGuard};
 
 use crate::error::{Error, nearest};
+use crate::stop;
 use format::Format;
 
 /// All formats that have a name of their own, in the order of the help. A new one is a line here.
@@ -138,9 +139,14 @@ impl FromStr for Export {
     }
 }
 
-/// What the threads of a bake share of a sink. None of them panics while it holds it: an error is returned.
+/// What the threads of a bake share of a sink. None of them panics while it holds it: an error is returned. One may be stopped,
+/// and then so is whoever comes after it.
 fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
-    shared.lock().expect("no thread panics while it writes")
+    let held = shared.lock();
+    if held.is_err() {
+        stop::check();
+    }
+    held.expect("no thread panics while it writes")
 }
 
 /// The message and the hint for a name of a kind of thing that nothing has.
@@ -159,8 +165,8 @@ impl fmt::Display for Export {
 mod tests {
     use super::*;
     use crate::area::{Region, TileId};
-    use crate::bake::Watch;
     use crate::preset::Preset;
+    use crate::watch::Watch;
     use crate::world::World;
     use format::{Request, folder};
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::area::Region;
-use crate::bake::{Sink, Watch, bake, rows_in_flight};
+use crate::bake::{Sink, bake, rows_in_flight};
 use crate::error::Error;
 use crate::export::cost::{Cost, Forecast};
 use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
@@ -15,7 +15,9 @@ use crate::export::manifest::{self, Manifest};
 use crate::export::registry_sink::BakeRegistry;
 use crate::export::{Export, MeshOptions, Profile, profile};
 use crate::file::{PartFile, remove_unfinished, sync_folder, write_whole};
+use crate::stop;
 use crate::tile::shaped_input;
+use crate::watch::Watch;
 use crate::world::World;
 
 /// A bake that has been thought through: the formats can hold the region.
@@ -190,9 +192,9 @@ impl<'a> Plan<'a> {
     /// The manifest is written last; until then the folder has none, and no unfinished file has its final name.
     ///
     /// # Errors
-    /// When a file cannot be written, or when `watch` was told to stop. Finished files stay; others are removed.
+    /// When a file cannot be written, or when all work was [told to stop](stop::request). Finished files stay; others are removed.
     pub fn run(&self, output: &Output, watch: &Watch) -> Result<Manifest, Error> {
-        let result = self.bake_into(output, watch);
+        let result = stop::catch(|| self.bake_into(output, watch));
         if result.is_err() {
             // Folders that hold nothing now would keep the next bake from this place; others cannot be removed so.
             for folder in folders(self.exports.iter().copied()).into_iter().filter(|folder| !folder.is_empty()) {
@@ -216,8 +218,9 @@ impl<'a> Plan<'a> {
         // Every tile, to every sink.
         bake(self.world, &self.region, &sinks, watch)?;
         // The ends of all files, brought to the disk together.
+        watch.begin("finishing files", None);
         let records =
-            sinks.par_iter().map(|sink| watch.clock.time(&format!("finish {}", sink.name()), || sink.finish()));
+            sinks.par_iter().map(|sink| watch.clock.time(&format!("finish {}", sink.name()), || sink.finish(watch)));
         let records = records.collect::<Result<Vec<_>, Error>>()?;
         let mut records = records.concat();
         // What the one who imports them has to know.

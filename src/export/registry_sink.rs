@@ -12,6 +12,7 @@ use crate::file::PartFile;
 use crate::lines::{LineId, LineKind};
 use crate::registry::{FILE_NAME, Registry, Start, TileRow};
 use crate::tile::{Tile, TilePart};
+use crate::watch::Watch;
 
 /// Writes `registry.sqlite`, which every bake leaves.
 pub(crate) struct BakeRegistry {
@@ -102,7 +103,7 @@ impl Sink for BakeRegistry {
         file.as_mut().expect("rows come before the end").0.append(rows)
     }
 
-    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let file = locked(&self.file).take();
         let (registry, file) = file.expect("a sink ends once");
         registry.close()?;

@@ -20,6 +20,7 @@ use crate::map::style::Style;
 use crate::map::{Chart, Picture};
 use crate::places::site::SiteClass;
 use crate::tile::Tile;
+use crate::watch::Watch;
 use crate::web::{self, Bounds, Choice, Content, Encoding, Feature, Layer, Meta, Plan, View};
 use crate::world::World;
 
@@ -178,7 +179,7 @@ impl Sink for WebSink<'_> {
         Ok(())
     }
 
-    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let world = Chart::world(self.world.preset(), Some(self.world.seed()))?;
         let artist = Artist { world, prepared: RwLock::default() };
         let named = locked(&self.named);
@@ -214,7 +215,9 @@ impl Sink for WebSink<'_> {
             heights: Some(&|view| Ok(artist.heights(view))),
             features: &features,
         };
-        let written = web::write(&self.out, &self.plan, &meta, CHOICE, &content, &|_| ())?;
+        watch.begin("drawing the web map", Some((self.plan.tiles(), "web tiles")));
+        let progress = |tiles| _ = watch.add(tiles);
+        let written = web::write(&self.out, &self.plan, &meta, CHOICE, &content, &progress)?;
         let record = |file: FileRecord| FileRecord { path: format!("{FOLDER}/{}", file.path), ..file };
         Ok(written.files.into_iter().map(record).collect())
     }

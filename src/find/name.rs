@@ -8,6 +8,7 @@ use crate::geometry::length;
 use crate::lines::SiteId;
 use crate::names::settlement;
 use crate::preset::Preset;
+use crate::stop;
 use crate::world::World;
 
 /// Kilometres from the origin within which settlements are looked for, whose names are known without their land; and other
@@ -78,7 +79,11 @@ fn settlements(world: &World, side_km: f64) -> Vec<(SiteId, String)> {
     cells.retain(|cell| off(cell) <= reach as f64);
     cells.sort_by(|a, b| off(a).total_cmp(&off(b)).then(a.cmp(b)));
     let seed = world.seed();
-    cells.into_par_iter().map(|cell| (cell, settlement(seed, cell))).collect()
+    let named = |cell| {
+        stop::check();
+        (cell, settlement(seed, cell))
+    };
+    cells.into_par_iter().map(named).collect()
 }
 
 /// The settlement of a cell, if it has one.

@@ -16,6 +16,7 @@ use crate::fluvial::warp::Displaced;
 use crate::hash::{self, Stream};
 use crate::noise::{Fractal, FractalKind, FractalSpec, Stripes};
 use crate::simd::{Kernel, MAX_LANES, Simd, dispatch};
+use crate::stop;
 
 /// The gullies of a world.
 #[derive(Debug)]
@@ -182,6 +183,7 @@ impl Gullies {
         let mut carved = vec![0.0; len];
         let mut patches = Vec::new();
         for octave in &self.octaves {
+            stop::check();
             if let Some(noise) = &octave.patches {
                 patches.resize(len, 0.0);
                 noise.fill(area, &mut patches);

@@ -8,6 +8,7 @@ use super::point::{GRAINS, Point};
 use super::valley;
 use super::warp::Displaced;
 use crate::area::Area;
+use crate::stop;
 
 /// Vertices a side of the blocks for which stamps are found.
 const BLOCK: usize = 16;
@@ -30,6 +31,7 @@ pub fn nodes_of<T: Stamp>(fields: &Fields, stamps: &[T], nodes: &Displaced, mut 
     let index = |x: i64, y: i64| (y - area.y0) as usize * area.width() + (x - area.x0) as usize;
     for y0 in (area.y0..area.y1).step_by(BLOCK).filter(|_| !stamps.is_empty()) {
         for x0 in (area.x0..area.x1).step_by(BLOCK) {
+            stop::check();
             let block = Area::new(x0, y0, BLOCK, BLOCK).common(&area).expect("it begins in the area");
             let [least, greatest] = nodes.extremes(block);
             let across_m = [block.width(), block.height()].map(|nodes| (nodes - 1) as f64 * node_m);

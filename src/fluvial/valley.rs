@@ -16,6 +16,7 @@ use super::segment::{Reach, Segments};
 use super::valley_side::{CROSS_FALL, Columns, FAR_STEEPER, Floor, LEAST_HALF_WIDTH, LaneSegment, LaneSide};
 use crate::area::Area;
 use crate::simd::{Kernel, MAX_LANES, Simd};
+use crate::stop;
 
 /// Vertices a side of a patch. The smaller it is, the fewer segments may be lowest in it; in a larger one more vertices
 /// share what it takes to find them.
@@ -201,6 +202,7 @@ impl Kernel for FillValleys<'_> {
         work.all.pad();
         let mut this = self;
         for block in squares(this.part, BLOCK * PATCH) {
+            stop::check();
             this.block(simd, block, &mut work);
         }
     }

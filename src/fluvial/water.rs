@@ -12,6 +12,7 @@ use crate::area::Area;
 use crate::geometry::{LineSegment, cross, lerp};
 use crate::grid::Grid;
 use crate::land::{Land, Water, WaterKind};
+use crate::stop;
 
 /// Half width in vertices of the widest bed that a brook has where the warp draws vertices apart.
 const MOST_HALF_WIDTH: f64 = 3.0;
@@ -265,6 +266,7 @@ impl<'a> FillWater<'a> {
             *bounds = self.bounds(block);
         }
         wet_blocks(bounds.area(), &bounds, &self.wet, &mut |at, wet| {
+            stop::check();
             let block = block(area, at);
             for y in block.y0..block.y1 {
                 let heights = heights.row_mut(y, block.x0, block.x1);

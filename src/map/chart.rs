@@ -28,6 +28,8 @@ use crate::map::terrain::{self, Terrain};
 use crate::map::text::Quad;
 use crate::places::site::SiteClass;
 use crate::preset::Preset;
+use crate::stop;
+use crate::watch::Watch;
 use crate::world::World;
 
 /// Pixels a side of a block.
@@ -282,6 +284,7 @@ impl Picture {
     /// The pixels of a block that lie in a part.
     fn block(&self, part: Area, column: i64, row: i64) -> (Area, Vec<u8>) {
         let (ground, outlines) = self.ground(column, row);
+        stop::check();
         let seen = ground.area.common(&part).expect("the block was chosen by the area");
         let mut canvas = Canvas::of_words(&ground.pixels);
         self.draw(std::slice::from_ref(&outlines), &mut canvas);
@@ -290,6 +293,7 @@ impl Picture {
 
     /// The ground of a block, and the lines that its heights draw.
     fn ground(&self, column: i64, row: i64) -> (Ground, Outlines) {
+        stop::check();
         let chart = &self.chart;
         let block = Area::new(column * BLOCK, row * BLOCK, BLOCK as usize, BLOCK as usize);
         let ground = chart.relief.ground(&chart.terrain, block);
@@ -301,11 +305,11 @@ impl Picture {
         (ground, outlines)
     }
 
-    /// Draws the picture on a page: the ground as pixels, and all else as it is.
+    /// Draws the picture on a page: the ground as pixels, whose rows `watch` counts, and all else as it is.
     ///
     /// # Errors
     /// When the page cannot be written.
-    pub(crate) fn plot(&self, page: &mut dyn Page) -> Result<(), Error> {
+    pub(crate) fn plot(&self, page: &mut dyn Page, watch: &Watch) -> Result<(), Error> {
         let mut all = Vec::new();
         page.clip(self.area);
         let columns = self.area.x0.div_euclid(BLOCK)..(self.area.x1 - 1).div_euclid(BLOCK) + 1;
@@ -321,6 +325,7 @@ impl Picture {
                 all.push(outlines);
             }
             page.add_rows(&canvas.pixels(strip))?;
+            watch.add(strip.height() as u64);
         }
         page.end_picture()?;
         self.draw(&all, page);
@@ -332,6 +337,7 @@ impl Picture {
     fn draw(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
         let (style, scale, drawing) = (&self.chart.style, &self.chart.scale, &self.drawing);
         for outlines in outlines {
+            stop::check();
             outlines.draw(canvas);
         }
         let line = |colour: Colour, mm: f64| Pen { colour, opacity: 1.0, width: scale.pixels(mm) as f32, dash: None };

@@ -19,6 +19,7 @@ use crate::map::style::{Colour, RoadsStyle, Style};
 use crate::map::symbols;
 use crate::places::Places;
 use crate::places::site::SiteClass;
+use crate::stop;
 use crate::world::World;
 
 /// Nodes a side of the parts in which things are found at once.
@@ -179,8 +180,12 @@ impl Draughtsman<'_> {
             .flat_map(|y| corners(area.x0, area.x1).map(move |x| Area::new(x, y, PART as usize + 1, PART as usize + 1)))
             .filter_map(|part| part.common(&area))
             .collect();
+        let found = |part: &Area| {
+            stop::check();
+            find(part)
+        };
         let found: Vec<Vec<(K, T)>> =
-            parts.par_iter().map(|part| find(part).into_iter().map(|it| (key(&it), it)).collect()).collect();
+            parts.par_iter().map(|part| found(part).into_iter().map(|it| (key(&it), it)).collect()).collect();
         found.into_iter().flatten().collect::<BTreeMap<K, T>>().into_values().collect()
     }
 

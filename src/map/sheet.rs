@@ -13,6 +13,8 @@ use crate::map::style::{Colour, Style};
 use crate::map::symbols::{draw_peak, draw_site};
 use crate::map::text::{Face, Placed, shape};
 use crate::places::site::SiteClass;
+use crate::stop;
+use crate::watch::Watch;
 
 /// Millimetres of paper around the map, above it and below it.
 const SIDE_MM: f64 = 14.0;
@@ -212,6 +214,7 @@ impl Sheet<'_> {
         let Sheet { picture, style, scale, .. } = *self;
         let mut y = self.page.y0;
         while y < self.page.y1 {
+            stop::check();
             // Blocks of the map are drawn once each, so strips end where they do.
             let mut end = (y.div_euclid(Chart::STRIP as i64) + 1) * Chart::STRIP as i64;
             if let Some(map) = picture.map(Picture::area).filter(|map| y < map.y0) {
@@ -229,16 +232,16 @@ impl Sheet<'_> {
         Ok(())
     }
 
-    /// Draws the sheet on a page.
+    /// Draws the sheet on a page; `watch` counts the rows of its map.
     ///
     /// # Errors
     /// When the page cannot be written.
-    pub(crate) fn plot(&self, page: &mut dyn Page) -> Result<(), Error> {
+    pub(crate) fn plot(&self, page: &mut dyn Page, watch: &Watch) -> Result<(), Error> {
         let Sheet { picture, style, scale, .. } = *self;
         let edges = [self.page.x0, self.page.y0, self.page.x1, self.page.y1].map(|at| at as f64);
         page.fill(&Shape::rectangle(edges), style.paper);
         if let Some(picture) = picture {
-            picture.plot(page)?;
+            picture.plot(page, watch)?;
         }
         self.marks.iter().for_each(|mark| mark.draw(page, scale, style));
         Ok(())

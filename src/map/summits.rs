@@ -13,6 +13,7 @@ use crate::fluvial::landforms::peaks;
 use crate::grid::Grid;
 use crate::map::scale::Scale;
 use crate::memory::{Memory, heap_bytes};
+use crate::stop;
 use crate::world::World;
 
 /// Millimetres on paper in which there is one peak at most.
@@ -161,6 +162,7 @@ impl Summits {
     fn summit(&self, mut at: [i64; 2], near: i64) -> Summit {
         let mut height_m = 0.0;
         for _ in 0..MOVES {
+            stop::check();
             let area = Area::new(at[0], at[1], 1, 1).padded(near as usize);
             let (top, top_m) = highest(&self.world.relief().heights(area), area);
             height_m = top_m;

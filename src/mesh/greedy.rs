@@ -9,6 +9,7 @@ use super::border::chain;
 use super::delaunay::Delaunay;
 use super::steps::Steps;
 use super::worst::Worst;
+use crate::stop;
 
 /// The triangulation whose every triangle is within `bound` steps of the heights, with the [`chain`] of each edge as its
 /// border.
@@ -20,6 +21,7 @@ pub fn triangulate(steps: &Steps, bound: f64) -> Delaunay {
         queue.update(&mesh, steps, triangle);
     }
     while let Some((triangle, index)) = queue.pop() {
+        stop::check();
         let at = [index % steps.side() as u32, index / steps.side() as u32];
         mesh.insert(steps, at, triangle);
         // Only the triangles around the new vertex have changed.

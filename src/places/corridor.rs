@@ -15,6 +15,7 @@ use crate::places::moves;
 use crate::places::plan_land::{PlanNode, Scale, Window};
 use crate::places::route_land::wander;
 use crate::places::settings::Standard;
+use crate::stop;
 
 /// How far moves on the coarse plan go along rows and columns, at most.
 const FAR: i64 = 2;
@@ -93,6 +94,7 @@ impl<'a> CoarseGround<'a> {
         let mut heap = BinaryHeap::from([Reverse((0, window.index(from)))]);
         let mut beyond = FORBIDDEN;
         while let Some(Reverse((cost, at))) = heap.pop() {
+            stop::check();
             if cost > beyond {
                 break;
             }

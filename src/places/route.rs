@@ -14,6 +14,7 @@ use crate::places::moves::{MOVES, moved};
 use crate::places::plan_land::PlanNode;
 use crate::places::route_land::RouteLand;
 use crate::places::turn_cost::{hairpin, turns};
+use crate::stop;
 
 /// Metres of cost beyond that of the best way to a node with which another direction there is still worth a look: more than
 /// any turn of a way costs that is made over the shortest move, 80 m on the default cells.
@@ -48,6 +49,7 @@ pub(super) fn route(ground: &Ground, outlook: &Outlook, [from, to]: [PlanNode; 2
     heap.push(Reverse((to_go(from), 0, u32::MAX)));
     let slack = (SLACK_M * UNIT) as u32;
     while let Some(Reverse((_, cost, state))) = heap.pop() {
+        stop::check();
         let (at, came) = match state {
             u32::MAX => (start, None),
             _ => (state as usize / MOVES, Some(state as usize % MOVES)),

@@ -8,6 +8,7 @@ use crate::recipe::mask::Mask;
 use crate::relief::curve::Curve;
 use crate::relief::settings::{LandMask, NoiseTerm, WarpSettings};
 use crate::relief::strided::StridedFractal;
+use crate::stop;
 
 /// Relief of noise: fractal terms added up over warped points, sunk to the sea floor where no land is.
 ///
@@ -97,6 +98,7 @@ impl NoiseRelief {
         let rows = (BAND_VERTICES / area.width().max(1)).max(1);
         let mut scratch = BandScratch::default();
         for (band, out) in heights.values_mut().chunks_mut(rows * area.width().max(1)).enumerate() {
+            stop::check();
             let y0 = area.y0 + (band * rows) as i64;
             let band = Area { y0, y1: y0 + (out.len() / area.width()) as i64, ..area };
             self.fill_band(band, &mut scratch, out);

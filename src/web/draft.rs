@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::area::Area;
 use crate::error::Error;
+use crate::stop;
 use crate::web::encode::{height_text, terrain_rgb};
 use crate::web::folder;
 use crate::web::pyramid::{Block, Plan, TILE_PX, TilePlace};
@@ -111,6 +112,7 @@ impl Draft<'_> {
             };
             let side = TILE_PX as usize * *scale as usize;
             for place in block.tiles() {
+                stop::check();
                 let tile = cut(&rgb, width, corner(block, place, side), side);
                 let bytes = self.choice.encoding.encode(side as u32, &tile);
                 self.write_tile(&self.sets[set], place, &bytes)?;

@@ -147,7 +147,7 @@ pub struct Written {
 ///
 /// Tiles are drawn in parallel, in an order that keeps neighbours together, and held for a few blocks only. All files are
 /// the same whatever the number of threads. Each appears when it is whole, and `index.html` when all are: where an older
-/// one is, it is removed first. `progress` is told how many of the plan's tiles are done.
+/// one is, it is removed first. `progress` is told of how many more of the plan's tiles are done.
 ///
 /// # Panics
 /// When a function returns more or fewer pixels than its view has, or a layer has a name that is taken or is no name.
@@ -167,7 +167,7 @@ pub fn write(
     let archives = sets.iter().map(|set| Archives::create(folder, plan, meta, choice, set));
     let mut archives: Vec<Archives> = archives.collect::<Result<_, _>>()?;
     let draft = Draft { folder, plan, choice, content, sets: &sets };
-    let (mut tally, mut done) = (Tally::default(), 0);
+    let mut tally = Tally::default();
     for zoom in 0..=plan.max_zoom() {
         let mut blocks = plan.blocks(zoom).peekable();
         let mut square = None;
@@ -180,8 +180,7 @@ pub fn write(
                 archives[picture.set].add(picture)?;
                 tally.add(picture);
             }
-            done += batch.iter().map(|block| block.places.len() as u64).sum::<u64>();
-            progress(done);
+            progress(batch.iter().map(|block| block.places.len() as u64).sum());
         }
     }
     let mut files = Vec::new();

@@ -20,6 +20,8 @@ mod range;
 mod seams;
 #[path = "../suite/simd.rs"]
 mod simd;
+#[path = "../suite/stops.rs"]
+mod stops;
 mod varied;
 #[path = "../suite/worlds.rs"]
 mod worlds;

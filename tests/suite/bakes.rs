@@ -4,9 +4,9 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use terrane::area::Region;
-use terrane::bake::Watch;
 use terrane::export::{Export, Output, Plan};
 use terrane::preset::Preset;
+use terrane::watch::Watch;
 use terrane::world::World;
 
 /// Fluvial land with lakes, a coast and settlements within a few tiles of the origin.

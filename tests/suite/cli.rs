@@ -123,6 +123,11 @@ impl Outcome {
         serde_json::from_str(&self.stdout).unwrap_or_else(|error| panic!("{error}\n{self}"))
     }
 
+    /// What there is to say in the end: on a busy machine progress comes before it.
+    fn last_object(&self) -> Value {
+        self.objects().pop().unwrap_or_else(|| panic!("nothing is said\n{self}"))
+    }
+
     /// Standard output as JSON objects, one a line.
     fn objects(&self) -> Vec<Value> {
         let object = |line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{error} in {line:?}\n{self}"));
@@ -566,7 +571,7 @@ fn a_bad_map_is_refused_before_anything_is_drawn() {
 fn a_map_is_written_with_its_world_file_and_how_to_draw_it_again() {
     let desk = Desk::new();
     let options = ["--bounds=-0.2,-0.1,0.3,0.2", "--metres-per-pixel", "2", "--furniture", "none", "--out", "m.png"];
-    let drawn = desk.done(&[&["map", "small.toml", "--json"][..], &options].concat()).object();
+    let drawn = desk.done(&[&["map", "small.toml", "--json"][..], &options].concat()).last_object();
     assert_eq!((&drawn["width"], &drawn["height"]), (&250.into(), &150.into()));
     assert_eq!(fs::read_to_string(desk.path("m.pgw")).unwrap(), "2\n0\n0\n-2\n-199\n199\n");
     let decoder = png::Decoder::new(BufReader::new(fs::File::open(desk.path("m.png")).unwrap()));
@@ -637,7 +642,7 @@ fn an_atlas_has_an_index_sheets_and_a_document() {
     let desk = Desk::new();
     let atlas =
         ["atlas", "small.toml", "--sheets", "2x1", "--paper", "a6", "--scale", "1:2000", "--dpi", "60", "--json"];
-    let drawn = desk.done(&[&atlas[..], &["--out", "atlas"]].concat()).object();
+    let drawn = desk.done(&[&atlas[..], &["--out", "atlas"]].concat()).last_object();
     let files: Vec<&str> = drawn["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap()).collect();
     assert_eq!(files, ["index.png", "A1.png", "A2.png", "atlas.pdf"].map(|name| format!("atlas/{name}")));
     assert!(files.iter().all(|file| desk.path(file).is_file()));
@@ -914,6 +919,62 @@ fn progress_is_objects_with_json() {
     // The reader has gone: the interrupted command still ends as one.
     running.interrupt();
     assert_eq!(running.exit_code(), Some(130));
+}
+
+/// The progress that a command tells until it tells what is wanted, all of it new each time.
+#[cfg(unix)]
+fn progress_until(desk: &Desk, arguments: &[&str], is_wanted: impl Fn(&Value) -> bool) -> Value {
+    desk.write("slow.toml", slow_world());
+    let mut command = desk.command(arguments);
+    command.args(["--json", "--threads", "1"]).stdout(Stdio::piped());
+    let mut running = Running(command.spawn().unwrap());
+    let mut told = Vec::new();
+    for line in BufReader::new(running.0.stdout.take().unwrap()).lines() {
+        let object: Value = serde_json::from_str(&line.unwrap()).unwrap();
+        assert_eq!(object["type"], "progress", "{arguments:?} ended before that: {object}");
+        let news = (object["stage"].to_string(), object["done"].as_u64().unwrap());
+        assert!(!told.contains(&news), "{object} is told again by {arguments:?}");
+        told.push(news);
+        if is_wanted(&object) {
+            return object;
+        }
+    }
+    panic!("{arguments:?} told only {told:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn progress_names_what_is_done_and_counts_what_is_made() {
+    let desk = Desk::new();
+    let is = |stage: &'static str| move |object: &Value| object["stage"] == stage;
+    let goes_on =
+        |stage: &'static str| move |object: &Value| object["stage"] == stage && object["seconds_left"] != Value::Null;
+    // What is not counted has no share and no end.
+    let map = ["map", "alps", "--around=0,0,100", "--scale", "1:200000", "--out", "map.png"];
+    let finding = progress_until(&desk, &map, is("finding what is drawn"));
+    let nothing = [&finding["of"], &finding["percent"], &finding["seconds_left"], &finding["tiles"]];
+    assert_eq!(nothing, [&Value::Null; 4], "{finding}");
+    // A map that is long from north to south, and an atlas of many small sheets.
+    let map = ["map", "slow.toml", "--bounds=0,-1000,1,0", "--width", "256", "--out", "map.png", "--furniture", "none"];
+    let atlas = ["atlas", "slow.toml", "--sheets", "36x25", "--paper", "100x100", "--out", "atlas", "--format", "png"];
+    for (arguments, stage, of) in [(&map[..], "drawing", 256_000), (&atlas, "drawing sheets", 900)] {
+        let drawing = progress_until(&desk, arguments, goes_on(stage));
+        assert_eq!(drawing["of"], of);
+        let percent = 100.0 * drawing["done"].as_f64().unwrap() / f64::from(of);
+        assert!((drawing["percent"].as_f64().unwrap() - percent).abs() < 1e-6, "{drawing}");
+        assert!(drawing["done"] != 0 && drawing["seconds_left"].as_f64() > Some(0.0), "{drawing}");
+    }
+    // Who waits a moment only is told nothing.
+    let short = ["map", "small.toml", "--width", "64", "--out", "short.png"];
+    assert_eq!(desk.done(&short).stderr, "");
+    // A bake before its first tile and after its last.
+    let bake = ["bake", "alps", "--tile-cells", "4096", "--size", "1x1", "--export", "hashes", "--out", "large"];
+    let planning = progress_until(&desk, &bake, is("planning roads"));
+    assert_eq!((&planning["tiles"], &planning["of_tiles"]), (&0.into(), &1.into()));
+    let bake = ["bake", "alps", "--size", "1x1", "--export", "web", "--out", "web"];
+    let web = progress_until(&desk, &bake, is("drawing the web map"));
+    assert_eq!((&web["tiles"], &web["of_tiles"]), (&1.into(), &1.into()));
+    assert!(web["of"].as_u64().is_some_and(|tiles| tiles > 1), "{web}");
 }
 
 // ---------------------------------------------------------------------------------------------------------------------

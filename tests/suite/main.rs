@@ -19,6 +19,7 @@ mod profiles;
 mod range;
 mod seams;
 mod simd;
+mod stops;
 mod strides;
 mod vector;
 mod walker;

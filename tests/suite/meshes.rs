@@ -11,10 +11,10 @@ use gltf::buffer::Source;
 use gltf::mesh::Mode;
 use tempfile::TempDir;
 use terrane::area::{Area, Region, TileId};
-use terrane::bake::Watch;
 use terrane::export::{Export, Manifest, MeshOptions, Output, Plan};
 use terrane::preset::Preset;
 use terrane::tile::{Material, Tile};
+use terrane::watch::Watch;
 use terrane::world::World;
 
 /// A world with a sea, the thesis' rivers and roads, and a spacing that is no power of two.

@@ -9,10 +9,10 @@ use std::process::Command;
 use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
 use tempfile::TempDir;
 use terrane::area::{Region, TileId};
-use terrane::bake::Watch;
 use terrane::export::{Export, Manifest, MeshOptions, Output, Plan, Profile};
 use terrane::preset::Preset;
 use terrane::tile::{Material, Tile};
+use terrane::watch::Watch;
 use terrane::world::World;
 
 use crate::worlds::lighten;

@@ -6,10 +6,10 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use terrane::area::{Area, Region, TileId};
-use terrane::bake::Watch;
 use terrane::export::{Export, Manifest, Output, Plan};
 use terrane::preset::{BUILT_IN, Preset};
 use terrane::tile::{Material, Tile};
+use terrane::watch::Watch;
 use terrane::world::World;
 
 use crate::worlds::{is_tried, lighten};

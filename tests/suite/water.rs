@@ -6,10 +6,10 @@ use std::path::Path;
 
 use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
 use terrane::area::{Region, TileId};
-use terrane::bake::Watch;
 use terrane::export::{Export, Output, Plan};
 use terrane::preset::Preset;
 use terrane::tile::Tile;
+use terrane::watch::Watch;
 use terrane::world::World;
 
 use crate::bakes::unsettled;

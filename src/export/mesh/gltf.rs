@@ -31,7 +31,9 @@ use crate::export::options::MeshOptions;
 use crate::export::raster::quantity::{Painter, Quantity};
 use crate::export::raster::writer::{Encoding, Sample, png_bytes};
 use crate::file::write_whole;
+use crate::stop;
 use crate::tile::Tile;
+use crate::watch::Watch;
 use crate::world::World;
 
 /// glTF, as a format: a GLB a tile and level of detail, and a glTF of the region for each level.
@@ -284,6 +286,7 @@ impl Sink for GltfSink<'_> {
     fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
         let mut regions = locked(&self.regions);
         for piece in pieces {
+            stop::check();
             let kept: Vec<(String, usize, Root)> = serde_json::from_slice(piece).expect("it was written by this sink");
             // Levels come in the same order in both.
             for (region, (path, start, root)) in regions.iter_mut().zip(kept) {
@@ -293,7 +296,7 @@ impl Sink for GltfSink<'_> {
         Ok(())
     }
 
-    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let mut records = std::mem::take(&mut *locked(&self.records));
         for region in locked(&self.regions).drain(..) {
             records.push(region.finish()?);

@@ -16,7 +16,9 @@ use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Request, file_name};
 use crate::export::locked;
 use crate::file::{PartFile, write_whole};
+use crate::stop;
 use crate::tile::Tile;
+use crate::watch::Watch;
 
 /// OBJ, as a format.
 pub(crate) struct Obj {
@@ -319,6 +321,7 @@ impl Sink for ObjSink<'_> {
         let Some(regions) = &self.regions else { return Ok(()) };
         let mut regions = locked(regions);
         for piece in pieces {
+            stop::check();
             let mut rest = *piece;
             for (_, file, before) in regions.iter_mut() {
                 let text = Text::unpack(&mut rest);
@@ -329,7 +332,7 @@ impl Sink for ObjSink<'_> {
         Ok(())
     }
 
-    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let mut records = std::mem::take(&mut *locked(&self.records));
         let Some(regions) = &self.regions else { return Ok(records) };
         for (path, file, _) in locked(regions).drain(..) {

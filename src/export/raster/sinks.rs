@@ -14,7 +14,9 @@ use crate::export::raster::image::{Image, RowOrder};
 use crate::export::raster::quantity::Painter;
 use crate::export::raster::writer::RasterWriter;
 use crate::file::write_whole;
+use crate::stop;
 use crate::tile::Tile;
+use crate::watch::Watch;
 use crate::world::World;
 
 /// An image of a format, and what all its files have in common.
@@ -74,6 +76,7 @@ impl Sink for RegionRaster {
         let (_, rows) = self.drawing.image.owned(&self.drawing.region, Place { row, col: 0 });
         let mut line = Vec::new();
         for y in 0..rows {
+            stop::check();
             line.clear();
             for piece in pieces {
                 // Tiles of the last column may be a vertex wider.
@@ -85,7 +88,7 @@ impl Sink for RegionRaster {
         Ok(())
     }
 
-    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let writer = locked(&self.writer).take();
         self.file.end(&self.drawing, writer.expect("a sink ends once"))
     }
@@ -131,7 +134,7 @@ impl Sink for TileRasters {
         Ok(())
     }
 
-    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         Ok(std::mem::take(&mut *locked(&self.records)))
     }
 }

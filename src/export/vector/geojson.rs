@@ -19,6 +19,7 @@ use crate::features::layer::{Head, Shape};
 use crate::features::{AnyLayer, Row, all_layers, layers};
 use crate::file::PartFile;
 use crate::tile::Tile;
+use crate::watch::Watch;
 use crate::world::World;
 
 /// The folder of the files in that of the bake.
@@ -98,7 +99,7 @@ impl Sink for GeoJsonSink<'_> {
         self.features.flush()
     }
 
-    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let files = std::mem::take(&mut *locked(&self.files));
         let mut records = Vec::new();
         for (number, (mut file, layer)) in files.into_iter().zip(self.features.layers().iter().copied()).enumerate() {

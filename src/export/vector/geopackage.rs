@@ -19,6 +19,7 @@ use crate::features::layer::{Kind, Shape};
 use crate::file::PartFile;
 use crate::registry::unjournaled;
 use crate::tile::Tile;
+use crate::watch::Watch;
 use crate::world::World;
 
 /// The file in the folder of the bake.
@@ -320,7 +321,7 @@ impl Sink for GeoPackageSink<'_> {
         self.write_tiles(connection, row).map_err(Error::sqlite(&self.path))
     }
 
-    fn finish(&self) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let (mut connection, file) = locked(&self.file).take().expect("a sink ends once");
         let failed = || Error::sqlite(&self.path);
         for (number, layer) in self.features.layers().iter().enumerate() {
@@ -380,7 +381,8 @@ mod tests {
             package.append(row, &[]).unwrap();
             json.append(row, &[]).unwrap();
         }
-        assert_eq!((package.finish().unwrap().len(), json.finish().unwrap().len()), (1, 2));
+        let watch = Watch::default();
+        assert_eq!((package.finish(&watch).unwrap().len(), json.finish(&watch).unwrap().len()), (1, 2));
         drop((package, json));
         assert_eq!(std::fs::read_dir(out.join("vector")).unwrap().count(), 3, "what was put away is gone");
     }

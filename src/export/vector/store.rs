@@ -15,6 +15,7 @@ use crate::features::{AnyLayer, Row, Value, layers};
 use crate::file::PartFile;
 use crate::preset::Preset;
 use crate::registry::unjournaled;
+use crate::stop;
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -150,6 +151,7 @@ impl<'a> FeatureStore<'a> {
         let put = || {
             let transaction = connection.transaction()?;
             for ((number, key), Row { values, lines }) in waiting {
+                stop::check();
                 let lines = packed(&lines, self.layers()[number].shape().dimensions());
                 let marks = ", ?".repeat(values.len() + 1);
                 // A feature that touches several rows of tiles comes again with each.
@@ -179,6 +181,7 @@ impl<'a> FeatureStore<'a> {
             Ok(Row { values: values.collect::<rusqlite::Result<_>>()?, lines })
         };
         for row in select.query_map((), parse).map_err(failed())? {
+            stop::check();
             visit(row.map_err(failed())?)?;
         }
         Ok(())

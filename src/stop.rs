@@ -1,0 +1,134 @@
+//! Stopping: a request that ends all work of the process, wherever it is.
+//!
+//! Whoever stops does not know what runs, and a signal means the whole process: so there is one request for all threads. Loops
+//! that may run long look at it at each turn ([`check`]), and unwind when it is there, through locks, pools of threads and files
+//! under way, whose destructors leave nothing behind. No function says in its type that it can be stopped, and none forgets to
+//! hand it on. Where a command or a bake begins, [`catch`] makes an error of it.
+//!
+//! The alternative is to return [`Error::Interrupted`] from all that takes time, down to the search of a road: most of what
+//! computes here has no other way to fail.
+//!
+//! ```standalone_crate
+//! use std::{thread, time::Duration};
+//! use terrane::{area::TileId, error::Error, preset::Preset, stop, tile::Tile, world::World};
+//!
+//! let world = World::new(Preset::load("alps")?.1, None)?;
+//! thread::scope(|scope| {
+//!     let baker = scope.spawn(|| {
+//!         stop::catch(|| {
+//!             (0..).for_each(|x| drop(Tile::new(&world, TileId { x, y: 0 })));
+//!             Ok(())
+//!         })
+//!     });
+//!     thread::sleep(Duration::from_millis(100));
+//!     stop::request();
+//!     assert!(matches!(baker.join().unwrap(), Err(Error::Interrupted)));
+//! });
+//! // The world is as good as before.
+//! stop::withdraw();
+//! let tile = Tile::new(&world, TileId { x: 0, y: 0 });
+//! let another = World::new(Preset::load("alps")?.1, None)?;
+//! assert!(tile.heights().values() == Tile::new(&another, tile.id()).heights().values());
+//! # Ok::<(), Error>(())
+//! ```
+
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::thread;
+use std::time::Duration;
+
+use crate::error::Error;
+
+/// Whether all work is to end.
+static REQUESTED: AtomicBool = AtomicBool::new(false);
+
+/// Between two looks at the request while something is waited for.
+const LOOK_INTERVAL: Duration = Duration::from_millis(20);
+
+/// What a stop unwinds with.
+struct Stopped;
+
+/// Asks all work of the process to end: it does within a fraction of a second, and what is begun after that ends at once.
+pub fn request() {
+    REQUESTED.store(true, Ordering::Relaxed);
+}
+
+/// Lets work begin again, when all that was to end has ended.
+pub fn withdraw() {
+    REQUESTED.store(false, Ordering::Relaxed);
+}
+
+/// Whether all work is to end.
+pub fn is_requested() -> bool {
+    REQUESTED.load(Ordering::Relaxed)
+}
+
+/// Unwinds when all work is to end: a load and a branch when not. While a thread unwinds already it does nothing, so that
+/// destructors can work. A lock that is held is poisoned: whoever finds it so checks as well, before it takes that for a panic.
+#[inline]
+pub fn check() {
+    if is_requested() {
+        unwind();
+    }
+}
+
+#[cold]
+fn unwind() {
+    if !thread::panicking() {
+        // Not a panic: nothing is wrong, so nothing is said.
+        resume_unwind(Box::new(Stopped));
+    }
+}
+
+/// What `work` returns, which cannot look at the request itself, such as an encoder that takes a whole picture at once: it has a
+/// thread of its own, which is left alone with it when all is to end.
+pub(crate) fn wait_for<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
+    let (done, result) = sync_channel(1);
+    let thread = thread::spawn(move || _ = done.send(work()));
+    loop {
+        match result.recv_timeout(LOOK_INTERVAL) {
+            Ok(result) => return result,
+            Err(RecvTimeoutError::Timeout) => check(),
+            Err(RecvTimeoutError::Disconnected) => {
+                resume_unwind(thread.join().expect_err("it ends without a result by a panic alone"))
+            }
+        }
+    }
+}
+
+/// What `work` returns. Any panic but a stop goes on.
+///
+/// # Errors
+/// Those of `work`, and [`Error::Interrupted`] when it was stopped.
+pub fn catch<T>(work: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+    // What a stop leaves half-made is owned by what unwinds, or is a cache whose values are whole or not there.
+    match catch_unwind(AssertUnwindSafe(work)) {
+        Ok(result) => result,
+        Err(payload) if payload.is::<Stopped>() => Err(Error::Interrupted),
+        Err(payload) => resume_unwind(payload),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stop_is_an_error_through_threads_and_a_panic_is_none() {
+        let stopped = || -> Result<(), Error> { resume_unwind(Box::new(Stopped)) };
+        assert!(matches!(catch(stopped), Err(Error::Interrupted)));
+        let beside = || -> Result<(), Error> { rayon::join(stopped, || ()).0 };
+        assert!(matches!(catch(beside), Err(Error::Interrupted)));
+        assert!(matches!(catch(|| Ok(1)), Ok(1)));
+        let panic = catch_unwind(|| catch::<()>(|| resume_unwind(Box::new("a bug"))));
+        assert_eq!(panic.unwrap_err().downcast_ref(), Some(&"a bug"));
+    }
+
+    #[test]
+    fn what_is_waited_for_comes_back_or_panics_here() {
+        assert_eq!(wait_for(|| 7), 7);
+        let panic = catch_unwind(|| wait_for(|| resume_unwind(Box::new("a bug"))));
+        assert_eq!(panic.unwrap_err().downcast_ref(), Some(&"a bug"));
+    }
+}

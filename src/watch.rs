@@ -1,0 +1,124 @@
+//! What the world outside may know of long work while it runs.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use crate::clock::Clock;
+
+/// How far a bake or a map is, and where its time goes: told by those who work, from any thread, and looked at by one who waits.
+#[derive(Debug, Default)]
+pub struct Watch {
+    stage: Mutex<Option<Stage>>,
+    done: AtomicU64,
+    /// Where the time goes.
+    pub clock: Clock,
+}
+
+/// What is under way.
+#[derive(Clone, Copy, Debug)]
+struct Stage {
+    name: &'static str,
+    of: Option<(u64, &'static str)>,
+    /// When it began, and how many were done then.
+    since: Instant,
+    first: u64,
+}
+
+/// How far a stage is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// What is done, such as `planning roads`.
+    pub stage: &'static str,
+    /// How many things are done.
+    pub done: u64,
+    /// How many there are, and what they are, such as `tiles`; `None` where nothing is counted.
+    pub of: Option<(u64, &'static str)>,
+    /// How many are done a second, since the stage began; `None` in its first second and where nothing is counted.
+    pub rate: Option<f64>,
+}
+
+/// How long a stage must have lasted before its rate says anything.
+const LEAST: Duration = Duration::from_secs(1);
+
+impl Watch {
+    /// Begins a stage, of which nothing is done: of so many things, if they are counted.
+    pub fn begin(&self, name: &'static str, of: Option<(u64, &'static str)>) {
+        let mut stage = self.stage.lock().expect("no thread panics while it names a stage");
+        self.done.store(0, Ordering::Relaxed);
+        *stage = Some(Stage { name, of, since: Instant::now(), first: 0 });
+    }
+
+    /// Begins a stage that goes on to count what the one before it has counted, at a rate of its own.
+    pub fn go_on(&self, name: &'static str) {
+        let mut stage = self.stage.lock().expect("no thread panics while it names a stage");
+        let first = self.done.load(Ordering::Relaxed);
+        *stage = Some(Stage { name, of: stage.and_then(|stage| stage.of), since: Instant::now(), first });
+    }
+
+    /// Counts so many things as done. Returns how many were before.
+    pub fn add(&self, done: u64) -> u64 {
+        self.done.fetch_add(done, Ordering::Relaxed)
+    }
+
+    /// How far the stage is that was begun last, if any was.
+    pub fn progress(&self) -> Option<Progress> {
+        let stage = self.stage.lock().expect("no thread panics while it names a stage");
+        let Stage { name, of, since, first } = (*stage)?;
+        let (done, elapsed) = (self.done.load(Ordering::Relaxed), since.elapsed());
+        let rate = (of.is_some() && elapsed >= LEAST).then(|| (done - first) as f64 / elapsed.as_secs_f64());
+        Some(Progress { stage: name, done, of, rate })
+    }
+}
+
+impl Progress {
+    /// The part that is done, 0 to 1; `None` where nothing is counted.
+    pub fn share(&self) -> Option<f64> {
+        self.of.map(|(of, _)| self.done as f64 / of.max(1) as f64)
+    }
+
+    /// Seconds until all is done at the stage's own rate; `None` while that is not known.
+    pub fn seconds_left(&self) -> Option<f64> {
+        let rate = self.rate.filter(|rate| *rate > 0.0)?;
+        self.of.map(|(of, _)| of.saturating_sub(self.done) as f64 / rate)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stage_counts_anew_unless_it_goes_on() {
+        let watch = Watch::default();
+        assert_eq!(watch.progress(), None);
+        watch.begin("planning roads", Some((8, "tiles")));
+        assert_eq!(watch.add(2), 0);
+        watch.go_on("baking tiles");
+        assert_eq!(watch.add(1), 2);
+        let tiles = watch.progress().unwrap();
+        assert_eq!((tiles.stage, tiles.done, tiles.of), ("baking tiles", 3, Some((8, "tiles"))));
+        watch.begin("finishing files", None);
+        let files = watch.progress().unwrap();
+        assert_eq!((files.done, files.share(), files.seconds_left()), (0, None, None));
+    }
+
+    #[test]
+    fn time_left_is_known_from_the_rate_of_the_stage_alone() {
+        let watch = Watch::default();
+        watch.begin("planning roads", Some((8, "tiles")));
+        watch.add(2);
+        watch.go_on("baking tiles");
+        let begun = watch.progress().unwrap();
+        assert_eq!((begun.share(), begun.rate, begun.seconds_left()), (Some(0.25), None, None));
+        assert_eq!(Progress { rate: Some(0.0), ..begun }.seconds_left(), None);
+        assert_eq!(Progress { rate: Some(0.5), ..begun }.seconds_left(), Some(12.0));
+        // What was done before the stage began is no part of its rate.
+        let mut stage = watch.stage.lock().unwrap();
+        let long_ago = stage.unwrap().since.checked_sub(Duration::from_secs(10));
+        stage.as_mut().unwrap().since = long_ago.unwrap();
+        drop(stage);
+        watch.add(1);
+        assert!((0.09..=0.1).contains(&watch.progress().unwrap().rate.unwrap()));
+    }
+}
