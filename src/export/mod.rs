@@ -51,14 +51,15 @@ use format::Format;
 
 /// All formats that have a name of their own, in the order of the help. A new one is a line here.
 fn formats() -> impl Iterator<Item = &'static dyn Format> {
-    let others: [&dyn Format; 7] = [
+    let others: [&dyn Format; 8] = [
         &hashes::Hashes,
         &vector::GeoPackage,
         &vector::GeoJson,
         &mesh::Gltf,
         &mesh::OBJ,
         &mesh::OBJ_TILES,
-        &web::WebMap,
+        &web::WEBP,
+        &web::PNG,
     ];
     dynamic(&raster::NAMED).chain(others)
 }

@@ -25,7 +25,6 @@ use crate::web::{self, Bounds, Choice, Content, Encoding, Feature, Layer, Meta, 
 use crate::world::World;
 
 /// The folder of the files in that of the bake, and the page and its scripts in it.
-const FOLDER: &str = "web";
 const PAGES: [&str; 3] = ["index.html", "map.js", "names.js"];
 
 /// Pixels of a millimetre on screens, by which lines and letters have their size.
@@ -33,9 +32,6 @@ const PIXELS_A_MM: f64 = 96.0 / 25.4;
 
 /// The pictures of the map: name, title and style. The first is shown first.
 const LAYERS: [(&str, &str, &str); 2] = [("map", "Map", "topographic"), ("relief", "Relief", "relief")];
-
-/// What is written.
-const CHOICE: Choice = Choice { encoding: Encoding::WebP, dense: true, folder: true, mbtiles: true, pmtiles: true };
 
 /// Bytes of a tile of 256 x 256 pixels that cannot be compressed, as a file and in two archives.
 const TILE_BYTES: u64 = 3 * 200_000;
@@ -45,23 +41,39 @@ const TILE_BYTES: u64 = 3 * 200_000;
 const WORK_NS: u64 = 3000;
 
 /// The web map, as a format.
-pub(crate) struct WebMap;
+pub(crate) struct WebMap {
+    /// The name, and that of its folder.
+    name: &'static str,
+    about: &'static str,
+    encoding: Encoding,
+}
 
-/// The files that are not tiles.
-fn files() -> impl Iterator<Item = String> {
+/// Tiles as small as can be.
+pub(crate) const WEBP: WebMap = WebMap {
+    name: "web",
+    about: "web map: a page, tiles at all zoom levels, PMTiles and MBTiles, and geojson",
+    encoding: Encoding::WebP,
+};
+
+/// Tiles that all programs read.
+pub(crate) const PNG: WebMap =
+    WebMap { name: "web-png", about: "the web map with PNG tiles, for what reads no WebP", encoding: Encoding::Png };
+
+/// The files that are not tiles, in a folder.
+fn files(folder: &str) -> impl Iterator<Item = String> {
     let layers = LAYERS.iter().flat_map(|(name, ..)| [(*name).to_owned(), format!("{name}@2x")]);
     let archives = layers.chain(["terrain".to_owned()]);
     let archives = archives.flat_map(|name| ["mbtiles", "pmtiles"].map(|ending| format!("{name}.{ending}")));
-    archives.chain(PAGES.map(str::to_owned)).map(|name| format!("{FOLDER}/{name}"))
+    archives.chain(PAGES.map(str::to_owned)).map(move |name| format!("{folder}/{name}"))
 }
 
 impl Format for WebMap {
     fn name(&self) -> &'static str {
-        "web"
+        self.name
     }
 
     fn about(&self) -> &'static str {
-        "web map: a page, tiles at all zoom levels, PMTiles and MBTiles, and geojson"
+        self.about
     }
 
     fn needs(&self) -> Option<&'static str> {
@@ -73,11 +85,11 @@ impl Format for WebMap {
     }
 
     fn folders(&self) -> Vec<&'static str> {
-        vec![FOLDER]
+        vec![self.name]
     }
 
     fn owns(&self, path: &str) -> bool {
-        files().any(|file| file == path)
+        files(self.name).any(|file| file == path)
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
@@ -85,8 +97,8 @@ impl Format for WebMap {
         // Tiles of twice the pixels a side weigh four times as much; heights, as colours and as scripts, about two.
         let weight = LAYERS.len() as u64 * 5 + 2;
         FormatCost {
-            files: files().count() as u64,
-            disk_bytes: tiles.saturating_mul(weight * TILE_BYTES) + files().count() as u64 * RECORD_BYTES,
+            files: files(self.name).count() as u64,
+            disk_bytes: tiles.saturating_mul(weight * TILE_BYTES) + files(self.name).count() as u64 * RECORD_BYTES,
             features: true,
             work_ns_a_vertex: WORK_NS,
             ..FormatCost::default()
@@ -95,8 +107,8 @@ impl Format for WebMap {
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
         let Request { name, world, region, .. } = *request;
-        let plan = plan(world, &region)?;
-        Ok(vec![Box::new(WebSink { name, world, plan, out: out.join(FOLDER), named: Mutex::default() })])
+        let (plan, form) = (plan(world, &region)?, WebMap { ..*self });
+        Ok(vec![Box::new(WebSink { form, name, world, plan, out: out.join(self.name), named: Mutex::default() })])
     }
 }
 
@@ -108,6 +120,7 @@ fn plan(world: &World, region: &Region) -> Result<Plan, Error> {
 
 /// Writes the map when all tiles of the bake have said what they hold.
 struct WebSink<'a> {
+    form: WebMap,
     name: &'a str,
     world: &'a World,
     plan: Plan,
@@ -136,8 +149,8 @@ impl WebSink<'_> {
 }
 
 impl Sink for WebSink<'_> {
-    fn name(&self) -> &'static str {
-        "web"
+    fn name(&self) -> &str {
+        self.form.name
     }
 
     fn take(&self, tile: &Tile, _place: Place) -> Result<Vec<u8>, Error> {
@@ -217,8 +230,11 @@ impl Sink for WebSink<'_> {
         };
         watch.begin("drawing the web map", Some((self.plan.tiles(), "web tiles")));
         let progress = |tiles| _ = watch.add(tiles);
-        let written = web::write(&self.out, &self.plan, &meta, CHOICE, &content, &progress)?;
-        let record = |file: FileRecord| FileRecord { path: format!("{FOLDER}/{}", file.path), ..file };
+        let WebMap { name: folder, encoding, .. } = self.form;
+        let choice = Choice { encoding, dense: true, folder: true, mbtiles: true, pmtiles: true };
+        let written = web::write(&self.out, &self.plan, &meta, choice, &content, &progress)?;
+        let record =
+            |file: FileRecord| FileRecord { path: format!("{folder}/{}", file.path), export: folder.into(), ..file };
         Ok(written.files.into_iter().map(record).collect())
     }
 }

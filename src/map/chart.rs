@@ -133,11 +133,10 @@ impl Chart {
             Some(_) => denominator <= least,
             None => scale.metres_per_pixel <= AGENTS * world.preset().spacing_m,
         };
-        let interval_m = match style.contours.interval_m {
-            Some(interval_m) => interval_m,
-            None if style.contours.draw => interval_m(denominator, style.contours.spacing_mm, terrain.steepness()),
-            None => interval_m(denominator, style.contours.spacing_mm, 1.0),
-        };
+        let steepness =
+            if style.contours.draw && style.contours.interval_m.is_none() { terrain.steepness() } else { 1.0 };
+        let chosen_m = interval_m(denominator, style.contours.spacing_mm, steepness, relief.range_m());
+        let interval_m = style.contours.interval_m.unwrap_or(chosen_m);
         Arc::new(Chart { style, scale, terrain, relief, world, has_lines, summits, afar, interval_m })
     }
 
@@ -239,6 +238,12 @@ impl Picture {
         let within = |at: [f64; 2]| self.area.meets([at[0], at[1], at[0], at[1]]);
         let named = self.writings.iter().filter(move |writing| !writing.name.is_empty() && within(writing.at));
         named.map(|writing| (writing.kind, writing.name.as_str(), writing.at))
+    }
+
+    /// All that is written on it.
+    #[cfg(test)]
+    pub(super) fn writings(&self) -> &[Writing] {
+        &self.writings
     }
 
     /// The pixels that it shows.

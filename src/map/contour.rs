@@ -136,9 +136,14 @@ fn chains(segments: &[[Edge; 2]]) -> Vec<Vec<Edge>> {
     lines
 }
 
-/// Metres between two contours for a scale, about so many millimetres apart on land that rises so many metres a metre ahead.
-pub(super) fn interval_m(denominator: f64, spacing_mm: f64, steepness: f64) -> f64 {
-    let least_m = spacing_mm * denominator / 1000.0 * steepness;
+/// Contours from the lowest to the highest land at most: with more of them the walls of a world that is flat elsewhere would be
+/// one stain.
+const MOST: f64 = 150.0;
+
+/// Metres between two contours for a scale, about so many millimetres apart on land that rises so many metres a metre ahead, and
+/// so many metres from the lowest to the highest.
+pub(super) fn interval_m(denominator: f64, spacing_mm: f64, steepness: f64, range_m: f64) -> f64 {
+    let least_m = (spacing_mm * denominator / 1000.0 * steepness).max(range_m / MOST);
     let power = libm::pow(10.0, libm::floor(libm::log10(least_m)));
     [1.0, 2.0, 5.0, 10.0].map(|step| step * power).into_iter().find(|step| *step >= least_m * 0.8).unwrap_or(least_m)
 }
@@ -210,8 +215,9 @@ mod tests {
 
     #[test]
     fn intervals_are_round_and_grow_with_the_scale() {
-        let intervals = [25_000.0, 50_000.0, 250_000.0, 2_000_000.0].map(|scale| interval_m(scale, 0.6, 1.0));
+        let intervals = [25_000.0, 50_000.0, 250_000.0, 2_000_000.0].map(|scale| interval_m(scale, 0.6, 1.0, 2800.0));
         assert_eq!(intervals, [20.0, 50.0, 200.0, 1000.0]);
-        assert_eq!(interval_m(25_000.0, 0.6, 0.1), 2.0);
+        assert_eq!(interval_m(25_000.0, 0.6, 0.1, 200.0), 2.0);
+        assert_eq!(interval_m(25_000.0, 0.6, 0.1, 500.0), 5.0, "the walls of a canyon");
     }
 }

@@ -6,11 +6,12 @@ use rayon::prelude::*;
 
 use crate::area::Area;
 use crate::features::sites::SiteFeature;
+use crate::geometry::length;
 use crate::hash;
 use crate::map::drawing::{Drawing, NamedRiver};
 use crate::map::label::{self, Candidate, Rank, along_line, around_point, place};
 use crate::map::plotter::bounds;
-use crate::map::ranges::{Range, Seen};
+use crate::map::ranges::Seen;
 use crate::map::scale::Scale;
 use crate::map::style::{LabelStyle, Style};
 use crate::map::summits::Summit;
@@ -96,10 +97,7 @@ pub(super) fn write(
     area: Area,
 ) -> Vec<Writing> {
     let mut writer = Writer { style, scale, candidates: Vec::new(), obstacles: Vec::new() };
-    // Ranges depend on nothing but the land, and all other names keep clear of their letters.
-    let ranges = seen.iter().flat_map(|seen| seen.ranges());
-    let ranges: Vec<Writing> = ranges.filter_map(|range| writer.range(range)).collect();
-    writer.obstacles.extend(ranges.iter().flat_map(Writing::boxes));
+    writer.write_ranges(seen);
     writer.write_lakes(drawing);
     writer.write_rivers(drawing, seen);
     // What is around the letters may be seen where they are not.
@@ -137,9 +135,7 @@ pub(super) fn write(
         }
     }
     let shown = place(writer.candidates, &writer.obstacles, margin);
-    let shown = shown.into_iter().map(|candidate| (candidate.boxes, candidate.item));
-    let all = ranges.into_iter().map(|range| (range.boxes().collect(), range)).chain(shown);
-    all.filter(|(boxes, _)| is_seen(boxes)).map(|(_, item)| item).collect()
+    shown.into_iter().filter(|one| is_seen(&one.boxes)).map(|one| one.item).collect()
 }
 
 /// Squares of a map in which all of a kind has been found.
@@ -195,6 +191,9 @@ struct Writer<'a> {
 /// What comes first where there is not room for all.
 #[derive(Clone, Copy)]
 enum Class {
+    /// The name of a range can be nowhere else, and no other range is so near that it would make room for it: it has a say, but
+    /// hears of no name.
+    Range,
     Town,
     Lake,
     Village,
@@ -219,6 +218,9 @@ impl Writer<'_> {
         let mut spans: HashMap<u64, [f64; 4]> = HashMap::new();
         // Places of a name come one after the other, the best first.
         self.candidates.retain(|candidate| {
+            if candidate.rank.class == Class::Range as u32 {
+                return true;
+            }
             let [west, north, east, south] = bounds(candidate.boxes.iter().flatten());
             let span = spans.entry(candidate.rank.feature).or_insert([west, north, east, south]);
             let wider = [span[0].min(west), span[1].min(north), span[2].max(east), span[3].max(south)];
@@ -242,10 +244,20 @@ impl Writer<'_> {
         self.candidates.push(Candidate { rank, boxes, item });
     }
 
-    fn range(&self, range: Range) -> Option<Writing> {
+    fn write_ranges(&mut self, seen: Option<&Seen<'_>>) {
         let style = self.style.labels.range;
-        let texts = vec![range.write(self.scale, &style)?];
-        Some(Writing { texts, style, peak: None, kind: "range", name: range.name, at: range.top })
+        for range in seen.iter().flat_map(|seen| seen.ranges()) {
+            let feature = number(&[6, range.id[0], range.id[1]]);
+            for (index, placed) in (0..).zip(range.write(self.scale, &style)) {
+                let (texts, name) = (vec![placed], range.name.clone());
+                let item = Writing { texts, style, peak: None, kind: "range", name, at: range.top };
+                // Between its letters too there is no room for what has a name of its own.
+                let letters: Vec<Quad> = item.boxes().collect();
+                self.push(Class::Range, (0, feature, index), item);
+                let candidate = self.candidates.last_mut().expect("one was pushed");
+                candidate.boxes.extend(letters.windows(2).map(|pair| between(&pair[0], &pair[1])));
+            }
+        }
     }
 
     fn write_sites(&mut self, sites: &[SiteFeature]) {
@@ -369,6 +381,16 @@ fn square([x, y]: [f64; 2], half: f64) -> Quad {
     [[x - half, y - half], [x + half, y - half], [x + half, y + half], [x - half, y + half]]
 }
 
+/// A box from the middle of a box to that of the next, as high as the first.
+fn between(one: &Quad, next: &Quad) -> Quad {
+    let middle = |quad: &Quad| [0, 1].map(|axis| 0.5 * (quad[0][axis] + quad[2][axis]));
+    let (from, to) = (middle(one), middle(next));
+    let half = 0.5 * length([one[3][0] - one[0][0], one[3][1] - one[0][1]]);
+    let long = length([to[0] - from[0], to[1] - from[1]]).max(1e-9);
+    let [east, south] = [0, 1].map(|axis| (to[axis] - from[axis]) / long * half);
+    [(from, 1.0), (to, 1.0), (to, -1.0), (from, -1.0)].map(|([x, y], side)| [x + side * south, y - side * east])
+}
+
 /// What tells a thing from others: mixed from its numbers.
 fn number(parts: &[i64]) -> u64 {
     parts.iter().fold(0, |number, part| hash::mix(number ^ *part as u64))
@@ -377,4 +399,31 @@ fn number(parts: &[i64]) -> u64 {
 /// A number that tells a text from others.
 pub(super) fn hash_of(text: &str) -> u64 {
     text.bytes().fold(0, |number, byte| hash::mix(number ^ u64::from(byte)))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::map::Chart;
+    use crate::map::label::overlap;
+    use crate::preset::Preset;
+
+    #[test]
+    fn all_kinds_have_names_and_none_overlaps_another() {
+        let (_, preset) = Preset::load("alps").unwrap();
+        let style = Style::load("topographic").unwrap();
+        let scale = Scale { metres_per_pixel: 125.0, pixels_per_mm: 2.0 };
+        let area = Area::new(-120, -140, 300, 280);
+        let picture = Chart::new(&preset, Some(5), style, scale).unwrap().picture(area);
+        let kinds: BTreeSet<&str> = picture.writings().iter().map(|writing| writing.kind).collect();
+        assert_eq!(kinds, BTreeSet::from(["lake", "peak", "range", "river", "town", "valley", "village"]));
+        for (number, one) in picture.writings().iter().enumerate() {
+            for other in &picture.writings()[..number] {
+                let apart = |a: Quad| other.boxes().all(|b| !overlap(&a, &b, 0.0));
+                assert!(one.boxes().all(apart), "{} and {}", one.name, other.name);
+            }
+        }
+    }
 }

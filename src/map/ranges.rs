@@ -56,6 +56,9 @@ const MOST_BEND: f64 = 0.16;
 /// How many times as wide as it is with its usual room between letters a name is at most.
 const MOST_STRETCH: f64 = 2.2;
 
+/// Millimetres from the crest to the middle of a name: it makes room for the symbols of settlements.
+const BESIDE_LINE_MM: [f64; 5] = [0.0, 3.0, -3.0, 6.0, -6.0];
+
 /// Nodes a side of the parts that are found at once.
 const PART: i64 = 64;
 
@@ -80,6 +83,8 @@ pub(super) struct Seen<'a> {
 /// A mountain range.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Range {
+    /// The node of its top, which tells it from all others of a scale.
+    pub id: [i64; 2],
     pub name: String,
     /// Its highest place without small forms, in pixels.
     pub top: [f64; 2],
@@ -219,7 +224,7 @@ impl Seen<'_> {
         let foot_m = at_share(&smooth, LOW_SHARE);
         let pixels_per_node = self.afar.pixels_per_node();
         let pixel = |at: [i64; 2]| at.map(|at| at as f64 * pixels_per_node);
-        let top = pixel(top);
+        let (id, top) = (top, pixel(top));
         let weighed = nodes.iter().map(|at| {
             let [x, y] = pixel(*at);
             let from_top = [x - top[0], y - top[1]];
@@ -228,7 +233,7 @@ impl Seen<'_> {
             (f64::from((self.smooth.at(at[0], at[1]) - foot_m).max(0.0)) * near, from_top)
         });
         let weighed: Vec<(f64, [f64; 2])> = weighed.filter(|(weight, _)| *weight > 0.0).collect();
-        Some(Range { name, top, line: crest(&weighed, top, reach)? })
+        Some(Range { id, name, top, line: crest(&weighed, top, reach)? })
     }
 }
 
@@ -269,8 +274,9 @@ fn crest(weighed: &[(f64, [f64; 2])], from: [f64; 2], reach: f64) -> Option<Vec<
 }
 
 impl Range {
-    /// Its name along it, its letters as far apart as there is room; none where it is too short for them.
-    pub fn write(&self, scale: Scale, style: &LabelStyle) -> Option<Placed> {
+    /// Its name along it or somewhat beside it, the best place first, its letters as far apart as there is room; nowhere if it is
+    /// too short for them.
+    pub fn write(&self, scale: Scale, style: &LabelStyle) -> Vec<Placed> {
         let (size_px, spacing, reach) = (scale.pixels(style.size_mm), style.spacing, scale.pixels(REACH_MM));
         let room =
             self.line.windows(2).map(|pair| length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]])).sum::<f64>();
@@ -280,12 +286,13 @@ impl Range {
         // A little less than the line is long, for what rounding takes.
         let width = (room - 0.5 * size_px).min(MOST_STRETCH * usual);
         if width < usual {
-            return None;
+            return Vec::new();
         }
         let name = shape(&self.name, style.face, size, (spacing + (width - usual) / gaps) as f32);
-        let placed = name.along(&self.line, 0.5 * (room - name.width), -0.5 * name.cap_height)?;
         let is_near = |at: &[f64; 2]| length([at[0] - self.top[0], at[1] - self.top[1]]) <= reach;
-        placed.boxes.iter().flatten().all(is_near).then_some(placed)
+        let beside = BESIDE_LINE_MM.map(|mm| scale.pixels(mm) - 0.5 * name.cap_height);
+        let places = beside.into_iter().filter_map(|lift| name.along(&self.line, 0.5 * (room - name.width), lift));
+        places.filter(|placed| placed.boxes.iter().flatten().all(is_near)).collect()
     }
 }
 

@@ -111,6 +111,12 @@ impl Relief {
         self.sky != [0.0; 2]
     }
 
+    /// Metres from the lowest to the highest land that the colours tell apart.
+    pub fn range_m(&self) -> f64 {
+        let (low_m, high_m) = self.tints.range_m();
+        f64::from(high_m - low_m)
+    }
+
     /// How many times slopes are seen as steep as they are.
     pub fn steepening(&self) -> f64 {
         f64::from(self.lamp.steepening)

@@ -93,9 +93,7 @@ impl Terrain {
         }
         slopes.sort_by(f64::total_cmp);
         // A world that is all sea has no contours.
-        let at = |share: usize| slopes.get(slopes.len() * share / 100).copied();
-        // On most land as far apart as wanted, and on the steepest of flat worlds half as far.
-        at(80).zip(at(95)).map_or(1.0, |(steep, steepest)| steep.max(0.5 * steepest).clamp(0.02, 1.0))
+        slopes.get(slopes.len() * 4 / 5).map_or(1.0, |slope| slope.clamp(0.02, 1.0))
     }
 
     /// Nodes from a pixel to the next.

@@ -673,13 +673,24 @@ fn a_bake_can_leave_a_web_map() {
     assert!(
         listed.iter().any(|file| file.path == "web/index.html") && listed.iter().any(|file| file.export == "geojson")
     );
+    // The same in PNG, in a folder of its own.
+    desk.done(&["bake", "small.toml", "--size", "2x2", "--export", "web-png", "--out", "p", "-q"]);
+    let opened = |path: &str| std::io::BufReader::new(fs::File::open(desk.path(path)).unwrap());
+    let mut webp = image_webp::WebPDecoder::new(opened("o/web/map/0/0/0.webp")).unwrap();
+    let mut pixels = vec![0; webp.output_buffer_size().unwrap()];
+    webp.read_image(&mut pixels).unwrap();
+    let mut png = png::Decoder::new(opened("p/web-png/map/0/0/0.png")).read_info().unwrap();
+    let mut others = vec![0; png.output_buffer_size().unwrap()];
+    png.next_frame(&mut others).unwrap();
+    assert_eq!(others, pixels);
+    assert!(desk.manifest("p").files.iter().any(|file| file.export == "web-png" && file.path == "web-png/map.pmtiles"));
 }
 
 #[test]
 fn styles_are_listed_with_their_first_line_and_printed_whole() {
     let desk = Desk::new();
     let listed = desk.done(&["styles"]).stdout;
-    assert!(listed.lines().count() == 6 && listed.contains("parchment    Ink on old paper"), "{listed}");
+    assert!(listed.lines().count() == 7 && listed.contains("parchment    Ink on old paper"), "{listed}");
     assert!(desk.done(&["styles", "atlas"]).stdout.contains("extends = \"topographic\""));
     assert!(desk.done(&["schema", "style"]).object()["properties"]["relief"].is_object());
     // What is printed can be written, changed and drawn with.
