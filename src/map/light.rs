@@ -51,6 +51,8 @@ pub(super) struct Lamp {
 /// Lights a chunk of pixels.
 pub(super) struct Light<'a> {
     pub lamp: &'a Lamp,
+    /// Pixels that are wanted, from the first on.
+    pub count: usize,
     /// Heights of three rows, from a pixel west of the chunk to one east of it.
     pub heights: [&'a [f32; WIDE]; 3],
     /// The same of wide forms alone.
@@ -78,7 +80,7 @@ impl Kernel for Light<'_> {
         let steepening = simd.splat(lamp.steepening);
         let per_pixel = simd.splat(0.125 / lamp.metres_per_pixel);
         let mut at = 0;
-        while at < CHUNK {
+        while at < self.count {
             let [east, south] = slope(simd, self.heights, at);
             let [east, south] = [east * per_pixel, south * per_pixel];
             let [wide_east, wide_south] = slope(simd, self.smooth, at);

@@ -157,24 +157,31 @@ impl Relief {
     /// The pixels of an area, given what is lit there.
     pub fn light(&self, lit: &Lit<'_>, area: Area) -> Grid<u32> {
         let mut pixels = Grid::filled(area, 0);
+        // Where a row ends there are fewer values than the lanes take at once.
+        let mut room = ([[0.0; WIDE]; 6], [[0.0; CHUNK]; 6]);
         for y in area.y0..area.y1 {
             for (x0, pixels) in (area.x0..).step_by(CHUNK).zip(pixels.row_mut(y, area.x0, area.x1).chunks_mut(CHUNK)) {
                 let x1 = x0 + pixels.len() as i64;
                 let mut words = [0; CHUNK];
-                let three =
-                    |grid: &Grid<f32>| [-1, 0, 1].map(|by| filled::<f32, WIDE>(grid.row(y + by, x0 - 1, x1 + 1)));
-                let plane = |grid: Option<&Grid<f32>>| grid.map_or([0.0; CHUNK], |grid| filled(grid.row(y, x0, x1)));
-                let (heights, smooth) = (three(lit.heights), three(lit.smooth));
+                let [a, b, c, d, e, f] = &mut room.0;
+                let row = |grid, by, room| whole(Grid::row(grid, y + by, x0 - 1, x1 + 1), room);
+                let heights = [row(lit.heights, -1, a), row(lit.heights, 0, b), row(lit.heights, 1, c)];
+                let smooth = [row(lit.smooth, -1, d), row(lit.smooth, 0, e), row(lit.smooth, 1, f)];
+                let [a, b, c, d, e, f] = &mut room.1;
+                let row = |grid, room| whole(Grid::row(grid, y, x0, x1), room);
+                let plane = |grid: Option<_>, room| grid.map_or(&NONE, |grid| row(grid, room));
+                let [red, green, blue, share] = lit.covers;
                 let [land, sea] = self.tints_of(&heights[1][1..=pixels.len()]);
                 dispatch(Light {
                     lamp: &self.lamp,
-                    heights: heights.each_ref(),
-                    smooth: smooth.each_ref(),
-                    texture: &plane(lit.texture),
-                    open: &plane(lit.open),
+                    count: pixels.len(),
+                    heights,
+                    smooth,
+                    texture: plane(lit.texture, a),
+                    open: plane(lit.open, b),
                     land: &land,
                     sea: &sea,
-                    cover: lit.covers.each_ref().map(|plane| filled(plane.row(y, x0, x1))).each_ref(),
+                    cover: [row(red, c), row(green, d), row(blue, e), row(share, f)],
                     words: &mut words,
                 });
                 pixels.copy_from_slice(&words[..pixels.len()]);
@@ -252,6 +259,18 @@ impl Relief {
         }
         (texture, fine)
     }
+}
+
+/// Nothing, at all pixels of a chunk.
+const NONE: [f32; CHUNK] = [0.0; CHUNK];
+
+/// So many values where they are, or fewer with whatever is behind them in a room for all.
+fn whole<'a, const N: usize>(values: &'a [f32], room: &'a mut [f32; N]) -> &'a [f32; N] {
+    if let Ok(values) = values.try_into() {
+        return values;
+    }
+    room[..values.len()].copy_from_slice(values);
+    room
 }
 
 /// Values that may be fewer than wanted, and zeros.
