@@ -62,6 +62,16 @@ pub enum Error {
         /// What would do.
         hint: String,
     },
+    /// A bake that is not as it was left.
+    #[error("{}: {message}", path.display())]
+    Faulty {
+        /// Its folder.
+        path: PathBuf,
+        /// How much is wrong with it.
+        message: String,
+        /// What would do.
+        hint: String,
+    },
     /// The system refused to read or write.
     #[error("{}: {source}", path.display())]
     Io {
@@ -84,15 +94,17 @@ impl Error {
             | Error::Export { hint, .. }
             | Error::Output { hint, .. }
             | Error::Option { hint, .. }
+            | Error::Faulty { hint, .. }
             | Error::Registry { hint, .. } => Some(hint).filter(|hint| !hint.is_empty()).map(String::as_str),
             Error::Io { .. } | Error::Interrupted => None,
         }
     }
 
-    /// The exit code of a command that ends with this error: 2 for the user's mistake, 130 for an interrupt, else 1.
+    /// The exit code of a command that ends with this error: 2 for the user's mistake, 130 for an interrupt, else 1, as for a bake that is not
+    /// whole.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Error::Io { .. } => 1,
+            Error::Io { .. } | Error::Faulty { .. } => 1,
             Error::Interrupted => 130,
             _ => 2,
         }

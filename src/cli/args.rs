@@ -44,6 +44,19 @@ pub(super) enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Check a bake: every file against its hash, the edges of tiles, the registry, and some tiles against the same baked again.
+    Verify(VerifyArguments),
+    /// Remove what a bake has left in a folder, and nothing else.
+    Clean {
+        /// Folder of the bake.
+        folder: PathBuf,
+        /// Say what would be removed and remove nothing.
+        #[arg(long)]
+        dry_run: bool,
+        /// Print one JSON object.
+        #[arg(long)]
+        json: bool,
+    },
     /// Time the terrain as it expands before a walking camera, beside the thesis' figures.
     Experiment(ExperimentArguments),
     /// List the built-in presets, or print one to start from.
@@ -315,6 +328,27 @@ pub(super) enum AtlasFormat {
 }
 
 #[derive(Args)]
+pub(super) struct VerifyArguments {
+    /// Folder of the bake.
+    pub folder: PathBuf,
+    /// How many of its tiles are baked again and compared, in percent; one at least.
+    #[arg(long, value_name = "PERCENT", default_value = "1", value_parser = parse_percent)]
+    pub sample: f64,
+    /// Bake all of its tiles again.
+    #[arg(long, conflicts_with = "sample")]
+    pub all: bool,
+    /// Look at the files alone, and bake no tile again.
+    #[arg(long, conflicts_with_all = ["sample", "all"])]
+    pub files: bool,
+    /// Threads to use [default: one a core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Print one JSON object a line: each fault, and what was looked at.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
 pub(super) struct FindArguments {
     /// A preset file, the name of a built-in preset (terrane presets), or - for standard input.
     #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
@@ -403,10 +437,19 @@ impl Command {
             Command::Registry { json, .. } | Command::Presets { json, .. } | Command::Styles { json, .. } => *json,
             Command::Map(MapArguments { style, .. }) | Command::Atlas(AtlasArguments { style, .. }) => style.json,
             Command::Find(arguments) => arguments.json,
+            Command::Verify(arguments) => arguments.json,
+            Command::Clean { json, .. } => *json,
             Command::Experiment(arguments) => arguments.json,
             _ => false,
         }
     }
+}
+
+/// A number of percent, with or without its sign, as a share.
+fn parse_percent(text: &str) -> Result<f64, String> {
+    let number = text.trim().trim_end_matches('%').trim_end().parse::<f64>();
+    let share = number.ok().map(|percent| percent / 100.0).filter(|share| *share > 0.0 && *share <= 1.0);
+    share.ok_or_else(|| format!("expected more than 0 and at most 100 percent, such as 5 or 5%; found {text:?}"))
 }
 
 /// Takes any text, of which the known names are offered by completions: what else it may be is said where it is read.

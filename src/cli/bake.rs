@@ -63,6 +63,7 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     let watch = Watch::default();
     let pool = thread_pool(threads)?;
     let output = Output::prepare(&out, options.overwrite, &cost)?;
+    console.warnings(&output.warnings());
     let start = Instant::now();
     let manifest = thread::scope(|scope| {
         let shown = !options.quiet && !options.no_progress;

@@ -11,6 +11,7 @@ mod map;
 mod progress;
 mod registry_list;
 mod signals;
+mod verify;
 
 use std::process::ExitCode;
 use std::thread;
@@ -68,6 +69,8 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
         Command::Atlas(arguments) => atlas::run(&arguments, console),
         Command::Find(arguments) => find::run(&arguments, console),
         Command::Registry { folder, .. } => registry_list::run(&folder, console),
+        Command::Verify(arguments) => verify::run(&arguments, console),
+        Command::Clean { folder, dry_run, .. } => verify::clean(&folder, dry_run, console),
         Command::Experiment(arguments) => experiment::run(arguments, console),
         Command::Presets { name: Some(name), .. } => {
             let text = source::built_in::<Preset>(&name)?;

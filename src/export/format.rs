@@ -102,6 +102,11 @@ pub(crate) trait Format: Sync {
     /// Whether a bake of any region and world gives one of its files that path.
     fn owns(&self, path: &str) -> bool;
 
+    /// Whether a file of that path is one of its files that the manifest does not list, for there are too many. Default: none is.
+    fn owns_unlisted(&self, _path: &str) -> bool {
+        false
+    }
+
     /// The rasters that have a tile's vertices, as the registry lists them. Default: none.
     fn rasters_of(&self, _region: &Region, _place: Place) -> Vec<String> {
         Vec::new()

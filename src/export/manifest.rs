@@ -51,6 +51,9 @@ pub struct Manifest {
     pub axes: Axes,
     /// Every other file of the bake, sorted by path.
     pub files: Vec<FileRecord>,
+    /// BLAKE3 hash, in hexadecimal, of this file as it would be with nothing between these quotes; none in old ones.
+    #[serde(default)]
+    pub blake3: String,
 }
 
 /// Which tiles were baked.
@@ -102,8 +105,11 @@ pub struct Axes {
 }
 
 /// What [`Manifest::format`] and [`Manifest::format_version`] say.
-const FORMAT: &str = "terrane bake";
+pub(crate) const FORMAT: &str = "terrane bake";
 const FORMAT_VERSION: u32 = 1;
+
+/// What [`Manifest::generator`] says of this program.
+pub(crate) const GENERATOR: &str = concat!("terrane ", env!("CARGO_PKG_VERSION"));
 
 impl Manifest {
     /// The manifest of the bake in a folder.
@@ -114,7 +120,7 @@ impl Manifest {
         let path = folder.join(PATH);
         let refuse = |message: String, hint: &str| Error::Output { path: path.clone(), message, hint: hint.to_owned() };
         let text = fs::read_to_string(&path).map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound => refuse(
+            io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => refuse(
                 "is not there, so the folder holds no finished bake".into(),
                 "name the folder of a bake, or a preset (terrane presets)",
             ),
@@ -142,10 +148,10 @@ impl Manifest {
         let (min_m, max_m) = world.height_range_m();
         let spacing_m = world.spacing_m();
         let metres = |tile: i64| (tile * region.tile_cells() as i64) as f64 * spacing_m;
-        Manifest {
+        let manifest = Manifest {
             format: FORMAT.to_owned(),
             format_version: FORMAT_VERSION,
-            generator: concat!("terrane ", env!("CARGO_PKG_VERSION")).to_owned(),
+            generator: GENERATOR.to_owned(),
             device: DeviceProfile::Cpu,
             preset_name: preset_name.to_owned(),
             preset: world.preset().clone(),
@@ -173,7 +179,20 @@ impl Manifest {
                 normals: "OpenGL: red is east, green is north, blue is up; (value - 127.5) / 127.5".to_owned(),
             },
             files,
-        }
+            blake3: String::new(),
+        };
+        Manifest { blake3: manifest.hash(), ..manifest }
+    }
+
+    /// The hash of all that it says but that.
+    fn hash(&self) -> String {
+        let unsealed = Manifest { blake3: String::new(), ..self.clone() };
+        blake3::hash(unsealed.to_json().as_bytes()).to_hex().to_string()
+    }
+
+    /// Whether it says what it was written with.
+    pub(crate) fn is_sealed(&self) -> bool {
+        self.blake3 == self.hash()
     }
 
     /// The JSON schema of the file, with the names that its files' exports can have.

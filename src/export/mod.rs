@@ -10,10 +10,12 @@
 //!   profile/      what an engine takes: formats of its own, sizes, IMPORT.md
 //!   map_picture.rs   a map -> PNG, WebP and a world file, pdf.rs, svg.rs; atlas.rs, many of them
 //!   plan.rs       what is asked for -> its cost -> files
+//!   folder.rs     where they go, lock.rs one bake at a time; check.rs whether they are whole
 //!   manifest.rs, registry_sink.rs                   what every bake leaves besides
 //! ```
 
 mod options;
+mod folder;
 mod format;
 mod raster;
 mod hashes;
@@ -22,8 +24,10 @@ mod mesh;
 mod vector;
 mod manifest;
 mod profile;
+mod check;
 mod cost;
 mod limit;
+mod lock;
 mod atlas;
 mod map_picture;
 mod pdf;
@@ -32,12 +36,14 @@ mod svg;
 mod web;
 
 pub use atlas::{AtlasFiles, WrittenAtlas};
+pub use check::{Checked, Fault, Rebake, check};
 pub use cost::{Cost, Forecast};
+pub use folder::{Cleaned, Output, clean};
 pub use limit::Limit;
 pub use manifest::{Axes, HeightRange, Manifest, RegionRecord};
 pub use map_picture::{MapPicture, Texts};
 pub use options::{Lods, MeshOptions};
-pub use plan::{Bytes, Output, Plan};
+pub use plan::{Bytes, Plan};
 pub use profile::Profile;
 pub(crate) use raster::writer::{Sample, png_bytes};
 

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
@@ -10,11 +9,12 @@ use crate::area::Region;
 use crate::bake::{Sink, bake, rows_in_flight};
 use crate::error::Error;
 use crate::export::cost::{Cost, Forecast};
+use crate::export::folder::Output;
 use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
 use crate::export::manifest::{self, Manifest};
 use crate::export::registry_sink::BakeRegistry;
 use crate::export::{Export, MeshOptions, Profile, profile};
-use crate::file::{PartFile, remove_unfinished, sync_folder, write_whole};
+use crate::file::{sync_folder, write_whole};
 use crate::stop;
 use crate::tile::shaped_input;
 use crate::watch::Watch;
@@ -200,6 +200,7 @@ impl<'a> Plan<'a> {
             for folder in folders(self.exports.iter().copied()).into_iter().filter(|folder| !folder.is_empty()) {
                 _ = fs::remove_dir(output.path().join(folder));
             }
+            output.abandon();
         }
         result
     }
@@ -235,113 +236,14 @@ impl<'a> Plan<'a> {
         output.remove_stale(&manifest);
         write_whole(out.join(manifest::PATH), manifest.to_json().as_bytes())?;
         sync_folder(out)?;
+        output.finish();
         Ok(manifest)
     }
 }
 
 /// The folders in the folder of a bake that hold the files of some exports, `""` for itself.
-fn folders(exports: impl Iterator<Item = Export>) -> BTreeSet<&'static str> {
+pub(super) fn folders(exports: impl Iterator<Item = Export>) -> BTreeSet<&'static str> {
     exports.flat_map(|export| export.0.folders()).chain([""]).collect()
-}
-
-/// A folder that a bake may write to.
-#[derive(Debug)]
-pub struct Output {
-    path: PathBuf,
-}
-
-impl Output {
-    /// Whether a bake may go to `path` and whether it has room there, without changing anything.
-    ///
-    /// # Errors
-    /// When it is a file, or a folder with something in it and no `overwrite`, or has too little room.
-    pub fn check(path: &Path, overwrite: bool, cost: &Cost) -> Result<(), Error> {
-        let refuse = |message: String, hint: &str| Err(Error::Output { path: path.into(), message, hint: hint.into() });
-        match fs::read_dir(path).map(|mut entries| entries.next().is_some()) {
-            Ok(true) if !overwrite => {
-                return refuse(
-                    "the folder is not empty".into(),
-                    "choose another with --out, or replace the bake in it with --overwrite",
-                );
-            }
-            Err(error) if path.exists() || path.symlink_metadata().is_ok() => {
-                return refuse(
-                    if path.is_dir() { error.to_string() } else { "is a file, not a folder".into() },
-                    "choose another folder with --out",
-                );
-            }
-            _ => {}
-        }
-        let Some(free_bytes) = free_bytes(path) else { return Ok(()) };
-        if free_bytes < cost.disk_bytes {
-            return refuse(
-                format!("the bake may take {}, and {} are free", Bytes(cost.disk_bytes), Bytes(free_bytes)),
-                "choose another disk with --out, a smaller --size or fewer exports",
-            );
-        }
-        Ok(())
-    }
-
-    /// Makes the folder ready: it exists, can be written to, and holds no manifest and nothing half-written.
-    ///
-    /// # Errors
-    /// As [`check`](Output::check), and when the folder cannot be made or written to.
-    pub fn prepare(path: &Path, overwrite: bool, cost: &Cost) -> Result<Output, Error> {
-        Output::check(path, overwrite, cost)?;
-        let unwritable = |source: std::io::Error| Error::Output {
-            path: path.into(),
-            message: format!("cannot be written to: {source}"),
-            hint: "choose another folder with --out".into(),
-        };
-        fs::create_dir_all(path).map_err(unwritable)?;
-        // A file that is begun and dropped shows that files can be written here.
-        PartFile::create(path.join(manifest::PATH)).map_err(|error| match error {
-            Error::Io { source, .. } => unwritable(source),
-            other => other,
-        })?;
-        // From here on the folder is no whole bake, and must not look like one.
-        let old = path.join(manifest::PATH);
-        if old.exists() {
-            fs::remove_file(&old).map_err(Error::io(&old))?;
-            sync_folder(path)?;
-        }
-        for folder in folders(Export::known()) {
-            remove_unfinished(&path.join(folder))?;
-        }
-        Ok(Output { path: path.to_owned() })
-    }
-
-    /// The folder.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Removes what an earlier bake has left here, whole or interrupted, and the new one has not written again. What
-    /// has no name that a bake gives stays.
-    fn remove_stale(&self, manifest: &Manifest) {
-        let kept: BTreeSet<&str> = manifest.files.iter().map(|file| &file.path[..]).collect();
-        for folder in folders(Export::known()) {
-            let Ok(entries) = fs::read_dir(self.path.join(folder)) else { continue };
-            for name in entries.flatten().filter_map(|entry| entry.file_name().into_string().ok()) {
-                let path = if folder.is_empty() { name } else { format!("{folder}/{name}") };
-                if !kept.contains(&path[..])
-                    && (profile::names(&path) || Export::known().any(|export| export.0.owns(&path)))
-                {
-                    _ = fs::remove_file(self.path.join(path));
-                }
-            }
-        }
-    }
-}
-
-/// Bytes that are free where a path will be, if the file system says how much room it has: if not it may have enough, and
-/// whether it takes a file shows later.
-pub(super) fn free_bytes(path: &Path) -> Option<u64> {
-    // The folder may not be there yet: what counts is the disk that it will be on.
-    let existing = path.ancestors().find(|part| part.exists()).unwrap_or(Path::new("."));
-    let existing = if existing.as_os_str().is_empty() { Path::new(".") } else { existing };
-    let room = fs4::statvfs(existing).ok().filter(|room| room.total_space() > 0)?;
-    Some(room.available_space())
 }
 
 /// A number of bytes for people.

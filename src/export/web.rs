@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, RwLock};
 use crate::area::{Area, Place, Region};
 use crate::bake::{FileRecord, Sink};
 use crate::error::Error;
-use crate::export::format::{Format, FormatCost, RECORD_BYTES, Request};
+use crate::export::format::{Format, FormatCost, RECORD_BYTES, Request, is_number};
 use crate::export::locked;
 use crate::features::landforms::{LAKES, PEAKS};
 use crate::features::lines::RIVERS;
@@ -90,6 +90,16 @@ impl Format for WebMap {
 
     fn owns(&self, path: &str) -> bool {
         files(self.name).any(|file| file == path)
+    }
+
+    fn owns_unlisted(&self, path: &str) -> bool {
+        let parts: Vec<&str> = path.split('/').collect();
+        let [folder, layer, zoom, column, row] = parts[..] else { return false };
+        let row = row.split(['.', '@']).next().unwrap_or_default();
+        let layer = layer.split('@').next().unwrap_or_default();
+        folder == self.name
+            && LAYERS.iter().map(|known| known.0).chain(["terrain", "heights"]).any(|known| known == layer)
+            && [zoom, column, row].into_iter().all(is_number)
     }
 
     fn cost(&self, request: &Request) -> FormatCost {

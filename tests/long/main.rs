@@ -6,8 +6,12 @@ mod bakes;
 mod channels;
 #[path = "../suite/cost.rs"]
 mod cost;
+#[path = "../suite/desk.rs"]
+mod desk;
 #[path = "../suite/features.rs"]
 mod features;
+#[path = "../suite/folders.rs"]
+mod folders;
 #[path = "../suite/golden.rs"]
 mod golden;
 #[path = "../suite/places.rs"]

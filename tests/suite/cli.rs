@@ -1,169 +1,22 @@
 //! The command as its users meet it: run in temporary folders, judged by exit code, messages and files.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
 use std::thread;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
-use tempfile::TempDir;
-use terrane::export::Manifest;
 
-/// A world that bakes in milliseconds. Tests replace lines of it by number, so the numbers matter.
-const SMALL: &str = "\
-# A small world for tests
-tile_cells = 16
-
-[[noise]]
-kind = \"ridged\"
-height_m = 200.0
-wavelength_m = 300.0
-octaves = 4
-";
+use crate::desk::{Desk, Outcome, SMALL, files_in};
 
 const REGION_EXPORTS: &str = "height,exr,r16,blend,normal,map";
 const TILE_EXPORTS: &str = "height-tiles,exr-tiles,r16-tiles,blend-tiles,normal-tiles,map-tiles";
 
 /// No step of a test takes this long unless the command hangs.
 const PATIENCE: Duration = Duration::from_mins(1);
-
-/// A temporary folder in which the command runs, with the small world as `small.toml`.
-struct Desk(TempDir);
-
-/// What a run of the command has left behind.
-struct Outcome {
-    code: Option<i32>,
-    stdout: String,
-    stderr: String,
-}
-
-impl Desk {
-    fn new() -> Desk {
-        let desk = Desk(tempfile::tempdir().unwrap());
-        desk.write("small.toml", SMALL);
-        desk
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn write(&self, name: &str, content: impl AsRef<[u8]>) {
-        fs::create_dir_all(self.path(name).parent().unwrap()).unwrap();
-        fs::write(self.path(name), content).unwrap();
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
-        command.args(arguments).current_dir(self.0.path()).stdin(Stdio::null());
-        command
-    }
-
-    fn run(&self, arguments: &[&str]) -> Outcome {
-        self.command(arguments).output().unwrap().into()
-    }
-
-    /// Runs what must succeed.
-    fn done(&self, arguments: &[&str]) -> Outcome {
-        let outcome = self.run(arguments);
-        assert_eq!(outcome.code, Some(0), "{arguments:?}\n{outcome}");
-        outcome
-    }
-
-    /// Runs what must be refused as the user's mistake, with all of `words` in the message and nothing written.
-    fn refused(&self, arguments: &[&str], words: &[&str]) -> Outcome {
-        self.refuses(&mut self.command(arguments), words)
-    }
-
-    fn refuses(&self, command: &mut Command, words: &[&str]) -> Outcome {
-        let before = self.everything();
-        let outcome = Outcome::from(command.output().unwrap());
-        outcome.check_refusal(command, words);
-        assert_eq!(self.everything(), before, "{command:?} has written something\n{outcome}");
-        outcome
-    }
-
-    /// All files and folders, with the size and the time of the last change of each file.
-    fn everything(&self) -> BTreeMap<PathBuf, Option<(u64, SystemTime)>> {
-        let mut found = BTreeMap::new();
-        walk(self.0.path(), &mut |path| {
-            let metadata = fs::symlink_metadata(path).unwrap();
-            let file = metadata.is_file().then(|| (metadata.len(), metadata.modified().unwrap()));
-            found.insert(path.to_owned(), file);
-        });
-        found
-    }
-
-    fn manifest(&self, folder: &str) -> Manifest {
-        let text = fs::read(self.path(folder).join("bake.json")).expect("the bake has left its manifest");
-        serde_json::from_slice(&text).expect("a manifest can be read back")
-    }
-}
-
-impl From<Output> for Outcome {
-    fn from(output: Output) -> Outcome {
-        let text = |bytes| String::from_utf8(bytes).expect("messages are UTF-8");
-        Outcome { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
-    }
-}
-
-impl Outcome {
-    fn check_refusal(&self, command: &Command, words: &[&str]) {
-        assert_eq!(self.code, Some(2), "{command:?}\n{self}");
-        for word in words {
-            assert!(self.stderr.contains(word), "{command:?} does not say {word:?}\n{self}");
-        }
-    }
-
-    /// Standard output as one JSON object.
-    fn object(&self) -> Value {
-        serde_json::from_str(&self.stdout).unwrap_or_else(|error| panic!("{error}\n{self}"))
-    }
-
-    /// What there is to say in the end: on a busy machine progress comes before it.
-    fn last_object(&self) -> Value {
-        self.objects().pop().unwrap_or_else(|| panic!("nothing is said\n{self}"))
-    }
-
-    /// Standard output as JSON objects, one a line.
-    fn objects(&self) -> Vec<Value> {
-        let object = |line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{error} in {line:?}\n{self}"));
-        self.stdout.lines().map(object).collect()
-    }
-}
-
-impl std::fmt::Display for Outcome {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "exit code {:?}\n--- stdout\n{}\n--- stderr\n{}", self.code, self.stdout, self.stderr)
-    }
-}
-
-/// Calls `visit` for everything in a folder and in its folders.
-fn walk(folder: &Path, visit: &mut impl FnMut(&Path)) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        visit(&path);
-        if path.is_dir() && !path.is_symlink() {
-            walk(&path, visit);
-        }
-    }
-}
-
-/// The files in a folder and in its folders, with `/` between the parts of their paths.
-fn files_in(folder: &Path) -> BTreeSet<String> {
-    let mut files = BTreeSet::new();
-    walk(folder, &mut |path| {
-        if path.is_file() {
-            let inside = path.strip_prefix(folder).unwrap();
-            let parts: Vec<_> = inside.iter().map(|part| part.to_str().unwrap()).collect();
-            files.insert(parts.join("/"));
-        }
-    });
-    files
-}
 
 /// The small world with some of its lines, counted from 1, replaced; each may become several.
 fn small_with(replaced: &[(usize, &str)]) -> String {
@@ -338,7 +191,7 @@ fn a_region_of_a_billion_squared_tiles_is_refused_in_little_time_and_memory() {
     let mut command = Command::new("sh");
     // 64 MiB of addresses in all, so no more memory either.
     command.args(["-c", "ulimit -v 65536 && exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_terrane")]);
-    command.args(["bake", "small.toml", "--size", "1000000000x1000000000"]).current_dir(desk.0.path());
+    command.args(["bake", "small.toml", "--size", "1000000000x1000000000"]).current_dir(desk.root());
     let start = Instant::now();
     desk.refuses(&mut command, &["1000000000 x 1000000000"]);
     // Coarse on purpose: a busy machine must not fail the test, a loop over the tiles must.
@@ -388,14 +241,14 @@ fn a_folder_that_cannot_be_written_to_is_refused() {
     fs::create_dir(desk.path("locked")).unwrap();
     set_mode(&desk.path("locked"), 0o555);
     let mut command = desk.command(&["bake", "small.toml", "--out", "locked"]);
-    if fs::metadata(desk.0.path()).unwrap().uid() == 0 {
+    if fs::metadata(desk.root()).unwrap().uid() == 0 {
         const NOBODY: u32 = 65534;
-        set_mode(desk.0.path(), 0o755);
+        set_mode(desk.root(), 0o755);
         // Another program copies it: a file that we had open to write could not be run while another test forks.
         let copied = Command::new("cp").arg(env!("CARGO_BIN_EXE_terrane")).arg(desk.path("terrane")).status();
         assert!(copied.unwrap().success());
         command = Command::new(desk.path("terrane"));
-        command.args(["bake", "small.toml", "--out", "locked"]).current_dir(desk.0.path()).uid(NOBODY);
+        command.args(["bake", "small.toml", "--out", "locked"]).current_dir(desk.root()).uid(NOBODY);
     }
     desk.refuses(&mut command, &["locked", "cannot be written to", "--out"]);
 }
@@ -444,7 +297,7 @@ fn a_folder_whose_name_is_not_utf_8_is_written_to_and_told() {
     };
     told(&["bake", "small.toml", "--json", "--dry-run"]);
     told(&["bake", "small.toml", "--json"]);
-    assert!(desk.0.path().join(name).join("bake.json").exists());
+    assert!(desk.root().join(name).join("bake.json").exists());
     told(&[&SHORT_WALK[..], &["--json", "--overwrite"]].concat());
 }
 
@@ -675,7 +528,7 @@ fn a_bake_can_leave_a_web_map() {
     );
     // The same in PNG, in a folder of its own.
     desk.done(&["bake", "small.toml", "--size", "2x2", "--export", "web-png", "--out", "p", "-q"]);
-    let opened = |path: &str| std::io::BufReader::new(fs::File::open(desk.path(path)).unwrap());
+    let opened = |path: &str| BufReader::new(fs::File::open(desk.path(path)).unwrap());
     let mut webp = image_webp::WebPDecoder::new(opened("o/web/map/0/0/0.webp")).unwrap();
     let mut pixels = vec![0; webp.output_buffer_size().unwrap()];
     webp.read_image(&mut pixels).unwrap();
@@ -891,7 +744,7 @@ fn an_interrupt_leaves_nothing_that_looks_whole() {
     assert_eq!(code, Some(130), "{stderr}");
     assert!(stderr.contains("interrupted"), "{stderr}");
     let presets = ["slow.toml", "small.toml"].map(String::from);
-    assert_eq!(files_in(desk.0.path()), presets.into(), "of the bake nothing is left");
+    assert_eq!(files_in(desk.root()), presets.into(), "of the bake nothing is left");
 }
 
 /// Starts a bake that takes long and reads the first line that it writes to the stream that `pick` takes.

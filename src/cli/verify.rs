@@ -1,0 +1,76 @@
+//! `terrane verify` and `terrane clean`.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::thread;
+use std::time::Instant;
+
+use serde_json::json;
+
+use crate::cli::args::VerifyArguments;
+use crate::cli::console::Console;
+use crate::cli::progress::Reporter;
+use crate::cli::{thread_count, thread_pool};
+use crate::error::Error;
+use crate::export::{self, Bytes, Cleaned, Rebake};
+use crate::watch::Watch;
+
+/// Looks at a bake, and says what is wrong with it.
+pub(super) fn run(arguments: &VerifyArguments, console: &Console) -> Result<(), Error> {
+    let folder = &arguments.folder;
+    let rebake = match arguments {
+        VerifyArguments { files: true, .. } => Rebake::None,
+        VerifyArguments { all: true, .. } => Rebake::Share(1.0),
+        VerifyArguments { sample, .. } => Rebake::Share(*sample),
+    };
+    let pool = thread_pool(thread_count(arguments.threads))?;
+    let (watch, start) = (Watch::default(), Instant::now());
+    let checked = thread::scope(|scope| {
+        let _reporter = Reporter::start(scope, console, &watch, None);
+        pool.install(|| export::check(folder, rebake, &watch))
+    })?;
+    let mut text = String::new();
+    for fault in &checked.faults {
+        if console.is_json() {
+            console.message(json!({ "type": "fault", "path": fault.path, "message": fault.message }), "")?;
+        } else {
+            writeln!(text, "{}: {}", fault.path, fault.message).expect("a String takes everything");
+        }
+    }
+    let (faults, seconds) = (checked.faults.len(), start.elapsed().as_secs_f64());
+    let object = json!({
+        "type": "verified", "folder": folder.to_string_lossy(), "files": checked.files, "bytes": checked.bytes,
+        "seams": checked.seams, "tiles": checked.tiles, "faults": faults, "seconds": seconds,
+    });
+    let (files, seams, tiles) = (checked.files, checked.seams, checked.tiles);
+    text += &format!(
+        "{}: {files} files, {}, {seams} seams and {tiles} tiles baked again: {faults} faults, {seconds:.2} s\n",
+        folder.display(),
+        Bytes(checked.bytes),
+    );
+    console.message(object, &text)?;
+    if faults == 0 {
+        return Ok(());
+    }
+    Err(Error::Faulty {
+        path: folder.clone(),
+        message: format!("{faults} {} with this bake", if faults == 1 { "thing is wrong" } else { "things are wrong" }),
+        hint: "bake it again with --overwrite: the same preset and seed give the same bytes".into(),
+    })
+}
+
+/// Removes a bake from a folder.
+pub(super) fn clean(folder: &Path, dry: bool, console: &Console) -> Result<(), Error> {
+    let Cleaned { files, bytes, kept } = export::clean(folder, dry)?;
+    let object = json!({
+        "type": if dry { "plan" } else { "cleaned" }, "folder": folder.to_string_lossy(), "files": files, "bytes": bytes,
+        "kept": kept,
+    });
+    let mut text = String::new();
+    for path in &kept {
+        writeln!(text, "{path}: has been changed since it was baked, and is kept").expect("a String takes everything");
+    }
+    let done = if dry { "would be removed" } else { "removed" };
+    text += &format!("{}: {files} files {done}, {}\n", folder.display(), Bytes(bytes));
+    console.message(object, &text)
+}

@@ -1,0 +1,321 @@
+//! Whether a bake is whole: every file against its hash, the registry and the manifest against each other, the edges of
+//! neighbouring tiles against each other, and tiles against the same made again.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File};
+use std::io::{BufReader, Read};
+use std::path::{Component, Path, PathBuf};
+
+use rayon::prelude::*;
+
+use crate::area::{Place, Region, Stride, TileId};
+use crate::bake::FileRecord;
+use crate::error::Error;
+use crate::export::manifest::{self, Manifest};
+use crate::registry::{self, Registry, TileRow};
+use crate::stop;
+use crate::tile::{Tile, TilePart};
+use crate::watch::Watch;
+use crate::world::World;
+
+/// Bytes of a file that are hashed at once.
+const PIECE: usize = 1 << 20;
+
+/// How many tiles of a bake are made again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rebake {
+    /// None.
+    None,
+    /// A share, 0 to 1, spread evenly over the region; one at least.
+    Share(f64),
+}
+
+/// Something that is wrong with a bake.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Fault {
+    /// The file, as a path in the folder of the bake.
+    pub path: String,
+    /// What is wrong with it.
+    pub message: String,
+}
+
+/// What was looked at, and what is wrong.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Checked {
+    /// Files of the bake.
+    pub files: u64,
+    /// Their bytes.
+    pub bytes: u64,
+    /// Pairs of files of neighbouring tiles whose edges were compared.
+    pub seams: u64,
+    /// Tiles that were made again.
+    pub tiles: u64,
+    /// What is wrong, by path.
+    pub faults: Vec<Fault>,
+}
+
+impl Checked {
+    fn add(&mut self, path: &str, message: impl Into<String>) {
+        self.faults.push(Fault { path: path.to_owned(), message: message.into() });
+    }
+}
+
+/// Looks at the bake in a folder, on the threads of the current rayon pool.
+///
+/// # Errors
+/// When there is no manifest that can be read, or when tiles are to be made again and cannot be.
+pub fn check(folder: &Path, rebake: Rebake, watch: &Watch) -> Result<Checked, Error> {
+    let manifest = Manifest::read(folder)?;
+    let mut checked = Checked::default();
+    let text = fs::read_to_string(folder.join(manifest::PATH)).map_err(Error::io(folder.join(manifest::PATH)))?;
+    // A manifest has one form, and says its own hash.
+    if !manifest.is_sealed() || text != manifest.to_json() {
+        checked.add(manifest::PATH, "is not as it was written");
+    }
+    check_files(folder, &manifest, watch, &mut checked);
+    let is_sound = |path: &str, checked: &Checked| checked.faults.iter().all(|fault| fault.path != path);
+    check_seams(folder, &manifest, &mut checked);
+    if is_sound(registry::FILE_NAME, &checked) {
+        check_registry(folder, &manifest, rebake, watch, &mut checked)?;
+    }
+    checked.faults.sort();
+    Ok(checked)
+}
+
+/// The path of a file of a bake; none where that would lead out of the folder, or over a link.
+pub(super) fn path_in(folder: &Path, path: &str) -> Option<PathBuf> {
+    let parts = Path::new(path);
+    let is_plain = !path.is_empty()
+        && !path.contains(['\\', '\0'])
+        && parts.components().all(|part| matches!(part, Component::Normal(_)));
+    let mut at = folder.to_owned();
+    let follows_no_link = is_plain
+        && parts.components().all(|part| {
+            at.push(part);
+            at.symlink_metadata().map_or(true, |there| !there.is_symlink())
+        });
+    follows_no_link.then_some(at)
+}
+
+/// What is wrong with the bytes of a file; nothing if they are those that were written.
+pub(super) fn file_fault(folder: &Path, record: &FileRecord) -> Option<String> {
+    let Some(path) = path_in(folder, &record.path) else {
+        return Some("leads out of the folder, or over a link".into());
+    };
+    let hashed = || {
+        let mut file = File::open(&path)?;
+        let mut hasher = blake3::Hasher::new();
+        let mut piece = vec![0; PIECE];
+        loop {
+            stop::check();
+            match file.read(&mut piece)? {
+                0 => return Ok::<_, std::io::Error>((hasher.count(), hasher.finalize())),
+                count => _ = hasher.update(&piece[..count]),
+            }
+        }
+    };
+    match path.metadata() {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Some("is missing".into()),
+        Err(error) => return Some(format!("cannot be read: {error}")),
+        Ok(there) if !there.is_file() => return Some("is no file".into()),
+        Ok(there) if there.len() != record.bytes => {
+            return Some(format!("has {} bytes, and was written with {}", there.len(), record.bytes));
+        }
+        Ok(_) => {}
+    }
+    match hashed() {
+        Err(error) => Some(format!("cannot be read: {error}")),
+        Ok((_, hash)) if hash.to_hex().as_str() != record.blake3 => Some("has other bytes than were written".into()),
+        Ok(_) => None,
+    }
+}
+
+fn check_files(folder: &Path, manifest: &Manifest, watch: &Watch, checked: &mut Checked) {
+    watch.begin("reading files", Some((manifest.files.len() as u64, "files")));
+    let fault = |record: &FileRecord| {
+        let message = file_fault(folder, record);
+        watch.add(1);
+        message.map(|message| Fault { path: record.path.clone(), message })
+    };
+    let faults: Vec<Fault> = manifest.files.par_iter().filter_map(fault).collect();
+    checked.faults.extend(faults);
+    checked.files = manifest.files.len() as u64;
+    checked.bytes = manifest.files.iter().map(|record| record.bytes).sum();
+}
+
+/// Compares the edges that files of neighbouring tiles share: of PNG and of bare 16-bit heights.
+fn check_seams(folder: &Path, manifest: &Manifest, checked: &mut Checked) {
+    let faulty: BTreeSet<&str> = checked.faults.iter().map(|fault| &fault.path[..]).collect();
+    // Files that hold their own vertices alone have no edge in common.
+    let side = manifest.region.tile_cells as usize + 1;
+    let edges = |record: &FileRecord| {
+        let tile = record.tile.filter(|_| record.width == Some(side as u64) && record.height == record.width)?;
+        let path = path_in(folder, &record.path).filter(|_| !faulty.contains(&record.path[..]))?;
+        stop::check();
+        Some(((stem(&record.path), tile.y, tile.x), (record.path.clone(), Edges::read(&path, side)?)))
+    };
+    let edges: BTreeMap<(String, i64, i64), (String, Edges)> =
+        manifest.files.par_iter().filter_map(edges).collect::<Vec<_>>().into_iter().collect();
+    let mut faults = Vec::new();
+    for ((stem, y, x), (path, own)) in &edges {
+        let neighbour = |x: i64, y: i64| edges.get(&(stem.clone(), y, x));
+        for (other, is_same, way) in [
+            (
+                neighbour(x + 1, *y),
+                (|own: &Edges, other: &Edges| own.east == other.west) as fn(&Edges, &Edges) -> bool,
+                "east",
+            ),
+            (neighbour(*x, y + 1), |own: &Edges, other: &Edges| own.south == other.north, "south"),
+        ] {
+            let Some((_, other)) = other else { continue };
+            checked.seams += 1;
+            if !is_same(own, other) {
+                faults.push(Fault { path: path.clone(), message: format!("does not meet its neighbour to the {way}") });
+            }
+        }
+    }
+    checked.faults.extend(faults);
+}
+
+/// What files of an export have in common, whichever tile they are of: their path without `x0_y0`.
+fn stem(path: &str) -> String {
+    let number = |text: &str| text.bytes().take_while(u8::is_ascii_digit).count();
+    for (at, _) in path.match_indices('x') {
+        let columns = number(&path[at + 1..]);
+        let after = &path[at + 1 + columns..];
+        if let Some(rows) = after.strip_prefix("_y").map(number).filter(|rows| columns > 0 && *rows > 0) {
+            return format!("{}{}", &path[..at], &after[2 + rows..]);
+        }
+    }
+    path.to_owned()
+}
+
+/// Hashes of the samples along the edges of a tile's raster.
+struct Edges {
+    north: blake3::Hash,
+    east: blake3::Hash,
+    south: blake3::Hash,
+    west: blake3::Hash,
+}
+
+impl Edges {
+    fn read(path: &Path, side: usize) -> Option<Edges> {
+        let (samples, bytes) = match path.extension()?.to_str()? {
+            "png" => {
+                let mut reader = png::Decoder::new(BufReader::new(File::open(path).ok()?)).read_info().ok()?;
+                let mut samples = vec![0; reader.output_buffer_size()?];
+                let info = reader.next_frame(&mut samples).ok()?;
+                (samples, info.line_size / side)
+            }
+            "r16" => (fs::read(path).ok()?, 2),
+            _ => return None,
+        };
+        let line = side * bytes;
+        if samples.len() != line * side || side == 0 {
+            return None;
+        }
+        let column = |at: usize| {
+            let mut hasher = blake3::Hasher::new();
+            samples.chunks_exact(line).for_each(|row| _ = hasher.update(&row[at * bytes..(at + 1) * bytes]));
+            hasher.finalize()
+        };
+        let row = |at: usize| blake3::hash(&samples[at * line..(at + 1) * line]);
+        Some(Edges { north: row(0), south: row(side - 1), west: column(0), east: column(side - 1) })
+    }
+}
+
+/// Compares the registry with the manifest, and some of its tiles with the same made again.
+fn check_registry(
+    folder: &Path,
+    manifest: &Manifest,
+    rebake: Rebake,
+    watch: &Watch,
+    checked: &mut Checked,
+) -> Result<(), Error> {
+    const NAME: &str = registry::FILE_NAME;
+    let rows = match Registry::read(&folder.join(NAME)).and_then(|registry| registry.rows()) {
+        Ok(rows) => rows,
+        Err(error) => {
+            checked.add(NAME, format!("cannot be read: {error}"));
+            return Ok(());
+        }
+    };
+    let recorded = &manifest.region;
+    let Ok(region) = Region::new(recorded.at, recorded.cols, recorded.rows, recorded.tile_cells) else {
+        checked.add(manifest::PATH, "has a region that cannot be");
+        return Ok(());
+    };
+    let places = (0..region.rows()).flat_map(|row| (0..region.cols()).map(move |col| Place { row, col }));
+    let wanted: BTreeSet<TileId> = places.map(|place| region.tile(place)).collect();
+    let there: BTreeSet<TileId> = rows.iter().map(|row| row.tile).collect();
+    if wanted != there {
+        checked.add(NAME, format!("has {} tiles, and the manifest {}", there.len(), wanted.len()));
+    }
+    let listed: BTreeSet<&str> = manifest.files.iter().map(|record| &record.path[..]).collect();
+    for (row, file) in rows.iter().flat_map(|row| row.files.iter().map(move |file| (row, file))) {
+        if !listed.contains(&file[..]) {
+            let TileId { x, y } = row.tile;
+            checked.add(NAME, format!("says that tile {x}, {y} is in {file}, which the manifest does not list"));
+        }
+    }
+    let Rebake::Share(share) = rebake else { return Ok(()) };
+    let count = ((rows.len() as f64 * share).ceil() as usize).clamp(1, rows.len().max(1)).min(rows.len());
+    let chosen: Vec<&TileRow> = (0..count).map(|number| &rows[number * rows.len() / count]).collect();
+    let generator = manifest::GENERATOR;
+    if manifest.generator != generator {
+        return Err(Error::Option {
+            message: format!("{} was baked by {}, and this is {generator}", folder.display(), manifest.generator),
+            hint: "its tiles may be others here: compare files alone, with --files".into(),
+        });
+    }
+    let stride = u64::try_from(manifest.stride).ok().and_then(Stride::new);
+    let stride = stride.ok_or_else(|| Error::Option {
+        message: format!("{} has a stride of {}", folder.display(), manifest.stride),
+        hint: "bake it again".into(),
+    })?;
+    let world = World::strided(manifest.preset.clone(), Some(manifest.seed), stride)?;
+    let world = world.with_tile_cells(region.tile_cells());
+    watch.begin("baking tiles again", Some((count as u64, "tiles")));
+    let differs = |row: &&TileRow| {
+        let made = Tile::timed(&world, row.tile, &watch.clock).digest();
+        watch.add(1);
+        let parts = TilePart::ALL.into_iter();
+        let other: Vec<&str> = parts
+            .filter(|part| row.digest.and_then(|digest| digest.of(*part)) != made.of(*part))
+            .map(TilePart::name)
+            .collect();
+        (!other.is_empty()).then(|| (row.tile, other.join(", ")))
+    };
+    let faults: Vec<(TileId, String)> = chosen.par_iter().filter_map(differs).collect();
+    for (TileId { x, y }, parts) in faults {
+        checked.add(NAME, format!("has another tile {x}, {y} than is baked now: {parts}"));
+    }
+    checked.tiles = count as u64;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_tiles_are_told_from_others() {
+        assert_eq!(stem("map/map_x0_y12.png"), stem("map/map_x10_y0.png"));
+        assert_ne!(stem("a/splat1_x0_y0.png"), stem("a/splat2_x0_y0.png"));
+        assert_eq!(stem("exr/exit.exr"), "exr/exit.exr");
+    }
+
+    #[test]
+    fn no_path_leads_out_of_the_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        for path in ["", "/etc/passwd", "../x", "a/../../x", "a\\b", "."] {
+            assert_eq!(path_in(folder.path(), path), None, "{path:?}");
+        }
+        assert!(path_in(folder.path(), "map/map.png").is_some());
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("/etc", folder.path().join("map")).unwrap();
+            assert_eq!(path_in(folder.path(), "map/passwd"), None);
+        }
+    }
+}

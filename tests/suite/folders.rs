@@ -1,0 +1,183 @@
+//! The folder of a bake: one bake at a time, nothing of others' is lost, and what is damaged is found.
+
+use std::fs;
+use std::process::Stdio;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::desk::{Desk, files_in};
+
+const BAKE: [&str; 7] = ["bake", "small.toml", "--size", "3x2", "--out", "o", "-q"];
+
+/// Formats of all kinds.
+const EXPORTS: [&str; 2] = ["--export", "height,exr,r16-tiles,height-tiles,normal-tiles,blend,map,gltf,hashes,vector"];
+
+fn baked() -> Desk {
+    let desk = Desk::new();
+    desk.done(&[&BAKE[..], &EXPORTS].concat());
+    desk
+}
+
+/// What is wrong with a bake, as `verify` says it: a path and a message a line.
+fn faults(desk: &Desk, options: &[&str]) -> Vec<String> {
+    let outcome = desk.run(&[&["verify", "o", "--json"], options].concat());
+    let objects = outcome.objects();
+    let faults = objects.iter().filter(|object| object["type"] == "fault");
+    let text = |object: &serde_json::Value, key: &str| object[key].as_str().unwrap().to_owned();
+    let faults: Vec<String> = faults.map(|it| text(it, "path") + ": " + &text(it, "message")).collect();
+    assert_eq!(outcome.code, Some(i32::from(!faults.is_empty())), "{outcome}");
+    faults
+}
+
+#[test]
+fn a_whole_bake_is_found_whole() {
+    let desk = baked();
+    assert_eq!(faults(&desk, &["--all"]), [""; 0]);
+    let told = desk.done(&["verify", "o", "--all", "--json"]).last_object();
+    // Two exports have files of tiles that can be compared: 3 x 2 tiles have 7 borders.
+    assert_eq!((&told["tiles"], &told["seams"]), (&6.into(), &(3 * 7).into()));
+    assert_eq!(told["files"], desk.manifest("o").files.len());
+    assert_eq!(desk.done(&["verify", "o", "--files", "--json"]).last_object()["tiles"], 0);
+    assert_eq!(desk.done(&["verify", "o", "--sample", "40%", "--json"]).last_object()["tiles"], 3);
+}
+
+#[test]
+fn every_file_that_is_damaged_is_named() {
+    let desk = baked();
+    let names = files_in(&desk.path("o"));
+    assert!(names.len() > 20);
+    for (number, name) in names.iter().enumerate() {
+        let whole = fs::read(desk.path("o").join(name)).unwrap();
+        let mut bad = whole.clone();
+        match number % 3 {
+            // A bit, wherever it is.
+            0 => {
+                let at = (number * 7919) % bad.len();
+                bad[at] ^= 1 << (number % 8);
+            }
+            1 => bad.truncate(whole.len() - 1),
+            _ => bad.push(0),
+        }
+        desk.write(&format!("o/{name}"), &bad);
+        let outcome = desk.run(&["verify", "o", "--files", "--json"]);
+        // A manifest that cannot be read is a mistake to be told of by itself.
+        let code = if name == "bake.json" && outcome.code == Some(2) { 2 } else { 1 };
+        assert_eq!(outcome.code, Some(code), "{name}\n{outcome}");
+        assert!((outcome.stdout.clone() + &outcome.stderr).contains(name.as_str()), "{name}\n{outcome}");
+        desk.write(&format!("o/{name}"), &whole);
+    }
+    fs::remove_file(desk.path("o/map/map.png")).unwrap();
+    assert_eq!(faults(&desk, &["--files"]), ["map/map.png: is missing"]);
+}
+
+#[test]
+fn tiles_that_do_not_meet_and_tiles_of_another_world_are_found() {
+    let desk = baked();
+    // Files of another world with the hashes that they have: only their edges and the registry can tell.
+    let other = Desk::new();
+    other.done(&[&BAKE[..], &EXPORTS, &["--seed", "5"]].concat());
+    let mut manifest = desk.manifest("o");
+    for path in ["height/height_x1_y0.png", "registry.sqlite"] {
+        let path = manifest.files.iter().map(|file| file.path.clone()).find(|known| known.ends_with(path)).unwrap();
+        let bytes = fs::read(other.path("o").join(&path)).unwrap();
+        let record = manifest.files.iter_mut().find(|file| file.path == path).unwrap();
+        (record.bytes, record.blake3) = (bytes.len() as u64, blake3::hash(&bytes).to_hex().to_string());
+        desk.write(&format!("o/{path}"), bytes);
+    }
+    desk.write("o/bake.json", serde_json::to_string_pretty(&manifest).unwrap());
+    let faults = faults(&desk, &["--all"]);
+    let count = |words: &str| faults.iter().filter(|fault| fault.contains(words)).count();
+    assert_eq!(count("bake.json: is not as it was written"), 1, "{faults:?}");
+    assert!(count("does not meet its neighbour") >= 2, "{faults:?}");
+    assert_eq!(count("than is baked now: heights"), 6, "{faults:?}");
+}
+
+#[test]
+fn what_a_manifest_says_of_other_folders_is_refused() {
+    let desk = baked();
+    desk.write("victim.txt", "precious");
+    let mut manifest = desk.manifest("o");
+    manifest.files[0].path = "../victim.txt".into();
+    desk.write("o/bake.json", serde_json::to_string_pretty(&manifest).unwrap());
+    assert!(faults(&desk, &["--files"]).contains(&"../victim.txt: leads out of the folder, or over a link".into()));
+    desk.done(&["clean", "o"]);
+    assert_eq!(fs::read_to_string(desk.path("victim.txt")).unwrap(), "precious");
+}
+
+#[test]
+fn clean_removes_what_terrane_wrote_and_nothing_else() {
+    let desk = Desk::new();
+    desk.refused(&["clean", "small.toml"], &["bake.json"]);
+    desk.refused(&["verify", "."], &["bake.json", "no finished bake"]);
+    desk.done(&[&BAKE[..], &["--export", "height,map,web"]].concat());
+    desk.write("o/map/notes.txt", "mine");
+    desk.write("o/height/height.png", "edited");
+    desk.write("o/height/.height.png.a1b2c3.part", "half");
+    let before = files_in(&desk.path("o"));
+    let dry = desk.done(&["clean", "o", "--dry-run", "--json"]).object();
+    assert_eq!(files_in(&desk.path("o")), before);
+    let told = desk.done(&["clean", "o", "--json"]).object();
+    assert_eq!((&told["files"], &told["bytes"]), (&dry["files"], &dry["bytes"]));
+    assert_eq!(told["kept"], serde_json::json!(["height/height.png"]));
+    assert_eq!(files_in(&desk.path("o")), ["height/height.png", "map/notes.txt"].map(String::from).into());
+    // Nothing of a bake that nobody has touched stays.
+    desk.done(&["bake", "small.toml", "--out", "p", "-q", "--export", "height,web-png,gltf"]);
+    desk.done(&["clean", "p"]);
+    assert!(!desk.path("p").exists());
+}
+
+#[test]
+fn overwrite_touches_only_bakes_and_keeps_what_was_changed() {
+    let desk = Desk::new();
+    desk.write("mine/notes.txt", "mine");
+    let into = |folder| [&BAKE[..4], &["--out", folder, "-q", "--overwrite", "--export", "height,map"]].concat();
+    desk.refused(&into("mine"), &["mine", "no bake"]);
+    desk.done(&into("o"));
+    desk.write("o/map/map.png", "painted over");
+    desk.write("o/normal/normal.png", "never terrane's");
+    let told = desk.done(&[&into("o")[..], &["--seed", "4"]].concat());
+    assert!(told.stderr.contains("map.png.kept-1") && told.stderr.contains("normal.png.kept-1"), "{told}");
+    assert_eq!(fs::read_to_string(desk.path("o/map/map.png.kept-1")).unwrap(), "painted over");
+    assert_eq!(fs::read_to_string(desk.path("o/normal/normal.png.kept-1")).unwrap(), "never terrane's");
+    assert_eq!(faults(&desk, &["--all"]), [""; 0]);
+    // A link would lead what is written elsewhere.
+    #[cfg(unix)]
+    {
+        fs::remove_dir_all(desk.path("o/height")).unwrap();
+        std::os::unix::fs::symlink(desk.path("mine"), desk.path("o/height")).unwrap();
+        desk.refused(&into("o"), &["height", "is a link"]);
+    }
+}
+
+#[test]
+fn one_bake_writes_to_a_folder_and_all_others_say_so() {
+    let desk = Desk::new();
+    let rounds = if crate::IS_LONG { 50 } else { 3 };
+    for round in 0..rounds {
+        let folder = format!("o{round}");
+        let bake = ["bake", "small.toml", "--size", "64x64", "--out", &folder, "-q", "--threads", "1"];
+        let start = || desk.command(&bake).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut running: Vec<_> = (0..8).map(|_| (start(), Instant::now())).collect();
+        let mut refused = 0;
+        let mut done = 0;
+        while let Some((mut bake, since)) = running.pop() {
+            match bake.try_wait().unwrap() {
+                None => {
+                    running.insert(0, (bake, since));
+                    thread::sleep(Duration::from_millis(2));
+                }
+                Some(status) if status.success() => done += 1,
+                Some(status) => {
+                    let said = std::io::read_to_string(bake.stderr.take().unwrap()).unwrap();
+                    assert_eq!(status.code(), Some(2), "{said}");
+                    // One that starts when the first has ended finds its bake.
+                    assert!(said.contains("another bake is writing") || said.contains("not empty"), "{said}");
+                    refused += 1;
+                }
+            }
+        }
+        assert_eq!((done, refused), (1, 7));
+        assert!(!desk.path(&folder).join(".terrane.lock").exists());
+        desk.done(&["verify", &folder, "--files"]);
+    }
+}
