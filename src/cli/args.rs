@@ -46,6 +46,17 @@ pub(super) enum Command {
     },
     /// Check a bake: every file against its hash, the edges of tiles, the registry, and some tiles against the same baked again.
     Verify(VerifyArguments),
+    /// Bake again what is wrong with a bake, so that each of its files has the bytes that it was baked with.
+    Repair {
+        /// Folder of the bake.
+        folder: PathBuf,
+        /// Threads to use [default: one a core].
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+        threads: Option<u32>,
+        /// Print one JSON object.
+        #[arg(long)]
+        json: bool,
+    },
     /// Remove what a bake has left in a folder, and nothing else.
     Clean {
         /// Folder of the bake.
@@ -438,7 +449,7 @@ impl Command {
             Command::Map(MapArguments { style, .. }) | Command::Atlas(AtlasArguments { style, .. }) => style.json,
             Command::Find(arguments) => arguments.json,
             Command::Verify(arguments) => arguments.json,
-            Command::Clean { json, .. } => *json,
+            Command::Repair { json, .. } | Command::Clean { json, .. } => *json,
             Command::Experiment(arguments) => arguments.json,
             _ => false,
         }

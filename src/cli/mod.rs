@@ -70,6 +70,7 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
         Command::Find(arguments) => find::run(&arguments, console),
         Command::Registry { folder, .. } => registry_list::run(&folder, console),
         Command::Verify(arguments) => verify::run(&arguments, console),
+        Command::Repair { folder, threads, .. } => verify::repair(&folder, threads, console),
         Command::Clean { folder, dry_run, .. } => verify::clean(&folder, dry_run, console),
         Command::Experiment(arguments) => experiment::run(arguments, console),
         Command::Presets { name: Some(name), .. } => {

@@ -1,4 +1,4 @@
-//! `terrane verify` and `terrane clean`.
+//! `terrane verify`, `terrane repair` and `terrane clean`.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -55,8 +55,27 @@ pub(super) fn run(arguments: &VerifyArguments, console: &Console) -> Result<(), 
     Err(Error::Faulty {
         path: folder.clone(),
         message: format!("{faults} {} with this bake", if faults == 1 { "thing is wrong" } else { "things are wrong" }),
-        hint: "bake it again with --overwrite: the same preset and seed give the same bytes".into(),
+        hint: format!("terrane repair {} bakes again what is wrong", folder.display()),
     })
+}
+
+/// Mends a bake.
+pub(super) fn repair(folder: &Path, threads: Option<u32>, console: &Console) -> Result<(), Error> {
+    let pool = thread_pool(thread_count(threads))?;
+    let (watch, start) = (Watch::default(), Instant::now());
+    let repaired = thread::scope(|scope| {
+        let _reporter = Reporter::start(scope, console, &watch, None);
+        pool.install(|| export::repair(folder, &watch))
+    })?;
+    let seconds = start.elapsed().as_secs_f64();
+    let files = repaired.files;
+    let object = json!({ "type": "repaired", "folder": folder.to_string_lossy(), "files": files, "seconds": seconds });
+    let mut text = String::new();
+    for path in &files {
+        writeln!(text, "{path}: has its bytes again").expect("a String takes everything");
+    }
+    text += &format!("{}: {} files repaired, {seconds:.2} s\n", folder.display(), files.len());
+    console.message(object, &text)
 }
 
 /// Removes a bake from a folder.

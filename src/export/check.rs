@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 
 use rayon::prelude::*;
 
-use crate::area::{Place, Region, Stride, TileId};
+use crate::area::{Place, Region, TileId};
 use crate::bake::FileRecord;
 use crate::error::Error;
 use crate::export::manifest::{self, Manifest};
@@ -16,7 +16,6 @@ use crate::registry::{self, Registry, TileRow};
 use crate::stop;
 use crate::tile::{Tile, TilePart};
 use crate::watch::Watch;
-use crate::world::World;
 
 /// Bytes of a file that are hashed at once.
 const PIECE: usize = 1 << 20;
@@ -261,20 +260,7 @@ fn check_registry(
     let Rebake::Share(share) = rebake else { return Ok(()) };
     let count = ((rows.len() as f64 * share).ceil() as usize).clamp(1, rows.len().max(1)).min(rows.len());
     let chosen: Vec<&TileRow> = (0..count).map(|number| &rows[number * rows.len() / count]).collect();
-    let generator = manifest::GENERATOR;
-    if manifest.generator != generator {
-        return Err(Error::Option {
-            message: format!("{} was baked by {}, and this is {generator}", folder.display(), manifest.generator),
-            hint: "its tiles may be others here: compare files alone, with --files".into(),
-        });
-    }
-    let stride = u64::try_from(manifest.stride).ok().and_then(Stride::new);
-    let stride = stride.ok_or_else(|| Error::Option {
-        message: format!("{} has a stride of {}", folder.display(), manifest.stride),
-        hint: "bake it again".into(),
-    })?;
-    let world = World::strided(manifest.preset.clone(), Some(manifest.seed), stride)?;
-    let world = world.with_tile_cells(region.tile_cells());
+    let world = manifest.world()?;
     watch.begin("baking tiles again", Some((count as u64, "tiles")));
     let differs = |row: &&TileRow| {
         let made = Tile::timed(&world, row.tile, &watch.clock).digest();

@@ -13,7 +13,7 @@ use crate::export::cost::Cost;
 use crate::export::lock::{self, Lock};
 use crate::export::manifest::{self, Manifest};
 use crate::export::plan::{Bytes, folders};
-use crate::export::{Export, profile};
+use crate::export::{Export, profile, repair};
 use crate::file::{PartFile, remove_unfinished, sync_folder};
 
 /// A folder that a bake may write to.
@@ -84,14 +84,15 @@ impl Output {
             hint: "choose another folder with --out".into(),
         };
         fs::create_dir_all(path).map_err(unwritable)?;
-        let lock = Lock::take(path)?;
+        let unwritable_or = |error: Error| match error {
+            Error::Io { source, .. } => unwritable(source),
+            other => other,
+        };
+        let lock = Lock::take(path).map_err(unwritable_or)?;
         // Another bake may have ended here between the look and the lock.
         Output::look(path, overwrite, cost)?;
         // A file that is begun and dropped shows that files can be written here.
-        PartFile::create(path.join(manifest::PATH)).map_err(|error| match error {
-            Error::Io { source, .. } => unwritable(source),
-            other => other,
-        })?;
+        PartFile::create(path.join(manifest::PATH)).map_err(unwritable_or)?;
         for folder in folders(Export::known()).into_iter().filter(|folder| !folder.is_empty()) {
             if path.join(folder).is_symlink() {
                 return Err(Error::Output {
@@ -247,6 +248,8 @@ pub fn clean(path: &Path, dry: bool) -> Result<Cleaned, Error> {
     drop(lock);
     if !dry {
         remove_unfinished(path)?;
+        // What a repair that was cut off has left; no link is followed.
+        _ = fs::remove_dir_all(path.join(repair::AGAIN));
         _ = fs::remove_dir(path);
     }
     Ok(cleaned)

@@ -32,6 +32,8 @@ pub(crate) struct FormatCost {
     pub kept_a_vertex: u64,
     /// The most bytes of a file that a thread makes of one tile.
     pub tile_file_bytes: u64,
+    /// Bytes that a thread takes for each vertex of a tile while it draws that.
+    pub drawn_a_vertex: u64,
     /// Whether the features of every tile are looked for.
     pub features: bool,
     /// About how long a thread works for each vertex, beside encoding, in nanoseconds.
@@ -46,6 +48,7 @@ impl FormatCost {
             disk_bytes: self.disk_bytes.saturating_add(other.disk_bytes),
             kept_a_vertex: self.kept_a_vertex + other.kept_a_vertex,
             tile_file_bytes: self.tile_file_bytes.max(other.tile_file_bytes),
+            drawn_a_vertex: self.drawn_a_vertex.max(other.drawn_a_vertex),
             features: self.features || other.features,
             work_ns_a_vertex: self.work_ns_a_vertex + other.work_ns_a_vertex,
         }

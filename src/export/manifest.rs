@@ -8,11 +8,11 @@ use std::path::Path;
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 
-use crate::area::{Region, TileId};
+use crate::area::{Stride, TileId};
 use crate::bake::FileRecord;
 use crate::device::DeviceProfile;
 use crate::error::Error;
-use crate::export::{Export, Profile};
+use crate::export::{Export, MeshOptions, Plan, Profile};
 use crate::mesh::Frame;
 use crate::preset::Preset;
 use crate::world::World;
@@ -49,6 +49,15 @@ pub struct Manifest {
     pub sea_level_m: Option<f64>,
     /// How rasters lie in the world.
     pub axes: Axes,
+    /// The exports that were asked for, those of the profile among them.
+    #[serde(default)]
+    pub exports: Vec<String>,
+    /// The profile that was asked for, if one was.
+    #[serde(default)]
+    pub profile: Option<String>,
+    /// How meshes were made.
+    #[serde(default)]
+    pub meshes: MeshOptions,
     /// Every other file of the bake, sorted by path.
     pub files: Vec<FileRecord>,
     /// BLAKE3 hash, in hexadecimal, of this file as it would be with nothing between these quotes; none in old ones.
@@ -142,7 +151,8 @@ impl Manifest {
     }
 
     /// The manifest of a bake that has left `files`.
-    pub(crate) fn new(preset_name: &str, world: &World, region: &Region, mut files: Vec<FileRecord>) -> Manifest {
+    pub(crate) fn new(plan: &Plan<'_>, mut files: Vec<FileRecord>) -> Manifest {
+        let (preset_name, world, region) = (plan.preset_name(), plan.world(), plan.region());
         // Sinks end in any order.
         files.sort_by(|a, b| a.path.cmp(&b.path));
         let (min_m, max_m) = world.height_range_m();
@@ -178,10 +188,33 @@ impl Manifest {
                 heights: "up, in metres".to_owned(),
                 normals: "OpenGL: red is east, green is north, blue is up; (value - 127.5) / 127.5".to_owned(),
             },
+            exports: plan.exports().iter().map(|export| export.name().to_owned()).collect(),
+            profile: plan.profile().map(|profile| profile.name().to_owned()),
+            meshes: plan.meshes().clone(),
             files,
             blake3: String::new(),
         };
         Manifest { blake3: manifest.hash(), ..manifest }
+    }
+
+    /// The world that was baked.
+    ///
+    /// # Errors
+    /// When another version of the program has baked it, whose tiles may be others, or when what it says of the world makes no
+    /// sense.
+    pub fn world(&self) -> Result<World, Error> {
+        if self.generator != GENERATOR {
+            return Err(Error::Option {
+                message: format!("this bake is of {}, and this is {GENERATOR}", self.generator),
+                hint: "its tiles may be others here: use that version, or bake it again".into(),
+            });
+        }
+        let stride = u64::try_from(self.stride).ok().and_then(Stride::new).ok_or_else(|| Error::Option {
+            message: format!("the manifest has a stride of {}", self.stride),
+            hint: "bake again".into(),
+        })?;
+        let world = World::strided(self.preset.clone(), Some(self.seed), stride)?;
+        Ok(world.with_tile_cells(self.region.tile_cells))
     }
 
     /// The hash of all that it says but that.

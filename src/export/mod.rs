@@ -10,7 +10,7 @@
 //!   profile/      what an engine takes: formats of its own, sizes, IMPORT.md
 //!   map_picture.rs   a map -> PNG, WebP and a world file, pdf.rs, svg.rs; atlas.rs, many of them
 //!   plan.rs       what is asked for -> its cost -> files
-//!   folder.rs     where they go, lock.rs one bake at a time; check.rs whether they are whole
+//!   folder.rs     where they go, lock.rs one bake at a time; check.rs whether they are whole, repair.rs
 //!   manifest.rs, registry_sink.rs                   what every bake leaves besides
 //! ```
 
@@ -18,6 +18,7 @@ mod options;
 mod folder;
 mod format;
 mod raster;
+mod repair;
 mod hashes;
 mod registry_sink;
 mod mesh;
@@ -46,6 +47,7 @@ pub use options::{Lods, MeshOptions};
 pub use plan::{Bytes, Plan};
 pub use profile::Profile;
 pub(crate) use raster::writer::{Sample, png_bytes};
+pub use repair::{Repaired, repair};
 
 use std::fmt;
 use std::str::FromStr;

@@ -2,13 +2,16 @@
 
 use std::str::FromStr;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::area::Region;
 use crate::error::Error;
 use crate::mesh::Frame;
 use crate::world::World;
 
 /// How meshes are made.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MeshOptions {
     /// Levels of detail, none twice, the finest first.
     pub lods: Lods,
@@ -22,7 +25,7 @@ pub struct MeshOptions {
 }
 
 /// Levels of detail: 0 is every vertex, and each one after it has a bound twice as wide.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Lods(Vec<u32>);
 
 impl Default for Lods {

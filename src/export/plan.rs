@@ -130,6 +130,49 @@ impl<'a> Plan<'a> {
         })
     }
 
+    /// The plan that a bake was made by.
+    ///
+    /// # Errors
+    /// When the manifest names an export or a profile that is not known, or a region that cannot be.
+    pub fn of(manifest: &'a Manifest, world: &'a World) -> Result<Plan<'a>, Error> {
+        let export = |name: &String| {
+            let unknown = || Error::Export {
+                message: format!("the manifest names an export {name:?} that is not known"),
+                hint: "bake again with this program".into(),
+            };
+            Export::known().find(|export| export.name() == name).ok_or_else(unknown)
+        };
+        let exports = manifest.exports.iter().map(export).collect::<Result<Vec<_>, Error>>()?;
+        let recorded = &manifest.region;
+        let region = Region::new(recorded.at, recorded.cols, recorded.rows, recorded.tile_cells)?;
+        let plan = Plan::new(world, &manifest.preset_name, region, exports)?.with_meshes(manifest.meshes.clone())?;
+        match &manifest.profile {
+            Some(profile) => plan.with_profile(profile.parse()?),
+            None => Ok(plan),
+        }
+    }
+
+    /// What is baked: the world, the name of its preset, the exports, the profile, and how meshes are made.
+    pub(super) fn world(&self) -> &World {
+        self.world
+    }
+
+    pub(super) fn preset_name(&self) -> &str {
+        self.preset_name
+    }
+
+    pub(super) fn exports(&self) -> &[Export] {
+        &self.exports
+    }
+
+    pub(super) fn profile(&self) -> Option<Profile> {
+        self.profile
+    }
+
+    pub(super) fn meshes(&self) -> &MeshOptions {
+        &self.meshes
+    }
+
     /// The region.
     pub fn region(&self) -> &Region {
         &self.region
@@ -146,7 +189,8 @@ impl<'a> Plan<'a> {
     pub fn cost(&self, threads: usize) -> Cost {
         let region = &self.region;
         let side = region.tile_cells() as u64 + 1;
-        let FormatCost { mut files, mut disk_bytes, kept_a_vertex, tile_file_bytes, features, .. } = self.format_cost();
+        let format = self.format_cost();
+        let FormatCost { mut files, mut disk_bytes, kept_a_vertex, tile_file_bytes, features, .. } = format;
         // The manifest, the registry, and what a profile writes besides.
         let written = self.profile.map_or(0, |profile| profile.written().len() as u64);
         files = files.saturating_add(2 + written);
@@ -156,7 +200,7 @@ impl<'a> Plan<'a> {
         // A tile is made with some vertices around it, which normals and weights read.
         let shaped = shaped_input(self.world, region.at().area(region.tile_cells())).len() as u64;
         // Heights, four floats of normal and slope and two words of weights a vertex, the relief's bands, and a file.
-        let a_thread = shaped * 4 + side * side * (16 + 8) + (5 << 18) + 2 * tile_file_bytes;
+        let a_thread = shaped * 4 + side * side * (16 + 8 + format.drawn_a_vertex) + (5 << 18) + 2 * tile_file_bytes;
         // Two batches of rows: the one that is made and the one that is written.
         let batch_tiles = region.cols().saturating_mul(rows_in_flight(region, threads));
         let batch_bytes = batch_tiles.saturating_mul(side * side * kept_a_vertex);
@@ -232,7 +276,7 @@ impl<'a> Plan<'a> {
             sync_folder(&out.join(folder))?;
         }
         // The manifest, which says that all is whole.
-        let manifest = Manifest::new(self.preset_name, self.world, &self.region, records);
+        let manifest = Manifest::new(self, records);
         output.remove_stale(&manifest);
         write_whole(out.join(manifest::PATH), manifest.to_json().as_bytes())?;
         sync_folder(out)?;

@@ -730,9 +730,9 @@ fn an_interrupt_leaves_nothing_that_looks_whole() {
     let mut command = desk.command(&["bake", "slow.toml", "--size", "128x128", "--out", "o", "--threads", "1"]);
     command.args(["--export", exports]).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut running = Running(command.spawn().unwrap());
-    // The bake is under way when the last of its fourteen files, two stores of paths among them, has been begun.
+    // The bake is under way when the last of its fifteen files, its lock and two stores of paths among them, has been begun.
     let start = Instant::now();
-    let begun = || desk.path("o").is_dir() && files_in(&desk.path("o")).len() == 14;
+    let begun = || desk.path("o").is_dir() && files_in(&desk.path("o")).len() == 15;
     while !begun() {
         assert!(start.elapsed() < PATIENCE, "the bake has not begun: {:?}", desk.everything());
         assert!(running.0.try_wait().unwrap().is_none(), "the bake has ended before it was interrupted");

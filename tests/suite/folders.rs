@@ -71,6 +71,47 @@ fn every_file_that_is_damaged_is_named() {
 }
 
 #[test]
+fn repair_gives_each_file_its_bytes_again() {
+    let desk = Desk::new();
+    // Options and a profile, for all of these are in the manifest.
+    let options =
+        ["--profile", "godot-terrain3d", "--export", "gltf,height-tiles,blend,vector", "--lod", "0..1", "--quantize"];
+    desk.done(
+        &[&["bake", "small.toml", "--set", "tile_cells=64", "--size", "4x4", "--out", "o", "-q"], &options[..]]
+            .concat(),
+    );
+    let names = files_in(&desk.path("o"));
+    let read = |name: &String| fs::read(desk.path("o").join(name)).unwrap();
+    let whole: Vec<Vec<u8>> = names.iter().map(read).collect();
+    assert_eq!(desk.done(&["repair", "o", "--json"]).last_object()["files"], serde_json::json!([]));
+    let tile = names.iter().find(|name| name.ends_with("x1_y0.png")).unwrap();
+    let mut damaged = vec!["registry.sqlite", "bake.json", tile];
+    desk.write("o/registry.sqlite", "not at all");
+    desk.write(
+        "o/bake.json",
+        String::from_utf8(read(&"bake.json".into())).unwrap().replace("from north", "from South"),
+    );
+    fs::remove_file(desk.path("o").join(tile)).unwrap();
+    desk.write("o/notes.txt", "mine");
+    let mut repaired: Vec<String> =
+        serde_json::from_value(desk.done(&["repair", "o", "--json"]).last_object()["files"].clone()).unwrap();
+    repaired.sort();
+    damaged.sort();
+    assert_eq!(repaired, damaged);
+    for (name, whole) in names.iter().zip(&whole) {
+        assert!(&read(name) == whole, "{name}");
+    }
+    // No more and no less than before.
+    fs::remove_file(desk.path("o/notes.txt")).unwrap();
+    assert_eq!(files_in(&desk.path("o")), names);
+    assert_eq!(faults(&desk, &["--all"]), [""; 0]);
+    // A world that this program cannot make is not repaired.
+    let text = String::from_utf8(read(&"bake.json".into())).unwrap();
+    desk.write("o/bake.json", text.replace(concat!("terrane ", env!("CARGO_PKG_VERSION")), "terrane 0.0.1"));
+    desk.refused(&["repair", "o"], &["terrane 0.0.1"]);
+}
+
+#[test]
 fn tiles_that_do_not_meet_and_tiles_of_another_world_are_found() {
     let desk = baked();
     // Files of another world with the hashes that they have: only their edges and the registry can tell.

@@ -108,10 +108,14 @@ impl Rasters {
             // it.
             kept_a_vertex: if image.tiles { 0 } else { bytes },
             tile_file_bytes: if image.tiles { file } else { 0 },
+            drawn_a_vertex: if image.quantity == Quantity::Map { DRAWN_BYTES } else { 0 },
             ..FormatCost::default()
         }
     }
 }
+
+/// What the map of a tile takes while it is drawn, a vertex: a word, four planes of what covers the ground, a canvas and RGB.
+const DRAWN_BYTES: u64 = 4 + 4 * 4 + 4 + 3;
 
 impl Format for Rasters {
     fn name(&self) -> &'static str {
