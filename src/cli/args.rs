@@ -445,11 +445,14 @@ impl Command {
     pub fn is_json(&self) -> bool {
         match self {
             Command::Bake(BakeArguments { common, .. }) | Command::Tile(TileArguments { common, .. }) => common.json,
-            Command::Registry { json, .. } | Command::Presets { json, .. } | Command::Styles { json, .. } => *json,
+            Command::Registry { json, .. }
+            | Command::Repair { json, .. }
+            | Command::Clean { json, .. }
+            | Command::Presets { json, .. }
+            | Command::Styles { json, .. } => *json,
             Command::Map(MapArguments { style, .. }) | Command::Atlas(AtlasArguments { style, .. }) => style.json,
             Command::Find(arguments) => arguments.json,
             Command::Verify(arguments) => arguments.json,
-            Command::Repair { json, .. } | Command::Clean { json, .. } => *json,
             Command::Experiment(arguments) => arguments.json,
             _ => false,
         }

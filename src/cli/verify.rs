@@ -1,6 +1,6 @@
 //! `terrane verify`, `terrane repair` and `terrane clean`.
 
-use std::fmt::Write;
+use std::fmt::{Arguments, Write};
 use std::path::Path;
 use std::thread;
 use std::time::Instant;
@@ -34,7 +34,7 @@ pub(super) fn run(arguments: &VerifyArguments, console: &Console) -> Result<(), 
         if console.is_json() {
             console.message(json!({ "type": "fault", "path": fault.path, "message": fault.message }), "")?;
         } else {
-            writeln!(text, "{}: {}", fault.path, fault.message).expect("a String takes everything");
+            line(&mut text, format_args!("{}: {}", fault.path, fault.message));
         }
     }
     let (faults, seconds) = (checked.faults.len(), start.elapsed().as_secs_f64());
@@ -43,10 +43,12 @@ pub(super) fn run(arguments: &VerifyArguments, console: &Console) -> Result<(), 
         "seams": checked.seams, "tiles": checked.tiles, "faults": faults, "seconds": seconds,
     });
     let (files, seams, tiles) = (checked.files, checked.seams, checked.tiles);
-    text += &format!(
-        "{}: {files} files, {}, {seams} seams and {tiles} tiles baked again: {faults} faults, {seconds:.2} s\n",
-        folder.display(),
-        Bytes(checked.bytes),
+    let (folder_name, bytes) = (folder.display(), Bytes(checked.bytes));
+    line(
+        &mut text,
+        format_args!(
+            "{folder_name}: {files} files, {bytes}, {seams} seams and {tiles} tiles baked again: {faults} faults, {seconds:.2} s"
+        ),
     );
     console.message(object, &text)?;
     if faults == 0 {
@@ -72,9 +74,9 @@ pub(super) fn repair(folder: &Path, threads: Option<u32>, console: &Console) -> 
     let object = json!({ "type": "repaired", "folder": folder.to_string_lossy(), "files": files, "seconds": seconds });
     let mut text = String::new();
     for path in &files {
-        writeln!(text, "{path}: has its bytes again").expect("a String takes everything");
+        line(&mut text, format_args!("{path}: has its bytes again"));
     }
-    text += &format!("{}: {} files repaired, {seconds:.2} s\n", folder.display(), files.len());
+    line(&mut text, format_args!("{}: {} files repaired, {seconds:.2} s", folder.display(), files.len()));
     console.message(object, &text)
 }
 
@@ -87,9 +89,13 @@ pub(super) fn clean(folder: &Path, dry: bool, console: &Console) -> Result<(), E
     });
     let mut text = String::new();
     for path in &kept {
-        writeln!(text, "{path}: has been changed since it was baked, and is kept").expect("a String takes everything");
+        line(&mut text, format_args!("{path}: has been changed since it was baked, and is kept"));
     }
     let done = if dry { "would be removed" } else { "removed" };
-    text += &format!("{}: {files} files {done}, {}\n", folder.display(), Bytes(bytes));
+    line(&mut text, format_args!("{}: {files} files {done}, {}", folder.display(), Bytes(bytes)));
     console.message(object, &text)
+}
+
+fn line(text: &mut String, line: Arguments<'_>) {
+    writeln!(text, "{line}").expect("a String takes everything");
 }
