@@ -128,14 +128,15 @@ impl Manifest {
     pub fn read(folder: &Path) -> Result<Manifest, Error> {
         let path = folder.join(PATH);
         let refuse = |message: String, hint: &str| Error::Output { path: path.clone(), message, hint: hint.to_owned() };
+        let rebake = "bake again with this program";
         let text = fs::read_to_string(&path).map_err(|error| match error.kind() {
             io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => refuse(
                 "is not there, so the folder holds no finished bake".into(),
                 "name the folder of a bake, or a preset (terrane presets)",
             ),
+            io::ErrorKind::InvalidData => refuse(format!("cannot be read: {error}"), rebake),
             _ => Error::io(&path)(error),
         })?;
-        let rebake = "bake again with this program";
         let broken = |error: serde_json::Error| refuse(format!("cannot be read: {error}"), rebake);
         let value: serde_json::Value = serde_json::from_str(&text).map_err(broken)?;
         if value["format"] != FORMAT {

@@ -68,6 +68,8 @@ fn every_file_that_is_damaged_is_named() {
     }
     fs::remove_file(desk.path("o/map/map.png")).unwrap();
     assert_eq!(faults(&desk, &["--files"]), ["map/map.png: is missing"]);
+    desk.write("o/bake.json", b"\xff");
+    desk.refused(&["verify", "o"], &["bake.json", "cannot be read"]);
 }
 
 #[test]
