@@ -25,7 +25,7 @@ const COMMANDS: &[(&[&str], f64)] = &[
 ];
 
 /// How often each is stopped.
-const MOMENTS: u32 = if IS_LONG { 5 } else { 2 };
+const MOMENTS: u32 = if IS_LONG { 3 } else { 2 };
 
 /// By then the command hears of signals, however busy the machine is.
 const STARTED_S: f64 = 0.5;
