@@ -141,6 +141,13 @@ impl Stride {
         }
     }
 
+    /// The widest stride whose nodes lie at most so many metres apart, or else every vertex, given the metres between vertices.
+    pub fn within(most_m: f64, spacing_m: f64) -> Stride {
+        let strides = (0..=Stride::MAX_POWER).map(|power| Stride { power });
+        let fitting = strides.take_while(|stride| spacing_m * stride.vertices() as f64 <= most_m);
+        fitting.last().unwrap_or(Stride::ONE)
+    }
+
     /// Vertices from a node to the next.
     pub const fn vertices(self) -> i64 {
         1 << self.power

@@ -30,8 +30,8 @@ impl Output {
     /// Whether a bake may go to `path` and whether it has room there, without changing anything.
     ///
     /// # Errors
-    /// When a bake is writing to it, when it is a file, or a folder with something in it and no `overwrite`, or with something in it and no bake, or has too
-    /// little room.
+    /// When a bake is writing to it, when it is a file, or a folder with something in it and no `overwrite`, or with something
+    /// in it and no bake, or has too little room.
     pub fn check(path: &Path, overwrite: bool, cost: &Cost) -> Result<(), Error> {
         Lock::check(path)?;
         Output::look(path, overwrite, cost)
@@ -213,7 +213,8 @@ pub struct Cleaned {
 /// When there is no manifest, when a bake is writing to the folder, or when a file cannot be removed.
 pub fn clean(path: &Path, dry: bool) -> Result<Cleaned, Error> {
     let manifest = Manifest::read(path)?;
-    let lock = Lock::take(path)?;
+    Lock::check(path)?;
+    let lock = if dry { None } else { Some(Lock::take(path)?) };
     let mut cleaned = Cleaned::default();
     let mut remove = |file: PathBuf| {
         cleaned.files += 1;
@@ -245,11 +246,12 @@ pub fn clean(path: &Path, dry: bool) -> Result<Cleaned, Error> {
     }
     let changed = manifest.files.iter().zip(&ours).filter(|(_, ours)| ours.is_none()).map(|(record, _)| &record.path);
     cleaned.kept = changed.filter(|file| path.join(file).symlink_metadata().is_ok()).cloned().collect();
-    drop(lock);
-    if !dry {
+    if let Some(lock) = lock {
         remove_unfinished(path)?;
         // What a repair that was cut off has left; no link is followed.
         _ = fs::remove_dir_all(path.join(repair::AGAIN));
+        lock.unmark();
+        drop(lock);
         _ = fs::remove_dir(path);
     }
     Ok(cleaned)

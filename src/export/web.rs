@@ -24,7 +24,7 @@ use crate::watch::Watch;
 use crate::web::{self, Bounds, Choice, Content, Encoding, Feature, Layer, Meta, Plan, View};
 use crate::world::World;
 
-/// The folder of the files in that of the bake, and the page and its scripts in it.
+/// The page and its scripts.
 const PAGES: [&str; 3] = ["index.html", "map.js", "names.js"];
 
 /// Pixels of a millimetre on screens, by which lines and letters have their size.
@@ -41,6 +41,7 @@ const TILE_BYTES: u64 = 3 * 200_000;
 const WORK_NS: u64 = 3000;
 
 /// The web map, as a format.
+#[derive(Clone, Copy)]
 pub(crate) struct WebMap {
     /// The name, and that of its folder.
     name: &'static str,
@@ -117,8 +118,15 @@ impl Format for WebMap {
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
         let Request { name, world, region, .. } = *request;
-        let (plan, form) = (plan(world, &region)?, WebMap { ..*self });
-        Ok(vec![Box::new(WebSink { form, name, world, plan, out: out.join(self.name), named: Mutex::default() })])
+        let plan = plan(world, &region)?;
+        Ok(vec![Box::new(WebSink {
+            form: *self,
+            name,
+            world,
+            plan,
+            out: out.join(self.name),
+            named: Mutex::default(),
+        })])
     }
 }
 

@@ -31,6 +31,9 @@ const LEAST_LAKE_MM2: f64 = 5.0;
 /// Millimetres between names.
 const MARGIN_MM: f64 = 0.5;
 
+/// Millimetres from the middle of a symbol to the name beside it at most, with the symbol.
+const BESIDE_MM: f64 = 2.0;
+
 /// Millimetres of paper of the squares in which settlements and peaks are looked for.
 const CELL_MM: f64 = 20.0;
 
@@ -104,7 +107,8 @@ pub(super) fn write(
     let visible = area.padded(scale.pixels(style.labels.halo_mm) as usize + 2);
     let is_seen = |boxes: &Vec<Quad>| visible.meets(bounds(boxes.iter().flatten()));
     let margin = scale.pixels(MARGIN_MM);
-    let reach = scale.pixels(LONGEST_MM) + margin;
+    // What belongs to a place that may matter has its middle within it.
+    let reach = scale.pixels(LONGEST_MM + BESIDE_MM) + margin;
     let side = scale.pixels(CELL_MM).ceil() as i64;
     let [mut sites, mut summits] = [Cells::new(side), Cells::new(side)];
     let [west, north, east, south] = [visible.x0, visible.y0, visible.x1, visible.y1].map(|at| at as f64);
@@ -191,8 +195,7 @@ struct Writer<'a> {
 /// What comes first where there is not room for all.
 #[derive(Clone, Copy)]
 enum Class {
-    /// The name of a range can be nowhere else, and no other range is so near that it would make room for it: it has a say, but
-    /// hears of no name.
+    /// Ranges are so far apart that they never meet: each makes room for symbols alone, and all other names for it.
     Range,
     Town,
     Lake,

@@ -99,9 +99,7 @@ impl Afar {
     /// When a value of its preset is out of its range.
     pub fn new(world: &World, scale: Scale) -> Result<Afar, Error> {
         let most_m = NODE_MM * scale.denominator() / 1000.0;
-        let steps = (0..=Stride::MAX_POWER).filter_map(|power| Stride::new(1 << power));
-        let fits = |stride: &Stride| world.spacing_m() * stride.vertices() as f64 <= most_m;
-        let stride = steps.take_while(fits).last().unwrap_or(Stride::ONE);
+        let stride = Stride::within(most_m, world.spacing_m());
         Ok(Afar { world: World::strided(world.preset().clone(), Some(world.seed()), stride)?, scale })
     }
 

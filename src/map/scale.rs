@@ -31,11 +31,10 @@ impl Scale {
     /// The stride whose nodes lie about as far apart as pixels, or as what the eye sees on paper, given the metres between
     /// vertices.
     pub fn stride(&self, spacing_m: f64) -> Stride {
-        let steps = (0..=Stride::MAX_POWER).filter_map(|power| Stride::new(1 << power));
         // Nodes may lie up to a root of two further apart than pixels: then they are as close as they can be to one a pixel.
         let pixel_m = self.metres_per_pixel * std::f64::consts::SQRT_2;
         let most_m = pixel_m.max(SEEN_MM * self.denominator() / 1000.0);
-        steps.take_while(|stride| spacing_m * stride.vertices() as f64 <= most_m).last().unwrap_or(Stride::ONE)
+        Stride::within(most_m, spacing_m)
     }
 
     /// A place in metres east and north of the origin, in pixels east and south of it.

@@ -73,9 +73,7 @@ impl Summits {
         let room_m = ROOM_MM * scale.denominator() / 1000.0;
         let mut afar = None;
         if room_m > ROOM_M {
-            let steps = (1..=Stride::MAX_POWER).filter_map(|power| Stride::new(1 << power));
-            let fits = |stride: &Stride| (stride.vertices() * CELL) as f64 * world.spacing_m() <= room_m;
-            let stride = steps.take_while(fits).last().unwrap_or(Stride::ONE);
+            let stride = Stride::within(room_m / CELL as f64, world.spacing_m());
             afar = Some(World::strided(world.preset().clone(), Some(world.seed()), stride)?);
         }
         Ok(Summits { world, afar, blocks: Memory::new(REMEMBERED) })

@@ -10,13 +10,10 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::desk::{Desk, Outcome, SMALL, files_in};
+use crate::desk::{Desk, Outcome, PATIENCE, Running, SMALL, files_in};
 
 const REGION_EXPORTS: &str = "height,exr,r16,blend,normal,map";
 const TILE_EXPORTS: &str = "height-tiles,exr-tiles,r16-tiles,blend-tiles,normal-tiles,map-tiles";
-
-/// No step of a test takes this long unless the command hangs.
-const PATIENCE: Duration = Duration::from_mins(1);
 
 /// The small world with some of its lines, counted from 1, replaced; each may become several.
 fn small_with(replaced: &[(usize, &str)]) -> String {
@@ -689,38 +686,6 @@ fn slow_world() -> String {
     format!("tile_cells = 32\n{}", term.repeat(16))
 }
 
-/// A running command, killed when the test is done with it.
-#[cfg(unix)]
-struct Running(Child);
-
-#[cfg(unix)]
-impl Running {
-    fn interrupt(&self) {
-        // The shell's own `kill`: no other program is needed.
-        let status = Command::new("sh").args(["-c", &format!("kill -INT {}", self.0.id())]).status().unwrap();
-        assert!(status.success());
-    }
-
-    fn exit_code(&mut self) -> Option<i32> {
-        let start = Instant::now();
-        while start.elapsed() < PATIENCE {
-            if let Some(status) = self.0.try_wait().unwrap() {
-                return status.code();
-            }
-            thread::sleep(Duration::from_millis(10));
-        }
-        panic!("the command still runs after {PATIENCE:?}");
-    }
-}
-
-#[cfg(unix)]
-impl Drop for Running {
-    fn drop(&mut self) {
-        _ = self.0.kill();
-        _ = self.0.wait();
-    }
-}
-
 #[cfg(unix)]
 #[test]
 fn an_interrupt_leaves_nothing_that_looks_whole() {
@@ -738,7 +703,7 @@ fn an_interrupt_leaves_nothing_that_looks_whole() {
         assert!(running.0.try_wait().unwrap().is_none(), "the bake has ended before it was interrupted");
         thread::sleep(Duration::from_millis(5));
     }
-    running.interrupt();
+    running.signal("INT");
     let code = running.exit_code();
     let stderr = std::io::read_to_string(running.0.stderr.take().unwrap()).unwrap();
     assert_eq!(code, Some(130), "{stderr}");
@@ -781,7 +746,7 @@ fn progress_is_objects_with_json() {
         assert!(progress[key].as_f64().is_some_and(|number| number > 0.0), "{key} in {line}");
     }
     // The reader has gone: the interrupted command still ends as one.
-    running.interrupt();
+    running.signal("INT");
     assert_eq!(running.exit_code(), Some(130));
 }
 

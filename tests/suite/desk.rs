@@ -3,8 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
-use std::time::SystemTime;
+use std::process::{Child, Command, Output, Stdio};
+use std::thread;
+use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -159,4 +160,37 @@ pub fn files_in(folder: &Path) -> BTreeSet<String> {
         }
     });
     files
+}
+
+/// No command takes this long unless it hangs.
+pub const PATIENCE: Duration = Duration::from_mins(1);
+
+/// A running command, killed when the test is done with it.
+pub struct Running(pub Child);
+
+impl Running {
+    #[cfg(unix)]
+    pub fn signal(&self, name: &str) {
+        // The shell's own `kill`: no other program is needed. One that is no more is no fault here.
+        let kill = format!("kill -{name} {}", self.0.id());
+        Command::new("sh").args(["-c", &kill]).stderr(Stdio::null()).status().unwrap();
+    }
+
+    pub fn exit_code(&mut self) -> Option<i32> {
+        let start = Instant::now();
+        while start.elapsed() < PATIENCE {
+            if let Some(status) = self.0.try_wait().unwrap() {
+                return status.code();
+            }
+            thread::sleep(Duration::from_millis(2));
+        }
+        panic!("the command still runs after {PATIENCE:?}");
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        _ = self.0.kill();
+        _ = self.0.wait();
+    }
 }

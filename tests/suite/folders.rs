@@ -107,8 +107,14 @@ fn repair_gives_each_file_its_bytes_again() {
     fs::remove_file(desk.path("o/notes.txt")).unwrap();
     assert_eq!(files_in(&desk.path("o")), names);
     assert_eq!(faults(&desk, &["--all"]), [""; 0]);
-    // A world that this program cannot make is not repaired.
+    // A world that this program cannot make is not repaired, nor one of which the manifest says what it was not.
     let text = String::from_utf8(read(&"bake.json".into())).unwrap();
+    desk.write("o/bake.json", text.replace("\"seed\": 1,", "\"seed\": 2,"));
+    let outcome = desk.run(&["repair", "o"]);
+    assert!(outcome.code == Some(1) && outcome.stderr.contains("bake.json"), "{outcome}");
+    assert_eq!(files_in(&desk.path("o")), names);
+    let untouched = |(name, whole): (&String, &Vec<u8>)| name == "bake.json" || &read(name) == whole;
+    assert!(names.iter().zip(&whole).all(untouched));
     desk.write("o/bake.json", text.replace(concat!("terrane ", env!("CARGO_PKG_VERSION")), "terrane 0.0.1"));
     desk.refused(&["repair", "o"], &["terrane 0.0.1"]);
 }
@@ -163,8 +169,9 @@ fn clean_removes_what_terrane_wrote_and_nothing_else() {
     assert_eq!((&told["files"], &told["bytes"]), (&dry["files"], &dry["bytes"]));
     assert_eq!(told["kept"], serde_json::json!(["height/height.png"]));
     assert_eq!(files_in(&desk.path("o")), ["height/height.png", "map/notes.txt"].map(String::from).into());
-    // Nothing of a bake that nobody has touched stays.
+    // Nothing of a bake that nobody has touched stays, nor the mark of one that was cut off.
     desk.done(&["bake", "small.toml", "--out", "p", "-q", "--export", "height,web-png,gltf"]);
+    desk.write("p/.terrane.lock", "process 1\n");
     desk.done(&["clean", "p"]);
     assert!(!desk.path("p").exists());
 }

@@ -4,11 +4,12 @@
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::IS_LONG;
+use crate::desk::Running;
 
 /// Commands that do different things for many seconds, and the seconds within which they are stopped here.
 const COMMANDS: &[(&[&str], f64)] = &[
@@ -30,45 +31,11 @@ const MOMENTS: u32 = if IS_LONG { 3 } else { 2 };
 /// By then the command hears of signals, however busy the machine is.
 const STARTED_S: f64 = 0.5;
 
-/// No command takes this long unless it hangs.
-const PATIENCE: Duration = Duration::from_mins(1);
-
-/// A running command, killed when the test is done with it.
-struct Running(Child);
-
-impl Running {
-    fn start(arguments: &[&str], folder: &Path) -> Running {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
-        command.args(arguments).current_dir(folder).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
-        Running(command.spawn().unwrap())
-    }
-
-    fn signal(&self, name: &str) {
-        // The shell's own `kill`: no other program is needed. One that is no more is no fault here.
-        Command::new("sh")
-            .args(["-c", &format!("kill -{name} {}", self.0.id())])
-            .stderr(Stdio::null())
-            .status()
-            .unwrap();
-    }
-
-    fn exit_code(&mut self) -> Option<i32> {
-        let start = Instant::now();
-        while start.elapsed() < PATIENCE {
-            if let Some(status) = self.0.try_wait().unwrap() {
-                return status.code();
-            }
-            thread::sleep(Duration::from_millis(2));
-        }
-        panic!("the command still runs after {PATIENCE:?}");
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        _ = self.0.kill();
-        _ = self.0.wait();
-    }
+/// Starts a command in a folder.
+fn start(arguments: &[&str], folder: &Path) -> Running {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
+    command.args(arguments).current_dir(folder).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
+    Running(command.spawn().unwrap())
 }
 
 /// Each file below a folder.
@@ -97,7 +64,7 @@ fn commands_stop_soon_wherever_they_are_and_leave_nothing_half_written() {
         let mut stopped = Vec::new();
         for moment in 0..MOMENTS {
             let folder = tempfile::tempdir().unwrap();
-            let mut running = Running::start(arguments, folder.path());
+            let mut running = start(arguments, folder.path());
             // The golden ratio spreads any number of moments over the span.
             let share = f64::from(moment + 1) * 0.618_033_988_749_895 % 1.0;
             let at_s = STARTED_S + share * if IS_LONG { *span_s } else { span_s.min(3.0) };
@@ -143,7 +110,7 @@ fn a_second_signal_ends_what_does_not_stop_and_so_does_time() {
     for again in [true, false] {
         let folder = tempfile::tempdir().unwrap();
         // It waits for a preset that never comes.
-        let mut running = Running::start(&["bake", "-"], folder.path());
+        let mut running = start(&["bake", "-"], folder.path());
         thread::sleep(Duration::from_secs_f64(STARTED_S));
         running.signal("INT");
         let mut stderr = BufReader::new(running.0.stderr.take().unwrap());
