@@ -452,39 +452,51 @@ mod tests {
 
     #[test]
     fn what_is_known_where_it_matters_is_enough() {
-        let all = towns(20_000, 15_000.0);
+        let all = towns(20_000, 12_000.0);
         let whole = place(all.clone(), &[], MARGIN_PX);
-        let (longest, start) = (longest(&all), [6_000.0, 7_000.0]);
-        let core = square(start, 900.0);
-        let in_core = |shown: &[Candidate<[f64; 2]>]| -> Vec<_> {
-            shown.iter().filter(|one| touches(one, &core)).cloned().collect()
-        };
+        let longest = longest(&all);
         let reach = longest + MARGIN_PX;
-        let mut matter = vec![square(start.map(|axis| axis - reach), 900.0 + 2.0 * reach)];
-        let mut known: Vec<Candidate<[f64; 2]>> = Vec::new();
-        loop {
+        let near_any = |matter: &[Quad]| -> Vec<Candidate<[f64; 2]>> {
             let is_near = |feature: &&[Candidate<[f64; 2]>]| {
                 feature.iter().any(|one| matter.iter().any(|box_of| touches(one, box_of)))
             };
             let features = all.chunk_by(|a, b| a.rank.feature == b.rank.feature);
-            let near: Vec<_> = features.filter(is_near).flatten().cloned().collect();
-            if near.len() == known.len() {
-                break;
+            features.filter(is_near).flatten().cloned().collect()
+        };
+        for window in 0..12 {
+            let start = [2, 3].map(|what| 1_000.0 + 9_500.0 * chance(window, what));
+            let core = square(start, 300.0);
+            let in_core = |shown: &[Candidate<[f64; 2]>]| -> Vec<_> {
+                shown.iter().filter(|one| touches(one, &core)).cloned().collect()
+            };
+            let mut matter = vec![square(start.map(|axis| axis - reach), 300.0 + 2.0 * reach)];
+            let mut known = near_any(&matter);
+            loop {
+                let concerned = concerned(&mut known, &[], MARGIN_PX, |one| touches(one, &core));
+                matter.extend(concerned.into_iter().map(|index| {
+                    let [x, y] = known[index].boxes[0][0];
+                    square([x - reach, y - reach], 2.0 * reach + longest)
+                }));
+                let near = near_any(&matter);
+                if near.len() == known.len() {
+                    break;
+                }
+                known = near;
             }
-            known = near;
-            let concerned = concerned(&mut known, &[], MARGIN_PX, |one| touches(one, &core));
-            matter.extend(concerned.into_iter().map(|index| {
-                let [x, y] = known[index].boxes[0][0];
-                square([x - reach, y - reach], 2.0 * reach + longest)
-            }));
+            assert_eq!(in_core(&place(known.clone(), &[], MARGIN_PX)), in_core(&whole), "{start:?}");
+            let pad = pad_px(longest, MARGIN_PX);
+            let in_pad = near_any(&[square(start.map(|axis| axis - pad), 300.0 + 2.0 * pad)]).len();
+            assert!(known.len() < in_pad, "{} of {in_pad}", known.len());
         }
-        assert_eq!(in_core(&place(known.clone(), &[], MARGIN_PX)), in_core(&whole));
-        let padded = square(start.map(|axis| axis - pad_px(longest, 0.0)), 900.0 + 2.0 * pad_px(longest, 0.0));
-        let in_pad = all.iter().filter(|one| touches(one, &padded)).count();
-        assert!(known.len() * 10 < in_pad * 9, "{} of {in_pad}", known.len());
-        // Without those that matter beyond its edge the window would differ.
-        let near: Vec<_> = all.iter().filter(|one| touches(one, &core)).cloned().collect();
-        assert_ne!(in_core(&place(near, &[], MARGIN_PX)), in_core(&whole));
+    }
+
+    #[test]
+    fn names_hear_of_those_that_they_make_room_for_and_of_theirs() {
+        // Each overlaps the next, which is of worse rank.
+        let mut row: Vec<_> = (0..10).map(|index| one(0, 100 - index, index, 0, [index as f64 * 9.5, 0.0])).collect();
+        let concerned = concerned(&mut row, &[], 0.0, |one| one.rank.feature == 9);
+        let features: Vec<u64> = concerned.into_iter().map(|index| row[index].rank.feature).collect();
+        assert_eq!(features, (9 - u64::from(ROUNDS)..=9).collect::<Vec<_>>());
     }
 
     #[test]

@@ -113,10 +113,10 @@ impl MapPainter {
         pixels
     }
 
-    /// The roads between settlements, as all maps draw them.
+    /// The roads between settlements, as all maps draw them: they are no wider than a tile knows of them around it.
     fn drawing(&self, tile: &Tile) -> Drawing {
         let mut drawing = Drawing::default();
-        for road in tile.lines_near().iter().filter(|line| line.id.kind() == LineKind::Road) {
+        for road in tile.lines().iter().filter(|line| line.id.kind() == LineKind::Road) {
             if matches!(road.bed, Bed::Built { .. }) {
                 drawing.add_road(&self.style, self.scale, road);
             }
@@ -162,4 +162,21 @@ fn bytes(words: &Grid<u32>, area: Area) -> Vec<u8> {
         }
     }
     bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Vertices by which a tile knows of roads beside it at least: one of its normals, and two by which a road
+    /// [concerns](crate::lines::Line::concerns) what is beside its banks.
+    const KNOWN: f64 = 3.0;
+
+    #[test]
+    fn no_road_is_drawn_wider_than_tiles_know_of_it() {
+        let roads = Style::load("plain").unwrap().roads;
+        // A bridge is the widest; half a pixel is smoothed, and as much is what a bend may be simplified by.
+        let widest = roads.classes.map(|class| class.width_mm + 4.0 * class.casing_mm).into_iter().fold(0.0, f64::max);
+        assert!(0.5 * widest * PIXELS_PER_MM + 1.0 <= KNOWN, "{widest} mm");
+    }
 }

@@ -299,6 +299,30 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
+    use crate::preset::Preset;
+
+    #[test]
+    fn ranges_lie_apart_and_are_the_same_in_every_window() {
+        let (_, preset) = Preset::load("alps").unwrap();
+        let scale = Scale { metres_per_pixel: 1000.0, pixels_per_mm: 1.0 };
+        let afar = Afar::new(&World::new(preset, Some(5)).unwrap(), scale).unwrap();
+        let whole = afar.look(Area::new(-300, -250, 600, 500)).ranges();
+        assert!(whole.len() > 10, "{}", whole.len());
+        let apart = |a: &Range, b: &Range| length([a.top[0] - b.top[0], a.top[1] - b.top[1]]);
+        for (index, range) in whole.iter().enumerate() {
+            let nearest = whole[..index].iter().map(|other| apart(range, other)).fold(f64::MAX, f64::min);
+            assert!(nearest >= scale.pixels(APART_MM), "{} and another are {nearest} apart", range.name);
+        }
+        let part = Area::new(-130, 20, 210, 170);
+        let reach = scale.pixels(REACH_MM) as usize;
+        let near = |range: &&Range| {
+            let [x, y] = range.top;
+            part.padded(reach).meets([x, y, x, y])
+        };
+        let seen = afar.look(part).ranges();
+        let [of_whole, of_part] = [&whole, &seen].map(|ranges| ranges.iter().filter(near).cloned().collect::<Vec<_>>());
+        assert!(of_part.len() > 3 && of_part == of_whole, "{of_part:?}");
+    }
 
     #[test]
     fn a_crest_follows_an_arc() {

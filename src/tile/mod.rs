@@ -24,8 +24,8 @@ use crate::places::site::Site;
 use crate::preset::Preset;
 use crate::world::World;
 
-/// The area in which settlements and roads are known that are seen on an area: on a map they are no wider than this.
-pub fn drawn_input(area: Area) -> Area {
+/// The area in which settlements are known that are seen on an area: the mark of one on a map is no wider than this.
+pub fn sites_input(area: Area) -> Area {
     area.padded(8)
 }
 
@@ -46,7 +46,6 @@ pub struct Tile {
     water: Option<Water>,
     imprint: Option<Imprint>,
     lines: Lines,
-    lines_near: Lines,
     sites: Vec<Arc<Site>>,
 }
 
@@ -79,7 +78,7 @@ impl Tile {
         let near = normals::input(id.area(world.tile_cells()));
         // Rivers, settlements, and the roads between them: none from afar, for there they do nothing to the land.
         let (lines, sites) = match world.stride() {
-            Stride::ONE => clock.time(stage::LINES, || (world.lines(&wide), world.sites(&drawn_input(near)))),
+            Stride::ONE => clock.time(stage::LINES, || (world.lines(&wide), world.sites(&sites_input(near)))),
             _ => Default::default(),
         };
         // The bare heights and the water on them: more of them where water must find its way through built roads.
@@ -95,10 +94,8 @@ impl Tile {
             land = land.part(shaped);
         }
         let imprint = imprint.map(|imprint| if is_built { imprint.part(shaped) } else { imprint });
-        let seen = drawn_input(near);
-        let lines_near: Lines = lines.into_iter().filter(|line| line.concerns(&seen)).collect();
-        let lines = lines_near.iter().filter(|line| line.concerns(&near)).cloned().collect();
-        Tile { lines, lines_near, sites, ..Tile::of_shaped(world, id, land, imprint, clock) }
+        let lines = lines.into_iter().filter(|line| line.concerns(&near)).collect();
+        Tile { lines, sites, ..Tile::of_shaped(world, id, land, imprint, clock) }
     }
 
     /// The tile at `id` of land that no line has shaped: for pictures, which draw lines themselves.
@@ -163,8 +160,8 @@ impl Tile {
             }
             blend
         });
-        let (lines, lines_near, sites) = (Lines::new(), Lines::new(), Vec::new());
-        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, lines_near, sites }
+        let (lines, sites) = (Lines::new(), Vec::new());
+        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, sites }
     }
 
     /// Where the tile is in the world.
@@ -209,12 +206,7 @@ impl Tile {
         &self.lines
     }
 
-    /// The rivers and roads that a map of the tile may show ([`drawn_input`]), likewise: those that concern it, and more.
-    pub fn lines_near(&self) -> &[Arc<Line>] {
-        &self.lines_near
-    }
-
-    /// The settlements that are seen on the tile ([`drawn_input`]), sorted by id; none in a world without places.
+    /// The settlements that are seen on the tile ([`sites_input`]), sorted by id; none in a world without places.
     pub fn sites(&self) -> &[Arc<Site>] {
         &self.sites
     }
