@@ -8,7 +8,7 @@ use std::thread::available_parallelism;
 use std::time::Instant;
 
 use terrane::area::{Region, TileId};
-use terrane::export::{Export, Output, Plan};
+use terrane::export::{Export, Mode, Output, Plan};
 use terrane::preset::Preset;
 use terrane::watch::Watch;
 use terrane::world::World;
@@ -34,7 +34,7 @@ fn bench(name: &str, side: u64, exports: &str, threads: usize) {
     let watch = Watch::default();
     forget_peak_memory();
     let start = Instant::now();
-    let output = Output::prepare(folder.path(), false, &plan.cost(threads)).expect("there is room");
+    let output = Output::prepare(folder.path(), Mode::New, &plan, &plan.cost(threads)).expect("there is room");
     let manifest = pool.install(|| plan.run(&output, &watch)).expect("the disk can be written to");
     let seconds = start.elapsed().as_secs_f64();
     let names = exports.iter().map(|export| export.name()).collect::<Vec<_>>().join(", ");

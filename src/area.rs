@@ -317,6 +317,13 @@ impl Region {
     pub fn tile(&self, place: Place) -> TileId {
         TileId { x: self.at.x + place.col as i64, y: self.at.y + place.row as i64 }
     }
+
+    /// Where a tile lies in the region, if it does.
+    pub fn place(&self, tile: TileId) -> Option<Place> {
+        let within =
+            |tile: i64, at: i64, count: u64| u64::try_from(tile.checked_sub(at)?).ok().filter(|it| *it < count);
+        Some(Place { row: within(tile.y, self.at.y, self.rows)?, col: within(tile.x, self.at.x, self.cols)? })
+    }
 }
 
 #[cfg(test)]

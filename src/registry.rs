@@ -5,11 +5,13 @@
 //! come back. To the classic walk it is an input: how a tile came out depends on the way of the walker, so what was
 //! decided there must be kept ([`TileRow::record`]) for the tile to come back the same.
 //!
-//! The database has one table, `tiles`, a row a tile:
+//! The table `tiles` has a row a tile:
 //!
 //! | column | content |
 //! |---|---|
 //! | `x`, `y` | the tile's number; the primary key is `(y, x)`, the order in which a bake makes them |
+//! | `state` | `made` while the bake is under way, `baked` when all its files are whole, `walked` after a walk |
+//! | `stride` | vertices of the preset's spacing from one vertex of the tile to the next: 1, but in a bake at a scale |
 //! | `river_x`, `river_y`, `river_direction` | the vertex at which a river starts on the tile, and where to: `north`, `east`, `south`, `west`; of several the first by id; NULL: none |
 //! | `road_x`, `road_y`, `road_direction` | the same of a road |
 //! | `lines` | the ids of all rivers and roads that concern the tile, as a JSON list |
@@ -17,26 +19,45 @@
 //! | `files` | the files that hold the tile, paths in the folder of the bake, as a JSON list |
 //! | `record` | what the classic walk keeps of the tile; NULL in a bake |
 //!
+//! The table `files` has a row a file of the bake, but for the registry itself and the manifest:
+//!
+//! | column | content |
+//! |---|---|
+//! | `path` | in the folder of the bake, with `/` between its parts; the primary key |
+//! | `export` | the export that it belongs to |
+//! | `x`, `y` | the tile that it shows; NULL: the region |
+//! | `bytes`, `blake3` | its size and its hash, 32 bytes |
+//!
+//! The table `bake` has one row with `plan`: the manifest as it was before there was any file, which says what was to be baked.
+//!
+//! While a bake is under way its registry has the same tables, in write-ahead mode, and three more, which say what is to be done
+//! yet: `pieces`, where what sinks keep of tiles is; `records`, the manifest's entries of files of tiles; `ended`, which files are
+//! finished. The one that the bake leaves is a plain file of the same bytes whenever and in however many runs it was baked.
+//!
 //! Its `application_id` is [`APPLICATION_ID`] and its `user_version` is [`SCHEMA_VERSION`].
 
 use std::path::{Path, PathBuf};
 
 use rusqlite::types::{Type, Value};
-use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, Row, params_from_iter};
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, Row, params, params_from_iter};
 
 use crate::agents::Direction;
 use crate::agents::record::{Passage, TileRecord};
 use crate::agents::search::Node;
-use crate::area::TileId;
+use crate::area::{Area, TileId};
 use crate::error::Error;
-use crate::lines::Line;
-use crate::tile::{Digest, TilePart};
+use crate::file::{self, FileRecord, Finished, Operation};
+use crate::lines::{Line, LineId, LineKind};
+use crate::tile::{Digest, Tile, TilePart};
 
 /// The file in the folder of a bake or of a walk.
 pub const FILE_NAME: &str = "registry.sqlite";
 
+/// The export that the manifest books it under.
+pub(crate) const EXPORT: &str = "registry";
+
 /// The version of the tables, kept as the database's `user_version`. A newer one is refused.
-pub const SCHEMA_VERSION: i32 = 2;
+pub const SCHEMA_VERSION: i32 = 3;
 
 /// The `application_id` by which the database is known: `TRRG`.
 pub const APPLICATION_ID: i32 = i32::from_be_bytes(*b"TRRG");
@@ -46,6 +67,10 @@ pub const APPLICATION_ID: i32 = i32::from_be_bytes(*b"TRRG");
 pub struct TileRow {
     /// The tile.
     pub tile: TileId,
+    /// How far it has come.
+    pub state: TileState,
+    /// Vertices of the preset's spacing from one of its vertices to the next.
+    pub stride: i64,
     /// Where a river starts on it, if one does.
     pub river: Option<Start>,
     /// Where a road starts on it, if one does.
@@ -60,7 +85,55 @@ pub struct TileRow {
     pub record: Option<Vec<u8>>,
 }
 
+/// How far a tile has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TileState {
+    /// It is made, and the bake is not whole.
+    Made,
+    /// The bake is whole.
+    Baked,
+    /// A classic walk has decided it.
+    Walked,
+}
+
+impl TileState {
+    /// All states.
+    pub const ALL: [TileState; 3] = [TileState::Made, TileState::Baked, TileState::Walked];
+
+    /// The name in the registry.
+    pub const fn name(self) -> &'static str {
+        match self {
+            TileState::Made => "made",
+            TileState::Baked => "baked",
+            TileState::Walked => "walked",
+        }
+    }
+}
+
+/// Where what the sinks keep of a tile is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Pieces {
+    pub at: u64,
+    pub bytes: u64,
+    pub blake3: blake3::Hash,
+}
+
 impl TileRow {
+    /// The row of a tile of a bake that is not whole yet, at a stride. Which files hold it is not known here.
+    pub(crate) fn of_bake(tile: &Tile, stride: i64) -> TileRow {
+        TileRow {
+            tile: tile.id(),
+            state: TileState::Made,
+            stride,
+            river: start(tile, LineKind::River),
+            road: start(tile, LineKind::Road),
+            lines: tile.lines().iter().map(|line| line.id.to_string()).collect(),
+            digest: Some(tile.digest()),
+            files: Vec::new(),
+            record: None,
+        }
+    }
+
     /// The row of a tile of a classic walk, from what the walker keeps of it.
     pub fn of_walk(record: &TileRecord, tile_cells: u32) -> TileRow {
         let area = record.id.area(tile_cells);
@@ -70,6 +143,8 @@ impl TileRow {
         };
         TileRow {
             tile: record.id,
+            state: TileState::Walked,
+            stride: 1,
             river: record.river.map(start),
             road: record.road.map(start),
             lines: Vec::new(),
@@ -83,6 +158,17 @@ impl TileRow {
     pub fn walk_record(&self) -> Option<TileRecord> {
         TileRecord::from_bytes(self.record.as_deref()?.try_into().ok()?)
     }
+}
+
+/// Where a line of a kind starts on a tile, if one does; of several the first by id. Agents' lines start on the tile that
+/// owns them.
+fn start(tile: &Tile, kind: LineKind) -> Option<Start> {
+    let Area { x0, y0, x1, y1 } = tile.area();
+    let starts = |id: LineId, [x, y]: [i64; 2]| match id {
+        LineId::Agent { owner, .. } => owner == tile.id(),
+        _ => (x0..x1 - 1).contains(&x) && (y0..y1 - 1).contains(&y),
+    };
+    tile.lines().iter().find(|line| line.kind == kind && starts(line.id, line.origin)).map(|line| Start::of(line))
 }
 
 /// Where a river or a road starts.
@@ -119,13 +205,15 @@ pub struct Registry {
     connection: Connection,
 }
 
-/// The table, whose key has the order in which a bake makes tiles, so that its rows are only ever added at the end.
+/// The tables. The key of tiles has the order in which a bake makes them, so that its rows are only ever added at the end.
 fn schema() -> String {
     let hashes = TilePart::ALL.map(|part| format!("{}_hash BLOB, ", part.name())).concat();
     format!(
         "CREATE TABLE tiles (
             x INTEGER NOT NULL,
             y INTEGER NOT NULL,
+            state TEXT NOT NULL,
+            stride INTEGER NOT NULL,
             river_x INTEGER,
             river_y INTEGER,
             river_direction TEXT,
@@ -137,12 +225,40 @@ fn schema() -> String {
             files TEXT NOT NULL,
             record BLOB,
             PRIMARY KEY (y, x)
-        ) STRICT, WITHOUT ROWID;"
+        ) STRICT, WITHOUT ROWID;
+        CREATE TABLE files (
+            path TEXT PRIMARY KEY,
+            export TEXT NOT NULL,
+            x INTEGER,
+            y INTEGER,
+            bytes INTEGER NOT NULL,
+            blake3 BLOB NOT NULL
+        ) STRICT, WITHOUT ROWID;
+        CREATE TABLE bake (plan TEXT NOT NULL) STRICT;"
     )
 }
 
+/// What a bake under way has besides.
+const JOURNAL_SCHEMA: &str = "
+    CREATE TABLE IF NOT EXISTS pieces (
+        x INTEGER NOT NULL,
+        y INTEGER NOT NULL,
+        at INTEGER NOT NULL,
+        bytes INTEGER NOT NULL,
+        blake3 BLOB NOT NULL,
+        PRIMARY KEY (y, x)
+    ) STRICT, WITHOUT ROWID;
+    CREATE TABLE IF NOT EXISTS records (
+        x INTEGER NOT NULL,
+        y INTEGER NOT NULL,
+        path TEXT NOT NULL,
+        record TEXT NOT NULL,
+        PRIMARY KEY (y, x, path)
+    ) STRICT, WITHOUT ROWID;
+    CREATE TABLE IF NOT EXISTS ended (sink TEXT PRIMARY KEY, files TEXT NOT NULL) STRICT, WITHOUT ROWID;";
+
 /// A row in the order of the table's columns.
-const COLUMNS: usize = 11 + TilePart::ALL.len();
+const COLUMNS: usize = 13 + TilePart::ALL.len();
 
 impl Registry {
     /// The registry at `path`, made if it is not there; each batch of rows is safe on the disk once it is in.
@@ -169,6 +285,21 @@ impl Registry {
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let connection = Connection::open_with_flags(path, flags).map_err(Error::sqlite(path))?;
         Registry::checked(path, connection, false)
+    }
+
+    /// The registry of a bake under way, made if it is not there: what is written to it is safe from a crash of the program at
+    /// once, and from one of the machine at the next [`checkpoint`](Registry::checkpoint).
+    pub(crate) fn journal(path: &Path) -> Result<Registry, Error> {
+        file::gate(Operation::Create, path)?;
+        let connection = Connection::open(path).map_err(Error::sqlite(path))?;
+        let prepare = || {
+            connection.pragma_update_and_check(None, "journal_mode", "WAL", |_| Ok(()))?;
+            connection.pragma_update(None, "synchronous", "NORMAL")
+        };
+        prepare().map_err(Error::sqlite(path))?;
+        let registry = Registry::checked(path, connection, true)?;
+        registry.connection.execute_batch(JOURNAL_SCHEMA).map_err(Error::sqlite(path))?;
+        Ok(registry)
     }
 
     /// A registry in an empty file that nobody else knows of yet: without a journal and without waiting for the disk,
@@ -214,28 +345,147 @@ impl Registry {
     /// # Errors
     /// When the file cannot be written.
     pub fn append(&mut self, rows: impl IntoIterator<Item = TileRow>) -> Result<(), Error> {
-        let insert_all = || {
-            let transaction = self.connection.transaction()?;
-            let marks = ["?"; COLUMNS].join(", ");
-            let mut insert = transaction.prepare_cached(&format!("INSERT OR REPLACE INTO tiles VALUES ({marks})"))?;
-            for row in rows {
-                let list = |texts: &[String]| Some(Value::Text(serde_json::to_string(texts).expect("texts are JSON")));
-                let start = |start: Option<Start>| {
-                    let direction = start.and_then(|start| start.direction).map(|it| Value::Text(it.name().into()));
-                    let number = |pick: fn(Node) -> i64| start.map(|start| Value::Integer(pick(start.node)));
-                    [number(|node| node.0), number(|node| node.1), direction]
+        self.write(|connection| rows.into_iter().try_for_each(|row| insert_tile(connection, &row)))
+    }
+
+    /// Notes tiles of a bake under way: their rows, their files, and where what sinks keep of them is, if that is anywhere.
+    pub(crate) fn note(
+        &mut self,
+        tiles: impl IntoIterator<Item = (TileRow, Vec<FileRecord>, Option<Pieces>)>,
+    ) -> Result<(), Error> {
+        self.write(|connection| {
+            for (row, files, pieces) in tiles {
+                let TileId { x, y } = row.tile;
+                insert_tile(connection, &row)?;
+                insert_files(connection, &files)?;
+                for file in &files {
+                    let record = json(file);
+                    let mut insert = connection.prepare_cached("INSERT OR REPLACE INTO records VALUES (?, ?, ?, ?)")?;
+                    insert.execute(params![x, y, file.path, record])?;
+                }
+                match pieces {
+                    Some(Pieces { at, bytes, blake3 }) => {
+                        let mut insert =
+                            connection.prepare_cached("INSERT OR REPLACE INTO pieces VALUES (?, ?, ?, ?, ?)")?;
+                        insert.execute(params![x, y, at as i64, bytes as i64, blake3.as_bytes()])?
+                    }
+                    None => connection.prepare_cached("DELETE FROM pieces WHERE y = ? AND x = ?")?.execute((y, x))?,
                 };
-                let hash = |part| Some(Value::Blob(row.digest.as_ref()?.of(part)?.as_bytes().to_vec()));
-                let tile = [row.tile.x, row.tile.y].map(|number| Some(Value::Integer(number)));
-                let values = tile.into_iter().chain(start(row.river)).chain(start(row.road)).chain([list(&row.lines)]);
-                let values = values.chain(TilePart::ALL.map(hash));
-                let values = values.chain([list(&row.files), row.record.clone().map(Value::Blob)]);
-                insert.execute(params_from_iter(values))?;
             }
-            drop(insert);
+            Ok(())
+        })
+    }
+
+    /// Writes the rows of files, and what the bake is.
+    pub(crate) fn append_files(&mut self, files: &[FileRecord], plan: &str) -> Result<(), Error> {
+        self.write(|connection| {
+            insert_files(connection, files)?;
+            connection.execute("DELETE FROM bake", ())?;
+            connection.execute("INSERT INTO bake VALUES (?)", [plan]).map(|_| ())
+        })
+    }
+
+    /// Notes the files that a sink has left at its end.
+    pub(crate) fn end(&mut self, sink: &str, files: &[FileRecord]) -> Result<(), Error> {
+        self.write(|connection| {
+            insert_files(connection, files)?;
+            connection.execute("INSERT OR REPLACE INTO ended VALUES (?, ?)", [sink, &json(&files)]).map(|_| ())
+        })
+    }
+
+    /// Writes in one transaction.
+    fn write(&mut self, write: impl FnOnce(&Connection) -> rusqlite::Result<()>) -> Result<(), Error> {
+        file::gate(Operation::Write, &self.path)?;
+        let write = || {
+            let transaction = self.connection.transaction()?;
+            write(&transaction)?;
             transaction.commit()
         };
-        insert_all().map_err(Error::sqlite(&self.path))
+        write().map_err(Error::sqlite(&self.path))
+    }
+
+    /// Brings all to the disk that is in the write-ahead log.
+    pub(crate) fn checkpoint(&self) -> Result<(), Error> {
+        file::gate(Operation::Sync, &self.path)?;
+        let checkpoint = "PRAGMA wal_checkpoint(PASSIVE)";
+        self.connection.query_row(checkpoint, (), |_| Ok(())).map_err(Error::sqlite(&self.path))
+    }
+
+    /// How many tiles there are.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn tiles(&self) -> Result<u64, Error> {
+        let count = self.connection.query_row("SELECT count(*) FROM tiles", (), |row| row.get::<_, i64>(0));
+        count.map(|count| count as u64).map_err(Error::sqlite(&self.path))
+    }
+
+    /// What was to be baked, as the manifest says it; none after a walk.
+    pub(crate) fn plan(&self) -> Result<Option<String>, Error> {
+        let plan = self.connection.query_row("SELECT plan FROM bake", (), |row| row.get(0)).optional();
+        plan.map_err(Error::sqlite(&self.path))
+    }
+
+    /// Visits all files by path: path, export, tile, size and hash.
+    ///
+    /// # Errors
+    /// When the file cannot be read, and the first error of `visit`.
+    pub fn for_each_file(&self, mut visit: impl FnMut(FileRow) -> Result<(), Error>) -> Result<(), Error> {
+        let wrapped = || Error::sqlite(&self.path);
+        let mut select = self.connection.prepare_cached("SELECT * FROM files ORDER BY path").map_err(wrapped())?;
+        let parse = |row: &Row| {
+            let tile = row.get::<_, Option<i64>>("x")?.zip(row.get("y")?);
+            Ok(FileRow {
+                path: row.get("path")?,
+                export: row.get("export")?,
+                tile: tile.map(|(x, y)| TileId { x, y }),
+                bytes: row.get::<_, i64>("bytes")? as u64,
+                blake3: blake3::Hash::from_bytes(row.get("blake3")?),
+            })
+        };
+        for row in select.query_map((), parse).map_err(wrapped())? {
+            visit(row.map_err(wrapped())?)?;
+        }
+        Ok(())
+    }
+
+    /// Where what sinks keep of a tile is, if that is known.
+    pub(crate) fn pieces(&self, tile: TileId) -> Result<Option<Pieces>, Error> {
+        let find = || {
+            let select = "SELECT at, bytes, blake3 FROM pieces WHERE y = ? AND x = ?";
+            let parse = |row: &Row| {
+                let number = |column| row.get::<_, i64>(column).map(|number| number as u64);
+                Ok(Pieces { at: number(0)?, bytes: number(1)?, blake3: blake3::Hash::from_bytes(row.get(2)?) })
+            };
+            self.connection.prepare_cached(select)?.query_row((tile.y, tile.x), parse).optional()
+        };
+        find().map_err(Error::sqlite(&self.path))
+    }
+
+    /// The files of a tile of a bake under way.
+    pub(crate) fn files_of(&self, tile: TileId) -> Result<Vec<FileRecord>, Error> {
+        self.records("SELECT record FROM records WHERE y = ? AND x = ?", &[tile.y, tile.x])
+    }
+
+    /// The files of all tiles of a bake under way.
+    pub(crate) fn tile_files(&self) -> Result<Vec<FileRecord>, Error> {
+        self.records("SELECT record FROM records", &[])
+    }
+
+    fn records(&self, select: &str, tile: &[i64]) -> Result<Vec<FileRecord>, Error> {
+        let find = || {
+            let mut select = self.connection.prepare_cached(select)?;
+            let parse = |row: &Row| parse_json(row, "record");
+            select.query_map(params_from_iter(tile), parse)?.collect::<rusqlite::Result<Vec<_>>>()
+        };
+        find().map_err(Error::sqlite(&self.path))
+    }
+
+    /// The files that a sink has left at its end, if it has come to that.
+    pub(crate) fn ended(&self, sink: &str) -> Result<Option<Vec<FileRecord>>, Error> {
+        let find = "SELECT files FROM ended WHERE sink = ?";
+        let files = self.connection.query_row(find, [sink], |row| parse_json(row, "files")).optional();
+        files.map_err(Error::sqlite(&self.path))
     }
 
     /// The row of a tile, if it has one.
@@ -286,6 +536,73 @@ impl Registry {
     }
 }
 
+/// A file as the registry knows it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileRow {
+    /// Path in the folder of the bake, with `/` between its parts.
+    pub path: String,
+    /// The export that it belongs to.
+    pub export: String,
+    /// The tile that it shows; none: the region.
+    pub tile: Option<TileId>,
+    /// Size in bytes.
+    pub bytes: u64,
+    /// The hash of its bytes.
+    pub blake3: blake3::Hash,
+}
+
+impl FileRow {
+    /// The entry of the manifest, as far as the registry knows it.
+    pub(crate) fn record(self) -> FileRecord {
+        let finished = Finished { bytes: self.bytes, blake3: self.blake3 };
+        FileRecord { tile: self.tile, ..FileRecord::new(self.path, &self.export, finished) }
+    }
+}
+
+fn insert_tile(connection: &Connection, row: &TileRow) -> rusqlite::Result<()> {
+    let text = |text: &str| Some(Value::Text(text.to_owned()));
+    let start = |start: Option<Start>| {
+        let direction = start.and_then(|start| start.direction).map(|it| Value::Text(it.name().into()));
+        let number = |pick: fn(Node) -> i64| start.map(|start| Value::Integer(pick(start.node)));
+        [number(|node| node.0), number(|node| node.1), direction]
+    };
+    let hash = |part| Some(Value::Blob(row.digest.as_ref()?.of(part)?.as_bytes().to_vec()));
+    let tile = [row.tile.x, row.tile.y].map(|number| Some(Value::Integer(number)));
+    let values = tile.into_iter().chain([text(row.state.name()), Some(Value::Integer(row.stride))]);
+    let values = values.chain(start(row.river)).chain(start(row.road)).chain([text(&json(&row.lines))]);
+    let values = values.chain(TilePart::ALL.map(hash));
+    let values = values.chain([text(&json(&row.files)), row.record.clone().map(Value::Blob)]);
+    let marks = ["?"; COLUMNS].join(", ");
+    let mut insert = connection.prepare_cached(&format!("INSERT OR REPLACE INTO tiles VALUES ({marks})"))?;
+    insert.execute(params_from_iter(values)).map(|_| ())
+}
+
+fn insert_files(connection: &Connection, files: &[FileRecord]) -> rusqlite::Result<()> {
+    for FileRecord { path, export, tile, bytes, blake3, .. } in files {
+        let mut insert = connection.prepare_cached("INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?, ?, ?)")?;
+        let hash =
+            blake3::Hash::from_hex(blake3).map_err(|error| rusqlite::Error::ToSqlConversionFailure(error.into()))?;
+        insert.execute(params![
+            path,
+            export,
+            tile.map(|tile| tile.x),
+            tile.map(|tile| tile.y),
+            *bytes as i64,
+            hash.as_bytes()
+        ])?;
+    }
+    Ok(())
+}
+
+fn json(value: &impl serde::Serialize) -> String {
+    serde_json::to_string(value).expect("texts and numbers are JSON")
+}
+
+fn parse_json<T: serde::de::DeserializeOwned>(row: &Row, column: &str) -> rusqlite::Result<T> {
+    let text: String = row.get(column)?;
+    serde_json::from_str(&text).map_err(|error| damaged(row, column, error))
+}
+
 /// Tells SQLite that its file is lost anyway if the program ends early, and fixes what bytes depend on.
 pub(crate) fn unjournaled(connection: &Connection) -> rusqlite::Result<()> {
     connection.pragma_update(None, "page_size", 4096)?;
@@ -308,17 +625,17 @@ fn parse_row(row: &Row) -> rusqlite::Result<TileRow> {
         let bytes: Option<[u8; 32]> = row.get(format!("{}_hash", part.name()).as_str())?;
         *hash = bytes.map(blake3::Hash::from_bytes);
     }
-    let list = |column| {
-        let text: String = row.get(column)?;
-        serde_json::from_str(&text).map_err(|error| damaged(row, column, error))
-    };
+    let state: String = row.get("state")?;
+    let named = TileState::ALL.into_iter().find(|known| known.name() == state);
     Ok(TileRow {
         tile: TileId { x: row.get("x")?, y: row.get("y")? },
+        state: named.ok_or_else(|| damaged(row, "state", format!("{state:?} is no state")))?,
+        stride: row.get("stride")?,
         river: start("river_x", "river_y", "river_direction")?,
         road: start("road_x", "road_y", "road_direction")?,
-        lines: list("lines")?,
+        lines: parse_json(row, "lines")?,
         digest: hashes.iter().any(Option::is_some).then(|| Digest::new(hashes)),
-        files: list("files")?,
+        files: parse_json(row, "files")?,
         record: row.get("record")?,
     })
 }
@@ -335,6 +652,8 @@ mod tests {
         let hash = |what: &str| blake3::hash(format!("{what} {x} {y}").as_bytes());
         TileRow {
             tile: TileId { x, y },
+            state: TileState::Baked,
+            stride: 4,
             river: (x > 0).then_some(Start { node: (x * 16 + 3, y * 16 - 1), direction: Some(Direction::West) }),
             road: (y > 0).then_some(Start { node: (x * 16 + 8, y * 16 + 8), direction: None }),
             lines: vec![format!("r0:{x}:{y}")],
@@ -389,7 +708,7 @@ mod tests {
         let registry = Registry::open(&path).unwrap();
         registry.connection.pragma_update(None, "user_version", SCHEMA_VERSION + 1).unwrap();
         registry.close().unwrap();
-        refused(Registry::read(&path), "schema version 3");
-        refused(Registry::open(&path), "this program knows 2");
+        refused(Registry::read(&path), "schema version 4");
+        refused(Registry::open(&path), "this program knows 3");
     }
 }

@@ -35,6 +35,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
@@ -85,7 +86,14 @@ fn unwind() {
 /// thread of its own, which is left alone with it when all is to end.
 pub(crate) fn wait_for<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
     let (done, result) = sync_channel(1);
-    let thread = thread::spawn(move || _ = done.send(work()));
+    let work = Arc::new(Mutex::new(Some(work)));
+    let take = |work: &Mutex<Option<_>>| work.lock().ok().and_then(|mut work| work.take());
+    let theirs = work.clone();
+    let begin = move || _ = take(&theirs).map(|work| done.send(work()));
+    // Where no more threads can be started it is done here, and cannot be left alone.
+    let Ok(thread) = thread::Builder::new().spawn(begin) else {
+        return take(&work).expect("nobody else has begun it")();
+    };
     loop {
         match result.recv_timeout(LOOK_INTERVAL) {
             Ok(result) => return result,

@@ -11,6 +11,8 @@ use crate::clock::Clock;
 pub struct Watch {
     stage: Mutex<Option<Stage>>,
     done: AtomicU64,
+    /// What is counted besides, for an earlier run has done it.
+    skipped: AtomicU64,
     /// Where the time goes.
     pub clock: Clock,
 }
@@ -46,6 +48,7 @@ impl Watch {
     pub fn begin(&self, name: &'static str, of: Option<(u64, &'static str)>) {
         let mut stage = self.stage.lock().expect("no thread panics while it names a stage");
         self.done.store(0, Ordering::Relaxed);
+        self.skipped.store(0, Ordering::Relaxed);
         *stage = Some(Stage { name, of, since: Instant::now(), first: 0 });
     }
 
@@ -61,12 +64,18 @@ impl Watch {
         self.done.fetch_add(done, Ordering::Relaxed)
     }
 
+    /// Counts so many things as done by an earlier run: they say nothing of how fast this one is.
+    pub fn skip(&self, done: u64) {
+        self.skipped.fetch_add(done, Ordering::Relaxed);
+    }
+
     /// How far the stage is that was begun last, if any was.
     pub fn progress(&self) -> Option<Progress> {
         let stage = self.stage.lock().expect("no thread panics while it names a stage");
         let Stage { name, of, since, first } = (*stage)?;
         let (done, elapsed) = (self.done.load(Ordering::Relaxed), since.elapsed());
         let rate = (of.is_some() && elapsed >= LEAST).then(|| (done - first) as f64 / elapsed.as_secs_f64());
+        let done = done + self.skipped.load(Ordering::Relaxed);
         Some(Progress { stage: name, done, of, rate })
     }
 }
@@ -113,7 +122,8 @@ mod tests {
         assert_eq!((begun.share(), begun.rate, begun.seconds_left()), (Some(0.25), None, None));
         assert_eq!(Progress { rate: Some(0.0), ..begun }.seconds_left(), None);
         assert_eq!(Progress { rate: Some(0.5), ..begun }.seconds_left(), Some(12.0));
-        // What was done before the stage began is no part of its rate.
+        // What was done before the stage began is no part of its rate, nor what an earlier run has done.
+        watch.skip(3);
         let mut stage = watch.stage.lock().unwrap();
         let long_ago = stage.unwrap().since.checked_sub(Duration::from_secs(10));
         stage.as_mut().unwrap().since = long_ago.unwrap();

@@ -1,14 +1,17 @@
 //! The bake: every tile of a region, made in parallel and handed to the sinks in order.
 
-mod record;
+pub(crate) mod frames;
+mod journal;
 
-pub(crate) use record::Finished;
-pub use record::{FileRecord, MeshRecord};
+pub(crate) use journal::Journal;
+
+use std::time::Instant;
 
 use rayon::prelude::*;
 
 use crate::area::{Place, Region, Stride};
 use crate::error::Error;
+pub use crate::file::{FileRecord, MeshRecord};
 use crate::stop;
 use crate::tile::Tile;
 use crate::watch::Watch;
@@ -17,16 +20,17 @@ use crate::world::World;
 /// A consumer of finished tiles: a format.
 ///
 /// [`take`](Sink::take) runs on any thread in any order; [`append`](Sink::append) sees whole rows of tiles from north
-/// to south.
-pub trait Sink: Send + Sync {
-    /// What progress and timings call it.
+/// to south. All that a sink knows of a tile passes from the one to the other as bytes, so that a bake that was cut off can go on
+/// with what was kept of tiles that it does not make again.
+pub(crate) trait Sink: Send + Sync {
+    /// What progress, timings and the journal call it: no two of a bake have the same name.
     fn name(&self) -> &str;
 
-    /// What the sink keeps of a tile, as bytes of its own choice.
+    /// What the sink keeps of a tile, and the files of the tile alone that it has written.
     ///
     /// # Errors
     /// When a file cannot be written.
-    fn take(&self, tile: &Tile, place: Place) -> Result<Vec<u8>, Error>;
+    fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error>;
 
     /// Consumes one row of tiles: what was kept of each, from west to east.
     ///
@@ -41,6 +45,15 @@ pub trait Sink: Send + Sync {
     fn finish(&self, watch: &Watch) -> Result<Vec<FileRecord>, Error>;
 }
 
+/// What a sink has made of a tile.
+#[derive(Default)]
+pub(crate) struct Kept {
+    /// What it appends later, as bytes of its own choice.
+    pub piece: Vec<u8>,
+    /// Files of the tile, which are whole.
+    pub files: Vec<FileRecord>,
+}
+
 /// The least tiles a thread should have to choose from, so that none waits long for the last one of a batch.
 const TILES_A_THREAD: u64 = 4;
 
@@ -52,11 +65,18 @@ pub fn rows_in_flight(region: &Region, threads: usize) -> u64 {
 /// Makes all tiles of a region and hands them to the sinks, on the threads of the current rayon pool.
 ///
 /// While the sinks write one batch of rows, the next is made; so two batches of what the sinks keep are held at most,
-/// beside one tile a thread. Memory grows with the width of the region and not with its height.
+/// beside one tile a thread. Memory grows with the width of the region and not with its height. What the journal has from
+/// an earlier run is not made again.
 ///
 /// # Errors
-/// The first error of a sink.
-pub fn bake(world: &World, region: &Region, sinks: &[Box<dyn Sink + '_>], watch: &Watch) -> Result<(), Error> {
+/// The first error of a sink or of the journal.
+pub(crate) fn bake(
+    world: &World,
+    region: &Region,
+    sinks: &[Box<dyn Sink + '_>],
+    journal: &Journal,
+    watch: &Watch,
+) -> Result<(), Error> {
     world.agents().prepare_for(region.cols());
     watch.begin(planning(world).unwrap_or(TILES), Some((region.tiles(), "tiles")));
     let batch_rows = rows_in_flight(region, rayon::current_num_threads());
@@ -66,12 +86,14 @@ pub fn bake(world: &World, region: &Region, sinks: &[Box<dyn Sink + '_>], watch:
         let rows = batch_rows.min(region.rows() - first_row);
         let (written, next) = rayon::join(
             || made.take().map_or(Ok(()), |batch| batch.append(region, sinks, watch)),
-            || Batch::make(world, region, first_row, rows, sinks, watch),
+            || Batch::make(world, region, first_row, rows, sinks, journal, watch),
         );
         written?;
+        journal.save()?;
         made = Some(next?);
         first_row += rows;
     }
+    journal.save()?;
     made.map_or(Ok(()), |batch| batch.append(region, sinks, watch))
 }
 
@@ -101,17 +123,24 @@ impl Batch {
         first_row: u64,
         rows: u64,
         sinks: &[Box<dyn Sink + '_>],
+        journal: &Journal,
         watch: &Watch,
     ) -> Result<Batch, Error> {
         let cols = region.cols();
         let make = |index: u64| {
             stop::check();
             let place = Place { row: first_row + index / cols, col: index % cols };
+            if let Some(pieces) = journal.recall(region.tile(place), sinks.len())? {
+                watch.skip(1);
+                return Ok(pieces);
+            }
+            let start = Instant::now();
             let tile = Tile::timed(world, region.tile(place), &watch.clock);
-            let pieces = sinks
+            let kept = sinks
                 .iter()
                 .map(|sink| watch.clock.time(&format!("paint {}", sink.name()), || sink.take(&tile, place)));
-            let pieces = pieces.collect::<Result<Vec<_>, Error>>()?;
+            let kept = kept.collect::<Result<Vec<Kept>, Error>>()?;
+            let pieces = journal.record(&tile, kept, start.elapsed())?;
             if watch.add(1) == 0 && planning(world).is_some() {
                 watch.go_on(TILES);
             }

@@ -46,6 +46,16 @@ pub(super) enum Command {
     },
     /// Check a bake: every file against its hash, the edges of tiles, the registry, and some tiles against the same baked again.
     Verify(VerifyArguments),
+    /// Bake the tiles that a larger region of a bake needs. The old tiles' files stay as they are; files of the region are made anew.
+    Extend(ExtendArguments),
+    /// Say what lies in the folder of a bake: world, place, heights, files, runs, and what is missing.
+    Info {
+        /// Folder of the bake.
+        folder: PathBuf,
+        /// Print one JSON object.
+        #[arg(long)]
+        json: bool,
+    },
     /// Bake again what is wrong with a bake, so that each of its files has the bytes that it was baked with.
     Repair {
         /// Folder of the bake.
@@ -124,6 +134,16 @@ pub(super) struct BakeArguments {
     pub common: CommonArguments,
 }
 
+#[derive(Args)]
+pub(super) struct ExtendArguments {
+    /// Folder of the bake.
+    pub folder: PathBuf,
+    #[command(flatten)]
+    pub place: PlaceArguments,
+    #[command(flatten)]
+    pub manner: Manner,
+}
+
 /// Which part of a world.
 #[derive(Args, Clone)]
 pub(super) struct PlaceArguments {
@@ -176,7 +196,7 @@ pub(super) struct CommonArguments {
     /// Set a key of the preset, such as sea_level_m=40 or noise[0].height_m=300; the value is as in TOML. May be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Folder for the bake [default: out/ and the preset's name].
+    /// Folder for the bake [default: in out/, named after preset, seed, place and size].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Cells a tile side, 16 to 4096 [default: the preset's].
@@ -207,15 +227,31 @@ pub(super) struct CommonArguments {
     /// as it looks from so far.
     #[arg(long, value_name = "1/N", default_value = "1", value_parser = parse_scale)]
     pub scale: Stride,
+    /// Refuse to bake unless this program makes the worlds of that version.
+    #[arg(long, value_name = "VERSION")]
+    pub generator: Option<String>,
+    /// Replace the bake that is in the folder. It stays whole until the new one is.
+    #[arg(long, help_heading = "Folder")]
+    pub overwrite: bool,
+    /// Go on with this bake where it was cut off; where it is whole, bake again what is damaged of it.
+    #[arg(long, help_heading = "Folder", conflicts_with = "overwrite")]
+    pub resume: bool,
+    /// Add the exports to the bake of the same world and region that is in the folder; its files stay as they are.
+    #[arg(long, help_heading = "Folder", conflicts_with_all = ["overwrite", "resume"])]
+    pub add: bool,
+    #[command(flatten)]
+    pub manner: Manner,
+}
+
+/// How a bake goes.
+#[derive(Args)]
+pub(super) struct Manner {
     /// Threads to use [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
     /// Say what would be written, and what it would take, and write nothing.
     #[arg(long)]
     pub dry_run: bool,
-    /// Replace the bake that is in the folder.
-    #[arg(long)]
-    pub overwrite: bool,
     /// Print one JSON object a line instead of text.
     #[arg(long)]
     pub json: bool,
@@ -444,9 +480,13 @@ impl Command {
     /// Whether messages are to be JSON.
     pub fn is_json(&self) -> bool {
         match self {
-            Command::Bake(BakeArguments { common, .. }) | Command::Tile(TileArguments { common, .. }) => common.json,
+            Command::Bake(BakeArguments { common, .. }) | Command::Tile(TileArguments { common, .. }) => {
+                common.manner.json
+            }
+            Command::Extend(arguments) => arguments.manner.json,
             Command::Registry { json, .. }
             | Command::Repair { json, .. }
+            | Command::Info { json, .. }
             | Command::Clean { json, .. }
             | Command::Presets { json, .. }
             | Command::Styles { json, .. } => *json,

@@ -1,20 +1,21 @@
-//! `terrane bake` and `terrane tile`.
+//! `terrane bake`, `terrane tile` and `terrane extend`.
 
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Instant;
 
 use serde_json::json;
 
-use crate::area::{Region, Stride};
-use crate::cli::args::BakeArguments;
+use crate::area::{Region, Stride, TileId};
+use crate::cli::args::{BakeArguments, CommonArguments, ExtendArguments, Manner};
 use crate::cli::console::Console;
 use crate::cli::progress::{Reporter, Tiles};
 use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
-use crate::export::{Bytes, Cost, Forecast, Limit, Output, Plan};
+use crate::export::{Bytes, Cost, Forecast, Limit, Manifest, Mode, Output, Plan};
+use crate::generator;
 use crate::watch::Watch;
 use crate::world::World;
 
@@ -22,6 +23,9 @@ use crate::world::World;
 pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Error> {
     let options = &arguments.common;
     // What is asked for, checked before anything is written.
+    if let Some(version) = &options.generator {
+        generator::check(version)?;
+    }
     let sources = arguments.sources()?;
     let name = sources.name().to_owned();
     let preset = sources.read_all()?;
@@ -29,20 +33,82 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     let asked = place.region(preset.tile_cells, preset.spacing_m)?;
     let region = if options.scale == Stride::ONE { asked } else { asked.strided(options.scale)? };
     let world = World::strided(preset, options.seed, options.scale)?.with_tile_cells(region.tile_cells());
-    if !options.quiet {
+    if !options.manner.quiet {
         console.warnings(&world.warnings());
     }
-    let exports = arguments.exports()?;
-    let mut plan = Plan::new(&world, &name, region, exports)?.with_meshes(arguments.meshes())?;
-    if let Some(profile) = arguments.profile()? {
+    let out = options.out.clone().unwrap_or_else(|| default_folder(&name, &world, &region));
+    let (mut exports, mut meshes, mut profile) = (arguments.exports()?, arguments.meshes(), arguments.profile()?);
+    if options.add {
+        // What is there, and then what comes to it.
+        let old = Manifest::read(&out)?;
+        let mut all = old.known_exports()?;
+        all.extend(exports.into_iter().filter(|export| !old.exports.iter().any(|name| name == export.name())));
+        exports = all;
+        if old.has_meshes() && arguments.mesh_options().is_empty() {
+            meshes = old.meshes.clone();
+        }
+        if let (None, Some(known)) = (profile, &old.profile) {
+            profile = Some(known.parse()?);
+        }
+    }
+    let mut plan = Plan::new(&world, &name, region, exports)?.with_meshes(meshes)?;
+    if let Some(profile) = profile {
         plan = plan.with_profile(profile)?;
     }
     plan.check_options(&arguments.mesh_options())?;
+    let mode = match options {
+        CommonArguments { overwrite: true, .. } => Mode::Replace,
+        CommonArguments { resume: true, .. } => Mode::Resume,
+        CommonArguments { add: true, .. } => Mode::Add,
+        _ => Mode::New,
+    };
+    carry_out(&plan, mode, &out, &options.manner, console)
+}
+
+/// Bakes the tiles that a larger region of a bake needs.
+pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(), Error> {
+    let ExtendArguments { folder, place, manner } = arguments;
+    let manifest = Manifest::read(folder)?;
+    let world = manifest.world()?;
+    let old = manifest.region.region()?;
+    let place = place.located(&manifest.preset, Some(manifest.seed))?;
+    let region = match (place.bounds.is_some() || place.around.is_some(), place.at, place.size) {
+        (true, ..) => place.region(old.tile_cells(), world.spacing_m())?,
+        (false, None, None) => {
+            return Err(Error::Region {
+                message: "no larger region is given".into(),
+                hint: format!("give its size in tiles, such as --size {}x{}", 2 * old.cols(), 2 * old.rows()),
+            });
+        }
+        (false, at, size) => {
+            let at = at.unwrap_or(old.at());
+            // By default up to where the old one ends.
+            let until = |old: i64, count: u64, at: i64| (old + count as i64 - at).max(1) as u64;
+            let rest = (until(old.at().x, old.cols(), at.x), until(old.at().y, old.rows(), at.y));
+            let (cols, rows) = size.unwrap_or(rest);
+            Region::new(at, cols, rows, old.tile_cells())?
+        }
+    };
+    let plan = Plan::of_region(&manifest, &world, region)?;
+    carry_out(&plan, Mode::Extend, folder, manner, console)
+}
+
+/// The folder of a bake for which none is given: another one for each seed and place.
+fn default_folder(name: &str, world: &World, region: &Region) -> PathBuf {
+    let TileId { x, y } = region.at();
+    let (seed, cols, rows) = (world.seed(), region.cols(), region.rows());
+    let scale = world.stride().vertices();
+    let scale = if scale == 1 { String::new() } else { format!("-scale{scale}") };
+    Path::new("out").join(format!("{name}-seed{seed}-x{x}-y{y}-{cols}x{rows}{scale}"))
+}
+
+/// Bakes a plan into a folder, or says what it would take.
+fn carry_out(plan: &Plan<'_>, mode: Mode, out: &Path, options: &Manner, console: &Console) -> Result<(), Error> {
+    let (world, region) = (plan.world(), *plan.region());
     let threads = thread_count(options.threads);
     let cost = plan.cost(threads);
-    let out = options.out.clone().unwrap_or_else(|| Path::new("out").join(&name));
     // Kept until the plan is printed: a dry run says what it would take even where it may not.
-    let refused = Output::check(&out, options.overwrite, &cost);
+    let refused = Output::check(out, mode, plan, &cost);
     let short = Limit::now(threads).map_or(Ok(()), |limit| limit.check(&cost));
     if options.dry_run && !options.quiet {
         // To look at a tile takes memory too.
@@ -53,7 +119,7 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
             }
             plan.forecast(&cost, threads)
         });
-        print_plan(console, &plan, &cost, forecast, &world, threads, &out)?;
+        print_plan(console, plan, &cost, forecast, world, threads, out)?;
     }
     refused.and(short)?;
     if options.dry_run {
@@ -62,15 +128,23 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     // The bake.
     let watch = Watch::default();
     let pool = thread_pool(threads)?;
-    let output = Output::prepare(&out, options.overwrite, &cost)?;
-    console.warnings(&output.warnings());
+    let output = Output::prepare(out, mode, plan, &cost)?;
+    console.warnings(&output.lock_warning());
     let start = Instant::now();
-    let manifest = thread::scope(|scope| {
+    let baked = thread::scope(|scope| {
         let shown = !options.quiet && !options.no_progress;
         let tiles = Tiles { count: region.tiles(), cells: (region.tile_cells() as u64).pow(2) };
         let _reporter = shown.then(|| Reporter::start(scope, console, &watch, Some(tiles)));
         pool.install(|| plan.run(&output, &watch))
+    });
+    let manifest = baked.inspect_err(|_| {
+        if output.can_resume() && !options.quiet {
+            let goes_on = "what was made is kept: the same command with --resume goes on with it";
+            // When nobody listens there is nobody to tell.
+            _ = writeln!(io::stderr(), "{}: {goes_on}", out.display());
+        }
     })?;
+    console.warnings(&output.kept_warnings());
     let elapsed = start.elapsed();
     if options.verbose {
         print_stages(console, &watch)?;
@@ -84,8 +158,14 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     let object = json!({
         "type": "done", "out": out.to_string_lossy(), "files": manifest.files.len() + 1, "bytes": bytes, "tiles": region.tiles(),
         "vertices": region.vertices(), "bounds_km": region.bounds_km(world.spacing_m()),
-        "seconds": elapsed.as_secs_f64(), "mvertices_per_second": rate,
+        "seconds": elapsed.as_secs_f64(), "mvertices_per_second": rate, "files_untouched": output.untouched(),
+        "files_renewed": output.renewed().len(),
     });
+    if output.was_whole() {
+        let text =
+            format!("{}: is whole already: {} files, {}\n", out.display(), manifest.files.len() + 1, Bytes(bytes));
+        return console.message(object, &text);
+    }
     let text = format!(
         "{}: {} x {} vertices, {}, in {} files, {}, {:.2} s ({rate:.1} Mvertices/s)\n",
         out.display(),

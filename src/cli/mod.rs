@@ -7,6 +7,7 @@ mod completions;
 mod console;
 mod experiment;
 mod find;
+mod info;
 mod map;
 mod progress;
 mod registry_list;
@@ -69,6 +70,8 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
         Command::Atlas(arguments) => atlas::run(&arguments, console),
         Command::Find(arguments) => find::run(&arguments, console),
         Command::Registry { folder, .. } => registry_list::run(&folder, console),
+        Command::Extend(arguments) => bake::extend(&arguments, console),
+        Command::Info { folder, .. } => info::run(&folder, console),
         Command::Verify(arguments) => verify::run(&arguments, console),
         Command::Repair { folder, threads, .. } => verify::repair(&folder, threads, console),
         Command::Clean { folder, dry_run, .. } => verify::clean(&folder, dry_run, console),

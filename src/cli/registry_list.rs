@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 
 use crate::cli::console::Console;
 use crate::error::Error;
-use crate::registry::{FILE_NAME, Registry, Start, TileRow};
+use crate::export;
+use crate::registry::{Start, TileRow};
 use crate::tile::TilePart;
 
 /// How much text is printed at once: a registry may be longer than memory.
@@ -15,7 +16,7 @@ const PRINTED_BYTES: usize = 1 << 16;
 
 /// Lists the registry of a folder, as a table or as JSON lines.
 pub(super) fn run(folder: &Path, console: &Console) -> Result<(), Error> {
-    let registry = Registry::read(&folder.join(FILE_NAME))?;
+    let registry = export::registry(folder)?;
     let mut text = String::new();
     if !console.is_json() {
         text.push_str(&line(["x", "y", "river from", "road from", "lines", "heights", "blend", "files", "record"]));

@@ -2,6 +2,8 @@
 
 use std::io::{self, Write};
 use std::process;
+#[cfg(unix)]
+use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
@@ -13,13 +15,19 @@ const PATIENCE: Duration = Duration::from_millis(1800);
 
 /// Lets the first signal stop the work, and a second one end the command on the spot.
 pub(super) fn listen() {
+    // A file that may grow no more is an error of whoever writes to it, not the end of the command without a word.
+    #[cfg(unix)]
+    {
+        _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
+    }
     // Without a handler a signal still ends the program; it only leaves what was half-written.
     _ = ctrlc::set_handler(|| {
         if stop::is_requested() {
             end();
         }
         stop::request();
-        thread::spawn(|| {
+        // If it cannot be started, a second signal still ends the command.
+        _ = thread::Builder::new().spawn(|| {
             thread::sleep(PATIENCE);
             end();
         });

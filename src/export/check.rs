@@ -3,22 +3,19 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
-use std::io::{BufReader, Read};
-use std::path::{Component, Path, PathBuf};
+use std::io::BufReader;
+use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::area::{Place, Region, TileId};
-use crate::bake::FileRecord;
+use crate::area::{Place, TileId};
 use crate::error::Error;
 use crate::export::manifest::{self, Manifest};
-use crate::registry::{self, Registry, TileRow};
+use crate::file::{FileRecord, path_in};
+use crate::registry::{self, FileRow, Registry, TileRow};
 use crate::stop;
 use crate::tile::{Tile, TilePart};
 use crate::watch::Watch;
-
-/// Bytes of a file that are hashed at once.
-const PIECE: usize = 1 << 20;
 
 /// How many tiles of a bake are made again.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,14 +61,26 @@ impl Checked {
 /// # Errors
 /// When there is no manifest that can be read, or when tiles are to be made again and cannot be.
 pub fn check(folder: &Path, rebake: Rebake, watch: &Watch) -> Result<Checked, Error> {
-    let manifest = Manifest::read(folder)?;
+    let read = Manifest::read(folder);
     let mut checked = Checked::default();
-    let text = fs::read_to_string(folder.join(manifest::PATH)).map_err(Error::io(folder.join(manifest::PATH)))?;
-    // A manifest has one form, and says its own hash.
-    if !manifest.is_sealed() || text != manifest.to_json() {
-        checked.add(manifest::PATH, "is not as it was written");
+    let manifest = match &read {
+        Ok(manifest) => manifest.clone(),
+        Err(_) => told(folder)?,
+    };
+    if let Err(error) = &read {
+        checked.add(manifest::PATH, error.to_string());
+    } else {
+        let path = folder.join(manifest::PATH);
+        let text = fs::read_to_string(&path).map_err(Error::io(&path))?;
+        // A manifest has one form, and says its own hash.
+        if !manifest.is_sealed() || text != manifest.to_json() {
+            checked.add(manifest::PATH, "is not as it was written");
+        }
     }
-    check_files(folder, &manifest, watch, &mut checked);
+    let files = manifest.all_files(folder);
+    checked.files = files.len() as u64;
+    checked.bytes = files.iter().map(|record| record.bytes).sum();
+    checked.faults.extend(check_files(folder, &manifest, watch));
     let is_sound = |path: &str, checked: &Checked| checked.faults.iter().all(|fault| fault.path != path);
     check_seams(folder, &manifest, &mut checked);
     if is_sound(registry::FILE_NAME, &checked) {
@@ -81,65 +90,42 @@ pub fn check(folder: &Path, rebake: Rebake, watch: &Watch) -> Result<Checked, Er
     Ok(checked)
 }
 
-/// The path of a file of a bake; none where that would lead out of the folder, or over a link.
-pub(super) fn path_in(folder: &Path, path: &str) -> Option<PathBuf> {
-    let parts = Path::new(path);
-    let is_plain = !path.is_empty()
-        && !path.contains(['\\', '\0'])
-        && parts.components().all(|part| matches!(part, Component::Normal(_)));
-    let mut at = folder.to_owned();
-    let follows_no_link = is_plain
-        && parts.components().all(|part| {
-            at.push(part);
-            at.symlink_metadata().map_or(true, |there| !there.is_symlink())
-        });
-    follows_no_link.then_some(at)
-}
-
-/// What is wrong with the bytes of a file; nothing if they are those that were written.
-pub(super) fn file_fault(folder: &Path, record: &FileRecord) -> Option<String> {
-    let Some(path) = path_in(folder, &record.path) else {
-        return Some("leads out of the folder, or over a link".into());
-    };
-    let hashed = || {
-        let mut file = File::open(&path)?;
-        let mut hasher = blake3::Hasher::new();
-        let mut piece = vec![0; PIECE];
-        loop {
-            stop::check();
-            match file.read(&mut piece)? {
-                0 => return Ok::<_, std::io::Error>((hasher.count(), hasher.finalize())),
-                count => _ = hasher.update(&piece[..count]),
-            }
-        }
-    };
-    match path.metadata() {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Some("is missing".into()),
-        Err(error) => return Some(format!("cannot be read: {error}")),
-        Ok(there) if !there.is_file() => return Some("is no file".into()),
-        Ok(there) if there.len() != record.bytes => {
-            return Some(format!("has {} bytes, and was written with {}", there.len(), record.bytes));
-        }
-        Ok(_) => {}
-    }
-    match hashed() {
-        Err(error) => Some(format!("cannot be read: {error}")),
-        Ok((_, hash)) if hash.to_hex().as_str() != record.blake3 => Some("has other bytes than were written".into()),
-        Ok(_) => None,
-    }
-}
-
-fn check_files(folder: &Path, manifest: &Manifest, watch: &Watch, checked: &mut Checked) {
-    watch.begin("reading files", Some((manifest.files.len() as u64, "files")));
+/// What is wrong with the files of a bake.
+pub(super) fn check_files(folder: &Path, manifest: &Manifest, watch: &Watch) -> Vec<Fault> {
+    let files = manifest.all_files(folder);
+    watch.begin("reading files", Some((files.len() as u64, "files")));
     let fault = |record: &FileRecord| {
-        let message = file_fault(folder, record);
+        let message = record.fault(folder);
         watch.add(1);
         message.map(|message| Fault { path: record.path.clone(), message })
     };
-    let faults: Vec<Fault> = manifest.files.par_iter().filter_map(fault).collect();
-    checked.faults.extend(faults);
-    checked.files = manifest.files.len() as u64;
-    checked.bytes = manifest.files.iter().map(|record| record.bytes).sum();
+    files.par_iter().filter_map(fault).collect()
+}
+
+/// What was baked in a folder: as the manifest says it, or as the registry does where that is not as it was written, and if that says
+/// nothing either, as the manifest says it all the same.
+///
+/// # Errors
+/// When neither can be read.
+pub(super) fn told(folder: &Path) -> Result<Manifest, Error> {
+    let read = Manifest::read(folder);
+    if read.as_ref().is_ok_and(Manifest::is_sealed) {
+        return read;
+    }
+    let by_registry = || {
+        let registry = Registry::read(&folder.join(registry::FILE_NAME)).ok()?;
+        let plan = Manifest::parse(&registry.plan().ok()??).ok().filter(Manifest::is_sealed)?;
+        let mut files = Vec::new();
+        let list = |file: FileRow| {
+            files.push(file.record());
+            Ok(())
+        };
+        registry.for_each_file(list).ok()?;
+        // Without a seal of its own: whoever reads it knows that it is no manifest that was written.
+        Some(Manifest { files, blake3: String::new(), ..plan })
+    };
+    // One that is not there was taken away, or never written.
+    if folder.join(manifest::PATH).exists() { by_registry().map_or(read, Ok) } else { read }
 }
 
 /// Compares the edges that files of neighbouring tiles share: of PNG and of bare 16-bit heights.
@@ -232,15 +218,18 @@ fn check_registry(
     checked: &mut Checked,
 ) -> Result<(), Error> {
     const NAME: &str = registry::FILE_NAME;
-    let rows = match Registry::read(&folder.join(NAME)).and_then(|registry| registry.rows()) {
-        Ok(rows) => rows,
+    let read = || {
+        let registry = Registry::read(&folder.join(NAME))?;
+        Ok::<_, Error>((registry.rows()?, registry))
+    };
+    let (rows, registry) = match read() {
+        Ok(read) => read,
         Err(error) => {
             checked.add(NAME, format!("cannot be read: {error}"));
             return Ok(());
         }
     };
-    let recorded = &manifest.region;
-    let Ok(region) = Region::new(recorded.at, recorded.cols, recorded.rows, recorded.tile_cells) else {
+    let Ok(region) = manifest.region.region() else {
         checked.add(manifest::PATH, "has a region that cannot be");
         return Ok(());
     };
@@ -249,6 +238,25 @@ fn check_registry(
     let there: BTreeSet<TileId> = rows.iter().map(|row| row.tile).collect();
     if wanted != there {
         checked.add(NAME, format!("has {} tiles, and the manifest {}", there.len(), wanted.len()));
+    }
+    let mut others = Vec::new();
+    let known: BTreeMap<&str, &FileRecord> = manifest.files.iter().map(|record| (&record.path[..], record)).collect();
+    let mut count = 0;
+    let compare = |file: FileRow| {
+        count += 1;
+        let is_same = known.get(&file.path[..]).is_some_and(|known| file.clone().record().is_same_file(known));
+        if !is_same {
+            others.push(file.path);
+        }
+        Ok(())
+    };
+    registry.for_each_file(compare)?;
+    for path in others {
+        checked.add(NAME, format!("has another {path} than the manifest"));
+    }
+    // It cannot list itself.
+    if count + 1 != known.len() && manifest.is_sealed() {
+        checked.add(NAME, format!("has {count} files, and the manifest {} besides it", known.len().saturating_sub(1)));
     }
     let listed: BTreeSet<&str> = manifest.files.iter().map(|record| &record.path[..]).collect();
     for (row, file) in rows.iter().flat_map(|row| row.files.iter().map(move |file| (row, file))) {
@@ -289,19 +297,5 @@ mod tests {
         assert_eq!(stem("map/map_x0_y12.png"), stem("map/map_x10_y0.png"));
         assert_ne!(stem("a/splat1_x0_y0.png"), stem("a/splat2_x0_y0.png"));
         assert_eq!(stem("exr/exit.exr"), "exr/exit.exr");
-    }
-
-    #[test]
-    fn no_path_leads_out_of_the_folder() {
-        let folder = tempfile::tempdir().unwrap();
-        for path in ["", "/etc/passwd", "../x", "a/../../x", "a\\b", "."] {
-            assert_eq!(path_in(folder.path(), path), None, "{path:?}");
-        }
-        assert!(path_in(folder.path(), "map/map.png").is_some());
-        #[cfg(unix)]
-        {
-            std::os::unix::fs::symlink("/etc", folder.path().join("map")).unwrap();
-            assert_eq!(path_in(folder.path(), "map/passwd"), None);
-        }
     }
 }

@@ -102,17 +102,14 @@ pub(crate) trait Format: Sync {
     /// The folders of its files in that of the bake; `""` is that folder itself.
     fn folders(&self) -> Vec<&'static str>;
 
-    /// Whether a bake of any region and world gives one of its files that path.
-    fn owns(&self, path: &str) -> bool;
-
-    /// Whether a file of that path is one of its files that the manifest does not list, for there are too many. Default: none is.
-    fn owns_unlisted(&self, _path: &str) -> bool {
-        false
-    }
-
     /// The rasters that have a tile's vertices, as the registry lists them. Default: none.
     fn rasters_of(&self, _region: &Region, _place: Place) -> Vec<String> {
         Vec::new()
+    }
+
+    /// Whether all that it leaves are files of single tiles, which are the same in every region that has them. Default: no.
+    fn is_of_tiles_alone(&self) -> bool {
+        false
     }
 
     /// How many files it has, and what these take.
@@ -133,9 +130,4 @@ pub(crate) fn folder(path: &str) -> &str {
 /// The path without its folder.
 pub(crate) fn file_name(path: &str) -> &str {
     path.rsplit_once('/').map_or(path, |parts| parts.1)
-}
-
-/// Whether a part of a name is a number as names have them: digits, and nothing else.
-pub(crate) fn is_number(text: &str) -> bool {
-    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
 }

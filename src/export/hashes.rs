@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use crate::area::{Place, Region};
-use crate::bake::{FileRecord, Sink};
+use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Request, folder};
 use crate::export::locked;
@@ -30,10 +30,6 @@ impl Format for Hashes {
 
     fn folders(&self) -> Vec<&'static str> {
         vec![folder(PATH)]
-    }
-
-    fn owns(&self, path: &str) -> bool {
-        path == PATH
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
@@ -69,8 +65,8 @@ impl Sink for TileHashes {
         PATH
     }
 
-    fn take(&self, tile: &Tile, _place: Place) -> Result<Vec<u8>, Error> {
-        Ok(tile.digest().to_string().into_bytes())
+    fn take(&self, tile: &Tile, _place: Place) -> Result<Kept, Error> {
+        Ok(Kept { piece: tile.digest().to_string().into_bytes(), files: Vec::new() })
     }
 
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {

@@ -3,13 +3,13 @@
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
 use crate::error::Error;
 
-/// The file that is locked. It is there as long as somebody writes to the folder, or where one who did was killed.
+/// The file that is locked. It is there as long as somebody writes to the folder, or where one who did was killed, which says
+/// nothing.
 pub(super) const FILE_NAME: &str = ".terrane.lock";
 
 /// How often a lock is tried, and how long one waits before the next time.
@@ -25,8 +25,6 @@ pub(super) struct Lock {
     path: PathBuf,
     /// None where the file system knows no locks.
     file: Option<File>,
-    /// Whether its file stays, as the mark of a bake that did not come to its end.
-    stays: AtomicBool,
 }
 
 impl Lock {
@@ -44,8 +42,6 @@ impl Lock {
                     hint: "terrane writes its lock there: remove it, or choose another folder with --out".into(),
                 });
             }
-            // The mark of a bake that was cut off stays until another one replaces it.
-            let stays = AtomicBool::new(path.exists());
             let mut options = OpenOptions::new();
             let mut file =
                 options.read(true).write(true).create(true).truncate(false).open(&path).map_err(Error::io(&path))?;
@@ -54,11 +50,11 @@ impl Lock {
                     let says = format!("process {}\n", std::process::id());
                     let written = file.set_len(0).and_then(|()| file.write_all(says.as_bytes()));
                     written.map_err(Error::io(&path))?;
-                    return Ok(Lock { path, file: Some(file), stays });
+                    return Ok(Lock { path, file: Some(file) });
                 }
                 // Removed by the one who held it, after it was opened here; or held by one who only looks.
                 Ok(()) | Err(TryLockError::WouldBlock) => thread::sleep(PAUSE),
-                Err(TryLockError::Error(_)) => return Ok(Lock { path, file: None, stays }),
+                Err(TryLockError::Error(_)) => return Ok(Lock { path, file: None }),
             }
         }
         Err(held(folder, &path))
@@ -77,16 +73,6 @@ impl Lock {
         }
     }
 
-    /// Leaves its file as a mark that a bake was begun here.
-    pub fn mark(&self) {
-        self.stays.store(true, Ordering::Relaxed);
-    }
-
-    /// Leaves nothing.
-    pub fn unmark(&self) {
-        self.stays.store(false, Ordering::Relaxed);
-    }
-
     /// Whether nobody else can have it.
     pub fn is_held(&self) -> bool {
         self.file.is_some()
@@ -96,9 +82,7 @@ impl Lock {
 impl Drop for Lock {
     fn drop(&mut self) {
         // While it is held, so that the name is never that of somebody else's.
-        if !self.stays.load(Ordering::Relaxed) {
-            _ = fs::remove_file(&self.path);
-        }
+        _ = fs::remove_file(&self.path);
     }
 }
 
@@ -144,9 +128,7 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
         // What a killed one has left is no lock.
         fs::write(folder.path().join(FILE_NAME), "process 1\n").unwrap();
-        let lock = Lock::take(folder.path()).unwrap();
-        lock.unmark();
-        drop(lock);
+        drop(Lock::take(folder.path()).unwrap());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 

@@ -1,18 +1,20 @@
 //! `bake.json`: what a bake was made from and what it left.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io;
 use std::path::Path;
 
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-use crate::area::{Stride, TileId};
+use crate::area::{Region, Stride, TileId};
 use crate::bake::FileRecord;
 use crate::device::DeviceProfile;
 use crate::error::Error;
-use crate::export::{Export, MeshOptions, Plan, Profile};
+use crate::export::{Export, MeshOptions, Plan, Profile, web};
+use crate::generator;
 use crate::mesh::Frame;
 use crate::preset::Preset;
 use crate::world::World;
@@ -27,8 +29,11 @@ pub struct Manifest {
     pub format: String,
     /// Version of this file's form; a reader should refuse a higher one.
     pub format_version: u32,
-    /// Version of the program: another one may make another world of the same preset.
+    /// Version of the program.
     pub generator: String,
+    /// The version of what each layer of the program makes: with others it may be another world. None in old ones.
+    #[serde(default)]
+    pub layers: BTreeMap<String, u32>,
     /// What the bake was computed on.
     pub device: DeviceProfile,
     /// The preset's name.
@@ -88,6 +93,16 @@ pub struct RegionRecord {
     pub mesh_origin_m: [f64; 2],
 }
 
+impl RegionRecord {
+    /// The region.
+    ///
+    /// # Errors
+    /// When there cannot be such a one.
+    pub fn region(&self) -> Result<Region, Error> {
+        Region::new(self.at, self.cols, self.rows, self.tile_cells)
+    }
+}
+
 /// What 16-bit heights mean: `min_m + value / 65535 * (max_m - min_m)`. A property of the world, the same in all its
 /// bakes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -117,28 +132,30 @@ pub struct Axes {
 pub(crate) const FORMAT: &str = "terrane bake";
 const FORMAT_VERSION: u32 = 1;
 
-/// What [`Manifest::generator`] says of this program.
-pub(crate) const GENERATOR: &str = concat!("terrane ", env!("CARGO_PKG_VERSION"));
-
 impl Manifest {
     /// The manifest of the bake in a folder.
     ///
     /// # Errors
     /// When there is none, or it is not one, or one of a newer form than this program knows.
     pub fn read(folder: &Path) -> Result<Manifest, Error> {
-        let path = folder.join(PATH);
-        let refuse = |message: String, hint: &str| Error::Output { path: path.clone(), message, hint: hint.to_owned() };
+        Manifest::read_file(&folder.join(PATH))
+    }
+
+    /// The manifest in a file.
+    pub(crate) fn read_file(path: &Path) -> Result<Manifest, Error> {
+        let refuse =
+            |message: String, hint: &str| Error::Output { path: path.to_owned(), message, hint: hint.to_owned() };
         let rebake = "bake again with this program";
-        let text = fs::read_to_string(&path).map_err(|error| match error.kind() {
+        let text = fs::read_to_string(path).map_err(|error| match error.kind() {
             io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => refuse(
                 "is not there, so the folder holds no finished bake".into(),
                 "name the folder of a bake, or a preset (terrane presets)",
             ),
             io::ErrorKind::InvalidData => refuse(format!("cannot be read: {error}"), rebake),
-            _ => Error::io(&path)(error),
+            _ => Error::io(path)(error),
         })?;
         let broken = |error: serde_json::Error| refuse(format!("cannot be read: {error}"), rebake);
-        let value: serde_json::Value = serde_json::from_str(&text).map_err(broken)?;
+        let value: Value = serde_json::from_str(&text).map_err(broken)?;
         if value["format"] != FORMAT {
             return Err(refuse(format!("is not the manifest of a bake: expected \"format\": {FORMAT:?}"), rebake));
         }
@@ -162,7 +179,8 @@ impl Manifest {
         let manifest = Manifest {
             format: FORMAT.to_owned(),
             format_version: FORMAT_VERSION,
-            generator: GENERATOR.to_owned(),
+            generator: generator::NAME.to_owned(),
+            layers: generator::layers(),
             device: DeviceProfile::Cpu,
             preset_name: preset_name.to_owned(),
             preset: world.preset().clone(),
@@ -204,18 +222,81 @@ impl Manifest {
     /// When another version of the program has baked it, whose tiles may be others, or when what it says of the world makes no
     /// sense.
     pub fn world(&self) -> Result<World, Error> {
-        if self.generator != GENERATOR {
-            return Err(Error::Option {
-                message: format!("this bake is of {}, and this is {GENERATOR}", self.generator),
-                hint: "its tiles may be others here: use that version, or bake it again".into(),
-            });
-        }
+        self.check_generator()?;
         let stride = u64::try_from(self.stride).ok().and_then(Stride::new).ok_or_else(|| Error::Option {
             message: format!("the manifest has a stride of {}", self.stride),
             hint: "bake again".into(),
         })?;
         let world = World::strided(self.preset.clone(), Some(self.seed), stride)?;
         Ok(world.with_tile_cells(self.region.tile_cells))
+    }
+
+    /// Whether this program makes the same world of the same preset.
+    ///
+    /// # Errors
+    /// When a layer of it has another version.
+    pub fn check_generator(&self) -> Result<(), Error> {
+        let here = generator::layers();
+        if self.layers == here {
+            return Ok(());
+        }
+        let other = |(layer, version): (&String, &u32)| here.get(layer) != Some(version);
+        let others = self.layers.iter().filter(|layer| other(*layer)).map(|(layer, _)| layer.as_str());
+        let others: Vec<&str> = others.chain(self.layers.is_empty().then_some("no layers")).collect();
+        Err(Error::Option {
+            message: format!(
+                "this bake is of {}, which this one, {}, is not the same as: its manifest names {}",
+                self.generator,
+                generator::NAME,
+                if others.is_empty() { "fewer layers".to_owned() } else { others.join(", ") }
+            ),
+            hint: "its tiles may be others here: use that version, or bake it again".into(),
+        })
+    }
+
+    /// What was asked for otherwise in another manifest than in this one: `key: this one's, that one's`, of those keys at the top
+    /// that `counts` takes.
+    pub(crate) fn differences(&self, other: &Manifest, counts: impl Fn(&str) -> bool) -> Vec<String> {
+        const ASKED: [&str; 9] =
+            ["layers", "device", "preset_name", "seed", "preset", "region", "stride", "exports", "profile"];
+        let [own, other] = [self, other].map(|manifest| serde_json::to_value(manifest).expect("a manifest is JSON"));
+        let mut found = Vec::new();
+        for key in ASKED.into_iter().chain(["meshes"]).filter(|key| counts(key)) {
+            compare(key, &own[key], &other[key], &mut found);
+        }
+        found
+    }
+
+    /// All files of the bake in a folder: those that it lists, and those that lists of its own list, for there are many.
+    pub(crate) fn all_files(&self, folder: &Path) -> Vec<FileRecord> {
+        let listed = self.files.iter().filter(|record| web::is_listing(&record.path));
+        let listed = listed.flat_map(|listing| web::listed(folder, listing));
+        self.files.iter().cloned().chain(listed).collect()
+    }
+
+    /// The exports that it names.
+    ///
+    /// # Errors
+    /// When one of them is not known.
+    pub fn known_exports(&self) -> Result<Vec<Export>, Error> {
+        let export = |name: &String| {
+            let unknown = || Error::Export {
+                message: format!("the manifest names an export {name:?} that is not known"),
+                hint: "bake again with this program".into(),
+            };
+            Export::known().find(|export| export.name() == name).ok_or_else(unknown)
+        };
+        self.exports.iter().map(export).collect()
+    }
+
+    /// Whether it has the files of an export.
+    pub(crate) fn has(&self, export: Export) -> bool {
+        self.exports.iter().any(|name| name == export.name())
+    }
+
+    /// Whether it has meshes, whose options then count.
+    pub fn has_meshes(&self) -> bool {
+        Export::known().any(|export| !export.0.options().is_empty() && self.has(export))
     }
 
     /// The hash of all that it says but that.
@@ -227,6 +308,11 @@ impl Manifest {
     /// Whether it says what it was written with.
     pub(crate) fn is_sealed(&self) -> bool {
         self.blake3 == self.hash()
+    }
+
+    /// The manifest of a text.
+    pub(crate) fn parse(text: &str) -> serde_json::Result<Manifest> {
+        serde_json::from_str(text)
     }
 
     /// The JSON schema of the file, with the names that its files' exports can have.
@@ -243,5 +329,20 @@ impl Manifest {
     /// The file's text.
     pub(crate) fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("a manifest has only names and finite numbers") + "\n"
+    }
+}
+
+/// Adds what differs between two values under a key.
+fn compare(key: &str, own: &Value, other: &Value, found: &mut Vec<String>) {
+    match (own, other) {
+        (Value::Object(one), Value::Object(two)) => {
+            let keys: BTreeSet<&String> = one.keys().chain(two.keys()).collect();
+            for inner in keys {
+                let [one, two] = [one, two].map(|object| object.get(inner).unwrap_or(&Value::Null));
+                compare(&format!("{key}.{inner}"), one, two, found);
+            }
+        }
+        _ if own != other => found.push(format!("{key}: {own}, not {other}")),
+        _ => {}
     }
 }

@@ -15,9 +15,8 @@ use pdf_writer::{Chunk, Content, Filter, Finish, Name, Rect, Ref, Settings, Str,
 use subsetter::GlyphRemapper;
 
 use crate::area::Area;
-use crate::bake::Finished;
 use crate::error::Error;
-use crate::file::PartFile;
+use crate::file::{Finished, PartFile};
 use crate::map::plotter::{Page, Pen, Plotter, Shape, bounds};
 use crate::map::scale::Scale;
 use crate::map::style::Colour;

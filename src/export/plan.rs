@@ -1,23 +1,15 @@
 //! The plan of a bake: what it will leave and need, checked before anything is written.
 
 use std::collections::BTreeSet;
-use std::fs;
-
-use rayon::prelude::*;
 
 use crate::area::Region;
-use crate::bake::{Sink, bake, rows_in_flight};
+use crate::bake::rows_in_flight;
 use crate::error::Error;
 use crate::export::cost::{Cost, Forecast};
-use crate::export::folder::Output;
 use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
-use crate::export::manifest::{self, Manifest};
-use crate::export::registry_sink::BakeRegistry;
-use crate::export::{Export, MeshOptions, Profile, profile};
-use crate::file::{sync_folder, write_whole};
-use crate::stop;
+use crate::export::manifest::Manifest;
+use crate::export::{Export, MeshOptions, Profile, profile, registry_file};
 use crate::tile::shaped_input;
-use crate::watch::Watch;
 use crate::world::World;
 
 /// A bake that has been thought through: the formats can hold the region.
@@ -101,7 +93,7 @@ impl<'a> Plan<'a> {
         })
     }
 
-    fn request(&self) -> Request<'_> {
+    pub(super) fn request(&self) -> Request<'_> {
         let Plan { world, preset_name: name, region, ref meshes, .. } = *self;
         Request { name, world, region, meshes }
     }
@@ -135,16 +127,15 @@ impl<'a> Plan<'a> {
     /// # Errors
     /// When the manifest names an export or a profile that is not known, or a region that cannot be.
     pub fn of(manifest: &'a Manifest, world: &'a World) -> Result<Plan<'a>, Error> {
-        let export = |name: &String| {
-            let unknown = || Error::Export {
-                message: format!("the manifest names an export {name:?} that is not known"),
-                hint: "bake again with this program".into(),
-            };
-            Export::known().find(|export| export.name() == name).ok_or_else(unknown)
-        };
-        let exports = manifest.exports.iter().map(export).collect::<Result<Vec<_>, Error>>()?;
-        let recorded = &manifest.region;
-        let region = Region::new(recorded.at, recorded.cols, recorded.rows, recorded.tile_cells)?;
+        Plan::of_region(manifest, world, manifest.region.region()?)
+    }
+
+    /// The plan of the same of another region.
+    ///
+    /// # Errors
+    /// As [`of`](Plan::of), and as [`new`](Plan::new).
+    pub fn of_region(manifest: &'a Manifest, world: &'a World, region: Region) -> Result<Plan<'a>, Error> {
+        let exports = manifest.known_exports()?;
         let plan = Plan::new(world, &manifest.preset_name, region, exports)?.with_meshes(manifest.meshes.clone())?;
         match &manifest.profile {
             Some(profile) => plan.with_profile(profile.parse()?),
@@ -153,7 +144,7 @@ impl<'a> Plan<'a> {
     }
 
     /// What is baked: the world, the name of its preset, the exports, the profile, and how meshes are made.
-    pub(super) fn world(&self) -> &World {
+    pub fn world(&self) -> &World {
         self.world
     }
 
@@ -185,6 +176,13 @@ impl<'a> Plan<'a> {
         costs.fold(FormatCost::default(), FormatCost::and)
     }
 
+    /// The most bytes of the files of the exports that have a folder.
+    pub(super) fn folder_bytes(&self, folder: &str) -> u64 {
+        let request = self.request();
+        let inside = self.exports.iter().filter(|export| export.0.folders().contains(&folder));
+        inside.map(|export| export.0.cost(&request).disk_bytes).fold(0, u64::saturating_add)
+    }
+
     /// What the bake will leave and need on so many threads.
     pub fn cost(&self, threads: usize) -> Cost {
         let region = &self.region;
@@ -194,7 +192,7 @@ impl<'a> Plan<'a> {
         // The manifest, the registry, and what a profile writes besides.
         let written = self.profile.map_or(0, |profile| profile.written().len() as u64);
         files = files.saturating_add(2 + written);
-        let besides = BakeRegistry::bytes_at_most(&self.exports, region)
+        let besides = registry_file::bytes_at_most(&self.exports, region, files)
             .saturating_add(MANIFEST_BYTES + written * profile::WRITTEN_BYTES);
         disk_bytes = disk_bytes.saturating_add(besides);
         // A tile is made with some vertices around it, which normals and weights read.
@@ -231,63 +229,16 @@ impl<'a> Plan<'a> {
         Forecast::new(self.world, &self.region, cost, &self.format_cost(), threads)
     }
 
-    /// Bakes into a prepared folder, on the threads of the current rayon pool.
-    ///
-    /// The manifest is written last; until then the folder has none, and no unfinished file has its final name.
-    ///
-    /// # Errors
-    /// When a file cannot be written, or when all work was [told to stop](stop::request). Finished files stay; others are removed.
-    pub fn run(&self, output: &Output, watch: &Watch) -> Result<Manifest, Error> {
-        let result = stop::catch(|| self.bake_into(output, watch));
-        if result.is_err() {
-            // Folders that hold nothing now would keep the next bake from this place; others cannot be removed so.
-            for folder in folders(self.exports.iter().copied()).into_iter().filter(|folder| !folder.is_empty()) {
-                _ = fs::remove_dir(output.path().join(folder));
-            }
-            output.abandon();
-        }
-        result
+    /// The manifest of the bake before there is any file.
+    pub(super) fn draft(&self) -> Manifest {
+        Manifest::new(self, Vec::new())
     }
 
-    fn bake_into(&self, output: &Output, watch: &Watch) -> Result<Manifest, Error> {
-        let out = output.path();
-        for folder in folders(self.exports.iter().copied()) {
-            let path = out.join(folder);
-            fs::create_dir_all(&path).map_err(Error::io(&path))?;
-        }
-        let mut sinks: Vec<Box<dyn Sink + '_>> = vec![Box::new(BakeRegistry::create(&self.exports, self.region, out)?)];
-        let request = self.request();
-        for export in &self.exports {
-            sinks.extend(export.0.sinks(&request, out)?);
-        }
-        // Every tile, to every sink.
-        bake(self.world, &self.region, &sinks, watch)?;
-        // The ends of all files, brought to the disk together.
-        watch.begin("finishing files", None);
-        let records =
-            sinks.par_iter().map(|sink| watch.clock.time(&format!("finish {}", sink.name()), || sink.finish(watch)));
-        let records = records.collect::<Result<Vec<_>, Error>>()?;
-        let mut records = records.concat();
-        // What the one who imports them has to know.
-        if let Some(profile) = self.profile {
-            records.extend(profile.write(self.world, &self.region, self.preset_name, out)?);
-        }
-        for folder in folders(self.exports.iter().copied()) {
-            sync_folder(&out.join(folder))?;
-        }
-        // The manifest, which says that all is whole.
-        let manifest = Manifest::new(self, records);
-        output.remove_stale(&manifest);
-        write_whole(out.join(manifest::PATH), manifest.to_json().as_bytes())?;
-        sync_folder(out)?;
-        output.finish();
-        Ok(manifest)
+    /// The folders in that of the bake that hold its files, but for itself.
+    pub(super) fn folders(&self) -> Vec<&'static str> {
+        let folders: BTreeSet<_> = self.exports.iter().flat_map(|export| export.0.folders()).collect();
+        folders.into_iter().filter(|folder| !folder.is_empty()).collect()
     }
-}
-
-/// The folders in the folder of a bake that hold the files of some exports, `""` for itself.
-pub(super) fn folders(exports: impl Iterator<Item = Export>) -> BTreeSet<&'static str> {
-    exports.flat_map(|export| export.0.folders()).chain([""]).collect()
 }
 
 /// A number of bytes for people.

@@ -8,10 +8,9 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use crate::area::Area;
-use crate::bake::Finished;
 use crate::error::Error;
 use crate::export::raster::writer::{Sample, png_bytes};
-use crate::file::PartFile;
+use crate::file::{Finished, PartFile};
 use crate::map::plotter::{Page, Pen, Plotter, Shape, bounds};
 use crate::map::scale::Scale;
 use crate::map::style::Colour;

@@ -3,18 +3,23 @@
 //! Tiles are drawn as maps are, each zoom level at its own scale, from the world and not from the tiles of the bake: these
 //! only say which names there are.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, RwLock};
 
+use serde::{Deserialize, Serialize};
+
 use crate::area::{Area, Place, Region};
-use crate::bake::{FileRecord, Sink};
+use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
-use crate::export::format::{Format, FormatCost, RECORD_BYTES, Request, is_number};
+use crate::export::format::{Format, FormatCost, RECORD_BYTES, Request, folder};
 use crate::export::locked;
 use crate::features::landforms::{LAKES, PEAKS};
 use crate::features::lines::RIVERS;
 use crate::features::sites::SITES;
+use crate::file::Finished;
 use crate::map::scale::Scale;
 use crate::map::style::Style;
 use crate::map::{Chart, Picture};
@@ -65,7 +70,33 @@ fn files(folder: &str) -> impl Iterator<Item = String> {
     let layers = LAYERS.iter().flat_map(|(name, ..)| [(*name).to_owned(), format!("{name}@2x")]);
     let archives = layers.chain(["terrain".to_owned()]);
     let archives = archives.flat_map(|name| ["mbtiles", "pmtiles"].map(|ending| format!("{name}.{ending}")));
-    archives.chain(PAGES.map(str::to_owned)).map(move |name| format!("{folder}/{name}"))
+    archives
+        .chain([web::LISTING.to_owned()])
+        .chain(PAGES.map(str::to_owned))
+        .map(move |name| format!("{folder}/{name}"))
+}
+
+/// Whether a file of a bake is a list of others that the manifest does not list, for there are many.
+pub(super) fn is_listing(path: &str) -> bool {
+    [WEBP, PNG].iter().any(|map| path.strip_prefix(map.name) == Some(&format!("/{}", web::LISTING)[..]))
+}
+
+/// The files of tiles that a list in the folder of a bake names, if the list is as it was written.
+pub(super) fn listed(bake: &Path, listing: &FileRecord) -> Vec<FileRecord> {
+    if listing.fault(bake).is_some() {
+        return Vec::new();
+    }
+    let text = fs::read_to_string(bake.join(&listing.path)).unwrap_or_default();
+    let own = folder(&listing.path);
+    let record = |line: &str| {
+        let (hash, name) = line.split_once("  ")?;
+        let path = format!("{own}/{name}");
+        // The list has no sizes: the hash alone tells.
+        let bytes = bake.join(&path).metadata().map_or(0, |there| there.len());
+        let blake3 = blake3::Hash::from_hex(hash).ok()?;
+        Some(FileRecord::new(path, own, Finished { bytes, blake3 }))
+    };
+    text.lines().filter_map(record).collect()
 }
 
 impl Format for WebMap {
@@ -87,20 +118,6 @@ impl Format for WebMap {
 
     fn folders(&self) -> Vec<&'static str> {
         vec![self.name]
-    }
-
-    fn owns(&self, path: &str) -> bool {
-        files(self.name).any(|file| file == path)
-    }
-
-    fn owns_unlisted(&self, path: &str) -> bool {
-        let parts: Vec<&str> = path.split('/').collect();
-        let [folder, layer, zoom, column, row] = parts[..] else { return false };
-        let row = row.split(['.', '@']).next().unwrap_or_default();
-        let layer = layer.split('@').next().unwrap_or_default();
-        folder == self.name
-            && LAYERS.iter().map(|known| known.0).chain(["terrain", "heights"]).any(|known| known == layer)
-            && [zoom, column, row].into_iter().all(is_number)
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
@@ -148,22 +165,14 @@ struct WebSink<'a> {
 }
 
 /// Something with a name.
+#[derive(Serialize, Deserialize)]
 struct Named {
     name: String,
-    kind: &'static str,
+    kind: Cow<'static, str>,
     at: [f64; 2],
     rank: u8,
     /// How much it matters among its like: of the parts of a thing the largest has its place.
     weight: f64,
-}
-
-impl WebSink<'_> {
-    fn add(&self, id: String, named: Named) {
-        let mut all = locked(&self.named);
-        if all.get(&id).is_none_or(|known| known.weight < named.weight) {
-            all.insert(id, named);
-        }
-    }
 }
 
 impl Sink for WebSink<'_> {
@@ -171,42 +180,58 @@ impl Sink for WebSink<'_> {
         self.form.name
     }
 
-    fn take(&self, tile: &Tile, _place: Place) -> Result<Vec<u8>, Error> {
+    fn take(&self, tile: &Tile, _place: Place) -> Result<Kept, Error> {
         let (world, area) = (self.world, tile.area());
         if world.preset().places.is_none() {
-            return Ok(Vec::new());
+            return Ok(Kept::default());
         }
+        let mut found = Vec::new();
+        let mut add = |id: String, named: Named| found.push((id, named));
         for site in SITES.find(world, &area) {
             let (kind, rank) = match site.class {
                 SiteClass::Town => ("town", 1),
                 SiteClass::Village => ("village", 3),
                 SiteClass::Hamlet => ("hamlet", 5),
             };
-            let weight = f64::from(site.population);
-            self.add(format!("s:{}", site.id), Named { name: site.name, kind, at: site.at, rank, weight });
+            let (weight, kind) = (f64::from(site.population), kind.into());
+            add(format!("s:{}", site.id), Named { name: site.name, kind, at: site.at, rank, weight });
         }
         for lake in LAKES.find(world, &area) {
             let Some(name) = lake.name else { continue };
             let shore = &lake.rings[0];
             let sum = shore.iter().fold([0.0, 0.0], |sum, point| [sum[0] + point[0], sum[1] + point[1]]);
             let at = sum.map(|axis| axis / shore.len() as f64);
-            self.add(format!("l:{}", lake.id), Named { name, kind: "lake", at, rank: 2, weight: lake.area_m2 });
+            add(format!("l:{}", lake.id), Named { name, kind: "lake".into(), at, rank: 2, weight: lake.area_m2 });
         }
         for peak in PEAKS.find(world, &area) {
             let Some(name) = peak.name else { continue };
             let weight = f64::from(peak.height_m);
-            self.add(format!("p:{}", peak.id), Named { name, kind: "peak", at: peak.at, rank: 4, weight });
+            add(format!("p:{}", peak.id), Named { name, kind: "peak".into(), at: peak.at, rank: 4, weight });
         }
         for river in RIVERS.find(world, &area) {
             let Some(name) = river.name else { continue };
             let [east, north, _] = river.line[river.line.len() / 2];
             let weight = river.discharge_m3s[1];
-            self.add(format!("r:{}", river.course), Named { name, kind: "river", at: [east, north], rank: 4, weight });
+            add(
+                format!("r:{}", river.course),
+                Named { name, kind: "river".into(), at: [east, north], rank: 4, weight },
+            );
         }
-        Ok(Vec::new())
+        let piece = serde_json::to_vec(&found).expect("texts and finite numbers are JSON");
+        Ok(Kept { piece, files: Vec::new() })
     }
 
-    fn append(&self, _row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
+    fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+        let mut all = locked(&self.named);
+        for piece in pieces.iter().filter(|piece| !piece.is_empty()) {
+            let found: Vec<(String, Named)> = serde_json::from_slice(piece).expect("it was written by this sink");
+            for (id, named) in found {
+                // In the order of the tiles, so that of equals it is always the same one.
+                if all.get(&id).is_none_or(|known| known.weight < named.weight) {
+                    all.insert(id, named);
+                }
+            }
+        }
         Ok(())
     }
 

@@ -45,8 +45,3 @@ const AGENTS: &[&dyn AnyLayer] = &[&lines::AGENT_RIVERS, &lines::AGENT_ROADS];
 pub fn layers(world: &World) -> &'static [&'static dyn AnyLayer] {
     if world.relief().fluvial().is_some() { FLUVIAL } else { AGENTS }
 }
-
-/// The layers of worlds of all kinds.
-pub fn all_layers() -> impl Iterator<Item = &'static dyn AnyLayer> {
-    FLUVIAL.iter().chain(AGENTS).copied()
-}

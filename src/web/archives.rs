@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::bake::{FileRecord, Finished};
 use crate::error::Error;
+use crate::file::{FileRecord, Finished};
 use crate::web::draft::{Picture, Set};
 use crate::web::mbtiles::MbTiles;
 use crate::web::meta::{Described, Meta};

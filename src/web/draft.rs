@@ -44,6 +44,13 @@ pub(super) struct Picture {
     pub hash: blake3::Hash,
 }
 
+/// What a block has become.
+pub(super) struct Drawn {
+    pub pictures: Vec<Picture>,
+    /// The lines of its files in the list.
+    pub listing: String,
+}
+
 /// All sets of pictures, those of the layers first.
 pub(super) fn sets<'a>(choice: Choice, content: &Content<'a>) -> Vec<Set<'a>> {
     let mut sets = Vec::new();
@@ -82,13 +89,14 @@ pub(super) struct Draft<'a> {
 }
 
 impl Draft<'_> {
-    /// Draws blocks in parallel and writes the files of their tiles; returns the pictures of each, in its order.
-    pub fn draw(&self, blocks: &[Block]) -> Result<Vec<Vec<Picture>>, Error> {
+    /// Draws blocks in parallel and writes the files of their tiles; returns what each is, in its order.
+    pub fn draw(&self, blocks: &[Block]) -> Result<Vec<Drawn>, Error> {
         blocks.par_iter().map(|block| self.draw_block(block)).collect()
     }
 
-    fn draw_block(&self, block: &Block) -> Result<Vec<Picture>, Error> {
+    fn draw_block(&self, block: &Block) -> Result<Drawn, Error> {
         let mut pictures = Vec::with_capacity(block.places.len() * self.sets.len());
+        let mut listing = String::new();
         let heights = self.content.heights.map(|heights| self.heights(block, heights)).transpose()?;
         let paint = |paint: Paint, scale: u32, layer: &str| {
             let view = self.view(block, scale);
@@ -115,14 +123,17 @@ impl Draft<'_> {
                 stop::check();
                 let tile = cut(&rgb, width, corner(block, place, side), side);
                 let bytes = self.choice.encoding.encode(side as u32, &tile);
-                self.write_tile(&self.sets[set], place, &bytes)?;
+                if self.choice.folder {
+                    let ending = format!("{}.{}", self.sets[set].mark(), self.choice.encoding.ending());
+                    listing += &folder::write_tile(self.folder, layer, place, &ending, &bytes)?;
+                }
                 pictures.push(Picture { set, place, hash: blake3::hash(&bytes), bytes });
             }
         }
         if let Some(heights) = heights.filter(|_| self.choice.folder) {
-            heights.write(self.folder, block)?;
+            listing += &heights.write(self.folder, block)?;
         }
-        Ok(pictures)
+        Ok(Drawn { pictures, listing })
     }
 
     fn view(&self, block: &Block, scale: u32) -> View {
@@ -137,14 +148,6 @@ impl Draft<'_> {
         let heights_m = heights(&view)?;
         assert_eq!(heights_m.len(), view.pixels.len(), "a height for each pixel");
         Ok(BlockHeights { width: view.pixels.width(), heights_m })
-    }
-
-    fn write_tile(&self, set: &Set, place: TilePlace, bytes: &[u8]) -> Result<(), Error> {
-        if !self.choice.folder {
-            return Ok(());
-        }
-        let ending = format!("{}.{}", set.mark(), self.choice.encoding.ending());
-        folder::write_tile(self.folder, set.layer, place, &ending, bytes)
     }
 }
 
@@ -161,9 +164,10 @@ impl BlockHeights {
         rows.flat_map(|row| row[..pixels.width()].iter().flat_map(|height_m| terrain_rgb(*height_m))).collect()
     }
 
-    /// Writes a script for each tile, with the heights of every second pixel and of those where the next tile begins.
-    fn write(&self, folder: &Path, block: &Block) -> Result<(), Error> {
+    /// Writes a script for each tile, and returns their lines of the list, with the heights of every second pixel and of those where the next tile begins.
+    fn write(&self, folder: &Path, block: &Block) -> Result<String, Error> {
         let side = TILE_PX as usize;
+        let mut listing = String::new();
         let nodes = side / HEIGHT_SPACING_PX + 1;
         for place in block.tiles() {
             let (x, y) = corner(block, place, side);
@@ -174,9 +178,9 @@ impl BlockHeights {
             let heights_m: Vec<f32> = (0..nodes).flat_map(row).collect();
             let text = height_text(&heights_m, nodes);
             let script = format!("terrane.heights(\"{}/{}/{}\",\"{text}\");\n", place.zoom, place.x, place.y);
-            folder::write_tile(folder, HEIGHTS, place, ".js", script.as_bytes())?;
+            listing += &folder::write_tile(folder, HEIGHTS, place, ".js", script.as_bytes())?;
         }
-        Ok(())
+        Ok(listing)
     }
 }
 

@@ -1,23 +1,28 @@
-//! A folder of tiles: a file each, `{layer}/{zoom}/{x}/{y}`.
+//! A folder of tiles: a file each, `{layer}/{zoom}/{x}/{y}`, and a list of all with their hashes, as `b3sum` reads it.
 
 use std::fs;
 use std::path::Path;
 
 use crate::error::Error;
-use crate::file::{remove_unfinished, write_whole};
+use crate::file::{make_folder, remove_unfinished, write_whole};
 use crate::web::pyramid::TilePlace;
 
-/// Writes a tile's file; `ending` is what follows its row.
+/// The list of the files of tiles.
+pub(crate) const LISTING: &str = "tiles.b3";
+
+/// Writes a tile's file, and returns its line of the list; `ending` is what follows its row.
 pub(super) fn write_tile(
     folder: &Path,
     layer: &str,
     place: TilePlace,
     ending: &str,
     bytes: &[u8],
-) -> Result<(), Error> {
-    let column = folder.join(layer).join(place.zoom.to_string()).join(place.x.to_string());
-    fs::create_dir_all(&column).map_err(Error::io(&column))?;
-    write_whole(column.join(format!("{}{ending}", place.y)), bytes).map(|_| ())
+) -> Result<String, Error> {
+    let column = format!("{layer}/{}/{}", place.zoom, place.x);
+    let name = format!("{}{ending}", place.y);
+    make_folder(&folder.join(&column))?;
+    let finished = write_whole(folder.join(&column).join(&name), bytes)?;
+    Ok(format!("{}  {column}/{name}\n", finished.blake3))
 }
 
 /// Removes what a killed run has left of a layer's files; there may be none.

@@ -8,9 +8,8 @@ use std::path::{Path, PathBuf};
 
 use rusqlite::{Connection, params};
 
-use crate::bake::Finished;
 use crate::error::Error;
-use crate::file::PartFile;
+use crate::file::{Finished, PartFile};
 use crate::registry::unjournaled;
 use crate::web::meta::Described;
 use crate::web::pyramid::TilePlace;

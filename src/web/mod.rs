@@ -4,7 +4,7 @@
 //!   pyramid.rs    bounds, finest pixel -> zoom levels, tiles, and blocks of them that are drawn at once
 //!   encode.rs     pixels -> WebP, PNG; heights -> colours, scripts          meta.rs   what each file says of the map
 //!   draft.rs      blocks, functions that draw -> the pictures of tiles
-//!   folder.rs     a file a tile      mbtiles.rs   a database      pmtiles.rs   an archive      archives.rs   both of a layer
+//!   folder.rs     a file a tile, and a list      mbtiles.rs   a database      pmtiles.rs   an archive      archives.rs   both of a layer
 //!   page.rs, viewer.html, viewer.js                                         the page
 //! ```
 //!
@@ -23,16 +23,18 @@ mod pmtiles;
 mod pyramid;
 
 pub use encode::{Encoding, terrain_height_m, terrain_rgb};
+pub(crate) use folder::LISTING;
 pub use meta::Meta;
 pub use pyramid::{Block, Bounds, MAX_ZOOM, Plan, TILE_PX, TilePlace};
 
-use std::fs;
+use std::io::Write;
 use std::iter::Peekable;
 use std::path::Path;
 
 use crate::area::Area;
 use crate::bake::FileRecord;
 use crate::error::Error;
+use crate::file::{PartFile, make_folder, remove};
 use archives::Archives;
 use draft::{Draft, HEIGHTS, Picture, Set};
 
@@ -133,7 +135,7 @@ pub struct Choice {
 /// What was written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Written {
-    /// The archives, and the page with its scripts; not the files of tiles.
+    /// The archives, the page with its scripts, and the list of the files of tiles; not these themselves.
     pub files: Vec<FileRecord>,
     /// How many pictures there are.
     pub pictures: u64,
@@ -167,6 +169,8 @@ pub fn write(
     let archives = sets.iter().map(|set| Archives::create(folder, plan, meta, choice, set));
     let mut archives: Vec<Archives> = archives.collect::<Result<_, _>>()?;
     let draft = Draft { folder, plan, choice, content, sets: &sets };
+    let listing = choice.folder.then(|| PartFile::create(folder.join(LISTING)));
+    let mut listing = listing.transpose()?;
     let mut tally = Tally::default();
     for zoom in 0..=plan.max_zoom() {
         let mut blocks = plan.blocks(zoom).peekable();
@@ -176,9 +180,14 @@ pub fn write(
             if square.replace(next) != Some(next) {
                 (content.prepare)(&View::new(plan, zoom, plan.square(zoom, next), 1))?;
             }
-            for picture in draft.draw(&batch)?.iter().flatten() {
-                archives[picture.set].add(picture)?;
-                tally.add(picture);
+            for drawn in draft.draw(&batch)? {
+                for picture in &drawn.pictures {
+                    archives[picture.set].add(picture)?;
+                    tally.add(picture);
+                }
+                if let Some(listing) = &mut listing {
+                    listing.write_all(drawn.listing.as_bytes()).map_err(Error::io(listing.path()))?;
+                }
             }
             progress(batch.iter().map(|block| block.places.len() as u64).sum());
         }
@@ -187,7 +196,8 @@ pub fn write(
     for archives in archives {
         archives.finish(&mut files)?;
     }
-    if choice.folder {
+    if let Some(listing) = listing {
+        files.push(FileRecord::new(LISTING.to_owned(), EXPORT, listing.finish()?));
         files.extend(page::write(folder, plan, meta, choice, content)?);
     }
     let Tally { hasher, pictures, picture_bytes } = tally;
@@ -223,13 +233,9 @@ fn batch(blocks: &mut Peekable<impl Iterator<Item = Block>>) -> Option<Vec<Block
 
 /// Makes the folder, and removes from it what would be taken for a whole map.
 fn begin(folder: &Path, sets: &[Set]) -> Result<(), Error> {
-    fs::create_dir_all(folder).map_err(Error::io(folder))?;
-    match fs::remove_file(folder.join(page::PAGE)) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            return Err(Error::io(folder.join(page::PAGE))(error));
-        }
-        _ => crate::file::remove_unfinished(folder)?,
-    }
+    make_folder(folder)?;
+    remove(&folder.join(page::PAGE))?;
+    crate::file::remove_unfinished(folder)?;
     for layer in sets.iter().map(|set| set.layer).chain([HEIGHTS]) {
         folder::clean(&folder.join(layer))?;
     }

@@ -10,9 +10,8 @@ use std::rc::Rc;
 
 use pmtiles::{PmTilesStreamWriter, PmTilesWriter, PmtError, TileType};
 
-use crate::bake::Finished;
 use crate::error::Error;
-use crate::file::PartFile;
+use crate::file::{Finished, PartFile};
 use crate::web::encode::Encoding;
 use crate::web::meta::Described;
 use crate::web::pyramid::TilePlace;

@@ -1,6 +1,7 @@
 //! Maps of a land that is made up, looked at from outside.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::io::Cursor;
 
 use rusqlite::Connection;
@@ -142,9 +143,13 @@ fn tiles_are_the_pixels_that_their_places_say() {
     let (plan, written) = written(folder.path(), [-3000.0, -2000.0, 2500.0, 3100.0], 10.0, ALL);
     let files = files(folder.path());
     assert_eq!((plan.max_zoom(), plan.tiles()), (2, 1 + 4 + 9));
-    // Two layers at two scales and terrain; the heights, five archives twice, and the page with two scripts.
-    assert_eq!((written.pictures, files.len()), (5 * 14, 6 * 14 + 5 * 2 + 3));
-    assert_eq!(written.files.len(), 5 * 2 + 3);
+    // Two layers at two scales and terrain; the heights, five archives twice, the list, and the page with two scripts.
+    assert_eq!((written.pictures, files.len()), (5 * 14, 6 * 14 + 5 * 2 + 4));
+    assert_eq!(written.files.len(), 5 * 2 + 4);
+    let listed: Vec<(&str, &str)> =
+        str::from_utf8(&files[LISTING]).unwrap().lines().map(|line| line.split_once("  ").unwrap()).collect();
+    assert_eq!(listed.len(), 6 * 14);
+    assert!(listed.iter().all(|(hash, name)| blake3::hash(&files[*name]).to_hex().as_str() == *hash));
     let page = str::from_utf8(&files["index.html"]).unwrap();
     assert!(page.contains("const terrane = ") && page.matches("</script>").count() == 3, "the page has its program");
     for zoom in 0..=plan.max_zoom() {

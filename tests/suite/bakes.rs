@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use terrane::area::Region;
-use terrane::export::{Export, Output, Plan};
+use terrane::export::{Export, Mode, Output, Plan};
 use terrane::preset::Preset;
 use terrane::watch::Watch;
 use terrane::world::World;
@@ -33,7 +33,7 @@ pub fn bake_vectors(world: &World, region: Region, threads: usize, out: &Path, f
     let plan = Plan::new(world, "test", region, Export::parse_list("vector,geojson").unwrap()).unwrap();
     let cost = plan.cost(threads);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    let output = Output::prepare(out, false, &cost).unwrap();
+    let output = Output::prepare(out, Mode::New, &plan, &cost).unwrap();
     let manifest = pool.install(|| plan.run(&output, &Watch::default())).unwrap();
     // The list has all but the manifest.
     assert_eq!((manifest.files.len() + 1, cost.files), (files, files as u64));

@@ -149,11 +149,12 @@ pub fn walk(folder: &Path, visit: &mut impl FnMut(&Path)) {
     }
 }
 
-/// The files in a folder and in its folders, with `/` between the parts of their paths.
+/// The files in a folder and in its folders, with `/` between the parts of their paths, but for the log of a bake's runs, which no
+/// two bakes have the same.
 pub fn files_in(folder: &Path) -> BTreeSet<String> {
     let mut files = BTreeSet::new();
     walk(folder, &mut |path| {
-        if path.is_file() {
+        if path.is_file() && !path.ends_with("runs.jsonl") {
             let inside = path.strip_prefix(folder).unwrap();
             let parts: Vec<_> = inside.iter().map(|part| part.to_str().unwrap()).collect();
             files.insert(parts.join("/"));

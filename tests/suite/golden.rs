@@ -1,15 +1,18 @@
 //! The bytes of every preset, as hashes: no change to them goes unnoticed, on no machine and in no build.
 //!
 //! `TERRANE_ACCEPT=1 cargo test --profile quick --test suite golden` writes the hashes of today into `tests/golden.txt`. A
-//! change there is a change of every world that users have: it belongs in CHANGELOG.md. The suite looks at a tile of a
+//! change there is a change of every world that users have: the layer that makes others gets another version in
+//! `src/generator.rs`, which the list names, and it belongs in CHANGELOG.md. The suite looks at a tile of a
 //! fluvial preset, of some on a road, and `tests/long` at the others, with the same code.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
 use rayon::prelude::*;
 use terrane::area::{Area, Stride, TileId};
+use terrane::generator;
 use terrane::lines::LineKind;
 use terrane::map::MapPainter;
 use terrane::preset::{BUILT_IN, Preset};
@@ -49,11 +52,22 @@ fn every_preset_has_its_golden_bytes() {
         let about = format!(
             "# preset, x, y, and the first 16 digits of the BLAKE3 of {parts} and the map of tiles of 48 cells, seed 1\n"
         );
-        let lines: Vec<String> = all.par_iter().map(|golden| hashes(golden, &golden.tiles)).collect();
-        fs::write(&path, format!("{about}{}", lines.concat())).unwrap();
+        let made: Vec<String> = all.par_iter().map(|golden| hashes(golden, &golden.tiles)).collect();
+        let made = made.concat();
+        // Other presets and tiles may come and go under the same versions, but nothing that is known may be another.
+        let key = |line: &str| line.splitn(4, ' ').take(3).collect::<Vec<_>>().join(" ");
+        let known: BTreeMap<String, &str> = list.lines().skip(2).map(|line| (key(line), line)).collect();
+        let changed = made.lines().find(|line| known.get(&key(line)).is_some_and(|known| known != line));
+        if let Some(line) = changed.filter(|_| list.lines().nth(1) == Some(&versions()[..])) {
+            panic!(
+                "another world under the same version: raise that of the layer you changed in src/generator.rs\n{line}"
+            );
+        }
+        fs::write(&path, format!("{about}{}\n{made}", versions())).unwrap();
         return;
     }
-    let lines: Vec<&str> = list.lines().skip(1).collect();
+    assert_eq!(list.lines().nth(1), Some(&versions()[..]), "the list is of other versions; {HINT}");
+    let lines: Vec<&str> = list.lines().skip(2).collect();
     let tiles: usize = all.iter().map(|golden| golden.tiles.len()).sum();
     assert_eq!(lines.len(), tiles, "the list has other tiles; {HINT}");
     let made = |golden: &&Golden| !cfg!(debug_assertions) || !golden.name.ends_with(WITH_PLACES);
@@ -62,6 +76,12 @@ fn every_preset_has_its_golden_bytes() {
             assert!(lines.contains(&line), "the list has not\n{line}\n{HINT}");
         }
     });
+}
+
+/// The versions of the layers, as the list names them.
+fn versions() -> String {
+    let layers = generator::LAYERS.map(|(layer, version)| format!("{layer} {version}"));
+    format!("# {}", layers.join(", "))
 }
 
 /// All presets, bare and with their places, and the tiles that the list has of them.

@@ -19,6 +19,7 @@ mod presets;
 mod presets_land;
 mod profiles;
 mod range;
+mod resume;
 mod seams;
 mod simd;
 mod stops;

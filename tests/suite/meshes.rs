@@ -8,10 +8,10 @@ use std::process::Command;
 
 use gltf::Semantic;
 use gltf::buffer::Source;
-use gltf::mesh::Mode;
+use gltf::mesh::Mode as Primitives;
 use tempfile::TempDir;
 use terrane::area::{Area, Region, TileId};
-use terrane::export::{Export, Manifest, MeshOptions, Output, Plan};
+use terrane::export::{Export, Manifest, MeshOptions, Mode, Output, Plan};
 use terrane::preset::Preset;
 use terrane::tile::{Material, Tile};
 use terrane::watch::Watch;
@@ -42,7 +42,7 @@ fn bake(world: &World, exports: &str, meshes: MeshOptions) -> (TempDir, Manifest
     let folder = tempfile::tempdir().unwrap();
     let plan = Plan::new(world, "wet", region(world), Export::parse_list(exports).unwrap()).unwrap();
     let plan = plan.with_meshes(meshes).unwrap();
-    let output = Output::prepare(folder.path(), true, &plan.cost(2)).unwrap();
+    let output = Output::prepare(folder.path(), Mode::Replace, &plan, &plan.cost(2)).unwrap();
     let manifest = plan.run(&output, &Watch::default()).unwrap();
     (folder, manifest)
 }
@@ -89,7 +89,7 @@ fn parts(path: &Path) -> BTreeMap<String, Part> {
                 .entry(node.name().unwrap().to_owned())
                 .or_insert_with(|| Part { places: Vec::new(), triangles: Vec::new() });
             for primitive in node.mesh().expect("a mesh").primitives() {
-                assert_eq!(primitive.mode(), Mode::Triangles);
+                assert_eq!(primitive.mode(), Primitives::Triangles);
                 let first = part.places.len();
                 let accessor = primitive.get(&Semantic::Positions).unwrap();
                 let view = accessor.view().unwrap();

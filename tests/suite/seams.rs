@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use terrane::area::{Area, Region, TileId};
-use terrane::export::{Export, Manifest, Output, Plan};
+use terrane::export::{Export, Manifest, Mode, Output, Plan};
 use terrane::preset::{BUILT_IN, Preset};
 use terrane::tile::{Material, Tile};
 use terrane::watch::Watch;
@@ -137,7 +137,7 @@ fn bake(world: &World, at: (i64, i64), (cols, rows): (u64, u64), threads: usize,
     let exports = Export::parse_list(exports).unwrap();
     let plan = Plan::new(world, "test", region, exports).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    let output = Output::prepare(out, false, &plan.cost(threads)).unwrap();
+    let output = Output::prepare(out, Mode::New, &plan, &plan.cost(threads)).unwrap();
     pool.install(|| plan.run(&output, &Watch::default())).unwrap()
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
 use terrane::area::{Region, TileId};
-use terrane::export::{Export, Output, Plan};
+use terrane::export::{Export, Mode, Output, Plan};
 use terrane::preset::Preset;
 use terrane::tile::Tile;
 use terrane::watch::Watch;
@@ -37,7 +37,7 @@ fn the_rasters_hold_the_water_of_the_tiles() {
     let exports = "water,depth,flow,water-tiles,depth-tiles,flow-tiles";
     let plan = Plan::new(&world, "test", region, Export::parse_list(exports).unwrap()).unwrap();
     let cost = plan.cost(2);
-    plan.run(&Output::prepare(folder.path(), false, &cost).unwrap(), &Watch::default()).unwrap();
+    plan.run(&Output::prepare(folder.path(), Mode::New, &plan, &cost).unwrap(), &Watch::default()).unwrap();
     let file = |name: &str| folder.path().join("water").join(name);
     let (kinds, depths, flows) = (grey(&file("water.png")), exr_bits(&file("depth.exr")), exr_bits(&file("flow.exr")));
     let width = region.width() as usize;

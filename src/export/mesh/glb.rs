@@ -40,7 +40,7 @@ impl Glb {
     /// A GLB without anything in it.
     pub fn new(compressed: bool) -> Glb {
         let mut root = Root::default();
-        root.asset.generator = Some(concat!("terrane ", env!("CARGO_PKG_VERSION")).to_owned());
+        root.asset.generator = Some(crate::generator::NAME.to_owned());
         root.samplers.push(Sampler {
             mag_filter: Some(Valid(MagFilter::Linear)),
             min_filter: Some(Valid(MinFilter::LinearMipmapLinear)),

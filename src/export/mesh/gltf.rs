@@ -21,9 +21,9 @@ use super::model::{Model, Modeller, Substance, by_substance, substance_of_water}
 use super::region::RegionFile;
 use super::relative_normals::relative_normals;
 use super::values::{of_land, of_ribbons, of_sheet};
-use super::{FOLDER, cost, names, tile_path};
+use super::{FOLDER, cost, tile_path};
 use crate::area::{Place, Region};
-use crate::bake::{FileRecord, Sink};
+use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Request};
 use crate::export::locked;
@@ -58,10 +58,6 @@ impl Format for Gltf {
 
     fn folders(&self) -> Vec<&'static str> {
         vec![FOLDER]
-    }
-
-    fn owns(&self, path: &str) -> bool {
-        names(path, true, false, &["gltf"]) || names(path, false, true, &["glb"])
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
@@ -117,7 +113,6 @@ pub(crate) struct GltfSink<'a> {
     painters: [(&'static str, Painter); 3],
     out: PathBuf,
     regions: Mutex<Vec<RegionFile>>,
-    records: Mutex<Vec<FileRecord>>,
 }
 
 impl<'a> GltfSink<'a> {
@@ -134,7 +129,6 @@ impl<'a> GltfSink<'a> {
             ],
             out: out.to_owned(),
             regions: Mutex::new(regions.collect::<Result<_, _>>()?),
-            records: Mutex::default(),
         })
     }
 
@@ -264,8 +258,8 @@ impl Sink for GltfSink<'_> {
         Gltf.name()
     }
 
-    fn take(&self, tile: &Tile, place: Place) -> Result<Vec<u8>, Error> {
-        let mut kept = Vec::new();
+    fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
+        let (mut kept, mut files) = (Vec::new(), Vec::new());
         for (lod, model) in self.modeller.models(tile) {
             let path = tile_path(lod, place, "glb");
             let glb = self.document(tile, place, lod, &model);
@@ -273,14 +267,13 @@ impl Sink for GltfSink<'_> {
             let finished = write_whole(self.out.join(&path), &bytes)?;
             // The region's file needs the JSON of each tile, in the order of the tiles; the numbers stay in the GLB.
             kept.push((path.clone(), start, root));
-            let record = FileRecord {
+            files.push(FileRecord {
                 tile: Some(tile.id()),
                 mesh: Some(self.modeller.record(tile, lod, &model.land)),
                 ..FileRecord::new(path, Gltf.name(), finished)
-            };
-            locked(&self.records).push(record);
+            });
         }
-        Ok(serde_json::to_vec(&kept).expect("names and finite numbers are JSON"))
+        Ok(Kept { piece: serde_json::to_vec(&kept).expect("names and finite numbers are JSON"), files })
     }
 
     fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
@@ -297,11 +290,7 @@ impl Sink for GltfSink<'_> {
     }
 
     fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
-        let mut records = std::mem::take(&mut *locked(&self.records));
-        for region in locked(&self.regions).drain(..) {
-            records.push(region.finish()?);
-        }
-        Ok(records)
+        locked(&self.regions).drain(..).map(RegionFile::finish).collect()
     }
 }
 

@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use super::model::{Model, Modeller, SUBSTANCES, Substance, by_substance, substance_of_water};
-use super::{FOLDER, cost, names, region_path, tile_path};
+use super::{FOLDER, cost, region_path, tile_path};
 use crate::area::{Place, Region};
-use crate::bake::{FileRecord, Sink};
+use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Request, file_name};
 use crate::export::locked;
@@ -63,10 +63,6 @@ impl Format for Obj {
         vec![FOLDER]
     }
 
-    fn owns(&self, path: &str) -> bool {
-        names(path, !self.tiles, self.tiles, &["obj", "mtl"])
-    }
-
     fn cost(&self, request: &Request) -> FormatCost {
         let models = if self.tiles { request.region.tiles() } else { 1 };
         let files = models.saturating_mul(2 * request.meshes.lods.all().len() as u64);
@@ -92,7 +88,6 @@ pub(crate) struct ObjSink<'a> {
     out: PathBuf,
     /// For files of the region: each level's, and vertices written to it so far.
     regions: Option<Mutex<Vec<(String, PartFile, u64)>>>,
-    records: Mutex<Vec<FileRecord>>,
 }
 
 /// The text of a tile's vertices, and its faces by material, which count from the tile's first vertex.
@@ -119,7 +114,6 @@ impl<'a> ObjSink<'a> {
             modeller: Modeller::new(world, region, meshes, false),
             out: out.to_owned(),
             regions: regions.transpose()?.map(Mutex::new),
-            records: Mutex::default(),
         })
     }
 
@@ -292,13 +286,13 @@ impl Sink for ObjSink<'_> {
         self.name
     }
 
-    fn take(&self, tile: &Tile, place: Place) -> Result<Vec<u8>, Error> {
-        let mut packed = Vec::new();
+    fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
+        let Kept { mut piece, mut files } = Kept::default();
         for (lod, model) in self.modeller.models(tile) {
             let text = self.text(tile, place, &model);
             if self.regions.is_some() {
                 // How many vertices stand before these is known when the tiles before are written, not yet.
-                text.pack(&mut packed);
+                text.pack(&mut piece);
                 continue;
             }
             let (path, beside) = (tile_path(lod, place, "obj"), tile_path(lod, place, "mtl"));
@@ -312,9 +306,9 @@ impl Sink for ObjSink<'_> {
             };
             let finished = write_whole(self.out.join(&beside), materials(Some(place)).as_bytes())?;
             let second = FileRecord { tile: Some(tile.id()), ..FileRecord::new(beside, self.name, finished) };
-            locked(&self.records).extend([record, second]);
+            files.extend([record, second]);
         }
-        Ok(packed)
+        Ok(Kept { piece, files })
     }
 
     fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
@@ -333,7 +327,7 @@ impl Sink for ObjSink<'_> {
     }
 
     fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
-        let mut records = std::mem::take(&mut *locked(&self.records));
+        let mut records = Vec::new();
         let Some(regions) = &self.regions else { return Ok(records) };
         for (path, file, _) in locked(regions).drain(..) {
             let beside = format!("{}mtl", path.strip_suffix("obj").expect("it was named so"));

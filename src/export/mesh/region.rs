@@ -13,7 +13,8 @@ use super::model::SUBSTANCES;
 use crate::bake::FileRecord;
 use crate::error::Error;
 use crate::export::format::{Format, file_name};
-use crate::file::PartFile;
+use crate::file::{Operation, PartFile, gate};
+use crate::generator;
 
 /// A region's glTF under way: each of its lists in a file of its own until all tiles are there, so that none is held.
 pub(super) struct RegionFile {
@@ -46,6 +47,7 @@ struct Spool {
 impl Spool {
     fn create(name: &'static str, folder: &Path) -> Result<Spool, Error> {
         // Nameless, so it is gone with the program, however that ends.
+        gate(Operation::Create, folder)?;
         let file = tempfile::tempfile_in(folder).map_err(Error::io(folder))?;
         Ok(Spool { name, file: BufWriter::new(file), count: 0 })
     }
@@ -196,7 +198,7 @@ impl RegionFile {
 
     fn write(self, file: &mut PartFile) -> std::io::Result<()> {
         // List by list, since they are in files: together they may be larger than memory.
-        let generator = concat!("terrane ", env!("CARGO_PKG_VERSION"));
+        let generator = generator::NAME;
         write!(
             file,
             "{{\"asset\":{{\"version\":\"2.0\",\"generator\":\"{generator}\"}},\n\"scene\":0,\n\"scenes\":[{{\"name\":\"region\""

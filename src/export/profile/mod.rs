@@ -122,11 +122,6 @@ pub(super) static FORMATS: [Rasters; 5] = [
     engine("hterrain", "RAW, and splat maps", false, &HTERRAIN),
 ];
 
-/// Whether a profile writes a file of that path besides its exports.
-pub(super) fn names(path: &str) -> bool {
-    [NOTES, SCRIPT.0].contains(&path)
-}
-
 impl Profile {
     /// All profiles.
     pub const ALL: [Profile; 6] = [

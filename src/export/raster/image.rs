@@ -1,7 +1,6 @@
 //! Raster images: what each shows, how, and under which name.
 
 use crate::area::{Place, Region};
-use crate::export::format::is_number;
 use crate::export::raster::quantity::Quantity;
 use crate::export::raster::writer::Encoding;
 
@@ -94,24 +93,6 @@ impl Image {
         };
         let [east, other] = self.layout.naming.marks();
         format!("{stem}{east}{col}{other}{row}.{extension}")
-    }
-
-    /// Whether [`file`](Image::file) gives that path in a region, or its sidecar has it.
-    pub fn names(&self, path: &str) -> bool {
-        // A sidecar has the name of its raster, and its own ending behind that.
-        let path = if self.encoding.has_sidecar() { path.strip_suffix(".json").unwrap_or(path) } else { path };
-        let Some(place) = path
-            .strip_prefix(self.stem)
-            .and_then(|rest| rest.strip_suffix(self.encoding.extension()).and_then(|rest| rest.strip_suffix('.')))
-        else {
-            return false;
-        };
-        let [east, other] = self.layout.naming.marks();
-        let numbers = || place.strip_prefix(east)?.split_once(other);
-        match self.tiles {
-            true => numbers().is_some_and(|(col, row)| is_number(col) && is_number(row)),
-            false => place.is_empty(),
-        }
     }
 
     /// Width and height of an image of the whole region.

@@ -160,8 +160,8 @@ impl Format for Rasters {
         self.images.iter().map(|image| folder(image.stem)).collect()
     }
 
-    fn owns(&self, path: &str) -> bool {
-        self.images().any(|image| image.names(path))
+    fn is_of_tiles_alone(&self) -> bool {
+        self.tiles
     }
 
     fn rasters_of(&self, region: &Region, place: Place) -> Vec<String> {

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use serde::Serialize;
 
 use crate::area::{Place, Region, TileId};
-use crate::bake::{FileRecord, Sink};
+use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
 use crate::export::format::file_name;
 use crate::export::locked;
@@ -65,9 +65,9 @@ impl Sink for RegionRaster {
         &self.file.path
     }
 
-    fn take(&self, tile: &Tile, place: Place) -> Result<Vec<u8>, Error> {
+    fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
         let (cols, rows) = self.drawing.image.owned(&self.drawing.region, place);
-        Ok(self.drawing.painter.paint(tile, cols, rows))
+        Ok(Kept { piece: self.drawing.painter.paint(tile, cols, rows), files: Vec::new() })
     }
 
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
@@ -97,13 +97,12 @@ impl Sink for RegionRaster {
 /// One raster a tile, each written by the thread that made the tile.
 pub(crate) struct TileRasters {
     drawing: Drawing,
-    records: Mutex<Vec<FileRecord>>,
 }
 
 impl TileRasters {
     /// Rasters that will be in the folder of the bake.
     pub fn create(world: &World, region: Region, export: &'static str, image: Image, out: &Path) -> TileRasters {
-        TileRasters { drawing: Drawing::new(world, region, export, image, out), records: Mutex::default() }
+        TileRasters { drawing: Drawing::new(world, region, export, image, out) }
     }
 }
 
@@ -112,7 +111,7 @@ impl Sink for TileRasters {
         self.drawing.image.stem
     }
 
-    fn take(&self, tile: &Tile, place: Place) -> Result<Vec<u8>, Error> {
+    fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
         let Drawing { image, painter, region, .. } = &self.drawing;
         let (cols, rows) = image.owned(region, place);
         let path = image.file(region, Some(place));
@@ -125,9 +124,7 @@ impl Sink for TileRasters {
             samples = samples.chunks_exact(row_bytes).rev().collect::<Vec<_>>().concat();
         }
         writer.write_rows(&samples)?;
-        let records = file.end(&self.drawing, writer)?;
-        locked(&self.records).extend(records);
-        Ok(Vec::new())
+        Ok(Kept { piece: Vec::new(), files: file.end(&self.drawing, writer)? })
     }
 
     fn append(&self, _row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
@@ -135,7 +132,7 @@ impl Sink for TileRasters {
     }
 
     fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
-        Ok(std::mem::take(&mut *locked(&self.records)))
+        Ok(Vec::new())
     }
 }
 

@@ -14,10 +14,9 @@ use exr::meta::attribute::{ChannelDescription, LineOrder, SampleType};
 use exr::meta::header::Header;
 use exr::prelude::SmallVec;
 
-use crate::bake::Finished;
 use crate::error::Error;
 use crate::export::locked;
-use crate::file::PartFile;
+use crate::file::{Finished, Operation, PartFile, gate};
 
 /// How the samples of a raster are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,7 +122,7 @@ impl RasterWriter {
                 encoding.exr_channels(),
                 width.try_into().expect(fits),
                 height.try_into().expect(fits),
-            ))),
+            )?)),
             Encoding::Png => {
                 let file = SharedFile(Arc::new(Mutex::new(Some(file))));
                 let size = (width.try_into().expect(fits), height.try_into().expect(fits));
@@ -246,14 +245,16 @@ impl ExrWriter {
         channels: &'static [&'static str],
         width: usize,
         height: usize,
-    ) -> ExrWriter {
+    ) -> Result<ExrWriter, Error> {
         let path = file.path().to_owned();
         let shared = SharedFile(Arc::new(Mutex::new(Some(file))));
         let (rows, incoming) = sync_channel(2);
         // Ours too, for the writer drops its own when it is done.
         let target = shared.clone();
-        let thread = std::thread::spawn(move || write_exr(target, layer, channels, (width, height), incoming));
-        ExrWriter { path, rows: Some(rows), thread: Some(thread), file: shared }
+        gate(Operation::Thread, &path)?;
+        let write = move || write_exr(target, layer, channels, (width, height), incoming);
+        let thread = std::thread::Builder::new().spawn(write).map_err(Error::io(&path))?;
+        Ok(ExrWriter { path, rows: Some(rows), thread: Some(thread), file: shared })
     }
 
     fn write_rows(&mut self, rows: &[u8]) -> Result<(), Error> {

@@ -10,13 +10,13 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use crate::area::Place;
-use crate::bake::{FileRecord, Sink};
+use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Request};
 use crate::export::locked;
 use crate::export::vector::store::{FeatureStore, bytes_at_most};
 use crate::features::layer::{Head, Shape};
-use crate::features::{AnyLayer, Row, all_layers, layers};
+use crate::features::{AnyLayer, Row, layers};
 use crate::file::PartFile;
 use crate::tile::Tile;
 use crate::watch::Watch;
@@ -44,10 +44,6 @@ impl Format for GeoJson {
 
     fn folders(&self) -> Vec<&'static str> {
         vec![FOLDER]
-    }
-
-    fn owns(&self, name: &str) -> bool {
-        all_layers().any(|layer| path(layer) == name)
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
@@ -90,13 +86,12 @@ impl Sink for GeoJsonSink<'_> {
         "vector/*.geojson"
     }
 
-    fn take(&self, tile: &Tile, _place: Place) -> Result<Vec<u8>, Error> {
-        self.features.take(tile);
-        Ok(Vec::new())
+    fn take(&self, tile: &Tile, _place: Place) -> Result<Kept, Error> {
+        Ok(Kept { piece: self.features.take(tile), files: Vec::new() })
     }
 
-    fn append(&self, _row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
-        self.features.flush()
+    fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+        self.features.put(pieces)
     }
 
     fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use rusqlite::{Connection, ToSql, params, params_from_iter};
 
 use crate::area::{Place, Region, TileId};
-use crate::bake::{FileRecord, Sink};
+use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Request, folder};
 use crate::export::locked;
@@ -98,10 +98,6 @@ impl Format for GeoPackage {
 
     fn folders(&self) -> Vec<&'static str> {
         vec![folder(PATH)]
-    }
-
-    fn owns(&self, path: &str) -> bool {
-        path == PATH
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
@@ -309,13 +305,12 @@ impl Sink for GeoPackageSink<'_> {
         PATH
     }
 
-    fn take(&self, tile: &Tile, _place: Place) -> Result<Vec<u8>, Error> {
-        self.features.take(tile);
-        Ok(Vec::new())
+    fn take(&self, tile: &Tile, _place: Place) -> Result<Kept, Error> {
+        Ok(Kept { piece: self.features.take(tile), files: Vec::new() })
     }
 
-    fn append(&self, row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
-        self.features.flush()?;
+    fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+        self.features.put(pieces)?;
         let mut file = locked(&self.file);
         let (connection, _) = file.as_mut().expect("rows come before the end");
         self.write_tiles(connection, row).map_err(Error::sqlite(&self.path))
@@ -373,13 +368,15 @@ mod tests {
             (GeoPackageSink::create(&world, region, out).unwrap(), GeoJsonSink::create(&world, out).unwrap());
         for row in 0..3 {
             // Each row of tiles brings all features again.
-            for store in [&package.features, json.features()] {
+            let piece = |store: &FeatureStore| {
+                let mut piece = Vec::new();
                 for (layer, key, row) in order(rows()) {
-                    store.add(layer, vec![key], || row.clone());
+                    store.pack(&mut piece, layer, vec![key], || row.clone());
                 }
-            }
-            package.append(row, &[]).unwrap();
-            json.append(row, &[]).unwrap();
+                piece
+            };
+            package.append(row, &[&piece(&package.features)]).unwrap();
+            json.append(row, &[&piece(json.features())]).unwrap();
         }
         let watch = Watch::default();
         assert_eq!((package.finish(&watch).unwrap().len(), json.finish(&watch).unwrap().len()), (1, 2));

@@ -1,6 +1,6 @@
 //! The features of a region, collected tile by tile and sorted when they are read: what the vector exports write.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::path::Path as FilePath;
 use std::sync::Mutex;
 
@@ -8,11 +8,12 @@ use rusqlite::types::{ToSqlOutput, ValueRef};
 use rusqlite::{Connection, ToSql, params_from_iter};
 
 use crate::area::Region;
+use crate::bake::frames;
 use crate::error::Error;
 use crate::export::locked;
 use crate::features::layer::{Head, Kind};
 use crate::features::{AnyLayer, Row, Value, layers};
-use crate::file::PartFile;
+use crate::file::{Operation, PartFile, gate};
 use crate::preset::Preset;
 use crate::registry::unjournaled;
 use crate::stop;
@@ -89,11 +90,12 @@ fn road_bytes_at_most(world: &World, region: &Region) -> f64 {
 
 /// The features of a region, each once, by layer and key.
 ///
-/// They wait in memory for their row of tiles and then in a nameless database in the folder of the bake, so memory does
-/// not grow with the region.
+/// They come with their row of tiles and wait in a nameless database in the folder of the bake, so memory does not grow with
+/// the region.
 pub(crate) struct FeatureStore<'a> {
     world: &'a World,
-    waiting: Mutex<BTreeMap<(usize, Vec<u8>), Row>>,
+    /// What some tile has said since rows were put away last, by layer and key.
+    said: Mutex<BTreeSet<(usize, Vec<u8>)>>,
     store: Mutex<(Connection, PartFile)>,
 }
 
@@ -117,7 +119,7 @@ impl<'a> FeatureStore<'a> {
             Ok(connection)
         };
         let connection = open().map_err(Error::sqlite(path))?;
-        Ok(FeatureStore { world, waiting: Mutex::default(), store: Mutex::new((connection, part)) })
+        Ok(FeatureStore { world, said: Mutex::default(), store: Mutex::new((connection, part)) })
     }
 
     /// The layers.
@@ -125,49 +127,62 @@ impl<'a> FeatureStore<'a> {
         layers(self.world)
     }
 
-    /// Takes the features of a tile.
-    pub fn take(&self, tile: &Tile) {
+    /// The features of a tile, as bytes, but for those that another tile of its row has said.
+    pub fn take(&self, tile: &Tile) -> Vec<u8> {
+        let mut piece = Vec::new();
         for (number, layer) in self.layers().iter().enumerate() {
-            layer.visit(self.world, &tile.area(), &mut |key, row| self.add(number, key, row));
+            layer.visit(self.world, &tile.area(), &mut |key, row| self.pack(&mut piece, number, key, row));
+        }
+        piece
+    }
+
+    /// Adds a feature of a layer to the piece of a tile, unless another tile has said it.
+    pub fn pack(&self, piece: &mut Vec<u8>, layer: usize, key: Vec<u8>, row: impl Fn() -> Row) {
+        if !locked(&self.said).insert((layer, key.clone())) {
+            return;
+        }
+        // Not under the lock: a long river takes its time.
+        let Row { values, lines } = row();
+        let lines = packed(&lines, self.layers()[layer].shape().dimensions());
+        let values = serde_json::to_vec(&values).expect("numbers and texts are JSON");
+        for part in [&[layer as u8][..], &key, &values, &lines] {
+            frames::push(piece, part);
         }
     }
 
-    /// Takes a feature of a layer, which may be there already.
-    pub fn add(&self, layer: usize, key: Vec<u8>, row: impl Fn() -> Row) {
-        let key = (layer, key);
-        let waits = locked(&self.waiting).contains_key(&key);
-        if !waits {
-            // Not under the lock: a long river takes its time.
-            let row = row();
-            locked(&self.waiting).insert(key, row);
-        }
-    }
-
-    /// Puts away what waits.
-    pub fn flush(&self) -> Result<(), Error> {
-        // Taken at once, so that tiles can go on to add while this is written.
-        let waiting = std::mem::take(&mut *locked(&self.waiting));
+    /// Puts away the features of a row of tiles.
+    pub fn put(&self, pieces: &[&[u8]]) -> Result<(), Error> {
+        // A tile that is being made may say them again, which does no harm.
+        locked(&self.said).clear();
         let (connection, part) = &mut *locked(&self.store);
-        let put = || {
+        let mut put = || {
             let transaction = connection.transaction()?;
-            for ((number, key), Row { values, lines }) in waiting {
+            for piece in pieces {
                 stop::check();
-                let lines = packed(&lines, self.layers()[number].shape().dimensions());
-                let marks = ", ?".repeat(values.len() + 1);
-                // A feature that touches several rows of tiles comes again with each.
-                let insert = format!("INSERT OR IGNORE INTO layer_{number} VALUES (?{marks})");
-                let values = values.iter().map(|value| value as &dyn ToSql);
-                let row = [&key as &dyn ToSql].into_iter().chain(values).chain([&lines as &dyn ToSql]);
-                transaction.prepare_cached(&insert)?.execute(params_from_iter(row))?;
+                let parts: Vec<&[u8]> = frames::pieces(piece).collect();
+                for part in parts.chunks_exact(4) {
+                    let [[number], key, values, lines] = part else { unreachable!("it was packed by this store") };
+                    let heads = self.layers()[usize::from(*number)].heads();
+                    let values: Vec<serde_json::Value> =
+                        serde_json::from_slice(values).expect("it was packed by this store");
+                    let values: Vec<Value> =
+                        values.iter().zip(&heads).map(|(value, head)| of_json(value, head)).collect();
+                    // A feature that touches several rows of tiles comes again with each.
+                    let marks = ", ?".repeat(values.len() + 1);
+                    let insert = format!("INSERT OR IGNORE INTO layer_{number} VALUES (?{marks})");
+                    let values = values.iter().map(|value| value as &dyn ToSql);
+                    let row = [key as &dyn ToSql].into_iter().chain(values).chain([lines as &dyn ToSql]);
+                    transaction.prepare_cached(&insert)?.execute(params_from_iter(row))?;
+                }
             }
             transaction.commit()
         };
+        gate(Operation::Write, part.path())?;
         put().map_err(Error::sqlite(part.path()))
     }
 
     /// Visits all features of a layer, sorted by key, without holding them.
     pub fn for_each(&self, number: usize, mut visit: impl FnMut(Row) -> Result<(), Error>) -> Result<(), Error> {
-        self.flush()?;
         let (connection, part) = &*locked(&self.store);
         let failed = || Error::sqlite(part.path());
         let layer = &self.layers()[number];
@@ -208,6 +223,16 @@ fn value(head: &Head, kept: ValueRef) -> Value {
         (ValueRef::Real(number), _) => Value::Real(number),
         (ValueRef::Text(text), _) => Value::Text(String::from_utf8_lossy(text).into_owned()),
         (ValueRef::Null | ValueRef::Blob(_), _) => Value::Nothing,
+    }
+}
+
+/// A value as its JSON has it.
+fn of_json(value: &serde_json::Value, head: &Head) -> Value {
+    match (value, head.kind) {
+        (serde_json::Value::String(text), _) => Value::Text(text.clone()),
+        (number, Kind::Integer) => number.as_i64().map_or(Value::Nothing, Value::Integer),
+        (number, Kind::Real32) => number.as_f64().map_or(Value::Nothing, |number| Value::Real32(number as f32)),
+        (number, _) => number.as_f64().map_or(Value::Nothing, Value::Real),
     }
 }
 

@@ -1,12 +1,20 @@
 //! Files that are either whole or not there.
 
-use std::fs::{self, File, Permissions};
+mod disk;
+mod record;
+
+#[cfg(test)]
+pub(crate) use disk::{Disk, double};
+pub(crate) use disk::{Operation, gate, make_folder, remove, rename, sync_folder};
+pub use record::{FileRecord, MeshRecord};
+pub(crate) use record::{Finished, path_in};
+
+use std::fs::{self, Permissions};
 use std::io::{self, BufWriter, IntoInnerError, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use crate::bake::Finished;
 use crate::error::Error;
 use crate::stop;
 
@@ -21,7 +29,7 @@ const HASHED_AT_ONCE: u64 = 1 << 20;
 /// Its hash is taken of the bytes as they pass, so that nothing is read back unless the writer has gone back in it.
 pub(crate) struct PartFile {
     path: PathBuf,
-    file: BufWriter<NamedTempFile>,
+    file: BufWriter<Gated>,
     hasher: blake3::Hasher,
     bytes: u64,
     rewritten: bool,
@@ -38,7 +46,8 @@ impl PartFile {
         // Like any file that a program makes, not as private as temporary files are by default.
         #[cfg(unix)]
         builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
-        let file = builder.tempfile_in(folder).map_err(Error::io(&path))?;
+        gate(Operation::Create, &path)?;
+        let file = Gated(builder.tempfile_in(folder).map_err(Error::io(&path))?);
         // Rows come in small pieces; half a mebibyte a system call is where larger buffers stop paying.
         let file = BufWriter::with_capacity(1 << 19, file);
         Ok(PartFile { path, file, hasher: blake3::Hasher::new(), bytes: 0, rewritten: false })
@@ -53,21 +62,24 @@ impl PartFile {
     /// [`finish`](PartFile::finish).
     pub fn lend(&mut self) -> &Path {
         self.rewritten = true;
-        self.file.get_ref().path()
+        self.file.get_ref().0.path()
     }
 
     /// Brings the bytes to the disk and gives the file its name.
     pub fn finish(mut self) -> Result<Finished, Error> {
         let finished = self.seal().map_err(Error::io(&self.path))?;
         let file = self.file.into_inner().map_err(IntoInnerError::into_error);
-        let file = file.map_err(Error::io(&self.path))?;
+        let Gated(file) = file.map_err(Error::io(&self.path))?;
+        gate(Operation::Rename, &self.path)?;
         file.persist(&self.path).map_err(|error| Error::Io { path: self.path.clone(), source: error.error })?;
         Ok(finished)
     }
 
     fn seal(&mut self) -> io::Result<Finished> {
         self.file.flush()?;
-        let file = self.file.get_mut().as_file_mut();
+        let Gated(file) = self.file.get_mut();
+        disk::allow(Operation::Sync, &self.path, 0)?;
+        let file = file.as_file_mut();
         // Before the new name, or after a power cut there may be a name without the bytes.
         file.sync_all()?;
         if !self.rewritten {
@@ -82,6 +94,26 @@ impl PartFile {
             stop::check();
         }
         Ok(Finished { bytes: hasher.count(), blake3: hasher.finalize() })
+    }
+}
+
+/// A file whose writing the [disk] may refuse.
+struct Gated(NamedTempFile);
+
+impl Write for Gated {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let count = disk::allow(Operation::Write, self.0.path(), bytes.len())?;
+        self.0.write(&bytes[..count])
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+impl Seek for Gated {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.0.seek(to)
     }
 }
 
@@ -116,14 +148,6 @@ pub(crate) fn write_whole(path: PathBuf, content: &[u8]) -> Result<Finished, Err
     file.finish()
 }
 
-/// Brings a folder's list of names to the disk, so that renamed files keep their names after a power cut.
-pub(crate) fn sync_folder(folder: &Path) -> Result<(), Error> {
-    if cfg!(unix) {
-        File::open(folder).and_then(|folder| folder.sync_all()).map_err(Error::io(folder))?;
-    }
-    Ok(())
-}
-
 /// Removes what a killed bake has left in a folder; it may not be there.
 pub(crate) fn remove_unfinished(folder: &Path) -> Result<(), Error> {
     // A folder that is not there has nothing left in it.
@@ -132,7 +156,7 @@ pub(crate) fn remove_unfinished(folder: &Path) -> Result<(), Error> {
         let name = entry.file_name();
         let name = name.to_string_lossy();
         if name.starts_with('.') && name.ends_with(UNFINISHED) {
-            fs::remove_file(entry.path()).map_err(Error::io(entry.path()))?;
+            remove(&entry.path())?;
         }
     }
     Ok(())

@@ -1,0 +1,37 @@
+//! Pieces of bytes one behind the other, each after its length.
+
+/// Bytes of a length.
+const LENGTH: usize = size_of::<u64>();
+
+/// Adds a piece.
+pub(crate) fn push(bytes: &mut Vec<u8>, piece: &[u8]) {
+    bytes.extend((piece.len() as u64).to_le_bytes());
+    bytes.extend(piece);
+}
+
+/// The pieces of bytes; what is cut off at their end is none.
+pub(crate) fn pieces(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = bytes;
+    std::iter::from_fn(move || {
+        let (length, behind) = rest.split_first_chunk::<LENGTH>()?;
+        let (piece, behind) = behind.split_at_checked(usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
+        rest = behind;
+        Some(piece)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_come_out_as_they_went_in_and_cut_ones_not_at_all() {
+        let mut bytes = Vec::new();
+        for piece in [&b"one"[..], b"", b"three"] {
+            push(&mut bytes, piece);
+        }
+        assert_eq!(pieces(&bytes).collect::<Vec<_>>(), [&b"one"[..], b"", b"three"]);
+        assert_eq!(pieces(&bytes[..bytes.len() - 1]).count(), 2);
+        assert_eq!(pieces(&[255; 12]).count(), 0);
+    }
+}

@@ -1,0 +1,117 @@
+//! `terrane info`.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::area::TileId;
+use crate::cli::console::Console;
+use crate::error::Error;
+use crate::export::{self, Bytes, Contents, Run, State};
+
+/// Files that are missing and are listed.
+const SHOWN: usize = 20;
+
+/// Says what lies in the folder of a bake.
+pub(super) fn run(folder: &Path, console: &Console) -> Result<(), Error> {
+    export::look(folder)?.iter().try_for_each(|contents| {
+        let text = if console.is_json() { String::new() } else { text(contents) };
+        console.message(object(folder, contents), &text)
+    })
+}
+
+fn state_name(state: State) -> &'static str {
+    match state {
+        State::Whole => "whole",
+        State::UnderWay => "under way",
+        State::CutOff => "cut off",
+    }
+}
+
+fn object(folder: &Path, contents: &Contents) -> Value {
+    let Contents { manifest, state, tiles, missing, runs } = contents;
+    let region = &manifest.region;
+    let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
+    json!({
+        "type": "info", "folder": folder.to_string_lossy(), "state": state_name(*state), "generator": manifest.generator,
+        "preset": manifest.preset_name, "seed": manifest.seed, "stride": manifest.stride, "spacing_m": manifest.spacing_m,
+        "at": [region.at.x, region.at.y], "cols": region.cols, "rows": region.rows, "width": region.width,
+        "height": region.height, "bounds_km": region.bounds_km, "min_m": manifest.height_range.min_m,
+        "max_m": manifest.height_range.max_m, "sea_level_m": manifest.sea_level_m, "profile": manifest.profile,
+        "exports": manifest.exports, "tiles": tiles, "tiles_of": region.cols * region.rows,
+        "files": manifest.files.len(), "bytes": bytes, "missing": missing, "runs": runs,
+    })
+}
+
+fn text(contents: &Contents) -> String {
+    let Contents { manifest, state, tiles, missing, runs } = contents;
+    let (region, heights) = (&manifest.region, &manifest.height_range);
+    let mut text = String::new();
+    let mut line = |what: &str, value: String| writeln!(text, "{what:9}{value}").expect("a String takes everything");
+    line("state", format!("{}, {tiles} of {} tiles", state_name(*state), region.cols * region.rows));
+    let (name, seed, spacing_m) = (&manifest.preset_name, manifest.seed, manifest.spacing_m);
+    line("world", format!("{name}, seed {seed}, {spacing_m} m a vertex, of {}", manifest.generator));
+    let [west, south, east, north] = region.bounds_km;
+    line("ground", format!("from {west} to {east} km east and from {south} to {north} km north"));
+    let (cols, rows, TileId { x, y }) = (region.cols, region.rows, region.at);
+    line("region", format!("{cols} x {rows} tiles from {x},{y}, {} x {} vertices", region.width, region.height));
+    let sea = manifest.sea_level_m.map_or(String::new(), |metres| format!(", the sea at {metres} m"));
+    line("heights", format!("{} to {} m{sea}", heights.min_m, heights.max_m));
+    line("exports", manifest.exports.join(", "));
+    let mut by_export: BTreeMap<&str, [u64; 2]> = BTreeMap::new();
+    for file in &manifest.files {
+        let [count, bytes] = by_export.entry(&file.export).or_default();
+        *count += 1;
+        *bytes += file.bytes;
+    }
+    for (export, [count, bytes]) in by_export {
+        line("files", format!("{export}: {count}, {}", Bytes(bytes)));
+    }
+    for run in runs {
+        let said = match run {
+            Run::Begun { unix_s, mode, version, device, threads } => {
+                format!("{} {mode}, terrane {version}, {device}, {threads} threads", date(*unix_s))
+            }
+            Run::Ended { unix_s, outcome, seconds, tiles_made, tiles_known } => {
+                let at = date(*unix_s);
+                format!("{at} {outcome}, {tiles_made} tiles made and {tiles_known} known, {seconds:.1} s")
+            }
+        };
+        line("run", said);
+    }
+    missing.iter().take(SHOWN).for_each(|path| line("missing", path.clone()));
+    if missing.len() > SHOWN {
+        line("missing", format!("and {} more files", missing.len() - SHOWN));
+    }
+    text
+}
+
+/// A time as ISO 8601 has it, in UTC.
+fn date(unix_s: u64) -> String {
+    let (days, second) = ((unix_s / 86_400) as i64, unix_s % 86_400);
+    // Based on: Howard Hinnant, "chrono-compatible low-level date algorithms": years begin in March, so leap days come last.
+    let shifted = days + 719_468;
+    let (era, day_of_era) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
+    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let shifted_month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * shifted_month + 2) / 5 + 1;
+    let month = if shifted_month < 10 { shifted_month + 3 } else { shifted_month - 9 };
+    let year = year_of_era + era * 400 + i64::from(month <= 2);
+    format!("{year:04}-{month:02}-{day:02}T{:02}:{:02}:{:02}Z", second / 3600, second / 60 % 60, second % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        assert_eq!(date(0), "1970-01-01T00:00:00Z");
+        assert_eq!(date(951_782_399), "2000-02-28T23:59:59Z");
+        assert_eq!(date(951_868_800), "2000-03-01T00:00:00Z");
+        assert_eq!(date(1_795_651_245), "2026-11-26T00:00:45Z");
+    }
+}

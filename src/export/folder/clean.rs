@@ -1,0 +1,65 @@
+//! The removal of bakes.
+
+use std::fs;
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use crate::error::Error;
+use crate::export::folder::moving::remove_empty_above;
+use crate::export::folder::{WORK, remove_all, size};
+use crate::export::lock::Lock;
+use crate::export::manifest::{self, Manifest};
+use crate::export::runs;
+use crate::file::{remove, remove_unfinished};
+
+/// What was removed of a bake.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Cleaned {
+    /// Files that were removed.
+    pub files: u64,
+    /// Their bytes.
+    pub bytes: u64,
+    /// Files that the bake has written and somebody has changed since: they are kept.
+    pub kept: Vec<String>,
+}
+
+/// Removes what bakes have left in a folder, and nothing else: files that the manifest lists and that nobody has changed, the
+/// manifest, a bake that was cut off, and folders that hold nothing then. `dry` removes nothing.
+///
+/// # Errors
+/// When there is no bake, when one is writing to the folder, or when a file cannot be removed.
+pub fn clean(path: &Path, dry: bool) -> Result<Cleaned, Error> {
+    let work = path.join(WORK);
+    let manifest = match Manifest::read(path) {
+        Err(error) if !work.is_dir() => return Err(error),
+        manifest => manifest.ok(),
+    };
+    Lock::check(path)?;
+    let lock = if dry { None } else { Some(Lock::take(path)?) };
+    let mut cleaned = Cleaned::default();
+    let files = manifest.map(|manifest| manifest.all_files(path)).unwrap_or_default();
+    let faults: Vec<bool> = files.par_iter().map(|record| record.fault(path).is_some()).collect();
+    // First, so that what is left is no bake if this is cut off.
+    let of_bake = [manifest::PATH.to_owned(), runs::PATH.to_owned()].into_iter();
+    let ours = files.iter().zip(&faults).filter(|(_, fault)| !**fault).map(|(record, _)| record.path.clone());
+    for file in of_bake.chain(ours).filter(|file| path.join(file).is_file()) {
+        let at = path.join(&file);
+        cleaned.files += 1;
+        cleaned.bytes += at.metadata().map_or(0, |there| there.len());
+        if !dry {
+            remove(&at)?;
+            remove_empty_above(path, &file);
+        }
+    }
+    let changed = files.iter().zip(&faults).filter(|(_, fault)| **fault).map(|(record, _)| &record.path);
+    cleaned.kept = changed.filter(|file| path.join(file).symlink_metadata().is_ok()).cloned().collect();
+    cleaned.bytes += size(&work);
+    if lock.is_some() {
+        remove_all(&work)?;
+        remove_unfinished(path)?;
+        drop(lock);
+        _ = fs::remove_dir(path);
+    }
+    Ok(cleaned)
+}

@@ -1,0 +1,242 @@
+//! What is in a folder, and whether a bake may go there.
+
+use std::fs;
+use std::path::Path;
+
+use crate::area::Place;
+use crate::error::Error;
+use crate::export::Plan;
+use crate::export::check::told;
+use crate::export::cost::Cost;
+use crate::export::folder::{PLAN, WORK, free_bytes, size};
+use crate::export::lock;
+use crate::export::manifest::{self, Manifest};
+use crate::export::plan::Bytes;
+
+/// What becomes of what is in the folder of a bake.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// There must be nothing.
+    New,
+    /// A bake that is there is replaced.
+    Replace,
+    /// The same bake that was cut off goes on; where it is whole, what is damaged of it is baked again.
+    Resume,
+    /// A bake of the same world and region gets more exports.
+    Add,
+    /// A bake of the same world and exports gets a larger region.
+    Extend,
+    /// The same bake is made again, and what is damaged is replaced.
+    Repair,
+}
+
+impl Mode {
+    /// The name in the log of runs.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Mode::New => "new",
+            Mode::Replace => "replace",
+            Mode::Resume => "resume",
+            Mode::Add => "add",
+            Mode::Extend => "extend",
+            Mode::Repair => "repair",
+        }
+    }
+}
+
+/// What is in a folder.
+enum Found {
+    Nothing,
+    /// Files, and no bake.
+    Others,
+    /// A whole bake; without a manifest if that cannot be read.
+    Bake(Option<Box<Manifest>>),
+    /// A bake that did not come to its end, as it was planned.
+    CutOff(Box<Manifest>),
+}
+
+impl Found {
+    /// What is there, or was to be.
+    fn manifest(&self) -> Option<&Manifest> {
+        match self {
+            Found::Nothing | Found::Others => None,
+            Found::Bake(there) => there.as_deref(),
+            Found::CutOff(there) => Some(there),
+        }
+    }
+}
+
+/// Differences between two bakes that are said.
+const SAID: usize = 5;
+
+/// Whether a bake may go to what is in a folder. Returns the whole bake that is there.
+pub(super) fn admit(path: &Path, mode: Mode, plan: &Plan<'_>) -> Result<Option<Box<Manifest>>, Error> {
+    let refuse = |message: String, hint: &str| Error::Output { path: path.into(), message, hint: hint.into() };
+    let found = found(path)?;
+    let draft = plan.draft();
+    let same = |there: Option<&Manifest>, counts: &dyn Fn(&str) -> bool, hint: &str| match there {
+        None => Err(refuse("holds a bake whose manifest cannot be read".into(), hint)),
+        Some(there) => match &there.differences(&draft, counts)[..] {
+            [] => Ok(()),
+            others => {
+                let more = others.len().saturating_sub(SAID);
+                let more = if more > 0 { format!(", and {more} more") } else { String::new() };
+                let listed = others.iter().take(SAID).cloned().collect::<Vec<_>>().join("; ");
+                Err(refuse(format!("holds another bake: {listed}{more}"), hint))
+            }
+        },
+    };
+    let all = |_: &str| true;
+    match (mode, &found) {
+        (_, Found::Others) => {
+            return Err(refuse(
+                match mode {
+                    Mode::New => "the folder is not empty".into(),
+                    _ => "holds files and no bake, and terrane replaces nothing but bakes".into(),
+                },
+                "choose another folder with --out",
+            ));
+        }
+        // Whether what is repaired is the same shows when it is baked.
+        (Mode::New | Mode::Replace | Mode::Resume, Found::Nothing)
+        | (Mode::Replace, _)
+        | (Mode::Repair, Found::Bake(_)) => {}
+        (Mode::New, Found::CutOff(there)) => {
+            let hint = match same(Some(there), &all, "") {
+                Ok(()) => "go on with it with --resume, or begin again with --overwrite",
+                Err(_) => "choose another folder with --out, or replace what is there with --overwrite",
+            };
+            return Err(refuse("holds a bake that was cut off".into(), hint));
+        }
+        (Mode::New, Found::Bake(there)) => {
+            let is_same = same(there.as_deref(), &all, "").is_ok();
+            return Err(refuse(
+                if is_same { "the folder is not empty: it holds this very bake" } else { "the folder is not empty" }
+                    .into(),
+                "choose another with --out, replace the bake in it with --overwrite, add exports to it with --add, or look \
+                 whether it is whole with terrane verify",
+            ));
+        }
+        (Mode::Resume | Mode::Repair, Found::Bake(_) | Found::CutOff(_)) => {
+            let hint = "give what that was baked with, choose another folder with --out, or --overwrite it";
+            same(found.manifest(), &all, hint)?;
+        }
+        (Mode::Add | Mode::Extend, Found::CutOff(there)) => {
+            same(Some(there), &all, "go on with that first with --resume, or remove it with terrane clean")?;
+        }
+        (Mode::Add, Found::Bake(there)) => {
+            let reads_meshes = there.as_ref().is_some_and(|there| there.has_meshes());
+            let counts = |key: &str| !["exports", "profile"].contains(&key) && (key != "meshes" || reads_meshes);
+            same(there.as_deref(), &counts, "give what that was baked with, but for --export, or leave out --add")?;
+            if there.as_ref().is_some_and(|there| plan.exports().iter().all(|export| there.has(*export))) {
+                return Err(refuse("has all these exports already".into(), "look at it with terrane info"));
+            }
+        }
+        (Mode::Extend, Found::Bake(there)) if there.as_ref().is_some_and(|there| !is_within(there, plan)) => {
+            return Err(refuse(
+                "holds tiles that are not in that region".into(),
+                "give a region that holds all of the old one, with --at and --size",
+            ));
+        }
+        (Mode::Extend, Found::Bake(there)) => {
+            same(there.as_deref(), &|key| key != "region", "bake that region elsewhere")?;
+        }
+        (Mode::Add | Mode::Extend | Mode::Repair, Found::Nothing) => {
+            return Err(refuse("holds no bake".into(), "bake one there first"));
+        }
+    }
+    Ok(match found {
+        Found::Bake(old) if mode != Mode::Repair => old,
+        _ => told(path).ok().map(Box::new),
+    })
+}
+
+/// Whether there is room for a bake beside the one that is there. Returns the bytes that it does not need.
+pub(super) fn spare_room(
+    path: &Path,
+    mode: Mode,
+    plan: &Plan<'_>,
+    cost: &Cost,
+    old: Option<&Manifest>,
+) -> Result<u64, Error> {
+    let refuse = |message: String, hint: &str| Err(Error::Output { path: path.into(), message, hint: hint.into() });
+    let elsewhere = "choose another disk with --out, a smaller --size or fewer exports";
+    let Some(free) = free_bytes(path) else { return Ok(u64::MAX) };
+    // What a bake that was cut off has left is on the disk already.
+    let needed = cost.disk_bytes.saturating_sub(if mode == Mode::Replace { 0 } else { size(&path.join(WORK)) });
+    if free < needed {
+        let there: u64 = old.iter().flat_map(|old| &old.files).map(|file| file.bytes).sum();
+        let frees =
+            format!("remove the bake that is there with terrane clean, which frees {}, or {elsewhere}", Bytes(there));
+        return refuse(
+            format!("the bake may take {}, and {} are free", Bytes(needed), Bytes(free)),
+            if there > 0 { &frees } else { elsewhere },
+        );
+    }
+    // Where a folder in it is on a disk of its own, its files are copied there at the end.
+    for folder in plan.folders() {
+        let (inside, needed) = (path.join(folder), plan.folder_bytes(folder));
+        let free = if is_elsewhere(&inside, path) { free_bytes(&inside) } else { None };
+        if let Some(free) = free.filter(|free| *free < needed) {
+            let message = format!(
+                "{folder} is on another disk, where it may take {}, and {} are free",
+                Bytes(needed),
+                Bytes(free)
+            );
+            return refuse(message, elsewhere);
+        }
+    }
+    Ok(free - needed)
+}
+
+/// Whether a plan's region holds all tiles of a bake.
+fn is_within(there: &Manifest, plan: &Plan<'_>) -> bool {
+    let Ok(region) = there.region.region() else { return false };
+    let last = region.tile(Place { row: region.rows() - 1, col: region.cols() - 1 });
+    [region.at(), last].into_iter().all(|tile| plan.region().place(tile).is_some())
+}
+
+/// What is in a folder.
+fn found(path: &Path) -> Result<Found, Error> {
+    let refuse =
+        |message: String| Error::Output { path: path.into(), message, hint: "choose another folder with --out".into() };
+    let entries = match fs::read_dir(path) {
+        Ok(entries) => entries,
+        Err(_) if path.symlink_metadata().is_err() => return Ok(Found::Nothing),
+        Err(error) => {
+            return Err(refuse(if path.is_dir() { error.to_string() } else { "is a file, not a folder".into() }));
+        }
+    };
+    let work = path.join(WORK);
+    if work.symlink_metadata().is_ok_and(|there| !there.is_dir()) {
+        return Err(refuse(format!("has a {WORK} that is no folder")));
+    }
+    // Without a plan nothing was begun yet that could be gone on with.
+    if let Ok(plan) = Manifest::read_file(&work.join(PLAN)) {
+        return Ok(Found::CutOff(Box::new(plan)));
+    }
+    let manifest = fs::read(path.join(manifest::PATH)).unwrap_or_default();
+    let says = manifest::FORMAT.as_bytes();
+    // One of whatever version, and even if it is damaged, while it or the registry says what it was.
+    if manifest.windows(says.len()).any(|words| words == says) || told(path).is_ok() {
+        return Ok(Found::Bake(Manifest::read(path).ok().map(Box::new)));
+    }
+    let is_filled = entries.flatten().any(|entry| entry.file_name() != lock::FILE_NAME && entry.file_name() != WORK);
+    Ok(if is_filled { Found::Others } else { Found::Nothing })
+}
+
+/// Whether a folder is on another file system than the one that it is in.
+fn is_elsewhere(inside: &Path, folder: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        let device = |path: &Path| path.metadata().map(|there| there.dev()).ok();
+        device(inside).is_some() && device(inside) != device(folder)
+    }
+    #[cfg(not(unix))]
+    {
+        // Renaming says so when it comes to that.
+        _ = (inside, folder);
+        false
+    }
+}

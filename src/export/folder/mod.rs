@@ -1,0 +1,293 @@
+//! The folder of a bake.
+//!
+//! ```text
+//!   out/alps/
+//!     .terrane.lock        as long as somebody writes here
+//!     .terrane-bake/       a bake under way, or one that was cut off
+//!       plan.json          its manifest, as far as that is known before there is any file
+//!       registry.sqlite, pieces   its journal
+//!       files/             its files, under their names; its manifest comes last, and then all of them move out
+//!       old.json           the manifest of the bake that was here, while they do
+//!     bake.json, ...       the bake that is whole
+//! ```
+//!
+//! So a folder has the files of a whole bake, or none. A bake that was here stays whole until the new one is; what happens then
+//! is renames alone, and whoever comes to the folder next ends what was cut off in the middle of them.
+//!
+//! ```text
+//!   found.rs   what is there, and whether a bake may go there     moving.rs   the end of a bake     clean.rs   and of its files
+//! ```
+
+mod clean;
+mod found;
+mod moving;
+
+pub use clean::{Cleaned, clean};
+pub use found::Mode;
+pub(super) use moving::end_moving;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use rayon::prelude::*;
+
+use crate::bake::{FileRecord, Journal};
+use crate::error::Error;
+use crate::export::Plan;
+use crate::export::cost::Cost;
+use crate::export::folder::found::{admit, spare_room};
+use crate::export::folder::moving::{Moved, move_files};
+use crate::export::lock::Lock;
+use crate::export::locked;
+use crate::export::manifest::{self, Manifest};
+use crate::export::runs::{self, Log};
+use crate::file::{PartFile, make_folder, remove_unfinished, sync_folder, write_whole};
+use crate::registry::{self, Registry};
+
+/// The folder in that of a bake in which the next one is made.
+const WORK: &str = ".terrane-bake";
+
+/// In that: what is made, its files, and the manifest of the bake that was there before.
+const PLAN: &str = "plan.json";
+const FILES: &str = "files";
+const OLD: &str = "old.json";
+
+/// A folder that a bake may write to.
+#[derive(Debug)]
+pub struct Output {
+    path: PathBuf,
+    /// Held as long as the folder is written to.
+    lock: Lock,
+    mode: Mode,
+    /// The bake that is there.
+    old: Option<Box<Manifest>>,
+    /// Bytes of the disk that the bake does not need for its files.
+    spare: u64,
+    moved: Mutex<Moved>,
+}
+
+impl Output {
+    /// Whether a bake may go to `path` and whether it has room there, without changing anything.
+    ///
+    /// # Errors
+    /// When a bake is writing to it, when it is a file, when what is in it is not what the mode asks for, or when there is too little
+    /// room.
+    pub fn check(path: &Path, mode: Mode, plan: &Plan<'_>, cost: &Cost) -> Result<(), Error> {
+        Lock::check(path)?;
+        let old = admit(path, mode, plan)?;
+        spare_room(path, mode, plan, cost, old.as_deref()).map(drop)
+    }
+
+    /// Makes the folder ready: it exists, can be written to, and has a place in which the bake is made.
+    ///
+    /// # Errors
+    /// As [`check`](Output::check), and when the folder cannot be made or written to.
+    pub fn prepare(path: &Path, mode: Mode, plan: &Plan<'_>, cost: &Cost) -> Result<Output, Error> {
+        Output::check(path, mode, plan, cost)?;
+        let unwritable = |error: Error| match error {
+            Error::Io { source, .. } => Error::Output {
+                path: path.into(),
+                message: format!("cannot be written to: {source}"),
+                hint: "choose another folder with --out".into(),
+            },
+            other => other,
+        };
+        make_folder(path).map_err(unwritable)?;
+        let lock = Lock::take(path).map_err(unwritable)?;
+        // One that came to its end and was cut off while its files moved.
+        end_moving(path)?;
+        // Another bake may have ended here between the look and the lock.
+        let old = admit(path, mode, plan)?;
+        let spare = spare_room(path, mode, plan, cost, old.as_deref())?;
+        // A file that is begun and dropped shows that files can be written here.
+        PartFile::create(path.join(manifest::PATH)).map_err(unwritable)?;
+        for folder in plan.folders() {
+            if path.join(folder).is_symlink() {
+                return Err(Error::Output {
+                    path: path.join(folder),
+                    message: "is a link, and terrane follows none out of the folder of a bake".into(),
+                    hint: "remove it, or choose another folder with --out".into(),
+                });
+            }
+        }
+        let work = path.join(WORK);
+        // The same bake that is whole is repaired, not gone on with.
+        let is_there = old.as_ref().is_some_and(|old| old.differences(&plan.draft(), |_| true).is_empty());
+        let mode = if mode == Mode::Resume && is_there { Mode::Repair } else { mode };
+        if mode == Mode::Replace || Manifest::read_file(&work.join(PLAN)).is_err() {
+            remove_all(&work)?;
+        }
+        Ok(Output { path: path.to_owned(), lock, mode, old, spare, moved: Mutex::default() })
+    }
+
+    /// Makes the place in which a bake is made, or cleans what one that was cut off has left in it.
+    pub(super) fn begin(&self, plan: &Plan<'_>) -> Result<Journal, Error> {
+        let (work, files) = (self.path.join(WORK), self.files());
+        make_folder(&files)?;
+        remove_unfinished(&files)?;
+        for folder in plan.folders() {
+            let folder = files.join(folder);
+            make_folder(&folder)?;
+            remove_unfinished(&folder)?;
+        }
+        let told = work.join(PLAN);
+        if !told.exists() {
+            write_whole(told, plan.draft().to_json().as_bytes())?;
+        }
+        Journal::open(&work, &files, plan.world().stride().vertices(), self.spare)
+    }
+
+    /// Where the files of the bake are made.
+    pub(super) fn files(&self) -> PathBuf {
+        self.path.join(WORK).join(FILES)
+    }
+
+    /// What the one who bakes should know of the folder before.
+    pub fn lock_warning(&self) -> Vec<String> {
+        let unlocked = "has no locks: let no other bake in it until this one has ended";
+        (!self.lock.is_held())
+            .then(|| format!("the file system of {} {unlocked}", self.path.display()))
+            .into_iter()
+            .collect()
+    }
+
+    /// What the one who bakes should know of the folder when the bake is whole.
+    pub fn kept_warnings(&self) -> Vec<String> {
+        let moved = locked(&self.moved);
+        let kept = "is what terrane had not written, and stood where the bake writes";
+        moved.kept.iter().map(|path| format!("{} {kept}", path.display())).collect()
+    }
+
+    /// The bake that was there.
+    pub(super) fn old(&self) -> Option<&Manifest> {
+        self.old.as_deref()
+    }
+
+    /// What becomes of it.
+    pub(super) fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Whether a bake that is there is all that is asked for, and nothing was begun beside it.
+    pub(super) fn has_old_alone(&self) -> bool {
+        self.old.is_some() && !self.path.join(WORK).exists()
+    }
+
+    /// Whether all that was asked for was there already.
+    pub fn was_whole(&self) -> bool {
+        self.mode == Mode::Repair && locked(&self.moved).new.is_empty()
+    }
+
+    /// Files that have other bytes than before, as paths in the folder.
+    pub fn renewed(&self) -> Vec<String> {
+        locked(&self.moved).new.clone()
+    }
+
+    /// How many files were there before with the same bytes, and were not touched.
+    pub fn untouched(&self) -> u64 {
+        locked(&self.moved).same
+    }
+
+    /// Moves the files of the finished bake to their places, and removes what is left of the one before.
+    pub(super) fn commit(&self, new: &Manifest) -> Result<(), Error> {
+        self.check_borne_out(new)?;
+        write_whole(self.files().join(manifest::PATH), new.to_json().as_bytes())?;
+        sync_folder(&self.files())?;
+        *locked(&self.moved) = move_files(&self.path, self.mode == Mode::Repair)?;
+        Ok(())
+    }
+
+    /// Whether what is repaired is the bake that was there. A manifest that is not as it was written may tell of another world: it is
+    /// believed where the files that it lists bear it out.
+    fn check_borne_out(&self, new: &Manifest) -> Result<(), Error> {
+        let Some(old) = self.old().filter(|old| self.mode == Mode::Repair && !old.is_sealed()) else { return Ok(()) };
+        let is_known = |record: &FileRecord| old.files.iter().any(|known| known.is_same_file(record));
+        // The registry of a bake whose manifest is damaged lists all but itself.
+        let is_borne_out = |record: &&FileRecord| is_known(record) || record.fault(&self.path).is_none();
+        if new.files.par_iter().all(|record| is_borne_out(&record)) {
+            return Ok(());
+        }
+        remove_all(&self.path.join(WORK))?;
+        Err(Error::Faulty {
+            path: self.path.join(manifest::PATH),
+            message: "is damaged where it says what was baked, and nothing else tells that".into(),
+            hint: "bake again with the preset and the seed of this bake, and --overwrite".into(),
+        })
+    }
+
+    /// Leaves nothing of a bake of which nothing is known that would be worth to go on with.
+    pub(super) fn abandon(&self, journal: Option<&Journal>) {
+        if journal.is_none_or(Journal::is_empty) {
+            // If it cannot be removed it is gone on with.
+            _ = remove_all(&self.path.join(WORK));
+        }
+    }
+
+    /// Begins the log of a run, which goes on from that of the bake that it changes.
+    pub(super) fn begin_log(&self, threads: usize) -> Result<Log, Error> {
+        let work = self.path.join(WORK);
+        make_folder(&work)?;
+        let log = self.path.join(runs::PATH);
+        if self.mode != Mode::Replace && log.is_file() && !work.join(runs::PATH).exists() {
+            fs::copy(&log, work.join(runs::PATH)).map_err(Error::io(&log))?;
+        }
+        Log::begin(&work, self.mode.name(), threads)
+    }
+
+    /// Whether there is a bake to go on with.
+    pub fn can_resume(&self) -> bool {
+        self.path.join(WORK).exists()
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+/// Removes a folder with all that is in it, following no link; it may not be there.
+fn remove_all(folder: &Path) -> Result<(), Error> {
+    match fs::remove_dir_all(folder) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(Error::io(folder)(error)),
+        _ => Ok(()),
+    }
+}
+
+/// Bytes of all files below a folder.
+fn size(folder: &Path) -> u64 {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let size = |entry: fs::DirEntry| match entry.metadata() {
+        Ok(there) if there.is_dir() => size(&entry.path()),
+        Ok(there) => there.len(),
+        Err(_) => 0,
+    };
+    entries.map(size).sum()
+}
+
+/// The folder in which a bake is made in another one, and what it is to be, if one is under way or was cut off.
+pub(super) fn begun(path: &Path) -> Option<(PathBuf, Manifest)> {
+    let work = path.join(WORK);
+    let plan = Manifest::read_file(&work.join(PLAN)).ok()?;
+    Some((work, plan))
+}
+
+/// The registry of the bake in a folder: of one that is whole, or else of one that is under way or was cut off.
+///
+/// # Errors
+/// When there is none, or it cannot be read.
+pub fn registry(path: &Path) -> Result<Registry, Error> {
+    let whole = path.join(registry::FILE_NAME);
+    let begun = path.join(WORK).join(registry::FILE_NAME);
+    Registry::read(if !whole.exists() && begun.exists() { &begun } else { &whole })
+}
+
+/// Bytes that are free where a path will be, if the file system says how much room it has: if not it may have enough, and
+/// whether it takes a file shows later.
+pub(super) fn free_bytes(path: &Path) -> Option<u64> {
+    // The folder may not be there yet: what counts is the disk that it will be on.
+    let existing = path.ancestors().find(|part| part.exists()).unwrap_or(Path::new("."));
+    let existing = if existing.as_os_str().is_empty() { Path::new(".") } else { existing };
+    let room = fs4::statvfs(existing).ok().filter(|room| room.total_space() > 0)?;
+    Some(room.available_space())
+}

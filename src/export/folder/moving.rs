@@ -1,0 +1,124 @@
+//! The files of a finished bake, on their way to their places.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use crate::bake::FileRecord;
+use crate::error::Error;
+use crate::export::folder::{FILES, OLD, WORK, remove_all};
+use crate::export::manifest::{self, Manifest};
+use crate::export::runs;
+use crate::file::{make_folder, path_in, remove, rename, sync_folder, write_whole};
+
+/// What has become of files.
+#[derive(Debug, Default)]
+pub(super) struct Moved {
+    /// Those that have new bytes, as paths in the folder.
+    pub new: Vec<String>,
+    /// Those that were here before, with the same bytes.
+    pub same: u64,
+    /// What terrane had not written as it was, and stood where the bake writes: where it is now.
+    pub kept: Vec<PathBuf>,
+}
+
+/// Ends what was cut off while the files of a finished bake moved to their places.
+pub(in crate::export) fn end_moving(path: &Path) -> Result<(), Error> {
+    let is_whole = path.join(WORK).join(FILES).join(manifest::PATH).is_file();
+    if is_whole { move_files(path, false).map(drop) } else { Ok(()) }
+}
+
+/// Moves the files of a finished bake to their places. Files in their way that the bake before has not left there as they are get
+/// other names, but when it is repaired.
+pub(super) fn move_files(path: &Path, is_repair: bool) -> Result<Moved, Error> {
+    let work = path.join(WORK);
+    let (files, old) = (work.join(FILES), work.join(OLD));
+    let new = Manifest::read(&files)?;
+    let mut moved = Moved::default();
+    let before = if old.exists() { Manifest::read_file(&old).ok() } else { Manifest::read(path).ok() };
+    let known = before.as_ref().map_or(Vec::new(), |before| before.all_files(path));
+    let known: BTreeMap<&str, &FileRecord> = known.iter().map(|record| (&record.path[..], record)).collect();
+    // Those of the new bake that were made, and where they go.
+    let made: Vec<FileRecord> = new.all_files(&files);
+    let place = |record: &FileRecord| {
+        path_in(path, &record.path).ok_or_else(|| Error::Output {
+            path: path.join(&record.path),
+            message: "would be written over a link".into(),
+            hint: "remove the link, and go on with --resume".into(),
+        })
+    };
+    if !old.exists() {
+        // Before anything moves: what was not here as it is belongs to somebody.
+        let stranger = |record: &&FileRecord| {
+            let is_known = || known.get(&record.path[..]).is_some_and(|known| known.fault(path).is_none());
+            !is_repair && path.join(&record.path).symlink_metadata().is_ok() && !is_known()
+        };
+        let strangers: Vec<&FileRecord> = made.par_iter().filter(stranger).collect();
+        for record in strangers {
+            let from = place(record)?;
+            let numbered = (1..).map(|number| path.join(format!("{}.kept-{number}", record.path)));
+            let to = numbered.into_iter().find(|to| to.symlink_metadata().is_err()).expect("some number is free");
+            rename(&from, &to)?;
+            moved.kept.push(to);
+        }
+        // From here on the folder is no whole bake, and must not look like one.
+        match rename(&path.join(manifest::PATH), &old) {
+            Err(Error::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
+                write_whole(old, b"")?;
+            }
+            done => done?,
+        }
+        sync_folder(&work)?;
+        sync_folder(path)?;
+    }
+    if work.join(runs::PATH).exists() {
+        rename(&work.join(runs::PATH), &path.join(runs::PATH))?;
+    }
+    let mut folders = vec![path.to_owned()];
+    for record in &made {
+        let (from, to) = (files.join(&record.path), place(record)?);
+        // Moved already, or a file of the bake before that is one of this one too.
+        if !from.exists() {
+            continue;
+        }
+        let is_same = |known: &FileRecord| known.blake3 == record.blake3 && known.fault(path).is_none();
+        if known.get(&record.path[..]).is_some_and(|known| is_same(known)) {
+            moved.same += 1;
+            continue;
+        }
+        let folder = to.parent().unwrap_or(path);
+        if folders.last().is_none_or(|last| last != folder) {
+            make_folder(folder)?;
+            folders.push(folder.to_owned());
+        }
+        rename(&from, &to)?;
+        moved.new.push(record.path.clone());
+    }
+    // What is left of the bake before, and nobody has touched.
+    let new_paths: BTreeSet<&str> = made.iter().map(|record| &record.path[..]).collect();
+    let stale = known.values().filter(|record| !new_paths.contains(&record.path[..]));
+    for record in stale.filter(|record| record.fault(path).is_none()) {
+        remove(&path.join(&record.path))?;
+        remove_empty_above(path, &record.path);
+    }
+    folders.sort();
+    folders.dedup();
+    folders.iter().try_for_each(|folder| sync_folder(folder))?;
+    if before.as_ref() != Some(&new) {
+        moved.new.push(manifest::PATH.to_owned());
+    }
+    rename(&files.join(manifest::PATH), &path.join(manifest::PATH))?;
+    sync_folder(path)?;
+    remove_all(&work)?;
+    Ok(moved)
+}
+
+/// Removes the folders of a path that hold nothing now.
+pub(super) fn remove_empty_above(folder: &Path, path: &str) {
+    let above = Path::new(path).ancestors().skip(1).filter(|above| !above.as_os_str().is_empty());
+    // One that holds something cannot be removed so.
+    above.take_while(|above| fs::remove_dir(folder.join(above)).is_ok()).for_each(drop);
+}

@@ -1,0 +1,54 @@
+//! The registry that a bake leaves: what its journal knows of the tiles, in their order, and all its files.
+
+use std::path::Path;
+
+use crate::area::{Place, Region};
+use crate::bake::{FileRecord, Journal};
+use crate::error::Error;
+use crate::export::{Export, Plan};
+use crate::file::PartFile;
+use crate::registry::{EXPORT, FILE_NAME, Registry, TileRow, TileState};
+use crate::tile::TilePart;
+
+/// Rows that are written at once.
+const ROWS: usize = 1 << 10;
+
+/// Writes `registry.sqlite` into a folder: the same bytes however often the bake was cut off.
+pub(super) fn write(plan: &Plan, journal: &Journal, files: &[FileRecord], folder: &Path) -> Result<FileRecord, Error> {
+    let mut file = PartFile::create(folder.join(FILE_NAME))?;
+    let mut registry = Registry::aside(file.lend())?;
+    let region = plan.region();
+    let mut rows = Vec::with_capacity(ROWS);
+    journal.for_each(|row| {
+        let place = region.place(row.tile).expect("the journal has the tiles of the region alone");
+        let files = rasters(plan.exports(), region, place).collect();
+        rows.push(TileRow { state: TileState::Baked, files, ..row });
+        if rows.len() < ROWS { Ok(()) } else { registry.append(rows.drain(..)) }
+    })?;
+    registry.append(rows)?;
+    registry.append_files(files, &plan.draft().to_json())?;
+    registry.close()?;
+    Ok(FileRecord::new(FILE_NAME.to_owned(), EXPORT, file.finish()?))
+}
+
+/// The most bytes of the file, of a bake that has so many files, and of its journal.
+pub(super) fn bytes_at_most(exports: &[Export], region: &Region, files: u64) -> u64 {
+    // It has the longest names, for its numbers are the largest.
+    let last = Place { row: region.rows() - 1, col: region.cols() - 1 };
+    let names: usize = rasters(exports, region, last).map(|name| name.len() + 3).sum();
+    // How many lines concern a tile shows only when it is made; this is room for a hundred with ids of 24 characters.
+    const LINES: usize = 100 * 24;
+    // Hashes, seven integers of at most 9 bytes, three words and the header of the row; a tree's pages are at least half full,
+    // and what is too long for its page takes whole pages besides.
+    let row = 2 * (34 * TilePart::ALL.len() + 7 * 9 + 3 * 6 + 32 + names + LINES) as u64;
+    let overflow = 4096;
+    // A file's path, export, numbers and hash; its entry in the manifest, which the journal has besides.
+    const FILE: u64 = 2 * (160 + 512);
+    let once = region.tiles().saturating_mul(row + overflow).saturating_add(files.saturating_mul(FILE));
+    once.saturating_mul(2).saturating_add(16 * 4096)
+}
+
+/// The rasters that have the vertices of the tile at a place.
+fn rasters(exports: &[Export], region: &Region, place: Place) -> impl Iterator<Item = String> {
+    exports.iter().flat_map(move |export| export.0.rasters_of(region, place))
+}

@@ -1,0 +1,153 @@
+//! A plan carried out: sinks begun, every tile made, files ended, manifest and registry, and all of it moved to its place.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use rayon::prelude::*;
+
+use crate::bake::{FileRecord, Journal, Sink, bake};
+use crate::error::Error;
+use crate::export::check::{check, check_files};
+use crate::export::folder::{Mode, Output};
+use crate::export::manifest::Manifest;
+use crate::export::plan::Plan;
+use crate::export::{Export, Rebake, registry_file};
+use crate::file::{path_in, sync_folder};
+use crate::registry::{self, Registry, TileRow, TileState};
+use crate::stop;
+use crate::watch::Watch;
+
+impl Plan<'_> {
+    /// Bakes into a prepared folder, on the threads of the current rayon pool.
+    ///
+    /// All files are made in a folder of their own, and get their places when the last one is whole; the manifest comes last.
+    ///
+    /// # Errors
+    /// When a file cannot be written, when what is there is not what this program makes, or when all work was [told to
+    /// stop](stop::request). What was in the folder is as it was then, and what was made can be gone on with.
+    pub fn run(&self, output: &Output, watch: &Watch) -> Result<Manifest, Error> {
+        if output.mode() == Mode::Repair
+            && let Some(old) = output.old()
+            && output.has_old_alone()
+            && check(output.path(), Rebake::None, watch)?.faults.is_empty()
+        {
+            return Ok(old.clone());
+        }
+        let mut journal = None;
+        let result = stop::catch(|| {
+            let log = output.begin_log(rayon::current_num_threads())?;
+            let journal = journal.insert(output.begin(self)?);
+            let result = stop::catch(|| self.bake_into(output, journal, watch));
+            let [made, known] = journal.counts();
+            // Of one that ran out of room the end may be missing in the log.
+            let logged = log.end(&result.as_ref().map_or_else(ToString::to_string, |_| "whole".into()), made, known);
+            let manifest = result?;
+            logged?;
+            output.commit(&manifest)?;
+            Ok(manifest)
+        });
+        if result.is_err() {
+            // What is known of tiles, whatever was in the way.
+            _ = journal.as_ref().map(Journal::save);
+            output.abandon(journal.as_ref());
+        }
+        result
+    }
+
+    fn bake_into(&self, output: &Output, journal: &Journal, watch: &Watch) -> Result<Manifest, Error> {
+        let out = &output.files();
+        let request = self.request();
+        let is_there =
+            |export: &&Export| output.mode() == Mode::Add && output.old().is_some_and(|old| old.has(**export));
+        let mut sinks: Vec<Box<dyn Sink + '_>> = Vec::new();
+        for export in self.exports().iter().filter(|export| !is_there(export)) {
+            sinks.extend(export.0.sinks(&request, out)?);
+        }
+        self.adopt(output, journal, sinks.len())?;
+        // Every tile, to every sink.
+        bake(self.world(), self.region(), &sinks, journal, watch)?;
+        // The ends of all files, brought to the disk together.
+        watch.begin("finishing files", None);
+        let finish = |sink: &(dyn Sink + '_)| {
+            if let Some(files) = journal.ended(sink.name())? {
+                return Ok(files);
+            }
+            let files = watch.clock.time(&format!("finish {}", sink.name()), || sink.finish(watch))?;
+            journal.end(sink.name(), &files)?;
+            Ok(files)
+        };
+        let records = sinks.par_iter().map(|sink| finish(sink.as_ref())).collect::<Result<Vec<_>, Error>>()?;
+        let mut records = [records.concat(), journal.tile_files()?, kept_files(output, journal, watch)?].concat();
+        // What the one who imports them has to know.
+        if let Some(profile) = self.profile() {
+            let written = profile.write(self.world(), self.region(), self.preset_name(), out)?;
+            records.retain(|record| written.iter().all(|written| written.path != record.path));
+            records.extend(written);
+        }
+        records.sort_by(|a, b| a.path.cmp(&b.path));
+        records.push(registry_file::write(self, journal, &records, out)?);
+        for folder in self.folders() {
+            sync_folder(&out.join(folder))?;
+        }
+        Ok(Manifest::new(self, records))
+    }
+
+    /// Takes over the tiles of a bake that is extended, with their files under the names that they have in the larger region: where
+    /// these are all that is asked for, no tile is made twice.
+    fn adopt(&self, output: &Output, journal: &Journal, sinks: usize) -> Result<(), Error> {
+        let Some(old) = output.old().filter(|_| output.mode() == Mode::Extend && journal.is_empty()) else {
+            return Ok(());
+        };
+        if !self.exports().iter().all(|export| export.0.is_of_tiles_alone()) {
+            return Ok(());
+        }
+        let region = old.region.region()?;
+        let records: BTreeMap<&str, &FileRecord> = old.files.iter().map(|file| (&file.path[..], file)).collect();
+        Registry::read(&output.path().join(registry::FILE_NAME))?.for_each(|row| {
+            let places = region.place(row.tile).zip(self.region().place(row.tile));
+            let Some((before, place)) = places else { return Ok(()) };
+            let mut files = Vec::new();
+            for export in self.exports() {
+                let names = export.0.rasters_of(&region, before).into_iter();
+                for (from, path) in names.zip(export.0.rasters_of(self.region(), place)) {
+                    let (Some(record), Some(old)) = (records.get(&from[..]), path_in(output.path(), &from)) else {
+                        // One that is not there is made.
+                        return Ok(());
+                    };
+                    let new = output.files().join(&path);
+                    // The same file under another name, where the file system knows such.
+                    let linked = fs::hard_link(&old, &new).or_else(|_| fs::copy(&old, &new).map(drop));
+                    linked.map_err(Error::io(&new))?;
+                    files.push(FileRecord { path, ..(*record).clone() });
+                }
+            }
+            journal.adopt(TileRow { state: TileState::Made, files: Vec::new(), ..row }, files, sinks)
+        })?;
+        journal.save()
+    }
+}
+
+/// The files of a bake to which exports are added: as they are, after a look at each of them, and at what its tiles were.
+fn kept_files(output: &Output, journal: &Journal, watch: &Watch) -> Result<Vec<FileRecord>, Error> {
+    let Some(old) = output.old().filter(|_| [Mode::Add, Mode::Extend].contains(&output.mode())) else {
+        return Ok(Vec::new());
+    };
+    let faulty = |path: &str, message: String| Error::Faulty {
+        path: output.path().join(path),
+        message,
+        hint: format!("terrane repair {} first", output.path().display()),
+    };
+    if let Some(fault) = check_files(output.path(), old, watch).into_iter().next() {
+        return Err(faulty(&fault.path, fault.message));
+    }
+    let registry = Registry::read(&output.path().join(registry::FILE_NAME))?;
+    journal.for_each(|row| match registry.row(row.tile)? {
+        Some(known) if known.digest != row.digest => {
+            Err(faulty("", format!("tile {}, {} is another one here than when it was baked", row.tile.x, row.tile.y)))
+        }
+        _ => Ok(()),
+    })?;
+    // A larger region has other files of the region, and numbers its tiles anew: all of them are made.
+    let stays = |record: &&FileRecord| output.mode() == Mode::Add && record.export != registry::EXPORT;
+    Ok(old.files.iter().filter(stays).cloned().collect())
+}

@@ -1,0 +1,123 @@
+//! The disk, as all that writes sees it: whatever changes files or folders goes through here, so that tests can have a disk that
+//! is full, broken or read-only at any operation they like.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::Path;
+
+use crate::error::Error;
+use crate::file::PartFile;
+
+/// What is done to the disk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Operation {
+    /// To make or open a file.
+    Create,
+    /// To write to it.
+    Write,
+    /// To wait until it is on the disk.
+    Sync,
+    /// To give it another name.
+    Rename,
+    /// To remove it.
+    Remove,
+    /// To make a folder.
+    Folder,
+    /// To start a thread that writes.
+    Thread,
+}
+
+/// Who decides whether something can be done.
+pub(crate) trait Disk: Send + Sync {
+    /// How many bytes an operation may take of those that it would; 0 for one that takes none.
+    fn allow(&self, operation: Operation, path: &Path, bytes: usize) -> io::Result<usize>;
+}
+
+/// The disk as it is.
+struct Plain;
+
+impl Disk for Plain {
+    fn allow(&self, _operation: Operation, _path: &Path, bytes: usize) -> io::Result<usize> {
+        Ok(bytes)
+    }
+}
+
+/// How many bytes an operation may take.
+pub(crate) fn allow(operation: Operation, path: &Path, bytes: usize) -> io::Result<usize> {
+    #[cfg(test)]
+    if let Some(double) = double::at(path) {
+        return double.allow(operation, path, bytes);
+    }
+    Plain.allow(operation, path, bytes)
+}
+
+/// Lets an operation pass that a library does by itself.
+///
+/// # Errors
+/// When it cannot be done.
+pub(crate) fn gate(operation: Operation, path: &Path) -> Result<(), Error> {
+    allow(operation, path, 0).map(drop).map_err(Error::io(path))
+}
+
+/// Makes a folder and those that it is in; it may be there already.
+pub(crate) fn make_folder(path: &Path) -> Result<(), Error> {
+    gate(Operation::Folder, path)?;
+    fs::create_dir_all(path).map_err(Error::io(path))
+}
+
+/// Gives a file another name, in one step; what has that name is gone. Where that is on another file system the file is copied
+/// there first.
+pub(crate) fn rename(from: &Path, to: &Path) -> Result<(), Error> {
+    gate(Operation::Rename, to)?;
+    match fs::rename(from, to) {
+        Err(error) if error.kind() == io::ErrorKind::CrossesDevices => {
+            let mut copy = PartFile::create(to.to_owned())?;
+            io::copy(&mut File::open(from).map_err(Error::io(from))?, &mut copy).map_err(Error::io(to))?;
+            copy.finish()?;
+            remove(from)
+        }
+        done => done.map_err(Error::io(to)),
+    }
+}
+
+/// Removes a file; one that is not there is no mistake.
+pub(crate) fn remove(path: &Path) -> Result<(), Error> {
+    gate(Operation::Remove, path)?;
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::io(path)(error)),
+        _ => Ok(()),
+    }
+}
+
+/// Brings a folder's list of names to the disk, so that renamed files keep their names after a power cut.
+pub(crate) fn sync_folder(folder: &Path) -> Result<(), Error> {
+    gate(Operation::Sync, folder)?;
+    if cfg!(unix) {
+        File::open(folder).and_then(|folder| folder.sync_all()).map_err(Error::io(folder))?;
+    }
+    Ok(())
+}
+
+/// Disks of tests, each that of a folder.
+#[cfg(test)]
+pub(crate) mod double {
+    use std::path::PathBuf;
+    use std::sync::{Arc, RwLock};
+
+    use super::*;
+
+    static DOUBLES: RwLock<Vec<(PathBuf, Arc<dyn Disk>)>> = RwLock::new(Vec::new());
+
+    pub(super) fn at(path: &Path) -> Option<Arc<dyn Disk>> {
+        let doubles = DOUBLES.read().unwrap();
+        doubles.iter().find(|(folder, _)| path.starts_with(folder)).map(|(_, disk)| disk.clone())
+    }
+
+    /// What is done with a folder that is on another disk meanwhile.
+    pub(crate) fn with<T>(folder: &Path, disk: Arc<dyn Disk>, work: impl FnOnce() -> T) -> T {
+        DOUBLES.write().unwrap().push((folder.to_owned(), disk));
+        let result = work();
+        DOUBLES.write().unwrap().retain(|(other, _)| other != folder);
+        result
+    }
+}

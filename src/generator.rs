@@ -1,0 +1,64 @@
+//! The versions of what makes worlds: which bytes a preset and a seed are.
+//!
+//! Each layer of the program has a number. **Whoever changes what a layer makes, be it one bit of one vertex, raises its number
+//! here**, in the same commit that changes `tests/golden.txt`: the list of golden hashes names the numbers that it was written
+//! with, and takes no other hashes under the same ones. A bake says them in its manifest; what was baked with others is not gone
+//! on with, added to, extended or repaired, since its tiles may be others here.
+
+use std::collections::BTreeMap;
+
+use crate::error::Error;
+
+/// The version of the program.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// What manifests call the program.
+pub const NAME: &str = concat!("terrane ", env!("CARGO_PKG_VERSION"));
+
+/// The layers, and the version of what each makes of what those before it have made.
+pub const LAYERS: [(&str, u32); 9] = [
+    ("noise", 1),
+    ("fluvial", 1),
+    ("places", 1),
+    ("agents", 1),
+    ("lines", 1),
+    ("tile", 1),
+    ("features", 1),
+    ("mesh", 1),
+    ("map", 1),
+];
+
+/// The layers and their versions by name, as manifests have them.
+pub fn layers() -> BTreeMap<String, u32> {
+    LAYERS.iter().map(|(layer, version)| ((*layer).to_owned(), *version)).collect()
+}
+
+/// Whether this program makes the worlds of a version, such as `0.1` or `0.1.0`.
+///
+/// # Errors
+/// When it does not.
+pub fn check(version: &str) -> Result<(), Error> {
+    let wanted = version.strip_prefix("terrane ").unwrap_or(version);
+    let is_same = !wanted.is_empty() && (VERSION == wanted || VERSION.starts_with(&format!("{wanted}.")));
+    if is_same {
+        return Ok(());
+    }
+    Err(Error::Option {
+        message: format!("this is {NAME}, which does not make the worlds of terrane {wanted}"),
+        hint: format!("use that version of the program, or give --generator {VERSION} to bake the world as it is here"),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_version_is_this_one_or_refused() {
+        let (minor, _) = VERSION.rsplit_once('.').unwrap();
+        assert!(check(VERSION).is_ok() && check(minor).is_ok() && check(NAME).is_ok());
+        for other in ["", "0.0.1", "9", &format!("{VERSION}.1"), &minor[..minor.len() - 1]] {
+            assert_eq!(check(other).unwrap_err().exit_code(), 2, "{other}");
+        }
+    }
+}

@@ -1,0 +1,305 @@
+//! A bake that was cut off goes on, grows, and ends with the bytes that it would have had undisturbed.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::process::Stdio;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::desk::{Desk, Running, files_in};
+
+/// Where bakes are made, and what tells of their runs.
+const WORK: &str = ".terrane-bake";
+const RUNS: &str = "runs.jsonl";
+
+/// Formats of all kinds: of the region and of tiles, and such as only know their tiles at the end.
+const BAKE: [&str; 8] = [
+    "bake",
+    "small.toml",
+    "--size",
+    "12x10",
+    "--export",
+    "height,exr,r16-tiles,normal-tiles,blend,map,gltf,obj-tiles,hashes,vector,geojson",
+    "-q",
+    "--out",
+];
+
+fn bake<'a>(folder: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    [&BAKE[..], &[folder], more].concat()
+}
+
+/// All files of a folder with their bytes.
+fn files(desk: &Desk, folder: &str) -> BTreeMap<String, Vec<u8>> {
+    let names = files_in(&desk.path(folder)).into_iter();
+    names.map(|name| (name.clone(), fs::read(desk.path(folder).join(&name)).unwrap())).collect()
+}
+
+/// Those that a bake under way has not made.
+fn without_work(mut files: BTreeMap<String, Vec<u8>>) -> BTreeMap<String, Vec<u8>> {
+    files.retain(|name, _| !name.starts_with(WORK) && name != ".terrane.lock");
+    files
+}
+
+/// Says which files differ, and not all of their bytes.
+fn assert_same(one: &BTreeMap<String, Vec<u8>>, other: &BTreeMap<String, Vec<u8>>, about: &str) {
+    let only = |one: &BTreeMap<String, Vec<u8>>, other: &BTreeMap<String, Vec<u8>>| {
+        one.keys().filter(|name| !other.contains_key(*name)).take(5).cloned().collect::<Vec<_>>()
+    };
+    assert_eq!((only(one, other), only(other, one)), (vec![], vec![]), "{about}");
+    for (name, bytes) in one {
+        assert!(&other[name] == bytes, "{about}: {name} has other bytes");
+    }
+}
+
+/// How many tiles the last run of a bake has made, and how many it knew.
+fn tiles_of_last_run(desk: &Desk, folder: &str) -> [u64; 2] {
+    let log = fs::read_to_string(desk.path(folder).join(RUNS)).unwrap();
+    let last: serde_json::Value = serde_json::from_str(log.lines().last().unwrap()).unwrap();
+    ["tiles_made", "tiles_known"].map(|key| last[key].as_u64().unwrap())
+}
+
+/// Starts a command and kills it after a share of the time that it would take.
+fn cut_off(desk: &Desk, arguments: &[&str], share: f64, whole: Duration, signal: &str) {
+    let child = desk.command(arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let mut running = Running(child);
+    thread::sleep(whole.mul_f64(share));
+    running.signal(signal);
+    running.exit_code();
+}
+
+fn timed(desk: &Desk, arguments: &[&str]) -> Duration {
+    let start = Instant::now();
+    desk.done(arguments);
+    start.elapsed()
+}
+
+fn kills(times: u32) {
+    let desk = Desk::new();
+    let whole = timed(&desk, &bake("undisturbed", &[]));
+    let wanted = files(&desk, "undisturbed");
+    desk.done(&bake("other", &["--seed", "5"]));
+    let other = files(&desk, "other");
+    // The golden ratio spreads any number of moments over the span, and a little beyond.
+    let mut moments = (1..).map(|number: u32| f64::from(number) * 0.618_033_988_749_895 % 1.0 * 1.1);
+    let mut known = 0;
+    for time in 0..times {
+        let mut share = || moments.next().expect("there is no end of them");
+        let about = format!("kill {time}");
+        // Into an empty folder, or over another bake, and now and then again while it goes on.
+        let over = time % 2 == 1;
+        _ = fs::remove_dir_all(desk.path("o"));
+        if over {
+            for (name, bytes) in &other {
+                desk.write(&format!("o/{name}"), bytes);
+            }
+        }
+        cut_off(&desk, &bake("o", if over { &["--overwrite"] } else { &[] }), share(), whole, "KILL");
+        if over
+            && desk.path("o").join(WORK).join("plan.json").exists()
+            && !desk.path("o").join(WORK).join("old.json").exists()
+        {
+            // The old bake is whole until the new one is.
+            assert_same(&without_work(files(&desk, "o")), &other, &about);
+        }
+        let resume = bake("o", &["--resume"]);
+        if time % 3 == 0 && !over {
+            cut_off(&desk, &resume, share(), whole, "KILL");
+        }
+        let outcome = desk.run(&resume);
+        if outcome.code == Some(2) {
+            // It was cut off before anything was changed.
+            assert!(over, "{about}: {outcome}");
+            assert_same(&without_work(files(&desk, "o")), &other, &about);
+            continue;
+        }
+        assert_eq!(outcome.code, Some(0), "{about}: {outcome}");
+        known += u64::from(tiles_of_last_run(&desk, "o")[1] > 0);
+        assert_same(&files(&desk, "o"), &wanted, &about);
+    }
+    println!("{known} of {times} went on with tiles that they knew");
+    assert!(known > 0, "no bake had a tile to go on with");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_bake_that_is_killed_goes_on_and_ends_as_if_it_had_not_been() {
+    kills(25);
+}
+
+/// `cargo test --profile quick --test suite -- --ignored thousand`
+#[cfg(unix)]
+#[test]
+#[ignore = "it takes half an hour"]
+fn a_thousand_kills_change_nothing() {
+    kills(1000);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_bake_that_is_stopped_says_how_it_goes_on_whatever_the_threads() {
+    let desk = Desk::new();
+    let whole = timed(&desk, &bake("undisturbed", &["--threads", "1"]));
+    let wanted = files(&desk, "undisturbed");
+    for threads in ["1", "2", "3", "8"] {
+        cut_off(&desk, &bake(threads, &["--threads", threads]), 0.5, whole, "INT");
+        if !desk.path(threads).join(WORK).exists() {
+            continue;
+        }
+        desk.refused(&bake(threads, &[]), &["cut off", "--resume"]);
+        desk.refused(&bake(threads, &["--seed", "9"]), &["cut off", "--overwrite"]);
+        let others = if threads == "2" { "8" } else { "2" };
+        desk.done(&bake(threads, &["--resume", "--threads", others]));
+        assert_same(&files(&desk, threads), &wanted, threads);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn what_a_bake_knows_is_trusted_by_its_hash_alone() {
+    let desk = Desk::new();
+    let whole = timed(&desk, &bake("undisturbed", &[]));
+    let wanted = files(&desk, "undisturbed");
+    let mut tried = 0;
+    for round in 0..12 {
+        let folder = format!("o{round}");
+        cut_off(&desk, &bake(&folder, &[]), 0.3 + 0.05 * f64::from(round), whole, "KILL");
+        let work = desk.path(&folder).join(WORK);
+        if !work.exists() {
+            continue;
+        }
+        let made = files_in(&work);
+        let Some(tile) = made.iter().find(|name| name.starts_with("files/normal/normal_x") && !name.contains("/."))
+        else {
+            continue;
+        };
+        tried += 1;
+        // A file of a tile with a wrong bit, and pieces that end early or are not what was written.
+        let mut bytes = fs::read(work.join(tile)).unwrap();
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        fs::write(work.join(tile), bytes).unwrap();
+        let mut pieces = fs::read(work.join("pieces")).unwrap();
+        let length = pieces.len();
+        if round % 2 == 0 {
+            pieces.truncate(length / 2);
+        } else {
+            pieces.iter_mut().step_by(4001).for_each(|byte| *byte ^= 4);
+        }
+        fs::write(work.join("pieces"), pieces).unwrap();
+        desk.done(&bake(&folder, &["--resume"]));
+        assert_same(&files(&desk, &folder), &wanted, &folder);
+    }
+    assert!(tried > 0, "no bake was cut off between two tiles");
+}
+
+#[test]
+fn only_the_same_bake_goes_on_and_what_differs_is_said() {
+    let desk = Desk::new();
+    desk.done(&bake("o", &[]));
+    let resume = bake("o", &["--resume"]);
+    let told = desk.done(&[&resume[..resume.len() - 3], &["--out", "o", "--resume", "--json"]].concat());
+    assert_eq!(told.stdout, "", "-q says nothing");
+    let before = files(&desk, "o");
+    for (more, word) in [
+        (&["--seed", "2"][..], "seed: 1, not 2"),
+        (&["--at", "1,0"], "region.at.x: 0, not 1"),
+        (&["--scale", "1/2"], "stride: 1, not 2"),
+        (&["--set", "noise[0].octaves=5"], "octaves"),
+        (&["--profile", "blender"], "profile: null, not \"blender\""),
+    ] {
+        desk.refused(&[&resume[..], more].concat(), &["holds another bake", word]);
+    }
+    // What is damaged of it is baked again.
+    desk.write("o/map/map.png", "not at all");
+    fs::remove_file(desk.path("o/hashes.txt")).unwrap();
+    desk.done(&resume);
+    assert_same(&files(&desk, "o"), &before, "damaged");
+    desk.refused(&["bake", "small.toml", "--out", "o", "--generator", "0.0.7"], &["0.0.7", "--generator"]);
+    desk.done(&bake("p", &["--generator", env!("CARGO_PKG_VERSION"), "--resume"]));
+}
+
+#[test]
+fn exports_come_to_a_bake_and_leave_what_is_there_alone() {
+    let desk = Desk::new();
+    let size = ["--size", "3x3", "--out"];
+    let some = |list| [&["bake", "small.toml", "-q", "--export", list], &size[..]].concat();
+    desk.done(&[&some("height,height-tiles,gltf")[..], &["o", "--lod", "1"]].concat());
+    let changed = |name: &str| fs::metadata(desk.path("o").join(name)).unwrap().modified().unwrap();
+    let before: BTreeMap<String, _> =
+        files(&desk, "o").into_keys().map(|name| (name.clone(), changed(&name))).collect();
+    desk.refused(&[&some("height,gltf")[..], &["o", "--add"]].concat(), &["already"]);
+    desk.refused(&[&some("map")[..], &["o", "--add", "--seed", "3"]].concat(), &["seed: 1, not 3"]);
+    desk.refused(&[&some("map")[..], &["nothing", "--add"]].concat(), &["nothing"]);
+    desk.done(&[&some("map,vector,normal-tiles")[..], &["o", "--add"]].concat());
+    for (name, time) in &before {
+        // These two tell of all.
+        assert!(["bake.json", "registry.sqlite"].contains(&&name[..]) || changed(name) == *time, "{name} was touched");
+    }
+    desk.done(&[&some("height,height-tiles,gltf,map,vector,normal-tiles")[..], &["once", "--lod", "1"]].concat());
+    assert_same(&files(&desk, "o"), &files(&desk, "once"), "in two steps and at once");
+    desk.done(&["verify", "o", "--all"]);
+    // A bake that is not whole gets nothing.
+    fs::remove_file(desk.path("o/map/map.png")).unwrap();
+    let outcome = desk.run(&[&some("blend")[..], &["o", "--add"]].concat());
+    assert!(outcome.code == Some(1) && outcome.stderr.contains("terrane repair"), "{outcome}");
+}
+
+#[test]
+fn a_bake_grows_and_its_tiles_stay_as_they_are() {
+    let desk = Desk::new();
+    let of =
+        |list, at, size, out| ["bake", "small.toml", "-q", "--export", list, "--at", at, "--size", size, "--out", out];
+    let tiles = "height-tiles,r16-tiles,blend-tiles";
+    desk.done(&of(tiles, "-1,2", "3x2", "o"));
+    let changed = |name: &str| fs::metadata(desk.path("o").join(name)).unwrap().modified().unwrap();
+    let before = changed("height/height_x2_y1.png");
+    desk.refused(&["extend", "o", "--size", "2x4"], &["not in that region"]);
+    desk.refused(&["extend", "o"], &["--size"]);
+    desk.done(&["extend", "o", "--size", "4x4"]);
+    assert_eq!(tiles_of_last_run(&desk, "o"), [10, 6], "old tiles are not made again");
+    assert_eq!(changed("height/height_x2_y1.png"), before);
+    desk.done(&of(tiles, "-1,2", "4x4", "once"));
+    assert_same(&files(&desk, "o"), &files(&desk, "once"), "to the south-east");
+    // To the north-west, where tiles get other numbers.
+    let old = fs::read(desk.path("o/height/height_x0_y0.png")).unwrap();
+    desk.done(&["extend", "o", "--at", "-3,1"]);
+    assert_eq!(tiles_of_last_run(&desk, "o"), [14, 16]);
+    assert!(fs::read(desk.path("o/height/height_x2_y1.png")).unwrap() == old);
+    desk.done(&of(tiles, "-3,1", "6x5", "twice"));
+    assert_same(&files(&desk, "o"), &files(&desk, "twice"), "to the north-west");
+    desk.done(&["verify", "o", "--all"]);
+    // Files of the region are made anew, and those of tiles are the same.
+    let all = "height,height-tiles,gltf,hashes,map,vector";
+    desk.done(&of(all, "0,0", "2x2", "p"));
+    desk.done(&["extend", "p", "--at", "-1,0", "--size", "3x3"]);
+    desk.done(&of(all, "-1,0", "3x3", "thrice"));
+    assert_same(&files(&desk, "p"), &files(&desk, "thrice"), "of all kinds");
+}
+
+#[test]
+fn what_lies_in_a_folder_is_told() {
+    let desk = Desk::new();
+    desk.refused(&["info", "."], &["no finished bake"]);
+    desk.done(&[
+        "bake",
+        "small.toml",
+        "-q",
+        "--at",
+        "-2,3",
+        "--size",
+        "3x2",
+        "--export",
+        "height,vector",
+        "--out",
+        "o",
+    ]);
+    let told = desk.done(&["info", "o", "--json"]).object();
+    assert_eq!((&told["state"], &told["tiles"], &told["tiles_of"]), (&"whole".into(), &6.into(), &6.into()));
+    assert_eq!(told["exports"], serde_json::json!(["height", "vector"]));
+    assert_eq!((&told["at"], &told["missing"]), (&serde_json::json!([-2, 3]), &serde_json::json!([])));
+    let runs = told["runs"].as_array().unwrap();
+    assert_eq!((&runs[0]["event"], &runs[1]["outcome"]), (&"begun".into(), &"whole".into()));
+    fs::remove_file(desk.path("o/vector/vector.gpkg")).unwrap();
+    let text = desk.done(&["info", "o"]).stdout;
+    assert!(text.contains("missing  vector/vector.gpkg") && text.contains("whole, 6 of 6 tiles"), "{text}");
+}
