@@ -39,7 +39,7 @@ impl<'scope> Reporter<'scope> {
         tiles: Option<Tiles>,
     ) -> Reporter<'scope> {
         let (stop, stopped) = channel();
-        let thread = scope.spawn(move || {
+        let report = move || {
             let bar = bar(console);
             let interval = if bar.is_some() { BAR_INTERVAL } else { LINE_INTERVAL };
             let mut last = None;
@@ -59,8 +59,10 @@ impl<'scope> Reporter<'scope> {
             if let Some(bar) = bar {
                 bar.finish_and_clear();
             }
-        });
-        Reporter { stop: Some(stop), thread: Some(thread) }
+        };
+        // Where no more threads can be started, the work is done all the same.
+        let thread = std::thread::Builder::new().spawn_scoped(scope, report).ok();
+        Reporter { stop: Some(stop), thread }
     }
 }
 

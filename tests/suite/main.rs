@@ -7,6 +7,7 @@ mod channels;
 mod cli;
 mod cost;
 mod desk;
+mod disks;
 mod far;
 mod features;
 mod fluvial;
