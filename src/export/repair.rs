@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::error::Error;
 use crate::export::Rebake;
 use crate::export::check::{check, told};
-use crate::export::folder::{Mode, Output, end_moving};
+use crate::export::folder::{Mode, Output, settle};
 use crate::export::plan::Plan;
 use crate::watch::Watch;
 
@@ -23,7 +23,7 @@ pub struct Repaired {
 /// When neither the manifest nor the registry says what was baked, or names a world that this program cannot make, or is damaged
 /// there; when a bake is writing to the folder, when there is too little room, or when a file cannot be written.
 pub fn repair(folder: &Path, watch: &Watch) -> Result<Repaired, Error> {
-    end_moving(folder)?;
+    settle(folder)?;
     if check(folder, Rebake::None, watch)?.faults.is_empty() {
         return Ok(Repaired::default());
     }

@@ -5,6 +5,7 @@ use std::fs;
 
 use rayon::prelude::*;
 
+use crate::area::TileId;
 use crate::bake::{FileRecord, Journal, Sink, bake};
 use crate::error::Error;
 use crate::export::check::{check, check_files};
@@ -56,6 +57,8 @@ impl Plan<'_> {
 
     fn bake_into(&self, output: &Output, journal: &Journal, watch: &Watch) -> Result<Manifest, Error> {
         let out = &output.files();
+        // What is there and stays.
+        let kept = kept_files(output, watch)?;
         let request = self.request();
         let is_there =
             |export: &&Export| output.mode() == Mode::Add && output.old().is_some_and(|old| old.has(**export));
@@ -66,6 +69,7 @@ impl Plan<'_> {
         self.adopt(output, journal, sinks.len())?;
         // Every tile, to every sink.
         bake(self.world(), self.region(), &sinks, journal, watch)?;
+        check_tiles(output, journal)?;
         // The ends of all files, brought to the disk together.
         watch.begin("finishing files", None);
         let finish = |sink: &(dyn Sink + '_)| {
@@ -77,7 +81,7 @@ impl Plan<'_> {
             Ok(files)
         };
         let records = sinks.par_iter().map(|sink| finish(sink.as_ref())).collect::<Result<Vec<_>, Error>>()?;
-        let mut records = [records.concat(), journal.tile_files()?, kept_files(output, journal, watch)?].concat();
+        let mut records = [records.concat(), journal.tile_files()?, kept].concat();
         // What the one who imports them has to know.
         if let Some(profile) = self.profile() {
             let written = profile.write(self.world(), self.region(), self.preset_name(), out)?;
@@ -127,27 +131,41 @@ impl Plan<'_> {
     }
 }
 
-/// The files of a bake to which exports are added: as they are, after a look at each of them, and at what its tiles were.
-fn kept_files(output: &Output, journal: &Journal, watch: &Watch) -> Result<Vec<FileRecord>, Error> {
-    let Some(old) = output.old().filter(|_| [Mode::Add, Mode::Extend].contains(&output.mode())) else {
-        return Ok(Vec::new());
-    };
-    let faulty = |path: &str, message: String| Error::Faulty {
-        path: output.path().join(path),
-        message,
-        hint: format!("terrane repair {} first", output.path().display()),
-    };
+/// The files of a bake to which something is added that stay as they are, after a look at each of them.
+fn kept_files(output: &Output, watch: &Watch) -> Result<Vec<FileRecord>, Error> {
+    let Some(old) = added_to(output) else { return Ok(Vec::new()) };
     if let Some(fault) = check_files(output.path(), old, watch).into_iter().next() {
-        return Err(faulty(&fault.path, fault.message));
+        return Err(faulty(output, &fault.path, fault.message));
+    }
+    // A larger region has other files of the region, and numbers its tiles anew: all of them are made.
+    let stays = |record: &&FileRecord| output.mode() == Mode::Add && record.export != registry::EXPORT;
+    Ok(old.files.iter().filter(stays).cloned().collect())
+}
+
+/// Whether the tiles of a bake to which something is added are still what they were.
+fn check_tiles(output: &Output, journal: &Journal) -> Result<(), Error> {
+    if added_to(output).is_none() {
+        return Ok(());
     }
     let registry = Registry::read(&output.path().join(registry::FILE_NAME))?;
     journal.for_each(|row| match registry.row(row.tile)? {
         Some(known) if known.digest != row.digest => {
-            Err(faulty("", format!("tile {}, {} is another one here than when it was baked", row.tile.x, row.tile.y)))
+            let TileId { x, y } = row.tile;
+            Err(faulty(output, "", format!("tile {x}, {y} is another one here than when it was baked")))
         }
         _ => Ok(()),
-    })?;
-    // A larger region has other files of the region, and numbers its tiles anew: all of them are made.
-    let stays = |record: &&FileRecord| output.mode() == Mode::Add && record.export != registry::EXPORT;
-    Ok(old.files.iter().filter(stays).cloned().collect())
+    })
+}
+
+/// The bake to which something is added.
+fn added_to(output: &Output) -> Option<&Manifest> {
+    output.old().filter(|_| [Mode::Add, Mode::Extend].contains(&output.mode()))
+}
+
+fn faulty(output: &Output, path: &str, message: String) -> Error {
+    Error::Faulty {
+        path: output.path().join(path),
+        message,
+        hint: format!("terrane repair {} first", output.path().display()),
+    }
 }

@@ -72,6 +72,52 @@ fn every_file_that_is_damaged_is_named() {
     desk.refused(&["verify", "o"], &["bake.json", "cannot be read"]);
 }
 
+/// Damages a file of a bake again and again, each time another one in another way: it is found, and repaired.
+fn damages(times: usize) {
+    let desk = Desk::new();
+    let exports = "height,exr,r16-tiles,normal-tiles,blend,map,gltf,obj,hashes,vector,geojson,web";
+    desk.done(&["bake", "small.toml", "--size", "2x2", "--out", "o", "-q", "--export", exports]);
+    let names: Vec<String> = files_in(&desk.path("o")).into_iter().collect();
+    let read = |name: &String| fs::read(desk.path("o").join(name)).unwrap();
+    let whole: Vec<Vec<u8>> = names.iter().map(read).collect();
+    for time in 0..times {
+        // Steps that have no divisor in common with what they are steps of come to all of it.
+        let number = time * 7919 % names.len();
+        let (name, bytes) = (&names[number], &whole[number]);
+        let mut bad = bytes.clone();
+        match time % 3 {
+            0 => {
+                let at = time.wrapping_mul(2_654_435_761) % bad.len();
+                bad[at] ^= 1 << (time % 8);
+            }
+            1 => bad.truncate(time.wrapping_mul(40_503) % bytes.len()),
+            // That of another file.
+            _ => bad = (1..).map(|step| &whole[(number + step) % whole.len()]).find(|it| *it != bytes).unwrap().clone(),
+        }
+        desk.write(&format!("o/{name}"), &bad);
+        let outcome = desk.run(&["verify", "o", "--files", "--json"]);
+        assert_eq!(outcome.code, Some(1), "{time} {name}\n{outcome}");
+        assert!(outcome.stdout.contains(name.as_str()), "{time} {name}\n{outcome}");
+        desk.done(&["repair", "o"]);
+        for (name, whole) in names.iter().zip(&whole) {
+            assert!(&read(name) == whole, "{time}: {name} has other bytes");
+        }
+    }
+    assert_eq!(files_in(&desk.path("o")).into_iter().collect::<Vec<_>>(), names);
+}
+
+#[test]
+fn damage_is_found_and_repaired_whatever_it_is() {
+    damages(24);
+}
+
+/// `cargo test --profile quick --test suite -- --ignored thousand`
+#[test]
+#[ignore = "it takes a quarter of an hour"]
+fn a_thousand_damages_are_found_and_repaired() {
+    damages(1000);
+}
+
 #[test]
 fn repair_gives_each_file_its_bytes_again() {
     let desk = Desk::new();

@@ -238,6 +238,13 @@ fn exports_come_to_a_bake_and_leave_what_is_there_alone() {
     desk.done(&[&some("height,height-tiles,gltf,map,vector,normal-tiles")[..], &["once", "--lod", "1"]].concat());
     assert_same(&files(&desk, "o"), &files(&desk, "once"), "in two steps and at once");
     desk.done(&["verify", "o", "--all"]);
+    // A web map has files that the manifest does not list.
+    desk.done(&[&some("web")[..], &["o", "--add"]].concat());
+    let before = files(&desk, "o");
+    assert!(before.keys().any(|name| name.starts_with("web/map/")));
+    desk.done(&[&some("hashes")[..], &["o", "--add"]].concat());
+    assert!(before.keys().all(|name| desk.path("o").join(name).exists()));
+    desk.done(&["verify", "o"]);
     // A bake that is not whole gets nothing.
     fs::remove_file(desk.path("o/map/map.png")).unwrap();
     let outcome = desk.run(&[&some("blend")[..], &["o", "--add"]].concat());

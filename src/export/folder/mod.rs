@@ -24,7 +24,6 @@ mod moving;
 
 pub use clean::{Cleaned, clean};
 pub use found::Mode;
-pub(super) use moving::end_moving;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -37,7 +36,7 @@ use crate::error::Error;
 use crate::export::Plan;
 use crate::export::cost::Cost;
 use crate::export::folder::found::{admit, spare_room};
-use crate::export::folder::moving::{Moved, move_files};
+use crate::export::folder::moving::{Moved, end_moving, move_files};
 use crate::export::lock::Lock;
 use crate::export::locked;
 use crate::export::manifest::{self, Manifest};
@@ -218,9 +217,12 @@ impl Output {
 
     /// Leaves nothing of a bake of which nothing is known that would be worth to go on with.
     pub(super) fn abandon(&self, journal: Option<&Journal>) {
-        if journal.is_none_or(Journal::is_empty) {
+        let work = self.path.join(WORK);
+        // One that could not be opened may know something.
+        let knows = journal.map_or_else(|| work.join(registry::FILE_NAME).exists(), |journal| !journal.is_empty());
+        if !knows {
             // If it cannot be removed it is gone on with.
-            _ = remove_all(&self.path.join(WORK));
+            _ = remove_all(&work);
         }
     }
 
@@ -244,6 +246,15 @@ impl Output {
     pub fn path(&self) -> &Path {
         &self.path
     }
+}
+
+/// Ends what was cut off while the files of a finished bake moved to their places.
+pub(super) fn settle(path: &Path) -> Result<(), Error> {
+    if !path.join(WORK).exists() {
+        return Ok(());
+    }
+    let _lock = Lock::take(path)?;
+    end_moving(path)
 }
 
 /// Removes a folder with all that is in it, following no link; it may not be there.

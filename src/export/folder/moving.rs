@@ -11,7 +11,7 @@ use crate::bake::FileRecord;
 use crate::error::Error;
 use crate::export::folder::{FILES, OLD, WORK, remove_all};
 use crate::export::manifest::{self, Manifest};
-use crate::export::runs;
+use crate::export::{runs, web};
 use crate::file::{make_folder, path_in, remove, rename, sync_folder, write_whole};
 
 /// What has become of files.
@@ -25,8 +25,8 @@ pub(super) struct Moved {
     pub kept: Vec<PathBuf>,
 }
 
-/// Ends what was cut off while the files of a finished bake moved to their places.
-pub(in crate::export) fn end_moving(path: &Path) -> Result<(), Error> {
+/// Ends what was cut off while the files of a finished bake moved to their places, in a folder that is locked.
+pub(super) fn end_moving(path: &Path) -> Result<(), Error> {
     let is_whole = path.join(WORK).join(FILES).join(manifest::PATH).is_file();
     if is_whole { move_files(path, false).map(drop) } else { Ok(()) }
 }
@@ -41,8 +41,9 @@ pub(super) fn move_files(path: &Path, is_repair: bool) -> Result<Moved, Error> {
     let before = if old.exists() { Manifest::read_file(&old).ok() } else { Manifest::read(path).ok() };
     let known = before.as_ref().map_or(Vec::new(), |before| before.all_files(path));
     let known: BTreeMap<&str, &FileRecord> = known.iter().map(|record| (&record.path[..], record)).collect();
-    // Those of the new bake that were made, and where they go.
-    let made: Vec<FileRecord> = new.all_files(&files);
+    // Those of the new bake that were made, and where they go; lists of others last, for by them these are known.
+    let mut made: Vec<FileRecord> = new.all_files(&files);
+    made.sort_by_key(|record| web::is_listing(&record.path));
     let place = |record: &FileRecord| {
         path_in(path, &record.path).ok_or_else(|| Error::Output {
             path: path.join(&record.path),
@@ -77,6 +78,14 @@ pub(super) fn move_files(path: &Path, is_repair: bool) -> Result<Moved, Error> {
     if work.join(runs::PATH).exists() {
         rename(&work.join(runs::PATH), &path.join(runs::PATH))?;
     }
+    // What is left of the bake before, and nobody has touched.
+    let there = new.all_files(path);
+    let new_paths: BTreeSet<&str> = made.iter().chain(&there).map(|record| &record.path[..]).collect();
+    let stale = known.values().filter(|record| !new_paths.contains(&record.path[..]));
+    for record in stale.filter(|record| record.fault(path).is_none()) {
+        remove(&path.join(&record.path))?;
+        remove_empty_above(path, &record.path);
+    }
     let mut folders = vec![path.to_owned()];
     for record in &made {
         let (from, to) = (files.join(&record.path), place(record)?);
@@ -96,13 +105,6 @@ pub(super) fn move_files(path: &Path, is_repair: bool) -> Result<Moved, Error> {
         }
         rename(&from, &to)?;
         moved.new.push(record.path.clone());
-    }
-    // What is left of the bake before, and nobody has touched.
-    let new_paths: BTreeSet<&str> = made.iter().map(|record| &record.path[..]).collect();
-    let stale = known.values().filter(|record| !new_paths.contains(&record.path[..]));
-    for record in stale.filter(|record| record.fault(path).is_none()) {
-        remove(&path.join(&record.path))?;
-        remove_empty_above(path, &record.path);
     }
     folders.sort();
     folders.dedup();
