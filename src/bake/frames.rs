@@ -1,12 +1,19 @@
 //! Pieces of bytes one behind the other, each after its length.
 
+use std::io::{self, Write};
+
 /// Bytes of a length.
 const LENGTH: usize = size_of::<u64>();
 
-/// Adds a piece.
+/// Writes a piece behind others.
+pub(crate) fn write(target: &mut impl Write, piece: &[u8]) -> io::Result<()> {
+    target.write_all(&(piece.len() as u64).to_le_bytes())?;
+    target.write_all(piece)
+}
+
+/// Adds a piece to others.
 pub(crate) fn push(bytes: &mut Vec<u8>, piece: &[u8]) {
-    bytes.extend((piece.len() as u64).to_le_bytes());
-    bytes.extend(piece);
+    write(bytes, piece).expect("memory takes everything");
 }
 
 /// The pieces of bytes; what is cut off at their end is none.

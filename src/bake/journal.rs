@@ -6,7 +6,7 @@
 //! disk matters, and nothing has to be waited for.
 
 use std::fs::{File, OpenOptions};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -123,18 +123,13 @@ impl Journal {
         }
         let bytes: usize = pieces.iter().map(Vec::len).sum();
         let is_worth = bytes <= ALWAYS_KEPT || (bytes as f64) < BYTES_FOR_A_SECOND * spent.as_secs_f64();
-        let framed = is_worth.then(|| {
-            let mut framed = Vec::with_capacity(bytes + 8 * pieces.len());
-            for piece in &pieces {
-                frames::push(&mut framed, piece);
-            }
-            (blake3::hash(&framed), framed)
-        });
+        // Before anybody has to wait for the file.
+        let hash = is_worth.then(|| hash_of(&pieces));
         let mut state = self.state();
-        let mut stored = None;
-        if let Some((blake3, framed)) = framed.filter(|(_, framed)| state.end + framed.len() as u64 <= self.room) {
-            stored = Some(self.keep(&mut state, &framed, blake3)?);
-        }
+        let stored = match hash {
+            Some(hash) if state.end + bytes as u64 <= self.room => Some(self.keep(&mut state, &pieces, hash)?),
+            _ => None,
+        };
         state.waiting.push((row, files, stored));
         self.counts[0].fetch_add(1, Ordering::Relaxed);
         Ok(pieces)
@@ -143,10 +138,9 @@ impl Journal {
     /// Takes over a tile of another bake, with files that are there, of which so many sinks have nothing more to know.
     /// It is known from the next [`save`](Journal::save) on.
     pub fn adopt(&self, row: TileRow, files: Vec<FileRecord>, sinks: usize) -> Result<(), Error> {
-        let mut framed = Vec::new();
-        (0..sinks).for_each(|_| frames::push(&mut framed, &[]));
+        let nothing = vec![Vec::new(); sinks];
         let mut state = self.state();
-        let pieces = self.keep(&mut state, &framed, blake3::hash(&framed))?;
+        let pieces = self.keep(&mut state, &nothing, hash_of(&nothing))?;
         state.waiting.push((row, files, Some(pieces)));
         if state.waiting.len() < NOTED_AT_ONCE {
             return Ok(());
@@ -155,14 +149,20 @@ impl Journal {
         state.registry.note(waiting)
     }
 
-    /// Writes framed pieces behind all others.
-    fn keep(&self, state: &mut State, framed: &[u8], blake3: blake3::Hash) -> Result<Pieces, Error> {
+    /// Writes the pieces of a tile behind all others.
+    fn keep(&self, state: &mut State, pieces: &[Vec<u8>], blake3: blake3::Hash) -> Result<Pieces, Error> {
         let at = state.end;
         file::gate(Operation::Write, &self.path)?;
-        let write = state.pieces.seek(SeekFrom::Start(at)).and_then(|_| state.pieces.write_all(framed));
-        write.map_err(Error::io(&self.path))?;
-        state.end += framed.len() as u64;
-        Ok(Pieces { at, bytes: framed.len() as u64, blake3 })
+        let mut write = || {
+            state.pieces.seek(SeekFrom::Start(at))?;
+            let mut file = BufWriter::new(&state.pieces);
+            pieces.iter().try_for_each(|piece| frames::write(&mut file, piece))?;
+            file.flush()?;
+            drop(file);
+            state.pieces.stream_position()
+        };
+        state.end = write().map_err(Error::io(&self.path))?;
+        Ok(Pieces { at, bytes: state.end - at, blake3 })
     }
 
     /// Brings to the registry what it has not yet, and to the disk now and then.
@@ -210,4 +210,13 @@ impl Journal {
     pub fn for_each(&self, visit: impl FnMut(TileRow) -> Result<(), Error>) -> Result<(), Error> {
         self.state().registry.for_each(visit)
     }
+}
+
+/// The hash of pieces as they are written.
+fn hash_of(pieces: &[Vec<u8>]) -> blake3::Hash {
+    let mut hasher = blake3::Hasher::new();
+    for piece in pieces {
+        frames::write(&mut hasher, piece).expect("a hash takes everything");
+    }
+    hasher.finalize()
 }

@@ -36,14 +36,8 @@ pub(super) enum Command {
     Atlas(AtlasArguments),
     /// Find the nearest lakes, peaks, rivers and places that are as you want them, each with the command that bakes it.
     Find(FindArguments),
-    /// List the tile registry of a bake: where rivers and roads start, hashes, files.
-    Registry {
-        /// Folder of the bake.
-        folder: PathBuf,
-        /// Print one JSON object a line instead of a table.
-        #[arg(long)]
-        json: bool,
-    },
+    /// List the tile registry of a bake: where rivers and roads start, hashes, files; also of one that is under way or was cut off.
+    Registry(RegistryArguments),
     /// Check a bake: every file against its hash, the edges of tiles, the registry, and some tiles against the same baked again.
     Verify(VerifyArguments),
     /// Bake the tiles that a larger region of a bake needs. The old tiles' files stay as they are; files of the region are made anew.
@@ -375,6 +369,36 @@ pub(super) enum AtlasFormat {
 }
 
 #[derive(Args)]
+pub(super) struct RegistryArguments {
+    /// Folder of the bake.
+    pub folder: PathBuf,
+    /// List files with their sizes and hashes instead of tiles.
+    #[arg(long)]
+    pub files: bool,
+    /// Only this tile, or with --files only its files.
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = parse_tile)]
+    pub tile: Option<TileId>,
+    /// Only tiles on which a river or a road starts.
+    #[arg(long, value_name = "KIND", conflicts_with = "files")]
+    pub start: Option<Started>,
+    /// Only files of this export.
+    #[arg(long, value_name = "NAME", requires = "files")]
+    pub export: Option<String>,
+    /// Print one JSON object a line instead of a table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What starts on a tile.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Started {
+    /// A river.
+    River,
+    /// A road.
+    Road,
+}
+
+#[derive(Args)]
 pub(super) struct VerifyArguments {
     /// Folder of the bake.
     pub folder: PathBuf,
@@ -484,7 +508,7 @@ impl Command {
                 common.manner.json
             }
             Command::Extend(arguments) => arguments.manner.json,
-            Command::Registry { json, .. }
+            Command::Registry(RegistryArguments { json, .. })
             | Command::Repair { json, .. }
             | Command::Info { json, .. }
             | Command::Clean { json, .. }

@@ -69,7 +69,7 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
         Command::Map(arguments) => map::run(&arguments, console),
         Command::Atlas(arguments) => atlas::run(&arguments, console),
         Command::Find(arguments) => find::run(&arguments, console),
-        Command::Registry { folder, .. } => registry_list::run(&folder, console),
+        Command::Registry(arguments) => registry_list::run(&arguments, console),
         Command::Extend(arguments) => bake::extend(&arguments, console),
         Command::Info { folder, .. } => info::run(&folder, console),
         Command::Verify(arguments) => verify::run(&arguments, console),

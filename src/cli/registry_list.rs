@@ -1,41 +1,97 @@
 //! `terrane registry`.
 
-use std::fmt::Write;
-use std::path::Path;
-
 use serde_json::{Value, json};
 
+use crate::area::TileId;
+use crate::cli::args::{RegistryArguments, Started};
 use crate::cli::console::Console;
 use crate::error::Error;
 use crate::export;
-use crate::registry::{Start, TileRow};
+use crate::registry::{FileRow, Registry, Start, TileRow};
 use crate::tile::TilePart;
 
 /// How much text is printed at once: a registry may be longer than memory.
 const PRINTED_BYTES: usize = 1 << 16;
 
 /// Lists the registry of a folder, as a table or as JSON lines.
-pub(super) fn run(folder: &Path, console: &Console) -> Result<(), Error> {
-    let registry = export::registry(folder)?;
-    let mut text = String::new();
-    if !console.is_json() {
-        text.push_str(&line(["x", "y", "river from", "road from", "lines", "heights", "blend", "files", "record"]));
+pub(super) fn run(arguments: &RegistryArguments, console: &Console) -> Result<(), Error> {
+    let registry = export::registry(&arguments.folder)?;
+    let mut printer = Printer::default();
+    if arguments.files {
+        list_files(&registry, arguments, console, &mut printer)?;
+    } else {
+        list_tiles(&registry, arguments, console, &mut printer)?;
     }
-    registry.for_each(|row| {
-        match console.is_json() {
-            true => writeln!(text, "{}", object(&row)).expect("a String takes everything"),
-            false => text.push_str(&table_line(&row)),
-        }
-        if text.len() < PRINTED_BYTES {
-            return Ok(());
-        }
-        Console::text(&std::mem::take(&mut text))
-    })?;
-    Console::text(&text)
+    Console::text(&printer.text)
 }
 
-fn line([x, y, river, road, lines, heights, blend, files, record]: [&str; 9]) -> String {
-    let line = format!("{x:>8} {y:>8}  {river:24} {road:24} {lines:>5} {heights:12} {blend:12} {files:>5}  {record}");
+/// Text that is printed a good part at a time.
+#[derive(Default)]
+struct Printer {
+    text: String,
+}
+
+impl Printer {
+    fn add(&mut self, text: &str) -> Result<(), Error> {
+        self.text.push_str(text);
+        if self.text.len() < PRINTED_BYTES { Ok(()) } else { Console::text(&std::mem::take(&mut self.text)) }
+    }
+}
+
+fn list_tiles(
+    registry: &Registry,
+    arguments: &RegistryArguments,
+    console: &Console,
+    printer: &mut Printer,
+) -> Result<(), Error> {
+    if !console.is_json() {
+        printer.add(&line(["x", "y", "river from", "road from", "lines", "heights", "blend", "files", "state"]))?;
+    }
+    let mut print = |row: TileRow| {
+        let is_meant = match arguments.start {
+            None => true,
+            Some(Started::River) => row.river.is_some(),
+            Some(Started::Road) => row.road.is_some(),
+        };
+        match (is_meant, console.is_json()) {
+            (false, _) => Ok(()),
+            (true, true) => printer.add(&format!("{}\n", object(&row))),
+            (true, false) => printer.add(&table_line(&row)),
+        }
+    };
+    match arguments.tile {
+        Some(tile) => registry.row(tile)?.map_or(Ok(()), print),
+        None => registry.for_each(&mut print),
+    }
+}
+
+fn list_files(
+    registry: &Registry,
+    arguments: &RegistryArguments,
+    console: &Console,
+    printer: &mut Printer,
+) -> Result<(), Error> {
+    registry.for_each_file(|file| {
+        let is_meant = arguments.export.as_ref().is_none_or(|export| *export == file.export)
+            && arguments.tile.is_none_or(|tile| file.tile == Some(tile));
+        if !is_meant {
+            return Ok(());
+        }
+        let FileRow { path, export, tile, bytes, blake3 } = file;
+        if console.is_json() {
+            let tile = tile.map(|tile| [tile.x, tile.y]);
+            let object = json!({
+                "type": "file", "path": path, "export": export, "tile": tile, "bytes": bytes, "blake3": blake3.to_hex().as_str(),
+            });
+            return printer.add(&format!("{object}\n"));
+        }
+        let tile = tile.map_or("region".to_owned(), |TileId { x, y }| format!("{x},{y}"));
+        printer.add(&format!("{bytes:>12} {tile:>12}  {export:14} {}  {path}\n", &blake3.to_hex()[..12]))
+    })
+}
+
+fn line([x, y, river, road, lines, heights, blend, files, state]: [&str; 9]) -> String {
+    let line = format!("{x:>8} {y:>8}  {river:24} {road:24} {lines:>5} {heights:12} {blend:12} {files:>5}  {state}");
     format!("{}\n", line.trim_end())
 }
 
@@ -58,7 +114,7 @@ fn table_line(row: &TileRow) -> String {
         &hash(TilePart::Heights),
         &hash(TilePart::Blend),
         &row.files.len().to_string(),
-        &row.record.as_ref().map_or("-".to_owned(), |record| format!("{} bytes", record.len())),
+        row.state.name(),
     ])
 }
 
@@ -75,7 +131,7 @@ fn object(row: &TileRow) -> Value {
         Value::Object(digest.parts().map(hash).collect())
     });
     json!({
-        "type": "tile", "x": row.tile.x, "y": row.tile.y, "river": start(row.river), "road": start(row.road),
+        "type": "tile", "x": row.tile.x, "y": row.tile.y, "state": row.state.name(), "stride": row.stride, "river": start(row.river), "road": start(row.road),
         "lines": row.lines, "hashes": hashes, "files": row.files, "record_bytes": row.record.as_ref().map(Vec::len),
     })
 }

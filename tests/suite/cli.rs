@@ -371,6 +371,16 @@ fn the_registry_of_a_bake_is_listed_as_a_table_and_as_objects() {
     assert!(files.iter().all(|file| desk.path("o").join(file).is_file()));
     let hashes: BTreeSet<_> = objects.iter().map(|object| object["hashes"]["heights"].as_str().unwrap()).collect();
     assert_eq!(hashes.len(), 6, "tiles are not alike");
+    assert!(objects.iter().all(|object| object["state"] == "baked" && object["stride"] == 1));
+    // Some of it.
+    let count = |options: &[&str]| desk.done(&[&["registry", "o", "--json"], options].concat()).objects().len();
+    assert_eq!((count(&["--tile", "-1,8"]), count(&["--tile", "5,5"]), count(&["--start", "river"])), (1, 0, 0));
+    let manifest = desk.manifest("o");
+    assert_eq!(count(&["--files"]), manifest.files.len() - 1, "it cannot list itself");
+    assert_eq!((count(&["--files", "--export", "r16-tiles"]), count(&["--files", "--tile", "0,7"])), (12, 3));
+    let listed = desk.done(&["registry", "o", "--json", "--files", "--export", "hashes"]).object();
+    let record = manifest.files.iter().find(|file| file.path == "hashes.txt").unwrap();
+    assert_eq!((&listed["blake3"], &listed["bytes"]), (&record.blake3.clone().into(), &record.bytes.into()));
     // A small world has no rivers.
     assert!(objects.iter().all(|object| object["river"].is_null() && object["record_bytes"].is_null()));
 }

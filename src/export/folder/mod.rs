@@ -61,7 +61,7 @@ pub struct Output {
     mode: Mode,
     /// The bake that is there.
     old: Option<Box<Manifest>>,
-    /// Bytes of the disk that the bake does not need for its files.
+    /// Bytes of the disk that the bake does not need for its files, of which what it can go on with may take half.
     spare: u64,
     moved: Mutex<Moved>,
 }
@@ -134,7 +134,7 @@ impl Output {
         if !told.exists() {
             write_whole(told, plan.draft().to_json().as_bytes())?;
         }
-        Journal::open(&work, &files, plan.world().stride().vertices(), self.spare)
+        Journal::open(&work, &files, plan.world().stride().vertices(), self.spare / 2)
     }
 
     /// Where the files of the bake are made.
