@@ -25,7 +25,7 @@
 //! so. Each layer is a pure function of the world and of lattice coordinates, and no tile ever looks at a neighbour.
 //!
 //! ```text
-//!   error, area, grid, hash, geometry, stop, clock, watch, memory, device, simd      what all use
+//!   error, area, grid, hash, geometry, stop, clock, watch, memory, device, generator, simd   what all use
 //!      |
 //!   noise/      fractals of simplex noise on the lanes of simd
 //!   recipe/     what an author writes -> a preset or a style; what all settings share: key paths, faults, checks, masks
@@ -47,11 +47,11 @@
 //!   map/        World, style, scale -> a sheet: relief, lines, names                          reach: the names around it
 //!               tile -> its plain picture
 //!      |
-//!   bake/       Region -> all its tiles, in parallel, in order, to sinks
-//!   registry    which tiles there are; a log and never an input of a bake
-//!   file        files that are whole or not there
+//!   file/       files that are whole or not there, and the disk, which may refuse anything
+//!   registry    which tiles and files there are; a log and never an input of a bake
+//!   bake/       Region -> all its tiles, in parallel, in order, to sinks; the journal by which a bake goes on
 //!   web/        pictures at any scale -> a pyramid of tiles, packed for the web, and a page that shows it
-//!   export/     a file a format, and the list of formats; profiles, plan, manifest
+//!   export/     a file a format, and the list of formats; profiles, plan, manifest; the folder of a bake
 //!   walker/     the endless terrain around a walker, whose agents look at neighbours
 //!   experiment/ World, camera -> timings, tables, charts: the thesis' measurement
 //!   cli/        the command, a thin layer on all this, and the only part that prints
@@ -104,6 +104,7 @@
 //! | chart, picture, sheet | all maps of a world in one style and scale / a part of one / that with a frame and a legend around it |
 //! | style | how maps are drawn: a file of its own, never a part of a world |
 //! | format, sink | a way to write a bake / what writes one bake so |
+//! | piece of a sink, journal | what it keeps of a tile until it writes it / where a bake under way has those of all its tiles |
 //! | memory | values of a pure function that are kept for a while, bounded by bytes |
 //!
 //! # Units and axes

@@ -13,6 +13,7 @@ from contextlib import closing
 from io import BytesIO
 from pathlib import Path
 
+import blake3
 import numpy as np
 import rasterio
 from PIL import Image
@@ -113,12 +114,23 @@ def gdal(web_map, stem, checks):
         checks.check(same, f"GDAL sees zoom {zoom} of {path.name} as it is", f"{pixels.shape[1]} x {pixels.shape[0]}")
 
 
+def listing(web_map, checks):
+    """The list of tiles has all files of tiles with their hashes, and nothing else."""
+    lines = (web_map.folder / "tiles.b3").read_text(encoding="utf-8").splitlines()
+    listed = {name: digest for digest, name in (line.split("  ") for line in lines)}
+    found = {path.relative_to(web_map.folder).as_posix() for path in web_map.folder.glob("*/*/*/*") if path.is_file()}
+    hashed = lambda name: blake3.blake3((web_map.folder / name).read_bytes()).hexdigest()
+    good = sum(hashed(name) == digest for name, digest in listed.items())
+    checks.check(found == set(listed) and good == len(lines), "tiles in tiles.b3 with their hashes", f"{good} of {len(found)}")
+
+
 def main():
     Image.MAX_IMAGE_PIXELS = None
     checks = Checks()
     web_map = Map(Path(sys.argv[1]))
     stems = sorted(path.stem for path in web_map.folder.glob("*.mbtiles"))
     checks.check({"terrain", web_map.about["layers"][0]["name"]} <= set(stems), "the archives are there", ", ".join(stems))
+    listing(web_map, checks)
     for stem in stems:
         degrees = mbtiles(web_map, stem, checks)
         pmtiles(web_map, stem, degrees, checks)

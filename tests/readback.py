@@ -96,7 +96,8 @@ def check_files(bake, checks):
     """Every file is there, whole, and nothing else is."""
     listed = {file["path"] for file in bake.files}
     found = {path.relative_to(bake.folder).as_posix() for path in bake.folder.rglob("*") if path.is_file()}
-    strangers = (listed | {"bake.json"}) ^ found
+    # The log of runs is of no bake: no two have the same.
+    strangers = (listed | {"bake.json", "runs.jsonl"}) ^ found
     checks.check(not strangers and len(listed) == len(bake.files), "files in bake.json and in the folder", len(listed))
     wrong = [f["path"] for f in bake.files if (bake.folder / f["path"]).stat().st_size != f["bytes"]]
     checks.check(not wrong, "files of another size than in bake.json", wrong or f"0 of {len(bake.files)}")
@@ -263,7 +264,17 @@ def check_registry(bake, checks):
         hashes = {name: hashes(name) for name in ["heights", "blend", "water", "depth", "flow"]}
         starts = database.execute("SELECT x, y, river_x, river_y FROM tiles WHERE river_x IS NOT NULL").fetchall()
         lines = [json.loads(ids) for (ids,) in database.execute("SELECT lines FROM tiles")]
-    checks.check(sound == "ok" and version == 2, "schema version of registry.sqlite, which SQLite finds sound", version)
+        states = set(database.execute("SELECT state, stride FROM tiles"))
+        files = set(database.execute("SELECT path, export, x, y, bytes, lower(hex(blake3)) FROM files"))
+        plan = json.loads(database.execute("SELECT plan FROM bake").fetchone()[0])
+    place = lambda file: (file["tile"]["x"], file["tile"]["y"]) if "tile" in file else (None, None)
+    row = lambda file: (file["path"], file["export"], *place(file), file["bytes"], file["blake3"])
+    expected = {row(file) for file in bake.files if file["export"] != "registry"}
+    checks.check(files == expected, "files of the registry that are those of bake.json", len(files))
+    checks.check(states == {("baked", bake.manifest["stride"])}, "states and strides of the tiles", len(states))
+    planned = {**bake.manifest, "files": [], "blake3": plan["blake3"]}
+    checks.check(plan == planned, "the registry tells what was to be baked", plan["preset_name"])
+    checks.check(sound == "ok" and version == 3, "schema version of registry.sqlite, which SQLite finds sound", version)
     cols, count = (bake.size[1] - 1) // bake.cells, bake.tiles
     expected = [(bake.at[0] + index % cols, bake.at[1] + index // cols) for index in range(count)]
     checks.check([row[:2] for row in tiles] == expected, "rows of the registry that are the tiles in order", len(tiles))
