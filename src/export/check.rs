@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::area::{Place, TileId};
 use crate::error::Error;
+use crate::export::folder::begun;
 use crate::export::manifest::{self, Manifest};
 use crate::file::{FileRecord, path_in};
 use crate::registry::{self, FileRow, Registry, TileRow};
@@ -59,8 +60,15 @@ impl Checked {
 /// Looks at the bake in a folder, on the threads of the current rayon pool.
 ///
 /// # Errors
-/// When there is no manifest that can be read, or when tiles are to be made again and cannot be.
+/// When neither the manifest nor the registry says what was baked, or when tiles are to be made again and cannot be.
 pub fn check(folder: &Path, rebake: Rebake, watch: &Watch) -> Result<Checked, Error> {
+    if !folder.join(manifest::PATH).exists() && begun(folder).is_some() {
+        return Err(Error::Faulty {
+            path: folder.into(),
+            message: "holds a bake that is under way or was cut off".into(),
+            hint: "the command that began it goes on with it with --resume".into(),
+        });
+    }
     let read = Manifest::read(folder);
     let mut checked = Checked::default();
     let manifest = match &read {

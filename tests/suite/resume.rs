@@ -146,6 +146,11 @@ fn a_bake_that_is_stopped_says_how_it_goes_on_whatever_the_threads() {
             continue;
         }
         desk.refused(&bake(threads, &[]), &["cut off", "--resume"]);
+        let verified = desk.run(&["verify", threads]);
+        assert!(verified.code == Some(1) && verified.stderr.contains("--resume"), "{verified}");
+        let told = desk.done(&["info", threads, "--json"]).object();
+        assert!(told["state"] == "cut off" && told["tiles"].as_u64() <= Some(120), "{told}");
+        desk.done(&["registry", threads]);
         desk.refused(&bake(threads, &["--seed", "9"]), &["cut off", "--overwrite"]);
         let others = if threads == "2" { "8" } else { "2" };
         desk.done(&bake(threads, &["--resume", "--threads", others]));
