@@ -115,6 +115,9 @@ fn kills(times: u32) {
         assert_eq!(outcome.code, Some(0), "{about}: {outcome}");
         known += u64::from(tiles_of_last_run(&desk, "o")[1] > 0);
         assert_same(&files(&desk, "o"), &wanted, &about);
+        if time % 100 == 99 {
+            println!("{} kills, after {known} of which there were tiles to go on with", time + 1);
+        }
     }
     println!("{known} of {times} went on with tiles that they knew");
     assert!(known > 0, "no bake had a tile to go on with");
@@ -132,6 +135,16 @@ fn a_bake_that_is_killed_goes_on_and_ends_as_if_it_had_not_been() {
 #[ignore = "it takes half an hour"]
 fn a_thousand_kills_change_nothing() {
     kills(1000);
+}
+
+#[test]
+fn what_a_bake_has_left_that_was_killed_as_it_looked_is_removed() {
+    let desk = Desk::new();
+    desk.done(&bake("o", &[]));
+    let before = files(&desk, "o");
+    desk.write("o/.bake.json.oYF0mC.part", "");
+    desk.done(&bake("o", &["--overwrite"]));
+    assert_same(&files(&desk, "o"), &before, "overwritten");
 }
 
 #[cfg(unix)]

@@ -94,6 +94,8 @@ impl Output {
         };
         make_folder(path).map_err(unwritable)?;
         let lock = Lock::take(path).map_err(unwritable)?;
+        // What one has left that was killed as it looked whether files can be written here, just as this one does below.
+        remove_unfinished(path)?;
         // One that came to its end and was cut off while its files moved.
         end_moving(path)?;
         // Another bake may have ended here between the look and the lock.
