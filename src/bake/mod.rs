@@ -89,16 +89,19 @@ pub(crate) fn bake(
             || Batch::make(world, region, first_row, rows, sinks, journal, watch),
         );
         written?;
-        journal.save()?;
+        watch.clock.time(JOURNAL, || journal.save())?;
         made = Some(next?);
         first_row += rows;
     }
-    journal.save()?;
+    watch.clock.time(JOURNAL, || journal.save())?;
     made.map_or(Ok(()), |batch| batch.append(region, sinks, watch))
 }
 
 /// The stage in which tiles are made.
 const TILES: &str = "baking tiles";
+
+/// What timings call the digests of tiles and all that is noted of them.
+const JOURNAL: &str = "journal";
 
 /// What takes long before the first tile is there, if anything does: what is planned for it serves those around it too.
 fn planning(world: &World) -> Option<&'static str> {
@@ -140,7 +143,8 @@ impl Batch {
                 .iter()
                 .map(|sink| watch.clock.time(&format!("paint {}", sink.name()), || sink.take(&tile, place)));
             let kept = kept.collect::<Result<Vec<Kept>, Error>>()?;
-            let pieces = journal.record(&tile, kept, start.elapsed())?;
+            let spent = start.elapsed();
+            let pieces = watch.clock.time(JOURNAL, || journal.record(&tile, kept, spent))?;
             if watch.add(1) == 0 && planning(world).is_some() {
                 watch.go_on(TILES);
             }

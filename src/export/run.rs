@@ -89,7 +89,9 @@ impl Plan<'_> {
             records.extend(written);
         }
         records.sort_by(|a, b| a.path.cmp(&b.path));
-        records.push(registry_file::write(self, journal, &records, out)?);
+        let registry = || registry_file::write(self, journal, &records, out);
+        let registry = watch.clock.time("finish registry.sqlite", registry)?;
+        records.push(registry);
         for folder in self.folders() {
             sync_folder(&out.join(folder))?;
         }
