@@ -302,6 +302,30 @@ fn a_bake_grows_and_its_tiles_stay_as_they_are() {
 }
 
 #[test]
+fn the_order_in_which_tiles_are_made_shows_in_no_file() {
+    let desk = Desk::new();
+    let exports = "height-tiles,normal-tiles,blend-tiles,map-tiles,r16-tiles";
+    let of =
+        |at, size, out| ["bake", "small.toml", "-q", "--export", exports, "--at", at, "--size", size, "--out", out];
+    desk.done(&of("-1,-1", "3x3", "once"));
+    let once = files(&desk, "once");
+    // From each corner or the middle outwards, a row and a column at a time or all at once, on any number of threads.
+    let ways: [(&str, &str, &[[&str; 4]]); 3] = [
+        ("south-east", "1,1", &[["--at", "0,0", "--size", "2x2"], ["--at", "-1,-1", "--size", "3x3"]]),
+        ("middle", "0,0", &[["--at", "-1,-1", "--size", "3x3"]]),
+        ("north-west", "-1,-1", &[["--at", "-1,-1", "--size", "1x3"], ["--at", "-1,-1", "--size", "3x3"]]),
+    ];
+    for (number, (way, first, steps)) in ways.into_iter().enumerate() {
+        desk.done(&of(first, "1x1", way));
+        for step in steps {
+            let threads = (number + 1).to_string();
+            desk.done(&[&["extend", way, "-q", "--threads", &threads], &step[..]].concat());
+        }
+        assert_same(&files(&desk, way), &once, way);
+    }
+}
+
+#[test]
 fn what_lies_in_a_folder_is_told() {
     let desk = Desk::new();
     desk.refused(&["info", "."], &["no finished bake"]);
