@@ -83,7 +83,7 @@ pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(
         (false, at, size) => {
             let at = at.unwrap_or(old.at());
             // By default up to where the old one ends.
-            let until = |old: i64, count: u64, at: i64| (old + count as i64 - at).max(1) as u64;
+            let until = |old: i64, count: u64, at: i64| (old + count as i64).saturating_sub(at).max(1) as u64;
             let rest = (until(old.at().x, old.cols(), at.x), until(old.at().y, old.rows(), at.y));
             let (cols, rows) = size.unwrap_or(rest);
             Region::new(at, cols, rows, old.tile_cells())?
@@ -139,9 +139,13 @@ fn carry_out(plan: &Plan<'_>, mode: Mode, out: &Path, options: &Manner, console:
     });
     let manifest = baked.inspect_err(|_| {
         if output.can_resume() && !options.quiet {
-            let goes_on = "what was made is kept: the same command with --resume goes on with it";
+            let goes_on = match mode {
+                Mode::New | Mode::Resume => "the same command with --resume",
+                Mode::Replace => "the same command with --resume in the place of --overwrite",
+                Mode::Add | Mode::Extend | Mode::Repair => "the same command",
+            };
             // When nobody listens there is nobody to tell.
-            _ = writeln!(io::stderr(), "{}: {goes_on}", out.display());
+            _ = writeln!(io::stderr(), "{}: what was made is kept: {goes_on} goes on with it", out.display());
         }
     })?;
     console.warnings(&output.kept_warnings());

@@ -173,6 +173,45 @@ fn a_bake_that_is_stopped_says_how_it_goes_on_whatever_the_threads() {
 
 #[cfg(unix)]
 #[test]
+fn each_command_says_how_it_goes_on() {
+    let desk = Desk::new();
+    desk.write(
+        "slow.toml",
+        format!(
+            "tile_cells = 32\n{}",
+            "[[noise]]\nkind = \"fbm\"\nheight_m = 9.0\nwavelength_m = 900.0\noctaves = 8\n".repeat(16)
+        ),
+    );
+    let of = |more: &[&'static str]| {
+        let bake = ["bake", "slow.toml", "--size", "40x40", "--threads", "1", "--no-progress", "--out", "o"];
+        [&bake[..], more].concat()
+    };
+    desk.done(&["bake", "slow.toml", "--size", "1x1", "-q", "--out", "o", "--export", "height"]);
+    let extend = vec!["extend", "o", "--size", "40x40", "--threads", "1", "--no-progress"];
+    for (arguments, words) in [
+        (extend, "kept: the same command goes on"),
+        (of(&["--overwrite"]), "kept: the same command with --resume in the place of --overwrite goes on"),
+    ] {
+        let mut running =
+            Running(desk.command(&arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap());
+        let begun = || fs::metadata(desk.path("o").join(WORK).join("pieces")).is_ok_and(|pieces| pieces.len() > 0);
+        while !begun() && running.0.try_wait().unwrap().is_none() {
+            thread::sleep(Duration::from_millis(5));
+        }
+        running.signal("INT");
+        assert_eq!(running.exit_code(), Some(130));
+        let said = std::io::read_to_string(running.0.stderr.take().unwrap()).unwrap();
+        assert!(said.contains(words), "{said}");
+        // What is there stays, and so it is not told to remove that.
+        let other = desk.run(&["extend", "o", "--size", "3x3", "-q"]);
+        assert!(other.code == Some(2) && !other.stderr.contains("clean"), "{other}");
+        fs::remove_dir_all(desk.path("o").join(WORK)).unwrap();
+        desk.done(&["verify", "o"]);
+    }
+}
+
+#[cfg(unix)]
+#[test]
 fn what_a_bake_knows_is_trusted_by_its_hash_alone() {
     let desk = Desk::new();
     let whole = timed(&desk, &bake("undisturbed", &[]));

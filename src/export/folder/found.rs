@@ -122,7 +122,9 @@ pub(super) fn admit(path: &Path, mode: Mode, plan: &Plan<'_>) -> Result<Option<B
             same(found.manifest(), &all, hint)?;
         }
         (Mode::Add | Mode::Extend, Found::CutOff(there)) => {
-            same(Some(there), &all, "go on with that first with --resume, or remove it with terrane clean")?;
+            // Not by terrane clean, which would remove the whole bake beside it too.
+            let hint = "another bake was cut off here: go on with that first, or remove the folder .terrane-bake";
+            same(Some(there), &all, hint)?;
         }
         (Mode::Add, Found::Bake(there)) => {
             let reads_meshes = there.as_ref().is_some_and(|there| there.has_meshes());
