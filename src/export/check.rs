@@ -88,7 +88,7 @@ pub fn check(folder: &Path, rebake: Rebake, watch: &Watch) -> Result<Checked, Er
     let files = manifest.all_files(folder);
     checked.files = files.len() as u64;
     checked.bytes = files.iter().map(|record| record.bytes).sum();
-    checked.faults.extend(check_files(folder, &manifest, watch));
+    checked.faults.extend(check_files(folder, &files, watch));
     let is_sound = |path: &str, checked: &Checked| checked.faults.iter().all(|fault| fault.path != path);
     check_seams(folder, &manifest, &mut checked);
     if is_sound(registry::FILE_NAME, &checked) {
@@ -99,8 +99,7 @@ pub fn check(folder: &Path, rebake: Rebake, watch: &Watch) -> Result<Checked, Er
 }
 
 /// What is wrong with the files of a bake.
-pub(super) fn check_files(folder: &Path, manifest: &Manifest, watch: &Watch) -> Vec<Fault> {
-    let files = manifest.all_files(folder);
+pub(super) fn check_files(folder: &Path, files: &[FileRecord], watch: &Watch) -> Vec<Fault> {
     watch.begin("reading files", Some((files.len() as u64, "files")));
     let fault = |record: &FileRecord| {
         let message = record.fault(folder);

@@ -20,7 +20,8 @@ pub(super) fn write(plan: &Plan, journal: &Journal, files: &[FileRecord], folder
     let region = plan.region();
     let mut rows = Vec::with_capacity(ROWS);
     journal.for_each(|row| {
-        let place = region.place(row.tile).expect("the journal has the tiles of the region alone");
+        // One that is no tile of the region was damaged, and the tile that it was is made again.
+        let Some(place) = region.place(row.tile) else { return Ok(()) };
         let files = rasters(plan.exports(), region, place).collect();
         rows.push(TileRow { state: TileState::Baked, files, ..row });
         if rows.len() < ROWS { Ok(()) } else { registry.append(rows.drain(..)) }

@@ -136,7 +136,7 @@ impl Plan<'_> {
 /// The files of a bake to which something is added that stay as they are, after a look at each of them.
 fn kept_files(output: &Output, watch: &Watch) -> Result<Vec<FileRecord>, Error> {
     let Some(old) = added_to(output) else { return Ok(Vec::new()) };
-    if let Some(fault) = check_files(output.path(), old, watch).into_iter().next() {
+    if let Some(fault) = check_files(output.path(), &old.all_files(output.path()), watch).into_iter().next() {
         return Err(faulty(output, &fault.path, fault.message));
     }
     // A larger region has other files of the region, and numbers its tiles anew: all of them are made.
