@@ -104,8 +104,11 @@ impl Journal {
         let read: io::Result<Vec<u8>> = read();
         let Ok(kept) = read else { return Ok(None) };
         let files = state.registry.files_of(tile)?;
+        let Some(row) = state.registry.row(tile)? else { return Ok(None) };
         drop(state);
-        if blake3::hash(&kept) != blake3 || files.iter().any(|file| file.fault(&self.files).is_some()) {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&kept).update(told(&row, &files).as_bytes());
+        if hasher.finalize() != blake3 || files.iter().any(|file| file.fault(&self.files).is_some()) {
             return Ok(None);
         }
         let pieces: Vec<Vec<u8>> = frames::pieces(&kept).map(<[u8]>::to_vec).collect();
@@ -126,7 +129,7 @@ impl Journal {
         let bytes: usize = pieces.iter().map(Vec::len).sum();
         let is_worth = bytes <= ALWAYS_KEPT || (bytes as f64) < BYTES_FOR_A_SECOND * spent.as_secs_f64();
         // Before anybody has to wait for the file.
-        let hash = is_worth.then(|| hash_of(&pieces));
+        let hash = is_worth.then(|| hash_of(&pieces, &row, &files));
         let mut state = self.state();
         let stored = match hash {
             Some(hash) if state.end + bytes as u64 <= self.room => Some(self.keep(&mut state, &pieces, hash)?),
@@ -142,7 +145,7 @@ impl Journal {
     pub fn adopt(&self, row: TileRow, files: Vec<FileRecord>, sinks: usize) -> Result<(), Error> {
         let nothing = vec![Vec::new(); sinks];
         let mut state = self.state();
-        let pieces = self.keep(&mut state, &nothing, hash_of(&nothing))?;
+        let pieces = self.keep(&mut state, &nothing, hash_of(&nothing, &row, &files))?;
         state.waiting.push((row, files, Some(pieces)));
         if state.waiting.len() < NOTED_AT_ONCE {
             return Ok(());
@@ -214,11 +217,19 @@ impl Journal {
     }
 }
 
-/// The hash of pieces as they are written.
-fn hash_of(pieces: &[Vec<u8>]) -> blake3::Hash {
+/// What the registry knows of a tile, as a text that is another one if any of it is.
+fn told(row: &TileRow, files: &[FileRecord]) -> String {
+    let mut files: Vec<String> = files.iter().map(|file| format!("{file:?}")).collect();
+    files.sort_unstable();
+    format!("{row:?} {files:?}")
+}
+
+/// The hash of pieces as they are written, and of what the registry knows of their tile.
+fn hash_of(pieces: &[Vec<u8>], row: &TileRow, files: &[FileRecord]) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     for piece in pieces {
         frames::write(&mut hasher, piece).expect("a hash takes everything");
     }
+    hasher.update(told(row, files).as_bytes());
     hasher.finalize()
 }
