@@ -238,6 +238,9 @@ fn schema() -> String {
     )
 }
 
+/// What is said of a registry that SQLite finds broken.
+const DAMAGED: &str = "is damaged";
+
 /// What a bake under way has besides.
 const JOURNAL_SCHEMA: &str = "
     CREATE TABLE IF NOT EXISTS pieces (
@@ -299,7 +302,24 @@ impl Registry {
         prepare().map_err(Error::sqlite(path))?;
         let registry = Registry::checked(path, connection, true)?;
         registry.connection.execute_batch(JOURNAL_SCHEMA).map_err(Error::sqlite(path))?;
+        let check = registry.connection.query_row("PRAGMA quick_check(1)", (), |row| row.get::<_, String>(0));
+        if check.map_err(Error::sqlite(path))? != "ok" {
+            return Err(Error::Registry { path: path.to_owned(), message: DAMAGED.into(), hint: String::new() });
+        }
         Ok(registry)
+    }
+
+    /// Whether an error says that the file is not what was written to it, and not that it cannot be read or written.
+    pub(crate) fn is_damage(error: &Error) -> bool {
+        match error {
+            Error::Registry { .. } => true,
+            Error::Io { source, .. } => {
+                let inner = source.get_ref().and_then(|inner| inner.downcast_ref::<rusqlite::Error>());
+                let code = inner.and_then(rusqlite::Error::sqlite_error_code);
+                matches!(code, Some(ErrorCode::NotADatabase | ErrorCode::DatabaseCorrupt))
+            }
+            _ => false,
+        }
     }
 
     /// A registry in an empty file that nobody else knows of yet: without a journal and without waiting for the disk,

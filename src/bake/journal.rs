@@ -66,7 +66,17 @@ impl Journal {
     /// When its files cannot be opened or made.
     pub fn open(folder: &Path, files: &Path, stride: i64, room: u64) -> Result<Journal, Error> {
         let path = folder.join(PIECES);
-        let registry = Registry::journal(&folder.join(FILE_NAME))?;
+        let known = folder.join(FILE_NAME);
+        let registry = match Registry::journal(&known) {
+            // Of tiles that nobody can tell of none is known: the bake begins anew.
+            Err(error) if Registry::is_damage(&error) => {
+                for ending in ["", "-wal", "-shm"] {
+                    file::remove(&folder.join(format!("{FILE_NAME}{ending}")))?;
+                }
+                Registry::journal(&known)?
+            }
+            opened => opened?,
+        };
         file::gate(Operation::Create, &path)?;
         let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
         let mut pieces = opened.map_err(Error::io(&path))?;

@@ -7,6 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use crate::error::Error;
+use crate::file::{Operation, gate};
 
 /// The file that is locked. It is there as long as somebody writes to the folder, or where one who did was killed, which says
 /// nothing.
@@ -42,6 +43,7 @@ impl Lock {
                     hint: "terrane writes its lock there: remove it, or choose another folder with --out".into(),
                 });
             }
+            gate(Operation::Create, &path)?;
             let mut options = OpenOptions::new();
             let mut file =
                 options.read(true).write(true).create(true).truncate(false).open(&path).map_err(Error::io(&path))?;

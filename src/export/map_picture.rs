@@ -1,6 +1,5 @@
 //! A map as a file: PNG or WebP with a world file by which GIS places it, PDF or SVG.
 
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -11,7 +10,7 @@ use crate::export::folder::free_bytes;
 use crate::export::limit::Limit;
 use crate::export::pdf::Pdf;
 use crate::export::svg::Svg;
-use crate::file::PartFile;
+use crate::file::{PartFile, make_folder, remove};
 use crate::map::Chart;
 use crate::map::scale::Scale;
 use crate::map::sheet::Sheet;
@@ -130,19 +129,19 @@ impl MapPicture {
     /// # Errors
     /// When there can be no file.
     pub fn prepare(&self) -> Result<(), Error> {
-        let unwritable = |source: std::io::Error| Error::Output {
-            path: self.path.clone(),
-            message: format!("cannot be written: {source}"),
-            hint: "choose another file with --out".into(),
+        let unwritable = |error: Error| match error {
+            Error::Io { source, .. } => Error::Output {
+                path: self.path.clone(),
+                message: format!("cannot be written: {source}"),
+                hint: "choose another file with --out".into(),
+            },
+            other => other,
         };
         if let Some(folder) = self.path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-            fs::create_dir_all(folder).map_err(unwritable)?;
+            make_folder(folder).map_err(unwritable)?;
         }
         // A file that is begun and dropped shows that one can be written here.
-        PartFile::create(self.path.clone()).map(|_| ()).map_err(|error| match error {
-            Error::Io { source, .. } => unwritable(source),
-            other => other,
-        })
+        PartFile::create(self.path.clone()).map(drop).map_err(unwritable)
     }
 
     /// Writes a sheet, what it says of itself, and its world file. `watch` counts the rows of pixels that are drawn.
@@ -190,9 +189,7 @@ impl MapPicture {
             file.write_all(&bytes).map_err(Error::io(&self.path))?;
         }
         // An old one would place the new picture wrongly, were this the end.
-        if world_file.exists() {
-            fs::remove_file(&world_file).map_err(Error::io(&world_file))?;
-        }
+        remove(&world_file)?;
         file.finish()?;
         write_world_file(world_file, sheet.page(), scale)
     }

@@ -1,7 +1,6 @@
 //! A plan carried out: sinks begun, every tile made, files ended, manifest and registry, and all of it moved to its place.
 
 use std::collections::BTreeMap;
-use std::fs;
 
 use rayon::prelude::*;
 
@@ -13,7 +12,7 @@ use crate::export::folder::{Mode, Output};
 use crate::export::manifest::Manifest;
 use crate::export::plan::Plan;
 use crate::export::{Export, Rebake, registry_file};
-use crate::file::{path_in, sync_folder};
+use crate::file::{link, path_in, sync_folder};
 use crate::registry::{self, Registry, TileRow, TileState};
 use crate::stop;
 use crate::watch::Watch;
@@ -120,10 +119,7 @@ impl Plan<'_> {
                         // One that is not there is made.
                         return Ok(());
                     };
-                    let new = output.files().join(&path);
-                    // The same file under another name, where the file system knows such.
-                    let linked = fs::hard_link(&old, &new).or_else(|_| fs::copy(&old, &new).map(drop));
-                    linked.map_err(Error::io(&new))?;
+                    link(&old, &output.files().join(&path))?;
                     files.push(FileRecord { path, ..(*record).clone() });
                 }
             }

@@ -71,9 +71,7 @@ pub(crate) fn rename(from: &Path, to: &Path) -> Result<(), Error> {
     gate(Operation::Rename, to)?;
     match fs::rename(from, to) {
         Err(error) if error.kind() == io::ErrorKind::CrossesDevices => {
-            let mut copy = PartFile::create(to.to_owned())?;
-            io::copy(&mut File::open(from).map_err(Error::io(from))?, &mut copy).map_err(Error::io(to))?;
-            copy.finish()?;
+            copy(from, to)?;
             remove(from)
         }
         done => done.map_err(Error::io(to)),
@@ -89,6 +87,30 @@ pub(crate) fn remove(path: &Path) -> Result<(), Error> {
     }
 }
 
+/// Gives a file a second name, or where the file system knows no such thing makes a copy; what has that name is gone.
+pub(crate) fn link(from: &Path, to: &Path) -> Result<(), Error> {
+    // First: it may be that very file already, of which a copy would leave nothing.
+    remove(to)?;
+    gate(Operation::Create, to)?;
+    fs::hard_link(from, to).or_else(|_| copy(from, to))
+}
+
+/// Copies a file; what has that name is gone.
+pub(crate) fn copy(from: &Path, to: &Path) -> Result<(), Error> {
+    let mut copy = PartFile::create(to.to_owned())?;
+    io::copy(&mut File::open(from).map_err(Error::io(from))?, &mut copy).map_err(Error::io(to))?;
+    copy.finish().map(drop)
+}
+
+/// Removes a folder with all that is in it, following no link; it may not be there.
+pub(crate) fn remove_folder(path: &Path) -> Result<(), Error> {
+    gate(Operation::Remove, path)?;
+    match fs::remove_dir_all(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::io(path)(error)),
+        _ => Ok(()),
+    }
+}
+
 /// Brings a folder's list of names to the disk, so that renamed files keep their names after a power cut.
 pub(crate) fn sync_folder(folder: &Path) -> Result<(), Error> {
     gate(Operation::Sync, folder)?;
@@ -96,6 +118,25 @@ pub(crate) fn sync_folder(folder: &Path) -> Result<(), Error> {
         File::open(folder).and_then(|folder| folder.sync_all()).map_err(Error::io(folder))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_may_get_its_second_name_twice() {
+        let folder = tempfile::tempdir().unwrap();
+        let [from, to] = ["from", "to"].map(|name| folder.path().join(name));
+        fs::write(&from, "precious").unwrap();
+        for _ in 0..2 {
+            link(&from, &to).unwrap();
+            assert!([&from, &to].iter().all(|path| fs::read(path).unwrap() == b"precious"));
+        }
+        copy(&from, &to).unwrap();
+        fs::write(&to, "other").unwrap();
+        assert_eq!(fs::read(&from).unwrap(), b"precious");
+    }
 }
 
 /// Disks of tests, each that of a folder.

@@ -5,7 +5,7 @@ mod record;
 
 #[cfg(test)]
 pub(crate) use disk::{Disk, double};
-pub(crate) use disk::{Operation, gate, make_folder, remove, rename, sync_folder};
+pub(crate) use disk::{Operation, copy, gate, link, make_folder, remove, remove_folder, rename, sync_folder};
 pub use record::{FileRecord, MeshRecord};
 pub(crate) use record::{Finished, path_in};
 

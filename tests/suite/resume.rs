@@ -249,6 +249,12 @@ fn what_a_bake_knows_is_trusted_by_its_hash_alone() {
             .execute("UPDATE tiles SET heights_hash = normals_hash, lines = '[\"x\"]' WHERE x % 3 = 0", ())
             .unwrap();
         drop(database);
+        if round % 3 == 0 {
+            // A journal that is no database, or a broken one.
+            let mut bytes = fs::read(work.join("registry.sqlite")).unwrap();
+            bytes.iter_mut().skip(if round % 2 == 0 { 0 } else { 4096 }).step_by(97).for_each(|byte| *byte ^= 0x55);
+            fs::write(work.join("registry.sqlite"), bytes).unwrap();
+        }
         desk.done(&bake(&folder, &["--resume"]));
         assert_same(&files(&desk, &folder), &wanted, &folder);
     }

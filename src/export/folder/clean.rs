@@ -7,11 +7,11 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::export::folder::moving::remove_empty_above;
-use crate::export::folder::{WORK, remove_all, size};
+use crate::export::folder::{WORK, size};
 use crate::export::lock::Lock;
 use crate::export::manifest::{self, Manifest};
 use crate::export::runs;
-use crate::file::{remove, remove_unfinished};
+use crate::file::{remove, remove_folder, remove_unfinished};
 
 /// What was removed of a bake.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -56,7 +56,7 @@ pub fn clean(path: &Path, dry: bool) -> Result<Cleaned, Error> {
     cleaned.kept = changed.filter(|file| path.join(file).symlink_metadata().is_ok()).cloned().collect();
     cleaned.bytes += size(&work);
     if lock.is_some() {
-        remove_all(&work)?;
+        remove_folder(&work)?;
         remove_unfinished(path)?;
         drop(lock);
         _ = fs::remove_dir(path);

@@ -41,7 +41,7 @@ use crate::export::lock::Lock;
 use crate::export::locked;
 use crate::export::manifest::{self, Manifest};
 use crate::export::runs::{self, Log};
-use crate::file::{PartFile, make_folder, remove_unfinished, sync_folder, write_whole};
+use crate::file::{PartFile, copy, make_folder, remove_folder, remove_unfinished, sync_folder, write_whole};
 use crate::registry::{self, Registry};
 
 /// The folder in that of a bake in which the next one is made.
@@ -117,7 +117,7 @@ impl Output {
         let is_there = old.as_ref().is_some_and(|old| old.differences(&plan.draft(), |_| true).is_empty());
         let mode = if mode == Mode::Resume && is_there { Mode::Repair } else { mode };
         if mode == Mode::Replace || Manifest::read_file(&work.join(PLAN)).is_err() {
-            remove_all(&work)?;
+            remove_folder(&work)?;
         }
         Ok(Output { path: path.to_owned(), lock, mode, old, spare, moved: Mutex::default() })
     }
@@ -209,7 +209,7 @@ impl Output {
         if new.files.par_iter().all(|record| is_borne_out(&record)) {
             return Ok(());
         }
-        remove_all(&self.path.join(WORK))?;
+        remove_folder(&self.path.join(WORK))?;
         Err(Error::Faulty {
             path: self.path.join(manifest::PATH),
             message: "is damaged where it says what was baked, and nothing else tells that".into(),
@@ -224,7 +224,7 @@ impl Output {
         let knows = journal.map_or_else(|| work.join(registry::FILE_NAME).exists(), |journal| !journal.is_empty());
         if !knows {
             // If it cannot be removed it is gone on with.
-            _ = remove_all(&work);
+            _ = remove_folder(&work);
         }
     }
 
@@ -234,7 +234,7 @@ impl Output {
         make_folder(&work)?;
         let log = self.path.join(runs::PATH);
         if self.mode != Mode::Replace && log.is_file() && !work.join(runs::PATH).exists() {
-            fs::copy(&log, work.join(runs::PATH)).map_err(Error::io(&log))?;
+            copy(&log, &work.join(runs::PATH))?;
         }
         Log::begin(&work, self.mode.name(), threads)
     }
@@ -257,14 +257,6 @@ pub(super) fn settle(path: &Path) -> Result<(), Error> {
     }
     let _lock = Lock::take(path)?;
     end_moving(path)
-}
-
-/// Removes a folder with all that is in it, following no link; it may not be there.
-fn remove_all(folder: &Path) -> Result<(), Error> {
-    match fs::remove_dir_all(folder) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(Error::io(folder)(error)),
-        _ => Ok(()),
-    }
 }
 
 /// Bytes of all files below a folder.

@@ -9,10 +9,10 @@ use rayon::prelude::*;
 
 use crate::bake::FileRecord;
 use crate::error::Error;
-use crate::export::folder::{FILES, OLD, WORK, remove_all};
+use crate::export::folder::{FILES, OLD, WORK};
 use crate::export::manifest::{self, Manifest};
 use crate::export::{runs, web};
-use crate::file::{make_folder, path_in, remove, rename, sync_folder, write_whole};
+use crate::file::{make_folder, path_in, remove, remove_folder, rename, sync_folder, write_whole};
 
 /// What has become of files.
 #[derive(Debug, Default)]
@@ -114,7 +114,7 @@ pub(super) fn move_files(path: &Path, is_repair: bool) -> Result<Moved, Error> {
     }
     rename(&files.join(manifest::PATH), &path.join(manifest::PATH))?;
     sync_folder(path)?;
-    remove_all(&work)?;
+    remove_folder(&work)?;
     Ok(moved)
 }
 
