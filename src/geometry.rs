@@ -129,9 +129,52 @@ pub fn lines(places: &[[f64; 2]], step: usize) -> Vec<LineSegment> {
     ends.clone().zip(ends.skip(1)).map(|(from, to)| LineSegment::between(*from, *to)).collect()
 }
 
+/// The points of a line that suffice for none of the others to lie further from it than `miss`; its ends among them.
+///
+/// Based on: D. H. Douglas, T. K. Peucker, "Algorithms for the reduction of the number of points", 1973.
+pub fn simplified(points: &[[f64; 2]], miss: f64) -> Vec<[f64; 2]> {
+    let Some(last) = points.len().checked_sub(1) else { return Vec::new() };
+    let mut kept = vec![points[0]];
+    let mut first = 0;
+    // Ends of what is still to do, the nearest last.
+    let mut ends = vec![last];
+    while let Some(&end) = ends.last() {
+        let chord = LineSegment::between(points[first], points[end]);
+        let off = |at: &usize| chord.nearest(points[*at]).1;
+        let furthest = (first + 1..end).max_by(|a, b| off(a).total_cmp(&off(b)));
+        match furthest.filter(|at| off(at) > miss * miss) {
+            Some(at) => ends.push(at),
+            None => {
+                if end > first {
+                    kept.push(points[end]);
+                }
+                first = end;
+                ends.pop();
+            }
+        }
+    }
+    kept
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_simplified_line_passes_near_what_it_leaves_out() {
+        let line: Vec<[f64; 2]> = (0..200).map(|x| [f64::from(x), 9.0 * (f64::from(x) / 15.0).sin()]).collect();
+        let kept = simplified(&line, 0.25);
+        assert!(kept.len() < 60 && kept[0] == line[0] && kept[kept.len() - 1] == line[199], "{}", kept.len());
+        for point in &line {
+            let off = kept.windows(2).map(|pair| LineSegment::between(pair[0], pair[1]).distance(*point));
+            assert!(off.fold(f64::INFINITY, f64::min) <= 0.25);
+        }
+        // What ends where it begins, and what is no line at all.
+        let ring = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 0.0]];
+        assert_eq!(simplified(&ring, 0.1), [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 0.0]]);
+        assert_eq!(simplified(&ring[..1], 0.1), [[0.0, 0.0]]);
+        assert!(simplified(&[], 0.1).is_empty());
+    }
 
     #[test]
     fn lines_cross_where_both_go_well_past_each_other() {

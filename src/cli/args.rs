@@ -9,7 +9,7 @@ use clap::{Arg, Args, Parser, Subcommand, ValueEnum};
 
 use crate::area::{MAX_COORDINATE, Region, Stride, TileId};
 use crate::error::Error;
-use crate::export::{Export, Lods, MeshOptions, Profile};
+use crate::export::{Export, Lods, MeshOptions, Profile, VectorOptions};
 use crate::find;
 use crate::map::sheet::{Cells, Overlay};
 use crate::map::style::{STYLES, Style};
@@ -158,6 +158,15 @@ pub(super) struct PlaceArguments {
     pub around: Option<Around>,
 }
 
+/// A range of heights that is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum AskedRange {
+    /// That of the region.
+    Auto,
+    /// Metres of the least and of the greatest height.
+    Metres([f32; 2]),
+}
+
 /// What a region is around, and how wide and high that is in kilometres.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Around {
@@ -217,6 +226,20 @@ pub(super) struct CommonArguments {
     /// Compress the numbers of glTF (EXT_meshopt_compression; Blender cannot read it).
     #[arg(long, help_heading = "Meshes")]
     pub meshopt: bool,
+    /// Metres of the value 0 and of 65535 in 16-bit heights, such as 0,1200, or auto: those of the region. Bakes of other ranges do not
+    /// fit together [default: the range of the world, which is the same everywhere].
+    #[arg(long, value_name = "auto|MIN,MAX", help_heading = "GIS", allow_hyphen_values = true, value_parser = parse_range)]
+    pub height_range: Option<AskedRange>,
+    /// Cut features off at the edge of the region; without it they are whole and reach beyond it.
+    #[arg(long, help_heading = "GIS")]
+    pub clip: bool,
+    /// Metres between two contours [default: by the spacing and the heights of the world].
+    #[arg(long, value_name = "METRES", help_heading = "GIS", allow_negative_numbers = true)]
+    pub contours: Option<f64>,
+    /// Write longitudes and latitudes to GeoJSON: those at which web maps (EPSG:3857) have the metres, so the world's origin lies at
+    /// 0, 0.
+    #[arg(long, help_heading = "GIS")]
+    pub degrees: bool,
     /// How large a map the same land makes: 1/2, 1/4 to 1/4096 have every second vertex each way, every fourth and so on, of land
     /// as it looks from so far.
     #[arg(long, value_name = "1/N", default_value = "1", value_parser = parse_scale)]
@@ -594,6 +617,14 @@ pub(super) fn parse_numbers<const N: usize>(text: &str) -> Result<[f64; N], Stri
     numbers.try_into().map_err(|_| format!("expected {N} numbers with commas between, found {found}"))
 }
 
+fn parse_range(text: &str) -> Result<AskedRange, String> {
+    if text == "auto" {
+        return Ok(AskedRange::Auto);
+    }
+    let metres = parse_numbers::<2>(text).map_err(|error| format!("{error}; or auto"))?;
+    Ok(AskedRange::Metres(metres.map(|metres| metres as f32)))
+}
+
 fn parse_around(text: &str) -> Result<Around, String> {
     let is_number = |part: &str| part.trim().parse::<f64>().is_ok();
     if text.split(',').next().is_some_and(is_number) {
@@ -833,16 +864,26 @@ impl BakeArguments {
         MeshOptions { lods, error_m: *mesh_error, quantized: *quantize, compressed: *meshopt }
     }
 
-    /// The options of meshes that were given, by name.
-    pub fn mesh_options(&self) -> Vec<&'static str> {
-        let CommonArguments { lod, mesh_error, quantize, meshopt, .. } = &self.common;
-        let all = [
+    pub fn vectors(&self) -> VectorOptions {
+        let CommonArguments { clip, degrees, contours, .. } = &self.common;
+        VectorOptions { clipped: *clip, degrees: *degrees, contours_m: *contours }
+    }
+
+    /// The options that only some exports read and that were given, by name: of meshes, of vectors, of 16-bit heights.
+    pub fn format_options(&self) -> [Vec<&'static str>; 3] {
+        let CommonArguments { lod, mesh_error, quantize, meshopt, clip, degrees, contours, height_range, .. } =
+            &self.common;
+        let meshes = [
             (lod.is_some(), "--lod"),
             (mesh_error.is_some(), "--mesh-error"),
             (*quantize, "--quantize"),
             (*meshopt, "--meshopt"),
         ];
-        all.into_iter().filter_map(|(given, name)| given.then_some(name)).collect()
+        let vectors = [(*clip, "--clip"), (*degrees, "--degrees"), (contours.is_some(), "--contours")];
+        let heights = [(height_range.is_some(), "--height-range")];
+        let given =
+            |all: &[(bool, &'static str)]| all.iter().filter_map(|(given, name)| given.then_some(*name)).collect();
+        [given(&meshes), given(&vectors), given(&heights)]
     }
 
     pub fn exports(&self) -> Result<Vec<Export>, Error> {

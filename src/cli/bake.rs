@@ -9,12 +9,12 @@ use std::time::Instant;
 use serde_json::json;
 
 use crate::area::{Region, Stride, TileId};
-use crate::cli::args::{BakeArguments, CommonArguments, ExtendArguments, Manner};
+use crate::cli::args::{AskedRange, BakeArguments, CommonArguments, ExtendArguments, Manner};
 use crate::cli::console::Console;
 use crate::cli::progress::{Reporter, Tiles};
 use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
-use crate::export::{Bytes, Cost, Forecast, Limit, Manifest, Mode, Output, Plan};
+use crate::export::{Bytes, Cost, Forecast, Limit, Manifest, Mode, Output, Plan, look, measured_range_m};
 use crate::generator;
 use crate::watch::Watch;
 use crate::world::World;
@@ -37,25 +37,42 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
         console.warnings(&world.warnings());
     }
     let out = options.out.clone().unwrap_or_else(|| default_folder(&name, &world, &region));
-    let (mut exports, mut meshes, mut profile) = (arguments.exports()?, arguments.meshes(), arguments.profile()?);
+    let (mut exports, mut profile) = (arguments.exports()?, arguments.profile()?);
+    let (mut meshes, mut vectors) = (arguments.meshes(), arguments.vectors());
+    let mut height_range_m = match options.height_range {
+        None => None,
+        Some(AskedRange::Metres(range_m)) => Some(range_m),
+        Some(AskedRange::Auto) => auto_range_m(&world, &region, &out, options, console)?,
+    };
+    let [of_meshes, of_vectors, of_heights] = arguments.format_options();
     if options.add {
         // What is there, and then what comes to it.
         let old = Manifest::read(&out)?;
         let mut all = old.known_exports()?;
         all.extend(exports.into_iter().filter(|export| !old.exports.iter().any(|name| name == export.name())));
         exports = all;
-        if old.has_meshes() && arguments.mesh_options().is_empty() {
+        // As it was asked for then, where nothing is said now.
+        if old.reads("--lod") && of_meshes.is_empty() {
             meshes = old.meshes.clone();
+        }
+        if old.reads("--clip") && of_vectors.is_empty() {
+            vectors = old.vectors.clone();
+        }
+        if old.reads("--height-range") && of_heights.is_empty() {
+            height_range_m = old.chosen_range_m(&world);
         }
         if let (None, Some(known)) = (profile, &old.profile) {
             profile = Some(known.parse()?);
         }
     }
-    let mut plan = Plan::new(&world, &name, region, exports)?.with_meshes(meshes)?;
+    let mut plan = Plan::new(&world, &name, region, exports)?
+        .with_meshes(meshes)?
+        .with_vectors(vectors)?
+        .with_height_range(height_range_m)?;
     if let Some(profile) = profile {
         plan = plan.with_profile(profile)?;
     }
-    plan.check_options(&arguments.mesh_options())?;
+    plan.check_options(&[of_meshes, of_vectors, of_heights].concat())?;
     let mode = match options {
         CommonArguments { overwrite: true, .. } => Mode::Replace,
         CommonArguments { resume: true, .. } => Mode::Resume,
@@ -63,6 +80,33 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
         _ => Mode::New,
     };
     carry_out(&plan, mode, &out, &options.manner, console)
+}
+
+/// The heights of a region as they are: as a bake that was begun in the folder has measured them, or as they are measured now. A dry
+/// run measures nothing.
+fn auto_range_m(
+    world: &World,
+    region: &Region,
+    out: &Path,
+    options: &CommonArguments,
+    console: &Console,
+) -> Result<Option<[f32; 2]>, Error> {
+    if options.manner.dry_run {
+        return Ok(None);
+    }
+    let known = if options.resume || options.add { look(out).unwrap_or_default() } else { Vec::new() };
+    if let Some(begun) = known.last() {
+        return Ok(begun.manifest.chosen_range_m(world));
+    }
+    let watch = Watch::default();
+    let pool = thread_pool(thread_count(options.manner.threads))?;
+    let range_m = thread::scope(|scope| {
+        let shown = !options.manner.quiet && !options.manner.no_progress;
+        let tiles = Tiles { count: region.tiles(), cells: (region.tile_cells() as u64).pow(2) };
+        let _reporter = shown.then(|| Reporter::start(scope, console, &watch, Some(tiles)));
+        pool.install(|| measured_range_m(world, region, &watch))
+    })?;
+    Ok(Some(range_m))
 }
 
 /// Bakes the tiles that a larger region of a bake needs.
@@ -201,7 +245,7 @@ fn print_plan(
     out: &Path,
 ) -> Result<(), Error> {
     let region = plan.region();
-    let (min_m, max_m) = world.height_range_m();
+    let (min_m, max_m) = plan.height_range_m();
     let step_m = (max_m - min_m) / 65535.0;
     let memory_bytes = forecast.map(|forecast| forecast.memory_bytes);
     let seconds = forecast.map(|forecast| forecast.time.as_secs_f64());

@@ -96,7 +96,7 @@ fn bakes_on_failing_disks(step: usize, all: bool) -> [u64; 2] {
     let exports = Export::parse_list("height,exr,r16-tiles,map,gltf,obj,hashes,vector,geojson").unwrap();
     let plan = Plan::new(&world, "test", region, exports).unwrap();
     let cost = plan.cost(1);
-    // On one thread the operations come in one order, but for those of the EXR's own.
+    // On one thread the operations come in one order.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let bake = |folder: &Path, mode: Mode| {
         pool.install(|| {

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::area::{Place, Region};
 use crate::bake::Sink;
 use crate::error::Error;
-use crate::export::options::MeshOptions;
+use crate::export::options::{MeshOptions, VectorOptions};
 use crate::world::World;
 
 /// What a bake asks of its formats.
@@ -17,6 +17,9 @@ pub(crate) struct Request<'a> {
     pub world: &'a World,
     pub region: Region,
     pub meshes: &'a MeshOptions,
+    pub vectors: &'a VectorOptions,
+    /// Metres of the least and of the greatest step of 16-bit heights.
+    pub height_range_m: (f32, f32),
 }
 
 /// What the files of a format take.
@@ -30,6 +33,8 @@ pub(crate) struct FormatCost {
     /// Bytes that are kept of each vertex until its row of tiles is written.
     /// It decides how much memory a row of tiles takes.
     pub kept_a_vertex: u64,
+    /// Bytes that are held besides while its files are written.
+    pub held_bytes: u64,
     /// The most bytes of a file that a thread makes of one tile.
     pub tile_file_bytes: u64,
     /// Bytes that a thread takes for each vertex of a tile while it draws that.
@@ -47,6 +52,7 @@ impl FormatCost {
             files: self.files.saturating_add(other.files),
             disk_bytes: self.disk_bytes.saturating_add(other.disk_bytes),
             kept_a_vertex: self.kept_a_vertex + other.kept_a_vertex,
+            held_bytes: self.held_bytes.saturating_add(other.held_bytes),
             tile_file_bytes: self.tile_file_bytes.max(other.tile_file_bytes),
             drawn_a_vertex: self.drawn_a_vertex.max(other.drawn_a_vertex),
             features: self.features || other.features,

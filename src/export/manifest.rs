@@ -13,7 +13,7 @@ use crate::area::{Region, Stride, TileId};
 use crate::bake::FileRecord;
 use crate::device::DeviceProfile;
 use crate::error::Error;
-use crate::export::{Export, MeshOptions, Plan, Profile, web};
+use crate::export::{Export, MeshOptions, Plan, Profile, VectorOptions, web};
 use crate::generator;
 use crate::mesh::Frame;
 use crate::preset::Preset;
@@ -63,6 +63,9 @@ pub struct Manifest {
     /// How meshes were made.
     #[serde(default)]
     pub meshes: MeshOptions,
+    /// How vectors were written.
+    #[serde(default)]
+    pub vectors: VectorOptions,
     /// Every other file of the bake, sorted by path.
     pub files: Vec<FileRecord>,
     /// BLAKE3 hash, in hexadecimal, of this file as it would be with nothing between these quotes; none in old ones.
@@ -103,16 +106,23 @@ impl RegionRecord {
     }
 }
 
-/// What 16-bit heights mean: `min_m + value / 65535 * (max_m - min_m)`. A property of the world, the same in all its
-/// bakes.
+/// What 16-bit heights mean: `min_m + value / 65535 * (max_m - min_m)`. A property of the world, the same in all its bakes,
+/// unless another range was asked for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HeightRange {
-    /// Metres of the value 0; no height is lower.
+    /// Metres of the value 0; no height of the world is lower, or those that are have it too.
     pub min_m: f32,
-    /// Metres of the value 65535; no height is higher.
+    /// Metres of the value 65535; no height of the world is higher, or those that are have it too.
     pub max_m: f32,
     /// Metres from one value to the next.
     pub step_m: f32,
+}
+
+impl HeightRange {
+    /// The range that was asked for; none if it is the world's own.
+    fn asked_for(&self, world: &World) -> Option<[f32; 2]> {
+        (world.height_range_m() != (self.min_m, self.max_m)).then_some([self.min_m, self.max_m])
+    }
 }
 
 /// How rasters lie in the world.
@@ -173,7 +183,7 @@ impl Manifest {
         let (preset_name, world, region) = (plan.preset_name(), plan.world(), plan.region());
         // Sinks end in any order.
         files.sort_by(|a, b| a.path.cmp(&b.path));
-        let (min_m, max_m) = world.height_range_m();
+        let (min_m, max_m) = plan.height_range_m();
         let spacing_m = world.spacing_m();
         let metres = |tile: i64| (tile * region.tile_cells() as i64) as f64 * spacing_m;
         let manifest = Manifest {
@@ -210,6 +220,7 @@ impl Manifest {
             exports: plan.exports().iter().map(|export| export.name().to_owned()).collect(),
             profile: plan.profile().map(|profile| profile.name().to_owned()),
             meshes: plan.meshes().clone(),
+            vectors: plan.vectors().clone(),
             files,
             blake3: String::new(),
         };
@@ -257,11 +268,21 @@ impl Manifest {
     /// What was asked for otherwise in another manifest than in this one: `key: this one's, that one's`, of those keys at the top
     /// that `counts` takes.
     pub(crate) fn differences(&self, other: &Manifest, counts: impl Fn(&str) -> bool) -> Vec<String> {
-        const ASKED: [&str; 9] =
-            ["layers", "device", "preset_name", "seed", "preset", "region", "stride", "exports", "profile"];
+        const ASKED: [&str; 10] = [
+            "layers",
+            "device",
+            "preset_name",
+            "seed",
+            "preset",
+            "region",
+            "stride",
+            "height_range",
+            "exports",
+            "profile",
+        ];
         let [own, other] = [self, other].map(|manifest| serde_json::to_value(manifest).expect("a manifest is JSON"));
         let mut found = Vec::new();
-        for key in ASKED.into_iter().chain(["meshes"]).filter(|key| counts(key)) {
+        for key in ASKED.into_iter().chain(["meshes", "vectors"]).filter(|key| counts(key)) {
             compare(key, &own[key], &other[key], &mut found);
         }
         found
@@ -294,9 +315,14 @@ impl Manifest {
         self.exports.iter().any(|name| name == export.name())
     }
 
-    /// Whether it has meshes, whose options then count.
-    pub fn has_meshes(&self) -> bool {
-        Export::known().any(|export| !export.0.options().is_empty() && self.has(export))
+    /// Whether any of its exports reads an option of the command that only some exports read.
+    pub fn reads(&self, option: &str) -> bool {
+        Export::known().any(|export| export.0.options().contains(&option) && self.has(export))
+    }
+
+    /// The range of its 16-bit heights, if that is another one than its world's.
+    pub fn chosen_range_m(&self, world: &World) -> Option<[f32; 2]> {
+        self.height_range.asked_for(world)
     }
 
     /// The hash of all that it says but that.

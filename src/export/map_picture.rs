@@ -7,10 +7,11 @@ use crate::area::Area;
 use crate::error::Error;
 use crate::export::Bytes;
 use crate::export::folder::free_bytes;
+use crate::export::georeference::Georeference;
 use crate::export::limit::Limit;
 use crate::export::pdf::Pdf;
 use crate::export::svg::Svg;
-use crate::file::{PartFile, make_folder, remove};
+use crate::file::{PartFile, make_folder, remove, write_whole};
 use crate::map::Chart;
 use crate::map::scale::Scale;
 use crate::map::sheet::Sheet;
@@ -236,12 +237,10 @@ fn count(strip: &[u8], page: Area, watch: &Watch) {
     watch.add((strip.len() / (3 * page.width())) as u64);
 }
 
-/// Six lines that say how large pixels are and where the first one's middle lies, in metres east and north.
+/// Says where a map lies.
 fn write_world_file(path: PathBuf, page: Area, scale: Scale) -> Result<(), Error> {
-    let mut file = PartFile::create(path)?;
-    let metres = scale.metres_per_pixel;
-    let [east, south] = [page.x0, page.y0].map(|at| (at as f64 + 0.5) * metres);
-    let text = format!("{metres}\n0\n0\n-{metres}\n{east}\n{}\n", -south);
-    file.write_all(text.as_bytes()).map_err(Error::io(file.path()))?;
-    file.finish().map(|_| ())
+    let spacing_m = scale.metres_per_pixel;
+    let [east, south] = [page.x0, page.y0].map(|at| (at as f64 + 0.5) * spacing_m);
+    let place = Georeference { first_m: [east, -south], spacing_m };
+    write_whole(path, place.world_file().as_bytes()).map(drop)
 }

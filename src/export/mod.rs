@@ -3,7 +3,7 @@
 //! ```text
 //!   format.rs     what every format says of itself; formats(), below, lists them all
 //!   raster/       tiles -> PNG, OpenEXR, bare: the rows of a table
-//!   vector/       features -> GeoPackage, GeoJSON
+//!   vector/       features -> GeoPackage, GeoJSON      project.rs   all for GIS -> a project of QGIS
 //!   mesh/         tiles -> glTF, OBJ                options.rs   what the user may choose of them
 //!   hashes.rs     tiles -> a list of hashes
 //!   web.rs        the region as a web map, drawn as maps are
@@ -11,6 +11,7 @@
 //!   map_picture.rs   a map -> PNG, WebP and a world file, pdf.rs, svg.rs; atlas.rs, many of them
 //!   plan.rs       what is asked for -> its cost;  run.rs -> files
 //!   folder.rs     where they go, lock.rs one bake at a time; look.rs, check.rs, repair.rs
+//!   georeference.rs   where files lie, in the words of GIS          measure.rs   the heights of a region
 //!   manifest.rs, registry_file.rs, runs.rs           what every bake leaves besides
 //! ```
 
@@ -35,9 +36,12 @@ mod limit;
 mod lock;
 mod look;
 mod atlas;
+mod georeference;
 mod map_picture;
+mod measure;
 mod pdf;
 mod plan;
+mod project;
 mod svg;
 mod web;
 
@@ -49,7 +53,8 @@ pub use limit::Limit;
 pub use look::{Contents, State, look};
 pub use manifest::{Axes, HeightRange, Manifest, RegionRecord};
 pub use map_picture::{MapPicture, Texts};
-pub use options::{Lods, MeshOptions};
+pub use measure::measured_range_m;
+pub use options::{Lods, MeshOptions, VectorOptions};
 pub use plan::{Bytes, Plan};
 pub use profile::Profile;
 pub(crate) use raster::writer::{Sample, png_bytes};
@@ -199,7 +204,10 @@ mod tests {
         let out = tempfile::tempdir().unwrap();
         let output = Output::prepare(out.path(), Mode::New, &plan, &plan.cost(2)).unwrap();
         let manifest = plan.run(&output, &Watch::default()).unwrap();
-        let request = Request { name: "thesis", world: &world, region, meshes: &meshes };
+        let height_range_m = world.height_range_m();
+        let vectors = VectorOptions::default();
+        let request =
+            Request { name: "thesis", world: &world, region, meshes: &meshes, vectors: &vectors, height_range_m };
         for export in exports {
             let files: Vec<_> = manifest.files.iter().filter(|file| file.export == export.name()).collect();
             let (cost, bytes) = (export.0.cost(&request), files.iter().map(|file| file.bytes).sum::<u64>());

@@ -24,6 +24,58 @@ pub struct MeshOptions {
     pub compressed: bool,
 }
 
+/// How vectors are written.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct VectorOptions {
+    /// Whether features are cut off at the edge of the region. Without it they are whole, and reach beyond it.
+    pub clipped: bool,
+    /// Whether GeoJSON has longitudes and latitudes in the place of metres: those whose web Mercator coordinates (EPSG:3857) are the
+    /// metres, so the world's origin lies at 0, 0.
+    pub degrees: bool,
+    /// Metres between two contours. Default: chosen by the spacing and the heights of the world.
+    pub contours_m: Option<f64>,
+}
+
+impl VectorOptions {
+    /// Whether vectors of a region can be written so.
+    ///
+    /// # Errors
+    /// When contours would lie at no distance or be too many, or when the region is beyond the longitudes and latitudes that
+    /// there are; the hint says what would do.
+    pub(crate) fn check(&self, world: &World, region: &Region) -> Result<(), Error> {
+        let refuse = |message: String, hint: String| Err(Error::Option { message, hint });
+        let (min_m, max_m) = world.height_range_m();
+        let least_m = f64::from(max_m - min_m) / MOST_CONTOURS;
+        if let Some(contours_m) = self.contours_m
+            && !(contours_m.is_finite() && contours_m > 0.0 && contours_m >= least_m)
+        {
+            return refuse(
+                format!("contours {contours_m} m apart are not possible where heights span {} m", max_m - min_m),
+                format!("give at least {least_m} m"),
+            );
+        }
+        let reach_m =
+            region.bounds_km(world.spacing_m()).into_iter().fold(0.0, |most: f64, km| most.max(km.abs())) * 1000.0;
+        if self.degrees && reach_m > MOST_DEGREES_M {
+            return refuse(
+                format!(
+                    "the region reaches {:.0} km from the world's origin, and the Earth ends at 20,037 km",
+                    reach_m / 1000.0
+                ),
+                "leave out --degrees, or choose a region nearer to the origin".into(),
+            );
+        }
+        Ok(())
+    }
+}
+
+/// Contours from the lowest to the highest land at most.
+const MOST_CONTOURS: f64 = 10_000.0;
+
+/// Metres from the origin at which web Mercator ends, a little less than half the Earth's equator.
+const MOST_DEGREES_M: f64 = 20_037_000.0;
+
 /// Levels of detail: 0 is every vertex, and each one after it has a bound twice as wide.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Lods(Vec<u32>);

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::export::cost::{Cost, Forecast};
 use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
 use crate::export::manifest::Manifest;
-use crate::export::{Export, MeshOptions, Profile, profile, registry_file};
+use crate::export::{Export, MeshOptions, Profile, VectorOptions, profile, registry_file};
 use crate::tile::shaped_input;
 use crate::world::World;
 
@@ -19,6 +19,8 @@ pub struct Plan<'a> {
     region: Region,
     exports: Vec<Export>,
     meshes: MeshOptions,
+    vectors: VectorOptions,
+    height_range_m: Option<[f32; 2]>,
     profile: Option<Profile>,
 }
 
@@ -55,8 +57,8 @@ impl<'a> Plan<'a> {
         region: Region,
         exports: Vec<Export>,
     ) -> Result<Plan<'a>, Error> {
-        let meshes = MeshOptions::default();
-        Plan { world, preset_name, region, exports, meshes, profile: None }.checked()
+        let (meshes, vectors) = (MeshOptions::default(), VectorOptions::default());
+        Plan { world, preset_name, region, exports, meshes, vectors, height_range_m: None, profile: None }.checked()
     }
 
     /// The plan with the files of a profile too.
@@ -94,8 +96,8 @@ impl<'a> Plan<'a> {
     }
 
     pub(super) fn request(&self) -> Request<'_> {
-        let Plan { world, preset_name: name, region, ref meshes, .. } = *self;
-        Request { name, world, region, meshes }
+        let Plan { world, preset_name: name, region, ref meshes, ref vectors, .. } = *self;
+        Request { name, world, region, meshes, vectors, height_range_m: self.height_range_m() }
     }
 
     /// The plan with meshes made in another way.
@@ -105,6 +107,30 @@ impl<'a> Plan<'a> {
     pub fn with_meshes(self, meshes: MeshOptions) -> Result<Plan<'a>, Error> {
         meshes.check(self.world, &self.region)?;
         Ok(Plan { meshes, ..self })
+    }
+
+    /// The plan with vectors written in another way.
+    ///
+    /// # Errors
+    /// When they cannot be written so; the hint says what will do.
+    pub fn with_vectors(self, vectors: VectorOptions) -> Result<Plan<'a>, Error> {
+        vectors.check(self.world, &self.region)?;
+        Ok(Plan { vectors, ..self })
+    }
+
+    /// The plan with other metres of the least and of the greatest step of 16-bit heights than the world's. What lies beyond
+    /// them is written as they are.
+    ///
+    /// # Errors
+    /// When the first is not less than the second.
+    pub fn with_height_range(self, height_range_m: Option<[f32; 2]>) -> Result<Plan<'a>, Error> {
+        match height_range_m {
+            Some([min_m, max_m]) if !(min_m.is_finite() && max_m.is_finite() && min_m < max_m) => Err(Error::Option {
+                message: format!("heights cannot range from {min_m} to {max_m} m"),
+                hint: "give the least and then the greatest, such as --height-range 0,1200".into(),
+            }),
+            _ => Ok(Plan { height_range_m, ..self }),
+        }
     }
 
     /// Whether any export reads each of some options of the command that only some exports read.
@@ -136,7 +162,10 @@ impl<'a> Plan<'a> {
     /// As [`of`](Plan::of), and as [`new`](Plan::new).
     pub fn of_region(manifest: &'a Manifest, world: &'a World, region: Region) -> Result<Plan<'a>, Error> {
         let exports = manifest.known_exports()?;
-        let plan = Plan::new(world, &manifest.preset_name, region, exports)?.with_meshes(manifest.meshes.clone())?;
+        let plan = Plan::new(world, &manifest.preset_name, region, exports)?
+            .with_meshes(manifest.meshes.clone())?
+            .with_vectors(manifest.vectors.clone())?
+            .with_height_range(manifest.chosen_range_m(world))?;
         match &manifest.profile {
             Some(profile) => plan.with_profile(profile.parse()?),
             None => Ok(plan),
@@ -162,6 +191,15 @@ impl<'a> Plan<'a> {
 
     pub(super) fn meshes(&self) -> &MeshOptions {
         &self.meshes
+    }
+
+    pub(super) fn vectors(&self) -> &VectorOptions {
+        &self.vectors
+    }
+
+    /// Metres of the least and of the greatest step of 16-bit heights.
+    pub fn height_range_m(&self) -> (f32, f32) {
+        self.height_range_m.map_or(self.world.height_range_m(), |[min_m, max_m]| (min_m, max_m))
     }
 
     /// The region.
@@ -213,6 +251,7 @@ impl<'a> Plan<'a> {
         };
         let parts = [
             features,
+            format.held_bytes,
             batch_bytes.saturating_mul(2),
             (a_thread + planning + search + THREAD_BYTES) * threads as u64,
             records,

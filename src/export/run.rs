@@ -11,7 +11,7 @@ use crate::export::check::{check, check_files};
 use crate::export::folder::{Mode, Output};
 use crate::export::manifest::Manifest;
 use crate::export::plan::Plan;
-use crate::export::{Export, Rebake, registry_file};
+use crate::export::{Export, Rebake, project, registry_file};
 use crate::file::{link, path_in, sync_folder};
 use crate::registry::{self, Registry, TileRow, TileState};
 use crate::stop;
@@ -82,11 +82,12 @@ impl Plan<'_> {
         let records = sinks.par_iter().map(|sink| finish(sink.as_ref())).collect::<Result<Vec<_>, Error>>()?;
         let mut records = [records.concat(), journal.tile_files()?, kept].concat();
         // What the one who imports them has to know.
+        let mut written = Vec::from_iter(project::write(self, out)?);
         if let Some(profile) = self.profile() {
-            let written = profile.write(self.world(), self.region(), self.preset_name(), out)?;
-            records.retain(|record| written.iter().all(|written| written.path != record.path));
-            records.extend(written);
+            written.extend(profile.write(self.world(), self.region(), self.preset_name(), out)?);
         }
+        records.retain(|record| written.iter().all(|written| written.path != record.path));
+        records.extend(written);
         records.sort_by(|a, b| a.path.cmp(&b.path));
         let registry = || registry_file::write(self, journal, &records, out);
         let registry = watch.clock.time("finish registry.sqlite", registry)?;

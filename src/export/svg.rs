@@ -163,7 +163,7 @@ impl std::fmt::Display for Short {
 }
 
 /// A text with what XML means something by written otherwise.
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

@@ -23,8 +23,6 @@ pub(crate) enum Operation {
     Remove,
     /// To make a folder.
     Folder,
-    /// To start a thread that writes.
-    Thread,
 }
 
 /// Who decides whether something can be done.

@@ -12,7 +12,7 @@ use crate::grid::Grid;
 const STEP: i64 = 2;
 
 /// Each so manieth line is an index line.
-const INDEX: i64 = 5;
+pub(crate) const INDEX: i64 = 5;
 
 /// A line of one height, in pixels of the scale.
 pub(super) struct Contour {
@@ -32,54 +32,58 @@ impl Contour {
 /// The lines of one height, as [`contours`] has them: shores.
 pub(super) fn shores(heights: &Grid<f32>, area: Area, level_m: f32) -> Vec<Vec<[f64; 2]>> {
     let mut segments = Vec::new();
-    for_each_square(heights, area, |corners, at| square(corners, level_m, at, &mut segments));
-    let line = |chain: Vec<Edge>| chain.into_iter().map(|edge| crossing(heights, edge, level_m)).collect();
+    for_each_square(heights, area, STEP, |corners, at| square(corners, level_m, at, STEP, &mut segments));
+    let line = |chain: Vec<Edge>| chain.into_iter().map(|edge| in_pixels(heights, edge, level_m)).collect();
     chains(&segments).into_iter().map(line).collect()
 }
 
-/// Calls with the heights at the corners of each square of an area and around it, from the north-western one clockwise.
-fn for_each_square(heights: &Grid<f32>, area: Area, mut call: impl FnMut([f32; 4], [i64; 2])) {
-    let first = |at: i64| at.div_euclid(STEP) * STEP;
-    let last = |at: i64| (at - 1).div_euclid(STEP) * STEP + STEP;
-    for y in (first(area.y0)..last(area.y1)).step_by(STEP as usize) {
-        for x in (first(area.x0)..last(area.x1)).step_by(STEP as usize) {
-            call([[0, 0], [1, 0], [1, 1], [0, 1]].map(|[dx, dy]| heights.at(x + dx * STEP, y + dy * STEP)), [x, y]);
+/// Calls with the heights at the corners of each square of so many a side that lies in an area and around it, from the
+/// north-western one clockwise.
+fn for_each_square(heights: &Grid<f32>, area: Area, step: i64, mut call: impl FnMut([f32; 4], [i64; 2])) {
+    let first = |at: i64| at.div_euclid(step) * step;
+    let last = |at: i64| (at - 1).div_euclid(step) * step + step;
+    for y in (first(area.y0)..last(area.y1)).step_by(step as usize) {
+        for x in (first(area.x0)..last(area.x1)).step_by(step as usize) {
+            call([[0, 0], [1, 0], [1, 1], [0, 1]].map(|[dx, dy]| heights.at(x + dx * step, y + dy * step)), [x, y]);
         }
     }
 }
 
 /// An edge of a square: its western or northern end, and whether it runs south.
-type Edge = (i64, i64, bool);
+pub(crate) type Edge = (i64, i64, bool);
 
 /// The contours in an area and up to two pixels around it, given the heights at the middles of its pixels and of some
 /// around, and the metres between two lines.
 pub(super) fn contours(heights: &Grid<f32>, area: Area, interval_m: f64) -> Vec<Contour> {
+    let contour = |(number, chain): (i64, Vec<Edge>)| {
+        let level = (number as f64 * interval_m) as f32;
+        Contour { number, points: chain.into_iter().map(|edge| in_pixels(heights, edge, level)).collect() }
+    };
+    crossed(heights, area, STEP, interval_m).into_iter().map(contour).collect()
+}
+
+/// The contours through the squares, of so many a side, of an area, given the heights at their corners: how many intervals each is
+/// above 0 m, and the edges that it crosses, one after the other. Rings end where they begin.
+pub(crate) fn crossed(heights: &Grid<f32>, area: Area, step: i64, interval_m: f64) -> Vec<(i64, Vec<Edge>)> {
     let mut segments: HashMap<i64, Vec<[Edge; 2]>> = HashMap::new();
-    for_each_square(heights, area, |corners, at| {
+    for_each_square(heights, area, step, |corners, at| {
         let (low, high) = corners.iter().fold((f32::MAX, f32::MIN), |(low, high), &m| (low.min(m), high.max(m)));
         let from = (f64::from(low) / interval_m).ceil() as i64;
         for number in from..=(f64::from(high) / interval_m).floor() as i64 {
-            square(corners, (number as f64 * interval_m) as f32, at, segments.entry(number).or_default());
+            square(corners, (number as f64 * interval_m) as f32, at, step, segments.entry(number).or_default());
         }
     });
     let mut numbers: Vec<i64> = segments.keys().copied().collect();
     numbers.sort_unstable();
-    let mut lines = Vec::new();
-    for number in numbers {
-        let level = (number as f64 * interval_m) as f32;
-        for chain in chains(&segments[&number]) {
-            let points = chain.into_iter().map(|edge| crossing(heights, edge, level)).collect();
-            lines.push(Contour { number, points });
-        }
-    }
-    lines
+    let lines = |number: i64| chains(&segments[&number]).into_iter().map(move |chain| (number, chain));
+    numbers.into_iter().flat_map(lines).collect()
 }
 
 /// Adds the lines of a level through a square: from edge to edge.
-fn square(corners: [f32; 4], level: f32, [x, y]: [i64; 2], segments: &mut Vec<[Edge; 2]>) {
+fn square(corners: [f32; 4], level: f32, [x, y]: [i64; 2], step: i64, segments: &mut Vec<[Edge; 2]>) {
     let above = corners.map(|corner| corner >= level);
     // Northern, eastern, southern and western edge.
-    let edges = [(x, y, false), (x + STEP, y, true), (x, y + STEP, false), (x, y, true)];
+    let edges = [(x, y, false), (x + step, y, true), (x, y + step, false), (x, y, true)];
     let crossed: Vec<usize> = (0..4).filter(|edge| above[*edge] != above[(edge + 1) % 4]).collect();
     match crossed[..] {
         [one, other] => segments.push([edges[one], edges[other]]),
@@ -95,13 +99,18 @@ fn square(corners: [f32; 4], level: f32, [x, y]: [i64; 2], segments: &mut Vec<[E
 }
 
 /// Where a level crosses an edge, in pixels.
-fn crossing(heights: &Grid<f32>, (x, y, south): Edge, level: f32) -> [f64; 2] {
-    let end = if south { [x, y + STEP] } else { [x + STEP, y] };
-    let (from, to) = (f64::from(heights.at(x, y)), f64::from(heights.at(end[0], end[1])));
-    let share = (f64::from(level) - from) / (to - from) * STEP as f64;
+fn in_pixels(heights: &Grid<f32>, (x, y, south): Edge, level: f32) -> [f64; 2] {
+    let share = share(heights, (x, y, south), STEP, level) * STEP as f64;
     let [east, down] = if south { [0.0, share] } else { [share, 0.0] };
     // A pixel's height is that of its middle.
     [x as f64 + 0.5 + east, y as f64 + 0.5 + down]
+}
+
+/// How far along an edge, of so many, a level crosses it: a share of it.
+pub(crate) fn share(heights: &Grid<f32>, (x, y, south): Edge, step: i64, level: f32) -> f64 {
+    let end = if south { [x, y + step] } else { [x + step, y] };
+    let (from, to) = (f64::from(heights.at(x, y)), f64::from(heights.at(end[0], end[1])));
+    (f64::from(level) - from) / (to - from)
 }
 
 /// Segments joined into lines as long as they can be; a ring ends where it begins.
@@ -142,7 +151,7 @@ const MOST: f64 = 150.0;
 
 /// Metres between two contours for a scale, about so many millimetres apart on land that rises so many metres a metre ahead, and
 /// so many metres from the lowest to the highest.
-pub(super) fn interval_m(denominator: f64, spacing_mm: f64, steepness: f64, range_m: f64) -> f64 {
+pub(crate) fn interval_m(denominator: f64, spacing_mm: f64, steepness: f64, range_m: f64) -> f64 {
     let least_m = (spacing_mm * denominator / 1000.0 * steepness).max(range_m / MOST);
     let power = libm::pow(10.0, libm::floor(libm::log10(least_m)));
     [1.0, 2.0, 5.0, 10.0].map(|step| step * power).into_iter().find(|step| *step >= least_m * 0.8).unwrap_or(least_m)

@@ -20,7 +20,7 @@ pub mod atlas;
 pub(crate) mod colour;
 mod canvas;
 mod chart;
-mod contour;
+pub(crate) mod contour;
 mod drawing;
 mod generalise;
 mod houses;

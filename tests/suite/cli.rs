@@ -826,8 +826,9 @@ fn the_manifest_names_every_file_with_its_size_and_hash() {
     let exports = format!("{REGION_EXPORTS},{TILE_EXPORTS},hashes,vector,geojson");
     desk.done(&["bake", "small.toml", "--at", "-2,7", "--size", "3x2", "--out", "o", "--export", &exports, "-q"]);
     let manifest = desk.manifest("o");
-    // Region: height, exr, two of r16, two of blend, normal, map, as many a tile; then hashes, registry, three of vectors.
-    assert_eq!(manifest.files.len(), 8 + 8 * 6 + 5);
+    // Region: height, exr, two of r16, two of blend, normal, map, as many a tile; beside those of the region but r16 what GIS
+    // reads, two beside each PNG and one beside the EXR; then hashes, registry, five of vectors.
+    assert_eq!(manifest.files.len(), 8 + 11 + 8 * 6 + 7);
     for file in &manifest.files {
         let content = fs::read(desk.path("o").join(&file.path)).unwrap();
         assert_eq!(file.bytes, content.len() as u64, "{}", file.path);
@@ -915,13 +916,15 @@ fn overwrite_replaces_the_bake_and_keeps_what_is_not_its_own() {
     desk.write("o/map/sketch.png", "mine too");
     desk.refused(&common, &["--overwrite"]);
     desk.done(&[&common[..], &["--overwrite", "--seed", "2", "--export", "height,normal"]].concat());
-    let expected =
-        ["bake.json", "height/height.png", "map/sketch.png", "normal/normal.png", "notes.txt", "registry.sqlite"];
-    assert_eq!(files_in(&desk.path("o")), expected.map(String::from).into());
+    let made =
+        ["height/height", "normal/normal"].map(|stem| ["pgw", "png", "png.aux.xml"].map(|it| format!("{stem}.{it}")));
+    let made = [made.concat(), vec!["registry.sqlite".into()]].concat();
+    let others = ["bake.json", "map/sketch.png", "notes.txt"].map(String::from);
+    assert_eq!(files_in(&desk.path("o")), made.iter().cloned().chain(others).collect());
     assert_ne!(fs::read(desk.path("o/height/height.png")).unwrap(), first);
     assert_eq!(fs::read_to_string(desk.path("o/map/sketch.png")).unwrap(), "mine too");
     let listed: Vec<_> = desk.manifest("o").files.into_iter().map(|file| file.path).collect();
-    assert_eq!(listed, ["height/height.png", "normal/normal.png", "registry.sqlite"]);
+    assert_eq!(listed, made);
 }
 
 #[test]

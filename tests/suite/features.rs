@@ -27,8 +27,8 @@ fn region(world: &World, x: i64, y: i64, cols: u64, rows: u64) -> Region {
     Region::new(TileId { x, y }, cols, rows, world.tile_cells()).unwrap()
 }
 
-/// Eight of vectors, the registry and the manifest.
-const FILES: usize = 10;
+/// Ten of vectors, the registry and the manifest.
+const FILES: usize = 12;
 
 fn package(out: &Path) -> Connection {
     Connection::open(out.join("vector/vector.gpkg")).unwrap()
@@ -146,7 +146,7 @@ fn both_formats_hold_the_features_that_touch_the_region() {
                   (SELECT * FROM gpkg_geometry_columns ORDER BY rowid)";
     let shapes: String = database.query_row(shapes, (), |row| row.get(0)).unwrap();
     let expected = "rivers LINESTRING 1, lakes POLYGON 0, coast LINESTRING 0, peaks POINT 0, sites POINT 0, \
-                    roads LINESTRING 1, crossings POINT 0, tiles POLYGON 0";
+                    roads LINESTRING 1, crossings POINT 0, contours LINESTRING 0, tiles POLYGON 0";
     assert_eq!(shapes, expected);
     // What a reader of the text looks for.
     let river = &features(folder.path(), "rivers")[0];

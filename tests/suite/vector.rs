@@ -31,8 +31,8 @@ fn world(text: &str) -> World {
     World::new(Preset::parse("test", text).unwrap(), Some(3)).unwrap()
 }
 
-/// Three of vectors, the registry and the manifest.
-const FILES: usize = 5;
+/// Five of vectors, the registry and the manifest.
+const FILES: usize = 7;
 
 /// The geometries of a layer in the order of the file, by owner.
 fn layer(out: &Path, name: &str) -> Vec<(TileId, Vec<u8>)> {

@@ -127,8 +127,15 @@ pub(super) fn admit(path: &Path, mode: Mode, plan: &Plan<'_>) -> Result<Option<B
             same(Some(there), &all, hint)?;
         }
         (Mode::Add, Found::Bake(there)) => {
-            let reads_meshes = there.as_ref().is_some_and(|there| there.has_meshes());
-            let counts = |key: &str| !["exports", "profile"].contains(&key) && (key != "meshes" || reads_meshes);
+            // What none of the files that are there was written by may be another one now.
+            let reads = |option: &str| there.as_ref().is_some_and(|there| there.reads(option));
+            let counts = |key: &str| match key {
+                "exports" | "profile" => false,
+                "meshes" => reads("--lod"),
+                "vectors" => reads("--clip"),
+                "height_range" => reads("--height-range"),
+                _ => true,
+            };
             same(there.as_deref(), &counts, "give what that was baked with, but for --export, or leave out --add")?;
             if there.as_ref().is_some_and(|there| plan.exports().iter().all(|export| there.has(*export))) {
                 return Err(refuse("has all these exports already".into(), "look at it with terrane info"));

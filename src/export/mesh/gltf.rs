@@ -118,7 +118,7 @@ pub(crate) struct GltfSink<'a> {
 impl<'a> GltfSink<'a> {
     /// Begins the files in the folder of the bake.
     pub fn create(world: &'a World, region: Region, options: &MeshOptions, out: &Path) -> Result<GltfSink<'a>, Error> {
-        let painter = |name, quantity| (name, Painter::new(world, quantity, Encoding::Png));
+        let painter = |name, quantity| (name, Painter::new(world, quantity, Encoding::Png, world.height_range_m()));
         let regions = options.lods.all().iter().map(|lod| RegionFile::create(*lod, out));
         Ok(GltfSink {
             modeller: Modeller::new(world, region, options, options.quantized),

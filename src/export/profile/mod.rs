@@ -110,7 +110,7 @@ const HTERRAIN: [Image; 3] = [
 ];
 
 const fn engine(name: &'static str, about: &'static str, tiles: bool, images: &'static [Image]) -> Rasters {
-    Rasters { name, about, tiles, images }
+    Rasters { name, about, tiles, placed: false, images }
 }
 
 /// The formats that nothing but a profile of the same name can ask for.

@@ -222,7 +222,8 @@ fn terrain3d(region: &Region, numbers: &Numbers) -> String {
 }
 
 fn hterrain(world: &World, region: &Region, numbers: &Numbers) -> String {
-    let ((min_m, max_m), scale) = (whole_range_m(world), hterrain_scale(world));
+    let range_m = world.height_range_m();
+    let ((min_m, max_m), scale) = (whole_range_m(range_m), hterrain_scale(range_m));
     let spacing = typed(numbers.spacing_m);
     let stretched = match scale {
         1.0 => "",

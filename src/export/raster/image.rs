@@ -13,6 +13,8 @@ pub(crate) struct Image {
     pub encoding: Encoding,
     /// One a tile, or one of the region.
     pub tiles: bool,
+    /// Whether files beside it say to GIS where it lies.
+    pub placed: bool,
     pub layout: Layout,
 }
 
@@ -23,6 +25,29 @@ pub(crate) struct Layout {
     pub edge: Edge,
     /// Of images of tiles; those of a region are written from the north.
     pub rows: RowOrder,
+}
+
+/// A small file beside a raster that says what the raster does not say itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Beside {
+    /// What bare samples are.
+    Json,
+    /// Where a picture lies, for nearly all GIS.
+    WorldFile,
+    /// That, on which plane, and what its values mean, for what reads with GDAL.
+    Auxiliary,
+}
+
+impl Beside {
+    /// Its path, beside a raster.
+    pub fn path(self, raster: &str) -> String {
+        match self {
+            Beside::Json => format!("{raster}.json"),
+            // First and last letter of the ending, and a w.
+            Beside::WorldFile => raster.strip_suffix("png").expect("pictures are PNGs").to_owned() + "pgw",
+            Beside::Auxiliary => format!("{raster}.aux.xml"),
+        }
+    }
 }
 
 /// How the file of a tile is named after its place in the region.
@@ -64,7 +89,7 @@ impl Image {
     /// An image of a region, as it lies when no engine has asked for anything else.
     pub const fn new(stem: &'static str, quantity: Quantity, encoding: Encoding) -> Image {
         let layout = Layout { naming: Naming::Marked, edge: Edge::Shared, rows: RowOrder::FromNorth };
-        Image { stem, quantity, encoding, tiles: false, layout }
+        Image { stem, quantity, encoding, tiles: false, placed: false, layout }
     }
 
     /// Without the vertices that tiles share.
@@ -93,6 +118,16 @@ impl Image {
         };
         let [east, other] = self.layout.naming.marks();
         format!("{stem}{east}{col}{other}{row}.{extension}")
+    }
+
+    /// What stands beside it.
+    pub const fn beside(&self) -> &'static [Beside] {
+        match (self.encoding, self.placed) {
+            (Encoding::R16, _) => &[Beside::Json],
+            (Encoding::Png, true) => &[Beside::WorldFile, Beside::Auxiliary],
+            (Encoding::Exr, true) => &[Beside::Auxiliary],
+            _ => &[],
+        }
     }
 
     /// Width and height of an image of the whole region.

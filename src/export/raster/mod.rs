@@ -2,21 +2,31 @@
 //!
 //! ```text
 //!   quantity.rs   tile -> samples of what is shown     image.rs   which quantity, under which name, how it lies there
-//!   sinks.rs      tiles, image -> files                writer.rs  samples -> PNG, OpenEXR, bare, row by row
+//!   sinks.rs      tiles, image -> files                writer.rs  samples -> PNG, bare, row by row;  exr.rs  OpenEXR
+//!   cog.rs        tiles, image -> GeoTIFF              tiff.rs    tags -> directories
+//!   facts.rs      what a file says of itself           auxiliary.rs   what one beside it says to GIS
+//!   statistics.rs   samples -> their range and mean
 //! ```
 
 pub(super) mod writer;
 pub(super) mod quantity;
 pub(super) mod image;
+mod auxiliary;
+mod cog;
+mod exr;
+mod facts;
 mod sinks;
+mod statistics;
+mod tiff;
 
 use std::path::Path;
 
 use crate::area::{Place, Region};
 use crate::bake::Sink;
 use crate::error::Error;
-use crate::export::format::{Format, FormatCost, Lack, RECORD_BYTES, Request, folder};
-use crate::export::raster::image::Image;
+use crate::export::format::{Format, FormatCost, Lack, RECORD_BYTES, Request, file_name, folder};
+use crate::export::raster::cog::CogRaster;
+use crate::export::raster::image::{Beside, Image};
 use crate::export::raster::quantity::Quantity;
 use crate::export::raster::sinks::{RegionRaster, TileRasters};
 use crate::export::raster::writer::Encoding;
@@ -28,6 +38,8 @@ pub(crate) struct Rasters {
     pub about: &'static str,
     /// One file each for the region, or with `tiles` one each a tile.
     pub tiles: bool,
+    /// Whether files beside those of the region say to GIS where they lie.
+    pub placed: bool,
     pub images: &'static [Image],
 }
 
@@ -45,17 +57,29 @@ const COLOUR: &[Image] = &[Image::new("colour/colour", Quantity::Colour, Encodin
 const WATER: &[Image] = &[Image::new("water/water", Quantity::Water, Encoding::Png)];
 const DEPTH: &[Image] = &[Image::new("water/depth", Quantity::WaterDepth, Encoding::Exr)];
 const FLOW: &[Image] = &[Image::new("water/flow", Quantity::Flow, Encoding::Exr)];
+/// The same as GeoTIFFs.
+const HEIGHT_TIFF: &[Image] = &[Image::new("height/height", Quantity::HeightMetres, Encoding::GeoTiff)];
+const NORMAL_TIFF: &[Image] = &[Image::new("normal/normal", Quantity::Normal, Encoding::GeoTiff)];
+const MAP_TIFF: &[Image] = &[Image::new("map/map", Quantity::Map, Encoding::GeoTiff)];
+const COLOUR_TIFF: &[Image] = &[Image::new("colour/colour", Quantity::Colour, Encoding::GeoTiff)];
+const WATER_TIFF: &[Image] = &[Image::new("water/water", Quantity::Water, Encoding::GeoTiff)];
+const DEPTH_TIFF: &[Image] = &[Image::new("water/depth", Quantity::WaterDepth, Encoding::GeoTiff)];
+const FLOW_TIFF: &[Image] = &[Image::new("water/flow", Quantity::Flow, Encoding::GeoTiff)];
+const BLEND_TIFF: &[Image] = &[
+    Image::new("blend/blend_ground", Quantity::GroundWeights, Encoding::GeoTiff),
+    Image::new("blend/blend_cover", Quantity::CoverWeights, Encoding::GeoTiff),
+];
 
 const fn region(name: &'static str, about: &'static str, images: &'static [Image]) -> Rasters {
-    Rasters { name, about, tiles: false, images }
+    Rasters { name, about, tiles: false, placed: true, images }
 }
 
 const fn tiles(name: &'static str, about: &'static str, images: &'static [Image]) -> Rasters {
-    Rasters { name, about, tiles: true, images }
+    Rasters { name, about, tiles: true, placed: false, images }
 }
 
 /// The rasters that can be asked for by name.
-pub(super) static NAMED: [Rasters; 20] = [
+pub(super) static NAMED: [Rasters; 28] = [
     region("height", "16-bit grey PNG of the region, over the world's height range", HEIGHT),
     tiles("height-tiles", "the same, a PNG a tile", HEIGHT),
     region("exr", "heights in metres as 32-bit float OpenEXR", METRES),
@@ -76,7 +100,44 @@ pub(super) static NAMED: [Rasters; 20] = [
     tiles("depth-tiles", "the same, an EXR a tile", DEPTH),
     region("flow", "discharge of the rivers in m3/s as 32-bit float OpenEXR", FLOW),
     tiles("flow-tiles", "the same, an EXR a tile", FLOW),
+    region(
+        "geotiff",
+        "heights in metres as 32-bit float GeoTIFF for GIS: cloud-optimised, with overviews",
+        HEIGHT_TIFF,
+    ),
+    region("blend-geotiff", "the two images of blend as GeoTIFFs", BLEND_TIFF),
+    region("normal-geotiff", "the normal map as a GeoTIFF", NORMAL_TIFF),
+    region("map-geotiff", "the picture of map as a GeoTIFF", MAP_TIFF),
+    region("colour-geotiff", "the colour of the ground as a GeoTIFF", COLOUR_TIFF),
+    region("water-geotiff", "where water is, as a GeoTIFF", WATER_TIFF),
+    region("depth-geotiff", "depth of the water in metres as 32-bit float GeoTIFF", DEPTH_TIFF),
+    region("flow-geotiff", "discharge of the rivers in m3/s as 32-bit float GeoTIFF", FLOW_TIFF),
 ];
+
+/// A raster of the region that GIS can place.
+pub(super) struct Layer {
+    pub name: &'static str,
+    /// In the folder of the bake.
+    pub path: String,
+    pub channels: usize,
+}
+
+/// The rasters of the region that GIS can place among those of some exports: of what several show, the GeoTIFF.
+pub(super) fn layers<'a>(exports: impl Iterator<Item = &'a str>) -> Vec<Layer> {
+    let exports: Vec<&str> = exports.collect();
+    let placed = |format: &&Rasters| format.placed && exports.contains(&format.name);
+    let images = NAMED.iter().filter(placed).flat_map(Rasters::images);
+    // GDAL reads OpenEXR in few of its builds.
+    let mut images: Vec<Image> =
+        images.filter(|image| [Encoding::GeoTiff, Encoding::Png].contains(&image.encoding)).collect();
+    images.sort_by_key(|image| (image.stem, image.encoding != Encoding::GeoTiff));
+    images.dedup_by_key(|image| image.stem);
+    let layer = |image: &Image| {
+        let path = format!("{}.{}", image.stem, image.encoding.extension());
+        Layer { name: file_name(image.stem), path, channels: image.quantity.channels().len() }
+    };
+    images.iter().map(layer).collect()
+}
 
 /// What headers, checksums and incompressible blocks add to raw samples: fdeflate's fixed code stretches noise by
 /// less than an eighth.
@@ -87,7 +148,7 @@ fn encoded_at_most(raw: u64, rows: u64) -> u64 {
 impl Rasters {
     fn images(&self) -> impl Iterator<Item = Image> {
         // The table shares the images of a region with those of its tiles.
-        self.images.iter().map(|image| Image { tiles: self.tiles, ..*image })
+        self.images.iter().map(|image| Image { tiles: self.tiles, placed: self.placed, ..*image })
     }
 
     fn cost_of(image: &Image, region: &Region) -> FormatCost {
@@ -98,15 +159,22 @@ impl Rasters {
             false => (1, image.size(region)),
         };
         let samples = width.saturating_mul(height).saturating_mul(image.encoding.copies());
-        let file = encoded_at_most(samples.saturating_mul(bytes), height);
-        // A sidecar is about as long as its entry in the manifest.
-        let sidecars = u64::from(image.encoding.has_sidecar());
+        let file = match image.encoding {
+            Encoding::GeoTiff => CogRaster::disk_bytes((width, height), image.quantity.sample()),
+            _ => encoded_at_most(samples.saturating_mul(bytes), height),
+        };
+        // One is about as long as its entry in the manifest, or four times that.
+        let beside = image.beside().len() as u64;
         FormatCost {
-            files: count.saturating_mul(1 + sidecars),
-            disk_bytes: file.saturating_add(RECORD_BYTES * (1 + 2 * sidecars)).saturating_mul(count),
+            files: count.saturating_mul(1 + beside),
+            disk_bytes: file.saturating_add(RECORD_BYTES * (1 + 5 * beside)).saturating_mul(count),
             // A raster of the region waits for its whole row of tiles; one of a tile is written by the thread that made
             // it.
             kept_a_vertex: if image.tiles { 0 } else { bytes },
+            held_bytes: match image.encoding {
+                Encoding::GeoTiff => CogRaster::held_bytes(width, image.quantity.sample()),
+                _ => 0,
+            },
             tile_file_bytes: if image.tiles { file } else { 0 },
             drawn_a_vertex: if image.quantity == Quantity::Map { DRAWN_BYTES } else { 0 },
             ..FormatCost::default()
@@ -156,6 +224,10 @@ impl Format for Rasters {
         })
     }
 
+    fn options(&self) -> &'static [&'static str] {
+        if self.images.iter().any(|image| image.quantity.is_steps()) { &["--height-range"] } else { &[] }
+    }
+
     fn folders(&self) -> Vec<&'static str> {
         self.images.iter().map(|image| folder(image.stem)).collect()
     }
@@ -167,7 +239,8 @@ impl Format for Rasters {
     fn rasters_of(&self, region: &Region, place: Place) -> Vec<String> {
         let files = self.images().flat_map(|image| {
             let file = image.file(region, image.tiles.then_some(place));
-            let sidecar = image.encoding.has_sidecar().then(|| format!("{file}.json"));
+            // Of what says where one lies nobody wants to know.
+            let sidecar = image.beside().contains(&Beside::Json).then(|| Beside::Json.path(&file));
             [file].into_iter().chain(sidecar)
         });
         files.collect()
@@ -180,11 +253,11 @@ impl Format for Rasters {
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
-        let Request { world, region, .. } = *request;
         let sink = |image: Image| -> Result<Box<dyn Sink + 'a>, Error> {
-            match image.tiles {
-                true => Ok(Box::new(TileRasters::create(world, region, self.name, image, out))),
-                false => Ok(Box::new(RegionRaster::create(world, region, self.name, image, out)?)),
+            match (image.encoding, image.tiles) {
+                (Encoding::GeoTiff, _) => Ok(Box::new(CogRaster::create(request, self.name, image, out)?)),
+                (_, true) => Ok(Box::new(TileRasters::create(request, self.name, image, out))),
+                (_, false) => Ok(Box::new(RegionRaster::create(request, self.name, image, out)?)),
             }
         };
         self.images().map(sink).collect()

@@ -49,6 +49,57 @@ impl Quantity {
         }
     }
 
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Quantity::Height16 | Quantity::Height16Whole | Quantity::HeightMetres => "height",
+            Quantity::Weight(material) => material.name(),
+            Quantity::Control => "control map",
+            Quantity::GroundWeights => "weights of the ground",
+            Quantity::CoverWeights => "weights of the cover",
+            Quantity::Normal => "normals",
+            Quantity::Map => "map",
+            Quantity::Colour => "colour of the ground",
+            Quantity::Water => "kind of water",
+            Quantity::WaterDepth => "depth of the water",
+            Quantity::Flow => "discharge",
+        }
+    }
+
+    /// Whether its samples are steps over a range of heights.
+    pub fn is_steps(self) -> bool {
+        matches!(self, Quantity::Height16 | Quantity::Height16Whole)
+    }
+
+    /// The unit of what it shows, as GIS writes it.
+    pub fn unit(self) -> Option<&'static str> {
+        match self {
+            Quantity::Height16 | Quantity::Height16Whole | Quantity::HeightMetres | Quantity::WaterDepth => Some("m"),
+            Quantity::Flow => Some("m3/s"),
+            _ => None,
+        }
+    }
+
+    /// How a smaller copy of a raster of it comes about.
+    pub fn reduction(self) -> Reduction {
+        match self {
+            Quantity::Water => Reduction::Commonest,
+            // A mean would have rivers fade away, which are a pixel wide.
+            Quantity::WaterDepth | Quantity::Flow => Reduction::Greatest,
+            _ => Reduction::Mean,
+        }
+    }
+
+    /// The value of pixels that have nothing of it.
+    pub fn no_data(self) -> Option<f32> {
+        match self {
+            // No vertex is without a height, but what cuts or turns such a raster wants a value for what is not in it.
+            Quantity::HeightMetres => Some(f32::NAN),
+            Quantity::WaterDepth | Quantity::Flow => Some(0.0),
+            _ => None,
+        }
+    }
+
     /// Whether it is for the eye; all else is data.
     pub fn is_colour(self) -> bool {
         matches!(self, Quantity::Map | Quantity::Colour)
@@ -85,6 +136,64 @@ impl Quantity {
     }
 }
 
+/// What four pixels become in a copy of half the size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reduction {
+    Mean,
+    Greatest,
+    /// What most of them are; of as many the greater.
+    Commonest,
+}
+
+impl Reduction {
+    /// The row that two rows become; where their width is odd, the last pixel is its own neighbour.
+    pub fn reduce(self, sample: Sample, upper: &[u8], lower: &[u8]) -> Vec<u8> {
+        let bytes = sample.bytes();
+        let width = upper.len() / bytes;
+        let mut reduced = Vec::with_capacity(width.div_ceil(2) * bytes);
+        for west in (0..width).step_by(2) {
+            let east = (west + 1).min(width - 1);
+            let four = [(upper, west), (upper, east), (lower, west), (lower, east)]
+                .map(|(row, at)| &row[at * bytes..][..bytes]);
+            match sample {
+                Sample::Float32 => {
+                    let four = four.map(|pixel| f32::from_le_bytes(pixel.try_into().expect("a float has four bytes")));
+                    reduced.extend(self.of_floats(four).to_le_bytes());
+                }
+                Sample::Grey16 => {
+                    let four = four.map(|pixel| u16::from_be_bytes([pixel[0], pixel[1]]));
+                    reduced.extend(self.of_numbers(four.map(u32::from)).to_be_bytes().into_iter().skip(2));
+                }
+                Sample::Grey8 | Sample::Rgb8 | Sample::Rgba8 => {
+                    let channels =
+                        (0..bytes).map(|channel| self.of_numbers(four.map(|pixel| u32::from(pixel[channel]))) as u8);
+                    reduced.extend(channels);
+                }
+            }
+        }
+        reduced
+    }
+
+    fn of_floats(self, [a, b, c, d]: [f32; 4]) -> f32 {
+        match self {
+            Reduction::Mean => ((a + b) + (c + d)) * 0.25,
+            Reduction::Greatest | Reduction::Commonest => a.max(b).max(c.max(d)),
+        }
+    }
+
+    fn of_numbers(self, four: [u32; 4]) -> u32 {
+        let [a, b, c, d] = four;
+        match self {
+            Reduction::Mean => (a + b + c + d + 2) / 4,
+            Reduction::Greatest => a.max(b).max(c).max(d),
+            Reduction::Commonest => {
+                let times = |value: u32| four.iter().filter(|other| **other == value).count();
+                four.into_iter().max_by_key(|value| (times(*value), *value)).expect("there are four")
+            }
+        }
+    }
+}
+
 /// Turns tiles into rows of samples.
 pub(crate) struct Painter {
     quantity: Quantity,
@@ -94,14 +203,14 @@ pub(crate) struct Painter {
 }
 
 impl Painter {
-    /// Paints a quantity as an encoding has it.
-    pub fn new(world: &World, quantity: Quantity, encoding: Encoding) -> Painter {
+    /// Paints a quantity as an encoding has it, 16-bit heights as steps over a range.
+    pub fn new(world: &World, quantity: Quantity, encoding: Encoding, range_m: (f32, f32)) -> Painter {
         Painter {
             quantity,
             encoding,
             range_m: match quantity {
-                Quantity::Height16Whole => whole_range_m(world),
-                _ => world.height_range_m(),
+                Quantity::Height16Whole => whole_range_m(range_m),
+                _ => range_m,
             },
             map: (quantity == Quantity::Map).then(|| MapPainter::new(world)),
         }
@@ -150,11 +259,10 @@ impl Painter {
             }
             Quantity::Control => {
                 for (x, bytes) in (x0..).zip(row.as_chunks_mut().0) {
-                    *bytes = control(Material::ALL.map(|material| tile.blend().weight(material, x, y))).to_ne_bytes();
+                    *bytes = control(Material::ALL.map(|material| tile.blend().weight(material, x, y))).to_le_bytes();
                 }
             }
-            // Floats go to the writer in the machine's own order, and OpenEXR's library puts them right.
-            Quantity::HeightMetres => row.copy_from_slice(bytemuck::cast_slice(heights)),
+            Quantity::HeightMetres => copy_floats(heights, row),
             Quantity::GroundWeights => copy_words(tile.blend().ground().row(y, x0, x1), row),
             Quantity::CoverWeights => copy_words(tile.blend().cover().row(y, x0, x1), row),
             Quantity::Normal => {
@@ -177,8 +285,8 @@ impl Painter {
                     };
                 }
             }
-            Quantity::WaterDepth => row.copy_from_slice(bytemuck::cast_slice(water(tile).depth_m.row(y, x0, x1))),
-            Quantity::Flow => row.copy_from_slice(bytemuck::cast_slice(water(tile).flow_m3s.row(y, x0, x1))),
+            Quantity::WaterDepth => copy_floats(water(tile).depth_m.row(y, x0, x1), row),
+            Quantity::Flow => copy_floats(water(tile).flow_m3s.row(y, x0, x1), row),
         }
     }
 
@@ -190,10 +298,10 @@ impl Painter {
     }
 }
 
-/// The world's height range rounded out: HTerrain's dialog takes heights from -2000 to 2000 m, and each multiple of the
-/// scale that brings a range into it is a whole number there.
-pub(crate) fn whole_range_m(world: &World) -> (f32, f32) {
-    let ((min_m, max_m), scale) = (world.height_range_m(), hterrain_scale(world));
+/// A height range rounded out: HTerrain's dialog takes heights from -2000 to 2000 m, and each multiple of the scale that
+/// brings a range into it is a whole number there.
+pub(crate) fn whole_range_m((min_m, max_m): (f32, f32)) -> (f32, f32) {
+    let scale = hterrain_scale((min_m, max_m));
     let (low, mut high) = ((min_m / scale).floor(), (max_m / scale).ceil());
     // A flat world's range would have no steps at all.
     if low == high {
@@ -203,8 +311,7 @@ pub(crate) fn whole_range_m(world: &World) -> (f32, f32) {
 }
 
 /// By how much HTerrain must stretch heights: 1, or as much more as brings them into its dialog.
-pub(crate) fn hterrain_scale(world: &World) -> f32 {
-    let (min_m, max_m) = world.height_range_m();
+pub(crate) fn hterrain_scale((min_m, max_m): (f32, f32)) -> f32 {
     (min_m.abs().max(max_m.abs()) / 2000.0).ceil().max(1.0)
 }
 
@@ -223,6 +330,12 @@ fn control(weights: [u8; Material::ALL.len()]) -> u32 {
     let both = most + second;
     let blend = (second * 255 + both / 2) / both;
     (order[0] as u32) << 27 | (order[1] as u32) << 22 | blend << 14
+}
+
+fn copy_floats(floats: &[f32], row: &mut [u8]) {
+    for (float, bytes) in floats.iter().zip(row.as_chunks_mut().0) {
+        *bytes = float.to_le_bytes();
+    }
 }
 
 fn copy_words(words: &[u32], row: &mut [u8]) {

@@ -8,31 +8,70 @@ use serde::Serialize;
 use crate::area::{Place, Region, TileId};
 use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
-use crate::export::format::file_name;
+use crate::export::format::{Request, file_name};
+use crate::export::georeference::{Georeference, Plane};
 use crate::export::locked;
-use crate::export::raster::image::{Image, RowOrder};
+use crate::export::raster::auxiliary::auxiliary;
+use crate::export::raster::facts::{Facts, Shown};
+use crate::export::raster::image::{Beside, Image, RowOrder};
 use crate::export::raster::quantity::Painter;
-use crate::export::raster::writer::RasterWriter;
-use crate::file::write_whole;
+use crate::export::raster::statistics::Statistics;
+use crate::export::raster::writer::{Form, RasterWriter};
+use crate::file::{Finished, write_whole};
 use crate::stop;
 use crate::tile::Tile;
 use crate::watch::Watch;
-use crate::world::World;
 
 /// An image of a format, and what all its files have in common.
-struct Drawing {
+pub(super) struct Drawing {
     export: &'static str,
-    image: Image,
-    painter: Painter,
-    region: Region,
+    pub image: Image,
+    pub painter: Painter,
+    pub region: Region,
+    pub plane: Plane,
+    shown: Shown,
     spacing_m: f64,
-    out: PathBuf,
+    pub out: PathBuf,
 }
 
 impl Drawing {
-    fn new(world: &World, region: Region, export: &'static str, image: Image, out: &Path) -> Drawing {
-        let painter = Painter::new(world, image.quantity, image.encoding);
-        Drawing { export, image, painter, region, spacing_m: world.spacing_m(), out: out.to_owned() }
+    pub fn new(request: &Request, export: &'static str, image: Image, out: &Path) -> Drawing {
+        let Request { name, world, region, .. } = *request;
+        let shown = Shown { preset_name: name.to_owned(), seed: world.seed(), region };
+        Drawing {
+            export,
+            image,
+            painter: Painter::new(world, image.quantity, image.encoding, request.height_range_m),
+            region,
+            plane: Plane::new(name, world.seed()),
+            shown,
+            spacing_m: world.spacing_m(),
+            out: out.to_owned(),
+        }
+    }
+
+    /// Where the pixels of the region's file, or of a tile's, lie.
+    pub fn georeference(&self, tile: Option<TileId>) -> Georeference {
+        let area = tile.unwrap_or(self.region.at()).area(self.region.tile_cells());
+        Georeference::of_vertices([area.x0, area.y0], self.spacing_m)
+    }
+
+    /// What such a file says of itself.
+    pub fn facts(&self, tile: Option<TileId>) -> Facts {
+        let quantity = self.image.quantity;
+        let range_m = quantity.is_steps().then(|| self.painter.range_m());
+        Facts::new(&self.shown, quantity, tile, self.georeference(tile), range_m)
+    }
+
+    /// What the manifest says of a finished file.
+    pub fn record(&self, file: &RasterFile, finished: Finished) -> FileRecord {
+        FileRecord {
+            width: Some(file.width),
+            height: Some(file.height),
+            channels: self.image.quantity.channels().iter().map(ToString::to_string).collect(),
+            tile: file.tile,
+            ..FileRecord::new(file.path.clone(), self.export, finished)
+        }
     }
 }
 
@@ -40,23 +79,22 @@ impl Drawing {
 pub(crate) struct RegionRaster {
     drawing: Drawing,
     file: RasterFile,
-    writer: Mutex<Option<RasterWriter>>,
+    under_way: Mutex<Option<UnderWay>>,
+}
+
+/// What of it is written, and what that has shown.
+struct UnderWay {
+    writer: RasterWriter,
+    statistics: Statistics,
 }
 
 impl RegionRaster {
     /// Begins the raster in the folder of the bake.
-    pub fn create(
-        world: &World,
-        region: Region,
-        export: &'static str,
-        image: Image,
-        out: &Path,
-    ) -> Result<RegionRaster, Error> {
-        let drawing = Drawing::new(world, region, export, image, out);
-        let (width, height) = image.size(&region);
-        let file = RasterFile { path: image.file(&region, None), width, height, tile: None };
-        let writer = Mutex::new(Some(file.begin(&drawing)?));
-        Ok(RegionRaster { drawing, file, writer })
+    pub fn create(request: &Request, export: &'static str, image: Image, out: &Path) -> Result<RegionRaster, Error> {
+        let drawing = Drawing::new(request, export, image, out);
+        let file = RasterFile::of_region(&drawing);
+        let under_way = UnderWay { writer: file.begin(&drawing)?, statistics: Statistics::default() };
+        Ok(RegionRaster { drawing, file, under_way: Mutex::new(Some(under_way)) })
     }
 }
 
@@ -66,14 +104,44 @@ impl Sink for RegionRaster {
     }
 
     fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
-        let (cols, rows) = self.drawing.image.owned(&self.drawing.region, place);
-        Ok(Kept { piece: self.drawing.painter.paint(tile, cols, rows), files: Vec::new() })
+        Ok(self.drawing.piece(tile, place))
     }
 
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
-        let mut writer = locked(&self.writer);
-        let writer = writer.as_mut().expect("rows come before the end");
-        let (_, rows) = self.drawing.image.owned(&self.drawing.region, Place { row, col: 0 });
+        let mut under_way = locked(&self.under_way);
+        let UnderWay { writer, statistics } = under_way.as_mut().expect("rows come before the end");
+        let quantity = self.drawing.image.quantity;
+        // What looks at a raster alone stretches its greys over their range, and would measure it.
+        let is_measured = !self.drawing.image.beside().is_empty() && quantity.sample().is_grey();
+        self.drawing.lines(row, pieces, |line| {
+            if is_measured {
+                statistics.add(line, quantity.sample());
+            }
+            writer.write_rows(line)
+        })
+    }
+
+    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
+        let UnderWay { writer, statistics } = locked(&self.under_way).take().expect("a sink ends once");
+        self.file.end(&self.drawing, writer, Some(&statistics))
+    }
+}
+
+impl Drawing {
+    /// What a raster of the region keeps of a tile: its samples.
+    pub fn piece(&self, tile: &Tile, place: Place) -> Kept {
+        let (cols, rows) = self.image.owned(&self.region, place);
+        Kept { piece: self.painter.paint(tile, cols, rows), files: Vec::new() }
+    }
+
+    /// Calls with each line of samples of a row of tiles, given the pieces of these.
+    pub fn lines(
+        &self,
+        row: u64,
+        pieces: &[&[u8]],
+        mut call: impl FnMut(&[u8]) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let (_, rows) = self.image.owned(&self.region, Place { row, col: 0 });
         let mut line = Vec::new();
         for y in 0..rows {
             stop::check();
@@ -83,14 +151,9 @@ impl Sink for RegionRaster {
                 let row_bytes = piece.len() / rows;
                 line.extend_from_slice(&piece[y * row_bytes..][..row_bytes]);
             }
-            writer.write_rows(&line)?;
+            call(&line)?;
         }
         Ok(())
-    }
-
-    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
-        let writer = locked(&self.writer).take();
-        self.file.end(&self.drawing, writer.expect("a sink ends once"))
     }
 }
 
@@ -101,8 +164,8 @@ pub(crate) struct TileRasters {
 
 impl TileRasters {
     /// Rasters that will be in the folder of the bake.
-    pub fn create(world: &World, region: Region, export: &'static str, image: Image, out: &Path) -> TileRasters {
-        TileRasters { drawing: Drawing::new(world, region, export, image, out) }
+    pub fn create(request: &Request, export: &'static str, image: Image, out: &Path) -> TileRasters {
+        TileRasters { drawing: Drawing::new(request, export, image, out) }
     }
 }
 
@@ -124,7 +187,7 @@ impl Sink for TileRasters {
             samples = samples.chunks_exact(row_bytes).rev().collect::<Vec<_>>().concat();
         }
         writer.write_rows(&samples)?;
-        Ok(Kept { piece: Vec::new(), files: file.end(&self.drawing, writer)? })
+        Ok(Kept { piece: Vec::new(), files: file.end(&self.drawing, writer, None)? })
     }
 
     fn append(&self, _row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
@@ -151,33 +214,58 @@ struct Sidecar {
 }
 
 /// A raster's place and size.
-struct RasterFile {
-    path: String,
-    width: u64,
-    height: u64,
-    tile: Option<TileId>,
+pub(super) struct RasterFile {
+    pub path: String,
+    pub width: u64,
+    pub height: u64,
+    pub tile: Option<TileId>,
 }
 
 impl RasterFile {
-    fn begin(&self, Drawing { image, out, .. }: &Drawing) -> Result<RasterWriter, Error> {
-        let (size, samples) = ((self.width, self.height), image.quantity.sample());
-        let layer = file_name(image.stem);
-        RasterWriter::create(out.join(&self.path), layer, image.encoding, samples, size, image.quantity.is_colour())
+    /// The file of a whole region.
+    pub fn of_region(Drawing { image, region, .. }: &Drawing) -> RasterFile {
+        let (width, height) = image.size(region);
+        RasterFile { path: image.file(region, None), width, height, tile: None }
     }
 
-    /// Ends the file, and writes its sidecar if it has one.
-    fn end(&self, drawing: &Drawing, writer: RasterWriter) -> Result<Vec<FileRecord>, Error> {
-        let Drawing { export, image, painter, spacing_m, out, .. } = drawing;
-        let raster = FileRecord {
-            width: Some(self.width),
-            height: Some(self.height),
-            channels: image.quantity.channels().iter().map(ToString::to_string).collect(),
-            tile: self.tile,
-            ..FileRecord::new(self.path.clone(), export, writer.finish()?)
+    fn begin(&self, drawing: &Drawing) -> Result<RasterWriter, Error> {
+        let image = &drawing.image;
+        let form = Form {
+            encoding: image.encoding,
+            sample: image.quantity.sample(),
+            size: (self.width, self.height),
+            layer: file_name(image.stem),
+            is_colour: image.quantity.is_colour(),
+            facts: &drawing.facts(self.tile),
         };
-        if !image.encoding.has_sidecar() {
-            return Ok(vec![raster]);
+        RasterWriter::create(drawing.out.join(&self.path), &form)
+    }
+
+    /// Ends the file, and writes those that stand beside it. Of the whole of a region it is known what it shows.
+    fn end(
+        &self,
+        drawing: &Drawing,
+        writer: RasterWriter,
+        statistics: Option<&Statistics>,
+    ) -> Result<Vec<FileRecord>, Error> {
+        let mut records = vec![drawing.record(self, writer.finish()?)];
+        for beside in drawing.image.beside() {
+            let path = beside.path(&self.path);
+            let text = match beside {
+                Beside::Json => self.sidecar(drawing),
+                Beside::WorldFile => drawing.georeference(self.tile).world_file(),
+                Beside::Auxiliary => {
+                    let place = drawing.georeference(self.tile);
+                    auxiliary(&drawing.plane, place, drawing.image.quantity, drawing.painter.range_m(), statistics)
+                }
+            };
+            let finished = write_whole(drawing.out.join(&path), text.as_bytes())?;
+            records.push(FileRecord { tile: self.tile, ..FileRecord::new(path, drawing.export, finished) });
         }
+        Ok(records)
+    }
+
+    fn sidecar(&self, Drawing { painter, spacing_m, .. }: &Drawing) -> String {
         let (min_m, max_m) = painter.range_m();
         let sidecar = Sidecar {
             width: self.width,
@@ -190,10 +278,6 @@ impl RasterFile {
             spacing_m: *spacing_m,
             tile: self.tile,
         };
-        let path = format!("{}.json", self.path);
-        let text = serde_json::to_string_pretty(&sidecar).expect("numbers and names are JSON") + "\n";
-        let finished = write_whole(out.join(&path), text.as_bytes())?;
-        let sidecar = FileRecord { tile: self.tile, ..FileRecord::new(path, export, finished) };
-        Ok(vec![raster, sidecar])
+        serde_json::to_string_pretty(&sidecar).expect("numbers and names are JSON") + "\n"
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! RFC 7946 means degrees of the Earth; these coordinates are metres east and north of the world's origin, as in the
 //! GeoPackage, and for rivers and roads with levels metres up. The files have no `crs` member, since no reference system of the
-//! Earth applies.
+//! Earth applies. What reads GeoJSON takes them for degrees all the same: for it there are longitudes and latitudes on request,
+//! those at which web maps have the metres.
 
 use std::fmt::Write as _;
 use std::io::Write;
@@ -14,20 +15,26 @@ use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Request};
 use crate::export::locked;
-use crate::export::vector::store::{FeatureStore, bytes_at_most};
-use crate::features::layer::{Head, Shape};
-use crate::features::{AnyLayer, Row, layers};
+use crate::export::vector::contours;
+use crate::export::vector::store::bytes_at_most;
+use crate::export::vector::vectors::Vectors;
+use crate::features::layer::{Geometry, Head, Shape};
+use crate::features::{Row, Value, layers};
 use crate::file::PartFile;
 use crate::tile::Tile;
 use crate::watch::Watch;
-use crate::world::World;
 
 /// The folder of the files in that of the bake.
 const FOLDER: &str = "vector";
 
-/// The file of a layer in the folder of the bake.
-fn path(layer: &dyn AnyLayer) -> String {
-    format!("{FOLDER}/{}.geojson", layer.name())
+/// Metres from the Earth's middle to its equator, by which web maps count.
+const EQUATOR_M: f64 = 6_378_137.0;
+
+/// Metres east and north as longitude and latitude, of which web Mercator (EPSG:3857) makes the same metres.
+fn degrees([east_m, north_m]: [f64; 2]) -> [f64; 2] {
+    let latitude = libm::atan(libm::sinh(north_m / EQUATOR_M));
+    // A hundred-millionth of a degree is a millimetre.
+    [east_m / EQUATOR_M, latitude].map(|angle| (angle.to_degrees() * 1e8).round() / 1e8)
 }
 
 /// GeoJSON, as a format: a file a layer.
@@ -39,7 +46,11 @@ impl Format for GeoJson {
     }
 
     fn about(&self) -> &'static str {
-        "the same layers as GeoJSON, coordinates in metres"
+        "the same layers as GeoJSON, coordinates in metres, which GIS takes for degrees: give it vector, or --degrees"
+    }
+
+    fn options(&self) -> &'static [&'static str] {
+        &["--clip", "--contours", "--degrees"]
     }
 
     fn folders(&self) -> Vec<&'static str> {
@@ -48,36 +59,46 @@ impl Format for GeoJson {
 
     fn cost(&self, request: &Request) -> FormatCost {
         let disk_bytes = bytes_at_most(request.world, &request.region);
-        FormatCost { files: layers(request.world).len() as u64, disk_bytes, features: true, ..FormatCost::default() }
+        FormatCost {
+            files: layers(request.world).len() as u64 + 1,
+            disk_bytes,
+            features: true,
+            ..FormatCost::default()
+        }
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
-        Ok(vec![Box::new(GeoJsonSink::create(request.world, out)?)])
+        Ok(vec![Box::new(GeoJsonSink::create(request, out)?)])
     }
 }
 
 /// The files under way, one a layer.
 pub(crate) struct GeoJsonSink<'a> {
-    features: FeatureStore<'a>,
-    files: Mutex<Vec<PartFile>>,
+    vectors: Vectors<'a>,
+    files: Mutex<Files>,
+}
+
+struct Files {
+    /// Those of features, which are written at the end.
+    features: Vec<Collection>,
+    contours: Option<Collection>,
 }
 
 impl<'a> GeoJsonSink<'a> {
     /// Begins the files in the folder of the bake.
-    pub fn create(world: &'a World, out: &Path) -> Result<GeoJsonSink<'a>, Error> {
-        let file = |layer: &&dyn AnyLayer| PartFile::create(out.join(path(*layer)));
-        let files = layers(world).iter().map(file).collect::<Result<Vec<_>, _>>()?;
-        Ok(GeoJsonSink {
-            // One store for all layers, named after none of them.
-            features: FeatureStore::create(world, &out.join(FOLDER).join("layers.geojson"))?,
-            files: Mutex::new(files),
-        })
+    pub fn create(request: &Request<'a>, out: &Path) -> Result<GeoJsonSink<'a>, Error> {
+        let begin = |layer: &str| Collection::begin(layer, request.vectors.degrees, out);
+        let features = layers(request.world).iter().map(|layer| begin(layer.name())).collect::<Result<_, _>>()?;
+        let files = Files { features, contours: Some(begin(contours::NAME)?) };
+        // One store for all layers, named after none of them.
+        let vectors = Vectors::create(request, &out.join(FOLDER).join("layers.geojson"))?;
+        Ok(GeoJsonSink { vectors, files: Mutex::new(files) })
     }
 
-    /// Where its features wait.
+    /// What its files have in common with those of other formats.
     #[cfg(test)]
-    pub fn features(&self) -> &FeatureStore<'a> {
-        &self.features
+    pub fn vectors(&self) -> &Vectors<'a> {
+        &self.vectors
     }
 }
 
@@ -87,45 +108,89 @@ impl Sink for GeoJsonSink<'_> {
     }
 
     fn take(&self, tile: &Tile, _place: Place) -> Result<Kept, Error> {
-        Ok(Kept { piece: self.features.take(tile), files: Vec::new() })
+        Ok(Kept { piece: self.vectors.take(tile), files: Vec::new() })
     }
 
-    fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
-        self.features.put(pieces)
+    fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+        let mut files = locked(&self.files);
+        let file = files.contours.as_mut().expect("rows come before the end");
+        self.vectors
+            .put(row, pieces, |Row { values, lines }| file.add(contours::SHAPE, &contours::HEADS, &values, &[lines]))
     }
 
     fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
-        let files = std::mem::take(&mut *locked(&self.files));
+        let Files { features, contours } = &mut *locked(&self.files);
         let mut records = Vec::new();
-        for (number, (mut file, layer)) in files.into_iter().zip(self.features.layers().iter().copied()).enumerate() {
-            write_collection(&mut file, &self.features, number)?;
-            records.push(FileRecord::new(path(layer), GeoJson.name(), file.finish()?));
+        let store = &self.vectors.features;
+        for (number, (mut file, layer)) in std::mem::take(features).into_iter().zip(store.layers()).enumerate() {
+            let heads = layer.heads();
+            store.for_each(number, |values, parts| file.add(layer.shape(), &heads, values, parts))?;
+            records.push(file.end()?);
         }
+        records.push(contours.take().expect("a sink ends once").end()?);
         Ok(records)
     }
 }
 
-/// Writes all features of a layer, a line each.
-fn write_collection(file: &mut PartFile, features: &FeatureStore, number: usize) -> Result<(), Error> {
-    let path = file.path().to_owned();
-    let mut write = |text: &str| file.write_all(text.as_bytes()).map_err(Error::io(&path));
-    write("{\"type\":\"FeatureCollection\",\"features\":[")?;
-    let layer = features.layers()[number];
-    let heads = layer.heads();
-    // A feature a line, so that files can be compared and read from a stream.
-    let mut separator = "\n";
-    features.for_each(number, |row| {
-        write(separator)?;
-        separator = ",\n";
-        write(&as_text(layer.shape(), &heads, &row))
-    })?;
-    write("\n]}\n")
+/// A file of features under way: one a line, so that files can be compared and read from a stream.
+struct Collection {
+    path: String,
+    file: PartFile,
+    degrees: bool,
+    separator: &'static str,
 }
 
-/// A feature as text.
-fn as_text(shape: Shape, heads: &[Head], row: &Row) -> String {
-    let mut text = String::from("{\"type\":\"Feature\",\"properties\":{");
-    for (index, (head, value)) in heads.iter().zip(&row.values).enumerate() {
+impl Collection {
+    fn begin(layer: &str, degrees: bool, out: &Path) -> Result<Collection, Error> {
+        let path = format!("{FOLDER}/{layer}.geojson");
+        let mut collection = Collection { file: PartFile::create(out.join(&path))?, path, degrees, separator: "\n" };
+        collection.write("{\"type\":\"FeatureCollection\",\"features\":[")?;
+        Ok(collection)
+    }
+
+    fn write(&mut self, text: &str) -> Result<(), Error> {
+        self.file.write_all(text.as_bytes()).map_err(Error::io(self.file.path()))
+    }
+
+    /// Adds a feature of one part or several.
+    fn add(&mut self, shape: Shape, heads: &[Head], values: &[Value], parts: &[Geometry]) -> Result<(), Error> {
+        self.write(self.separator)?;
+        self.separator = ",\n";
+        let mut text = String::from("{\"type\":\"Feature\",\"properties\":{");
+        add_properties(&mut text, heads, values);
+        text.push_str("},\"geometry\":{\"type\":\"");
+        let name = match shape {
+            Shape::Point => "Point",
+            Shape::Line | Shape::LineZ => "LineString",
+            Shape::Polygon => "Polygon",
+        };
+        let of_part = |text: &mut String, part: &Geometry| add_coordinates(text, shape, part, self.degrees);
+        match parts {
+            [part] => {
+                _ = write!(text, "{name}\",\"coordinates\":");
+                of_part(&mut text, part);
+            }
+            _ => {
+                _ = write!(text, "Multi{name}\",\"coordinates\":[");
+                for (index, part) in parts.iter().enumerate() {
+                    text.push_str(if index > 0 { "," } else { "" });
+                    of_part(&mut text, part);
+                }
+                text.push(']');
+            }
+        }
+        text.push_str("}}");
+        self.write(&text)
+    }
+
+    fn end(mut self) -> Result<FileRecord, Error> {
+        self.write("\n]}\n")?;
+        Ok(FileRecord::new(self.path, GeoJson.name(), self.file.finish()?))
+    }
+}
+
+fn add_properties(text: &mut String, heads: &[Head], values: &[Value]) {
+    for (index, (head, value)) in heads.iter().zip(values).enumerate() {
         // Neighbours with the same key are an array.
         let follows = index > 0 && heads[index - 1].key == head.key;
         let goes_on = heads.get(index + 1).is_some_and(|next| next.key == head.key);
@@ -139,30 +204,27 @@ fn as_text(shape: Shape, heads: &[Head], row: &Row) -> String {
             text.push(']');
         }
     }
-    let (kind, depth) = match shape {
-        Shape::Point => ("Point", 0),
-        Shape::Line | Shape::LineZ => ("LineString", 1),
-        Shape::Polygon => ("Polygon", 2),
-    };
-    _ = write!(text, "}},\"geometry\":{{\"type\":\"{kind}\",\"coordinates\":");
-    // A polygon is a list of rings, a line a list of points, and a point stands alone.
-    text.push_str(&"[".repeat(usize::from(depth == 2)));
-    for (index, line) in row.lines.iter().enumerate() {
+}
+
+/// A polygon is a list of rings, a line a list of points, and a point stands alone.
+fn add_coordinates(text: &mut String, shape: Shape, lines: &[Vec<[f64; 3]>], in_degrees: bool) {
+    let (list_of_lines, list_of_points) = (shape == Shape::Polygon, shape != Shape::Point);
+    text.push_str(if list_of_lines { "[" } else { "" });
+    for (index, line) in lines.iter().enumerate() {
         text.push_str(if index > 0 { "," } else { "" });
-        text.push_str(&"[".repeat(usize::from(depth > 0)));
+        text.push_str(if list_of_points { "[" } else { "" });
         for (index, point) in line.iter().enumerate() {
             text.push_str(if index > 0 { ",[" } else { "[" });
-            for (axis, number) in point[..shape.dimensions()].iter().enumerate() {
+            let [x, y] = if in_degrees { degrees([point[0], point[1]]) } else { [point[0], point[1]] };
+            for (axis, number) in [x, y, point[2]][..shape.dimensions()].iter().enumerate() {
                 text.push_str(if axis > 0 { "," } else { "" });
                 text.push_str(&json(number));
             }
             text.push(']');
         }
-        text.push_str(&"]".repeat(usize::from(depth > 0)));
+        text.push_str(if list_of_points { "]" } else { "" });
     }
-    text.push_str(&"]".repeat(usize::from(depth == 2)));
-    text.push_str("}}");
-    text
+    text.push_str(if list_of_lines { "]" } else { "" });
 }
 
 fn json(value: &impl serde::Serialize) -> String {

@@ -7,11 +7,13 @@ use std::sync::Mutex;
 use rusqlite::types::{ToSqlOutput, ValueRef};
 use rusqlite::{Connection, ToSql, params_from_iter};
 
-use crate::area::Region;
+use crate::area::{Region, TileId};
 use crate::bake::frames;
 use crate::error::Error;
+use crate::export::format::Request;
 use crate::export::locked;
-use crate::features::layer::{Head, Kind};
+use crate::export::vector::clip::Envelope;
+use crate::features::layer::{Geometry, Head, Kind};
 use crate::features::{AnyLayer, Row, Value, layers};
 use crate::file::{Operation, PartFile, gate};
 use crate::preset::Preset;
@@ -32,8 +34,11 @@ pub(crate) fn bytes_at_most(world: &World, region: &Region) -> u64 {
         Some(_) => fluvial_bytes_at_most(world, region),
         None => path_bytes_at_most(world.preset(), region),
     };
-    // What an empty database takes.
-    [features, region.tiles().saturating_mul(TILE_BYTES), 1 << 18].into_iter().fold(0, u64::saturating_add)
+    // Contours of land as steep as it can be took 12 bytes a vertex in a database, and a third more as text.
+    const CONTOUR_BYTES: u64 = 24;
+    // What an empty database takes, and how layers are drawn.
+    let vertices = region.vertices().saturating_mul(CONTOUR_BYTES);
+    [features, vertices, region.tiles().saturating_mul(TILE_BYTES), 1 << 20].into_iter().fold(0, u64::saturating_add)
 }
 
 /// A feature without its points: its attributes as text and in the store, and what a database keeps a row; rounded up.
@@ -94,6 +99,8 @@ fn road_bytes_at_most(world: &World, region: &Region) -> f64 {
 /// the region.
 pub(crate) struct FeatureStore<'a> {
     world: &'a World,
+    /// What features are cut off at, if they are.
+    edge: Option<Envelope>,
     /// What some tile has said since rows were put away last, by layer and key.
     said: Mutex<BTreeSet<(usize, Vec<u8>)>>,
     store: Mutex<(Connection, PartFile)>,
@@ -101,7 +108,8 @@ pub(crate) struct FeatureStore<'a> {
 
 impl<'a> FeatureStore<'a> {
     /// The store of a world's features, in the folder in which its file will be.
-    pub fn create(world: &'a World, file: &FilePath) -> Result<FeatureStore<'a>, Error> {
+    pub fn create(request: &Request<'a>, file: &FilePath) -> Result<FeatureStore<'a>, Error> {
+        let Request { world, region, vectors, .. } = *request;
         // Never finished, so it is gone when the store is.
         let mut part = PartFile::create(file.with_extension("features"))?;
         let path = part.lend();
@@ -119,7 +127,10 @@ impl<'a> FeatureStore<'a> {
             Ok(connection)
         };
         let connection = open().map_err(Error::sqlite(path))?;
-        Ok(FeatureStore { world, said: Mutex::default(), store: Mutex::new((connection, part)) })
+        let edge = vectors
+            .clipped
+            .then(|| Envelope::of(&[footprint(&region, world.spacing_m(), region.at(), region.cols(), region.rows())]));
+        Ok(FeatureStore { world, edge, said: Mutex::default(), store: Mutex::new((connection, part)) })
     }
 
     /// The layers.
@@ -181,8 +192,13 @@ impl<'a> FeatureStore<'a> {
         put().map_err(Error::sqlite(part.path()))
     }
 
-    /// Visits all features of a layer, sorted by key, without holding them.
-    pub fn for_each(&self, number: usize, mut visit: impl FnMut(Row) -> Result<(), Error>) -> Result<(), Error> {
+    /// Visits all features of a layer, sorted by key, without holding them: the values of each, and its geometry, or the parts
+    /// of that in the region if features are cut off there.
+    pub fn for_each(
+        &self,
+        number: usize,
+        mut visit: impl FnMut(&[Value], &[Geometry]) -> Result<(), Error>,
+    ) -> Result<(), Error> {
         let (connection, part) = &*locked(&self.store);
         let failed = || Error::sqlite(part.path());
         let layer = &self.layers()[number];
@@ -197,10 +213,27 @@ impl<'a> FeatureStore<'a> {
         };
         for row in select.query_map((), parse).map_err(failed())? {
             stop::check();
-            visit(row.map_err(failed())?)?;
+            let Row { values, lines } = row.map_err(failed())?;
+            let parts = match self.edge {
+                Some(edge) => edge.clip(layer.shape(), lines),
+                None => vec![lines],
+            };
+            if !parts.is_empty() {
+                visit(&values, &parts)?;
+            }
         }
         Ok(())
     }
+}
+
+/// The corners of a rectangle of tiles, anticlockwise from the south-western one and back to it.
+pub(crate) fn footprint(region: &Region, spacing_m: f64, at: TileId, cols: u64, rows: u64) -> Vec<[f64; 3]> {
+    let cells = region.tile_cells() as i64;
+    let metres = |tile: i64| (tile * cells) as f64 * spacing_m;
+    let (west, east) = (metres(at.x), metres(at.x + cols as i64));
+    // Not the negative, which has a zero of its own.
+    let (south, north) = (0.0 - metres(at.y + rows as i64), 0.0 - metres(at.y));
+    [[west, south], [east, south], [east, north], [west, north], [west, south]].map(|[x, y]| [x, y, 0.0]).to_vec()
 }
 
 impl ToSql for Value {

@@ -1,0 +1,48 @@
+//! `.aux.xml`: what GDAL, and so nearly every GIS, reads beside a raster that cannot say it itself.
+//!
+//! Based on: GDAL's Persistent Auxiliary Metadata, gdal.org, "PAM".
+
+use std::fmt::Write;
+
+use crate::export::georeference::{Georeference, Plane};
+use crate::export::raster::facts::shortest;
+use crate::export::raster::quantity::Quantity;
+use crate::export::raster::statistics::Statistics;
+use crate::export::svg::escaped;
+
+/// The text of the file beside a raster of a quantity, whose steps, if it has any, are steps over a range of heights.
+pub(super) fn auxiliary(
+    plane: &Plane,
+    place: Georeference,
+    quantity: Quantity,
+    range_m: (f32, f32),
+    statistics: Option<&Statistics>,
+) -> String {
+    let mut text = String::from("<PAMDataset>\n");
+    let mut line = |line: std::fmt::Arguments| writeln!(text, "  {line}").expect("a String takes everything");
+    let [east, north] = place.corner_m();
+    let spacing_m = place.spacing_m;
+    line(format_args!("<SRS dataAxisToSRSAxisMapping=\"1,2\">{}</SRS>", escaped(&plane.wkt2())));
+    line(format_args!("<GeoTransform>{east}, {spacing_m}, 0, {north}, 0, -{spacing_m}</GeoTransform>"));
+    line(format_args!("<Metadata>\n    <MDI key=\"AREA_OR_POINT\">Point</MDI>\n  </Metadata>"));
+    for (number, about) in (1..).zip(quantity.channels()) {
+        line(format_args!("<PAMRasterBand band=\"{number}\">"));
+        line(format_args!("  <Description>{}</Description>", escaped(about)));
+        if quantity.is_steps() {
+            let (min_m, max_m) = (shortest(range_m.0), shortest(range_m.1));
+            line(format_args!("  <Offset>{min_m}</Offset>\n    <Scale>{}</Scale>", (max_m - min_m) / 65535.0));
+        }
+        if let Some(unit) = quantity.unit() {
+            line(format_args!("  <UnitType>{unit}</UnitType>"));
+        }
+        if let Some(statistics) = statistics.filter(|_| quantity.sample().is_grey()) {
+            line(format_args!("  <Metadata>"));
+            for (key, value) in statistics.items() {
+                line(format_args!("    <MDI key=\"{key}\">{value}</MDI>"));
+            }
+            line(format_args!("  </Metadata>"));
+        }
+        line(format_args!("</PAMRasterBand>"));
+    }
+    text + "</PAMDataset>\n"
+}

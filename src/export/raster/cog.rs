@@ -1,0 +1,469 @@
+//! GeoTIFF in the order of the cloud: blocks, with smaller copies of the whole, so that a reader takes what it shows and no more.
+//!
+//! Based on: OGC 21-026, Cloud Optimized GeoTIFF; OGC 19-008, GeoTIFF 1.1; GDAL's "Cloud Optimized GeoTIFF layout", whose
+//! readers fetch a block in one go where its size stands before it. All directories come first, then the blocks of the
+//! smallest copy and so on to those of the raster itself. Rows come from north to south, and how long blocks are shows only when they
+//! are compressed: they wait in a file of their own, and are put in order at the end.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::Path;
+use std::sync::Mutex;
+
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use rayon::prelude::*;
+
+use crate::area::Place;
+use crate::bake::{FileRecord, Kept, Sink};
+use crate::error::Error;
+use crate::export::format::Request;
+use crate::export::locked;
+use crate::export::raster::image::Image;
+use crate::export::raster::quantity::Reduction;
+use crate::export::raster::sinks::{Drawing, RasterFile};
+use crate::export::raster::statistics::Statistics;
+use crate::export::raster::tiff::{Directory, Values, head};
+use crate::export::raster::writer::Sample;
+use crate::export::svg::escaped;
+use crate::file::{Finished, PartFile};
+use crate::generator;
+use crate::stop;
+use crate::tile::Tile;
+use crate::watch::Watch;
+
+/// Pixels a side of a block.
+pub(super) const BLOCK: usize = 512;
+
+/// How hard blocks are compressed, of 9: of heights, weights, normals and a map 6 takes twice to thrice as long and saves 2 to 8
+/// hundredths.
+const LEVEL: Compression = Compression::new(3);
+
+/// Blocks that are compressed at once, and wait to be written.
+const AT_ONCE: usize = 32;
+
+/// What GDAL wants to be told of how blocks lie, between the head and the first directory.
+const STRUCTURE: &str = "GDAL_STRUCTURAL_METADATA_SIZE=000140 bytes\nLAYOUT=IFDS_BEFORE_DATA\nBLOCK_ORDER=ROW_MAJOR\n\
+                         BLOCK_LEADER=SIZE_AS_UINT4\nBLOCK_TRAILER=LAST_4_BYTES_REPEATED\nKNOWN_INCOMPATIBLE_EDITION=NO\n \0\0\0\0\0";
+
+/// Bytes at the end of a classic TIFF's reach.
+const CLASSIC: u64 = u32::MAX as u64;
+
+/// A raster of the whole region.
+pub(crate) struct CogRaster {
+    drawing: Drawing,
+    file: RasterFile,
+    under_way: Mutex<Option<UnderWay>>,
+}
+
+impl CogRaster {
+    /// Begins the raster in the folder of the bake.
+    pub fn create(request: &Request, export: &'static str, image: Image, out: &Path) -> Result<CogRaster, Error> {
+        let drawing = Drawing::new(request, export, image, out);
+        let file = RasterFile::of_region(&drawing);
+        let blocks = PartFile::create(out.join(format!("{}.blocks", file.path)))?;
+        let under_way = UnderWay {
+            sample: image.quantity.sample(),
+            reduction: image.quantity.reduction(),
+            levels: Level::all(file.width as usize, file.height as usize),
+            blocks,
+            written: 0,
+            statistics: Statistics::default(),
+        };
+        Ok(CogRaster { drawing, file, under_way: Mutex::new(Some(under_way)) })
+    }
+
+    /// The bytes that are held of a raster of that width while it is written, beside those of its tiles: the rows of a block of the
+    /// raster, of half its size and so on, and blocks that are compressed.
+    pub fn held_bytes(width: u64, sample: Sample) -> u64 {
+        let block = (BLOCK * BLOCK * sample.bytes()) as u64;
+        2 * width.next_multiple_of(BLOCK as u64) * (BLOCK * sample.bytes()) as u64 + 2 * AT_ONCE as u64 * block
+    }
+
+    /// The most bytes of the files of a raster: of itself, and of its blocks while they wait.
+    pub fn disk_bytes((width, height): (u64, u64), sample: Sample) -> u64 {
+        let levels = Level::all(width as usize, height as usize);
+        let blocks = levels.iter().map(Level::count).fold(0, u64::saturating_add);
+        // What cannot be compressed is a little longer; offset, size and its copies stand beside each.
+        blocks.saturating_mul(2 * (BLOCK * BLOCK * sample.bytes()) as u64 + 512 + 64).saturating_add(1 << 16)
+    }
+}
+
+impl Sink for CogRaster {
+    fn name(&self) -> &str {
+        &self.file.path
+    }
+
+    fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
+        Ok(self.drawing.piece(tile, place))
+    }
+
+    fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+        let mut under_way = locked(&self.under_way);
+        let under_way = under_way.as_mut().expect("rows come before the end");
+        self.drawing.lines(row, pieces, |line| {
+            if under_way.sample.is_grey() {
+                under_way.statistics.add(line, under_way.sample);
+            }
+            under_way.push(0, line)
+        })
+    }
+
+    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
+        let under_way = locked(&self.under_way).take().expect("a sink ends once");
+        let finished = under_way.finish(&self.drawing, &self.file)?;
+        Ok(vec![self.drawing.record(&self.file, finished)])
+    }
+}
+
+/// The raster, or a smaller copy of it, of half the size of the one before it.
+struct Level {
+    width: usize,
+    height: usize,
+    /// Rows that wait for those of a whole block.
+    rows: Vec<u8>,
+    /// Rows that were put into blocks.
+    done: usize,
+    /// Where its blocks wait and how long they are, row by row.
+    blocks: Vec<(u64, u32)>,
+}
+
+impl Level {
+    /// The levels of a raster: each has half as many pixels a side, until all fit in a block.
+    fn all(width: usize, height: usize) -> Vec<Level> {
+        let level = |width, height| Level { width, height, rows: Vec::new(), done: 0, blocks: Vec::new() };
+        let mut levels = vec![level(width, height)];
+        let (mut width, mut height) = (width, height);
+        while width.max(height) > BLOCK {
+            (width, height) = (width.div_ceil(2), height.div_ceil(2));
+            levels.push(level(width, height));
+        }
+        levels
+    }
+
+    /// How many blocks it has.
+    fn count(&self) -> u64 {
+        (self.width.div_ceil(BLOCK) as u64).saturating_mul(self.height.div_ceil(BLOCK) as u64)
+    }
+}
+
+/// What is written of a raster.
+struct UnderWay {
+    sample: Sample,
+    reduction: Reduction,
+    levels: Vec<Level>,
+    /// Where blocks wait. Never finished, so it is gone when the raster is.
+    blocks: PartFile,
+    written: u64,
+    statistics: Statistics,
+}
+
+impl UnderWay {
+    /// Appends a row to a level.
+    fn push(&mut self, number: usize, row: &[u8]) -> Result<(), Error> {
+        let level = &mut self.levels[number];
+        level.rows.extend_from_slice(row);
+        let rows = level.rows.len() / row.len();
+        if rows < BLOCK && level.done + rows < level.height {
+            return Ok(());
+        }
+        // Given back below, so that it is not allocated anew for each row of blocks.
+        let mut strip = std::mem::take(&mut level.rows);
+        level.done += rows;
+        self.write_blocks(number, &strip)?;
+        if number + 1 < self.levels.len() {
+            let row_bytes = row.len();
+            for pair in strip.chunks(2 * row_bytes) {
+                // A row that is left over is its own other half.
+                let (upper, lower) = (&pair[..row_bytes], &pair[pair.len() - row_bytes..]);
+                let reduced = self.reduction.reduce(self.sample, upper, lower);
+                self.push(number + 1, &reduced)?;
+            }
+        }
+        strip.clear();
+        self.levels[number].rows = strip;
+        Ok(())
+    }
+
+    /// Compresses a row of blocks, whose rows are given.
+    fn write_blocks(&mut self, number: usize, strip: &[u8]) -> Result<(), Error> {
+        let (sample, width) = (self.sample, self.levels[number].width);
+        let columns: Vec<usize> = (0..width).step_by(BLOCK).collect();
+        for columns in columns.chunks(AT_ONCE) {
+            stop::check();
+            let compress = |column: &usize| compressed(&block(strip, width, *column, sample), sample);
+            let blocks: Vec<Vec<u8>> = columns.par_iter().map(compress).collect();
+            for block in blocks {
+                self.blocks.write_all(&block).map_err(Error::io(self.blocks.path()))?;
+                self.levels[number].blocks.push((self.written, block.len() as u32));
+                self.written += block.len() as u64;
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts all in order.
+    fn finish(mut self, drawing: &Drawing, file: &RasterFile) -> Result<Finished, Error> {
+        let path = drawing.out.join(&file.path);
+        let failed = || Error::io(&path);
+        self.blocks.flush().map_err(failed())?;
+        // Lengths of all directories; offsets count as much whatever they are.
+        let lay_out = |big: bool| {
+            let mut at = (head(big, 0).len() + STRUCTURE.len()) as u64;
+            let starts: Vec<u64> = (0..self.levels.len())
+                .map(|level| {
+                    let start = at;
+                    at += self.directory(level, drawing, 0).encoded(big, start, false).len() as u64;
+                    start
+                })
+                .collect();
+            (starts, at)
+        };
+        let bytes = |level: &Level| level.blocks.iter().map(|(_, bytes)| u64::from(*bytes) + 8).sum::<u64>();
+        let all: u64 = self.levels.iter().map(bytes).sum();
+        let big = lay_out(false).1 + all > CLASSIC;
+        let (starts, mut at) = lay_out(big);
+        // Where the blocks of each level begin, the smallest copy first.
+        let mut firsts = vec![0; self.levels.len()];
+        for (level, first) in self.levels.iter().zip(&mut firsts).rev() {
+            *first = at;
+            at += bytes(level);
+        }
+        let mut out = PartFile::create(path.clone())?;
+        let mut write = |bytes: &[u8]| out.write_all(bytes).map_err(failed());
+        write(&head(big, starts[0]))?;
+        write(STRUCTURE.as_bytes())?;
+        for (level, (start, first)) in starts.iter().zip(&firsts).enumerate() {
+            let is_last = level + 1 == self.levels.len();
+            write(&self.directory(level, drawing, *first).encoded(big, *start, is_last))?;
+        }
+        let mut blocks = File::open(self.blocks.lend()).map_err(failed())?;
+        let mut block = Vec::new();
+        for level in self.levels.iter().rev() {
+            for (offset, bytes) in &level.blocks {
+                stop::check();
+                block.resize(*bytes as usize, 0);
+                blocks.seek(SeekFrom::Start(*offset)).map_err(failed())?;
+                blocks.read_exact(&mut block).map_err(failed())?;
+                write(&bytes.to_le_bytes())?;
+                write(&block)?;
+                // Once more, so that a reader sees whether it has read a block of a file that was changed.
+                write(&block[block.len() - 4..])?;
+            }
+        }
+        out.finish()
+    }
+
+    /// The directory of a level whose first block begins at a place.
+    fn directory(&self, number: usize, drawing: &Drawing, first: u64) -> Directory {
+        let level = &self.levels[number];
+        let quantity = drawing.image.quantity;
+        let channels = quantity.channels().len();
+        let (bits, format) = match self.sample {
+            Sample::Float32 => (32, 3),
+            Sample::Grey16 => (16, 1),
+            Sample::Grey8 | Sample::Rgb8 | Sample::Rgba8 => (8, 1),
+        };
+        let each = |value: u16| Values::Shorts(vec![value; channels]);
+        let one = |value: u16| Values::Shorts(vec![value]);
+        let mut at = first;
+        let places = level.blocks.iter().map(|(_, bytes)| {
+            // Behind its size.
+            let place = at + 4;
+            at += u64::from(*bytes) + 8;
+            place
+        });
+        let places = Values::Offsets(places.collect());
+        let sizes = Values::Longs(level.blocks.iter().map(|(_, bytes)| *bytes).collect());
+        let is_rgb = self.sample == Sample::Rgb8;
+        let mut tags = Vec::new();
+        if number > 0 {
+            // A copy of another one.
+            tags.push((254, Values::Longs(vec![1])));
+        }
+        tags.extend([
+            (256, Values::Longs(vec![level.width as u32])),
+            (257, Values::Longs(vec![level.height as u32])),
+            (258, each(bits)),
+            // Deflate.
+            (259, one(8)),
+            // Red, green and blue, or numbers of which more is more.
+            (262, one(if is_rgb { 2 } else { 1 })),
+            (277, one(channels as u16)),
+            (284, one(1)),
+            (317, one(predictor(self.sample))),
+            (322, one(BLOCK as u16)),
+            (323, one(BLOCK as u16)),
+            (324, places),
+            (325, sizes),
+        ]);
+        if channels > 1 && !is_rgb {
+            // None of the others is how opaque a pixel is.
+            tags.push((338, Values::Shorts(vec![0; channels - 1])));
+        }
+        tags.push((339, each(format)));
+        if number == 0 {
+            let place = drawing.georeference(None);
+            let [east, north] = place.first_m;
+            let plane = drawing.plane.name();
+            let facts: Vec<_> = drawing.facts(None).texts().collect();
+            let title = facts.iter().find(|(key, _)| *key == "Title").map_or(String::new(), |(_, title)| title.clone());
+            tags.extend([
+                (270, Values::Text(ascii(&title))),
+                (305, Values::Text(generator::NAME.to_owned())),
+                (33550, Values::Doubles(vec![place.spacing_m, place.spacing_m, 0.0])),
+                (33922, Values::Doubles(vec![0.0, 0.0, 0.0, east, north, 0.0])),
+                (34735, Values::Shorts(geo_keys(plane))),
+                (34737, Values::Text(format!("{plane}|"))),
+                (42112, Values::Text(self.metadata(drawing, &facts))),
+            ]);
+            tags.sort_by_key(|(tag, _)| *tag);
+        }
+        if let Some(no_data) = quantity.no_data() {
+            tags.push((42113, Values::Text(if no_data.is_nan() { "nan".into() } else { no_data.to_string() })));
+        }
+        Directory(tags)
+    }
+
+    /// What GDAL reads of what TIFF has no tags for.
+    fn metadata(&self, drawing: &Drawing, facts: &[(&str, String)]) -> String {
+        use std::fmt::Write;
+        let quantity = drawing.image.quantity;
+        let mut text = String::from("<GDALMetadata>");
+        // Those that have a tag of their own stand there.
+        for (key, value) in facts.iter().filter(|(key, _)| !["Title", "Software"].contains(key)) {
+            _ = write!(text, "<Item name=\"{key}\">{}</Item>", escaped(value));
+        }
+        for (number, about) in quantity.channels().iter().enumerate() {
+            _ = write!(
+                text,
+                "<Item name=\"DESCRIPTION\" sample=\"{number}\" role=\"description\">{}</Item>",
+                escaped(about)
+            );
+        }
+        if let Some(unit) = quantity.unit() {
+            _ = write!(text, "<Item name=\"UNITTYPE\" sample=\"0\" role=\"unittype\">{unit}</Item>");
+        }
+        if self.sample.is_grey() {
+            for (key, value) in self.statistics.items() {
+                _ = write!(text, "<Item name=\"{key}\" sample=\"0\">{value}</Item>");
+            }
+        }
+        ascii(&(text + "</GDALMetadata>"))
+    }
+}
+
+/// The keys of GeoTIFF for a plane with a name: metres, and pixels that are points, since heights are those of vertices.
+fn geo_keys(plane: &str) -> Vec<u16> {
+    let keys: [[u16; 4]; 4] = [
+        // A model of the user's own, in pixels that are points.
+        [1024, 0, 1, 32767],
+        [1025, 0, 1, 2],
+        // Its name, among the texts, with the stroke behind it.
+        [1026, 34737, plane.len() as u16 + 1, 0],
+        // EPSG's number of the metre.
+        [3076, 0, 1, 9001],
+    ];
+    // The version of the keys and their revision, 1.1, and how many there are.
+    [[1, 1, 1, keys.len() as u16]].into_iter().chain(keys).flatten().collect()
+}
+
+/// A text as TIFF has it: letters that are not of ASCII as XML would write them.
+fn ascii(text: &str) -> String {
+    let letter = |letter: char| match letter {
+        // GDAL reads its metadata as XML, where these mean the letter; a title shows the number.
+        letter if !letter.is_ascii() => format!("&#{};", u32::from(letter)),
+        letter => letter.to_string(),
+    };
+    text.chars().map(letter).collect()
+}
+
+/// The block of a strip that begins at a column, as wide and as high as all: what is beyond the raster is zero.
+fn block(strip: &[u8], width: usize, column: usize, sample: Sample) -> Vec<u8> {
+    let bytes = sample.bytes();
+    let (row_bytes, block_bytes) = (width * bytes, BLOCK * bytes);
+    let mut block = vec![0; BLOCK * block_bytes];
+    let count = (width - column).min(BLOCK) * bytes;
+    for (row, into) in strip.chunks_exact(row_bytes).zip(block.chunks_exact_mut(block_bytes)) {
+        into[..count].copy_from_slice(&row[column * bytes..][..count]);
+    }
+    block
+}
+
+/// TIFF's number of how samples are told from those before them.
+fn predictor(sample: Sample) -> u16 {
+    if sample == Sample::Float32 { 3 } else { 2 }
+}
+
+/// A block, each row as differences, and compressed.
+fn compressed(block: &[u8], sample: Sample) -> Vec<u8> {
+    let mut encoder = ZlibEncoder::new(Vec::with_capacity(block.len() / 2), LEVEL);
+    let mut line = vec![0; BLOCK * sample.bytes()];
+    for row in block.chunks_exact(line.len()) {
+        differences(row, sample, &mut line);
+        encoder.write_all(&line).expect("memory takes everything");
+    }
+    encoder.finish().expect("memory takes everything")
+}
+
+/// A row as its predictor has it.
+fn differences(row: &[u8], sample: Sample, line: &mut [u8]) {
+    // Of one number a pixel, or of the same one of the channels.
+    let step = match sample {
+        Sample::Rgb8 => 3,
+        Sample::Rgba8 => 4,
+        _ => 1,
+    };
+    match sample {
+        Sample::Float32 => {
+            // The highest bytes of all numbers, which differ least, then the next ones; and all that as differences.
+            let count = row.len() / 4;
+            for (at, word) in row.as_chunks::<4>().0.iter().enumerate() {
+                for (plane, byte) in word.iter().rev().enumerate() {
+                    line[plane * count + at] = *byte;
+                }
+            }
+        }
+        Sample::Grey16 => {
+            // As numbers, of which the lower byte comes first here.
+            let mut before = 0;
+            for (pair, into) in row.as_chunks::<2>().0.iter().zip(line.as_chunks_mut().0) {
+                let value = u16::from_be_bytes(*pair);
+                *into = value.wrapping_sub(before).to_le_bytes();
+                before = value;
+            }
+            return;
+        }
+        Sample::Grey8 | Sample::Rgb8 | Sample::Rgba8 => line.copy_from_slice(row),
+    }
+    for at in (step..line.len()).rev() {
+        line[at] = line[at].wrapping_sub(line[at - step]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_raster_is_halved_until_it_fits_in_a_block() {
+        let sizes = |width, height| -> Vec<_> {
+            Level::all(width, height).iter().map(|level| (level.width, level.height, level.count())).collect()
+        };
+        assert_eq!(sizes(512, 3), [(512, 3, 1)]);
+        assert_eq!(sizes(1025, 513), [(1025, 513, 6), (513, 257, 2), (257, 129, 1)]);
+    }
+
+    #[test]
+    fn rows_are_differences_that_give_them_back() {
+        let mut line = vec![0; 8];
+        differences(&[5, 7, 7, 6, 6, 1, 0, 255], Sample::Grey8, &mut line);
+        assert_eq!(line, [5, 2, 0, 255, 0, 251, 255, 255]);
+        differences(&[1, 2, 3, 4, 6, 6, 4, 2], Sample::Rgba8, &mut line);
+        assert_eq!(line, [1, 2, 3, 4, 5, 4, 1, 254]);
+        differences(&[1, 0, 1, 1, 0, 255, 0, 0], Sample::Grey16, &mut line);
+        assert_eq!(line, [0, 1, 1, 0, 254, 255, 1, 255]);
+        differences([1.0_f32, -2.0].map(f32::to_le_bytes).as_flattened(), Sample::Float32, &mut line);
+        assert_eq!(line, [0x3F, 0x81, 0xC0, 0x80, 0, 0, 0, 0]);
+    }
+}

@@ -1,0 +1,88 @@
+//! What a raster says of itself, so that a lone file explains itself: texts of a PNG, attributes of an OpenEXR.
+
+use crate::area::{Region, TileId};
+use crate::export::georeference::Georeference;
+use crate::export::raster::quantity::Quantity;
+use crate::generator;
+
+/// What a raster says of itself, in an order that is always the same.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Facts(pub Vec<(&'static str, Fact)>);
+
+/// One of them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Fact {
+    Text(String),
+    Number(f64),
+    Pair([f64; 2]),
+}
+
+impl std::fmt::Display for Fact {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Fact::Text(text) => f.write_str(text),
+            Fact::Number(number) => write!(f, "{number}"),
+            Fact::Pair([one, other]) => write!(f, "{one} {other}"),
+        }
+    }
+}
+
+/// The world that rasters show.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Shown {
+    pub preset_name: String,
+    pub seed: u64,
+    pub region: Region,
+}
+
+impl Facts {
+    /// What a raster of a quantity says: of one tile, or of the whole region. `range_m` is what its steps are steps of, if it
+    /// has any.
+    pub fn new(
+        shown: &Shown,
+        quantity: Quantity,
+        tile: Option<TileId>,
+        place: Georeference,
+        range_m: Option<(f32, f32)>,
+    ) -> Facts {
+        let Shown { preset_name, seed, region } = shown;
+        let text = |text: String| Fact::Text(text);
+        let cells = region.tile_cells();
+        let part = match tile {
+            Some(TileId { x, y }) => format!("tile {x},{y} of {cells} x {cells} cells"),
+            None => {
+                let (TileId { x, y }, cols, rows) = (region.at(), region.cols(), region.rows());
+                format!("{cols} x {rows} tiles of {cells} x {cells} cells from tile {x},{y} on")
+            }
+        };
+        let channels = quantity.channels().join("; ");
+        let mut facts = vec![
+            ("Title", text(format!("{} of {preset_name}, seed {seed}", quantity.name()))),
+            ("Description", text(format!("{channels}; rows from north to south, a pixel a vertex"))),
+            ("Software", text(generator::NAME.to_owned())),
+            ("preset", text(preset_name.clone())),
+            // As a text, since few programs hold all of 64 bits in a number.
+            ("seed", text(seed.to_string())),
+            ("part", text(part)),
+            ("spacing_m", Fact::Number(place.spacing_m)),
+            // East and north of the world's origin.
+            ("first_pixel_m", Fact::Pair(place.first_m)),
+        ];
+        if let Some((min_m, max_m)) = range_m {
+            facts.extend(
+                [("min_m", min_m), ("max_m", max_m)].map(|(key, metres)| (key, Fact::Number(shortest(metres)))),
+            );
+        }
+        Facts(facts)
+    }
+
+    /// What it says, as texts.
+    pub fn texts(&self) -> impl Iterator<Item = (&'static str, String)> {
+        self.0.iter().map(|(key, fact)| (*key, fact.to_string()))
+    }
+}
+
+/// The number of the fewest digits that is a float of 32 bits: not 0.30000001192092896 for 0.3.
+pub(crate) fn shortest(number: f32) -> f64 {
+    number.to_string().parse().expect("a number's text is a number")
+}
