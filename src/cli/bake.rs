@@ -14,7 +14,7 @@ use crate::cli::console::Console;
 use crate::cli::progress::{Reporter, Tiles};
 use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
-use crate::export::{Bytes, Cost, Forecast, Limit, Manifest, Mode, Output, Plan};
+use crate::export::{Bytes, Cost, Forecast, Limit, Manifest, Mode, Output, Plan, Profile};
 use crate::generator;
 use crate::watch::Watch;
 use crate::world::World;
@@ -31,16 +31,33 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     let preset = sources.read_all()?;
     let place = arguments.place.located(&preset, options.seed)?;
     let asked = place.region(preset.tile_cells, preset.spacing_m)?;
-    let region = if options.scale == Stride::ONE { asked } else { asked.strided(options.scale)? };
-    let world = World::strided(preset, options.seed, options.scale)?.with_tile_cells(region.tile_cells());
+    let mut region = if options.scale == Stride::ONE { asked } else { asked.strided(options.scale)? };
+    let mut world = World::strided(preset, options.seed, options.scale)?.with_tile_cells(region.tile_cells());
     if !options.manner.quiet {
         console.warnings(&world.warnings());
     }
-    let out = options.out.clone().unwrap_or_else(|| default_folder(&name, &world, &region));
     let (mut exports, mut meshes, mut profile) = (arguments.exports()?, arguments.meshes(), arguments.profile()?);
+    // What is there, if something comes to it.
+    let old = match &options.out {
+        Some(out) if options.add => Some(Manifest::read(out)?),
+        _ => None,
+    };
+    if let (None, Some(known)) = (profile, old.as_ref().and_then(|old| old.profile.as_ref())) {
+        profile = Some(known.parse()?);
+    }
+    // Who has not asked for a size gets one that the profile takes.
+    if let Some(profile) = profile.filter(|_| !arguments.asks_for_size())
+        && let Some((fitted, named)) = profile.fitted(&world, &region)?
+    {
+        if !options.manner.quiet {
+            say_fitted(console, profile, &region, &fitted, &named)?;
+        }
+        region = fitted;
+        world = World::new(world.preset().with_tile_cells(region.tile_cells()), options.seed)?;
+    }
+    let out = options.out.clone().unwrap_or_else(|| default_folder(&name, &world, &region));
     if options.add {
-        // What is there, and then what comes to it.
-        let old = Manifest::read(&out)?;
+        let old = old.map_or_else(|| Manifest::read(&out), Ok)?;
         let mut all = old.known_exports()?;
         all.extend(exports.into_iter().filter(|export| !old.exports.iter().any(|name| name == export.name())));
         exports = all;
@@ -91,6 +108,34 @@ pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(
     };
     let plan = Plan::of_region(&manifest, &world, region)?;
     carry_out(&plan, Mode::Extend, folder, manner, console)
+}
+
+/// Says which region a profile gets in the place of the default one.
+fn say_fitted(
+    console: &Console,
+    profile: Profile,
+    asked: &Region,
+    fitted: &Region,
+    options: &str,
+) -> Result<(), Error> {
+    let object = json!({
+        "type": "fitted", "profile": profile.name(), "at": [fitted.at().x, fitted.at().y], "cols": fitted.cols(),
+        "rows": fitted.rows(), "tile_cells": fitted.tile_cells(), "options": options,
+    });
+    let text = format!(
+        "profile {} does not take {} x {} tiles of {} cells; the nearest that it takes: {} x {} tiles of {} cells, {} x {} \
+         vertices; added: {options}\n",
+        profile.name(),
+        asked.cols(),
+        asked.rows(),
+        asked.tile_cells(),
+        fitted.cols(),
+        fitted.rows(),
+        fitted.tile_cells(),
+        fitted.width(),
+        fitted.height(),
+    );
+    console.message(object, &text)
 }
 
 /// The folder of a bake for which none is given: another one for each seed and place.

@@ -205,6 +205,15 @@ impl Profile {
         sizes::check(self, world, region)
     }
 
+    /// The region nearest to one that it does not take, and the options that ask for it; nothing where it takes the region.
+    /// Its tiles may have another size, which is for the caller to give to the world.
+    ///
+    /// # Errors
+    /// When it takes none of that world.
+    pub fn fitted(self, world: &World, region: &Region) -> Result<Option<(Region, String)>, Error> {
+        sizes::fitted(self, world, region)
+    }
+
     /// Writes the files besides the exports.
     pub(super) fn write(
         self,
