@@ -14,7 +14,7 @@ use crate::cli::console::Console;
 use crate::cli::progress::{Reporter, Tiles};
 use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
-use crate::export::{Bytes, Cost, Forecast, Limit, Manifest, Mode, Output, Plan, Profile};
+use crate::export::{Bytes, Cost, Forecast, HeightRange, Limit, Manifest, Mode, Output, Plan, Profile};
 use crate::generator;
 use crate::watch::Watch;
 use crate::world::World;
@@ -264,7 +264,8 @@ fn print_plan(
     let [west, south, east, north] = region.bounds_km(world.spacing_m());
     let size = kilometres(region, world.spacing_m());
     line("ground", format!("{size}, from {west} to {east} km east and from {south} to {north} km north"));
-    line("heights", format!("{min_m} to {max_m} m, {step_m:.4} m a step of 16 bits"));
+    let [low, high] = HeightRange { min_m, max_m, step_m }.written_m();
+    line("heights", format!("{low} to {high} m, {step_m:.4} m a step of 16 bits"));
     line("files", format!("{}, at most {}", cost.files, Bytes(cost.disk_bytes)));
     let about = memory_bytes.map_or(String::new(), |bytes| format!("about {}, ", Bytes(bytes)));
     line("memory", format!("{about}at most {}", Bytes(cost.memory_bytes)));

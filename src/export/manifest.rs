@@ -13,6 +13,7 @@ use crate::area::{Region, Stride, TileId};
 use crate::bake::FileRecord;
 use crate::device::DeviceProfile;
 use crate::error::Error;
+use crate::export::digits::{noise_m, shortest};
 use crate::export::{Export, MeshOptions, Plan, Profile, web};
 use crate::generator;
 use crate::mesh::Frame;
@@ -113,6 +114,14 @@ pub struct HeightRange {
     pub max_m: f32,
     /// Metres from one value to the next.
     pub step_m: f32,
+}
+
+impl HeightRange {
+    /// Lowest and highest height as people write them: without the noise that 32 bits have.
+    pub fn written_m(&self) -> [String; 2] {
+        let [min_m, max_m] = [self.min_m, self.max_m].map(f64::from);
+        [min_m, max_m].map(|height_m| shortest(height_m, noise_m(min_m, max_m)))
+    }
 }
 
 /// How rasters lie in the world.

@@ -11,9 +11,11 @@
 //!   map_picture.rs   a map -> PNG, WebP and a world file, pdf.rs, svg.rs; atlas.rs, many of them
 //!   plan.rs       what is asked for -> its cost;  run.rs -> files
 //!   folder.rs     where they go, lock.rs one bake at a time; look.rs, check.rs, repair.rs
+//!   digits.rs     numbers for people
 //!   manifest.rs, registry_file.rs, runs.rs           what every bake leaves besides
 //! ```
 
+mod digits;
 mod options;
 #[cfg(test)]
 mod faults;

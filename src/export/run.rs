@@ -83,7 +83,7 @@ impl Plan<'_> {
         let mut records = [records.concat(), journal.tile_files()?, kept].concat();
         // What the one who imports them has to know.
         if let Some(profile) = self.profile() {
-            let written = profile.write(self.world(), self.region(), self.preset_name(), out)?;
+            let written = profile.write(self.world(), self.region(), self.meshes(), self.preset_name(), out)?;
             records.retain(|record| written.iter().all(|written| written.path != record.path));
             records.extend(written);
         }

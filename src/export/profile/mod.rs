@@ -148,7 +148,9 @@ impl Profile {
     /// What the profile leaves, in a few words.
     pub fn about(self) -> &'static str {
         match self {
-            Profile::Blender => "GLBs, and a script that builds the scene: collections, materials, water, sun, camera",
+            Profile::Blender => {
+                "GLBs, heights, and a script that builds the scene: collections, materials, water, sun, camera"
+            }
             Profile::GodotTerrain3d => "heights in metres, control map and splat maps for Godot's Terrain3D",
             Profile::Unreal => "one landscape: 16-bit heights and a weight map a layer",
             Profile::UnrealTiled => "a landscape in tiles without shared edges",
@@ -167,10 +169,13 @@ impl Profile {
     }
 
     /// The exports that it brings.
-    pub(super) fn exports(self) -> impl Iterator<Item = Export> {
-        // Blender needs no format of its own.
-        let name = if self == Profile::Blender { "gltf" } else { self.name() };
-        Export::known().filter(move |export| export.name() == name)
+    pub(super) fn exports(self) -> Vec<Export> {
+        let names: &[&str] = match self {
+            // It needs no format of its own; the heights are for who displaces a plane by them.
+            Profile::Blender => &["gltf", "height"],
+            _ => &[self.name()],
+        };
+        Export::known().filter(|export| names.contains(&export.name())).collect()
     }
 
     /// The files that it writes besides.
@@ -219,10 +224,11 @@ impl Profile {
         self,
         world: &World,
         region: &Region,
+        meshes: &MeshOptions,
         preset_name: &str,
         out: &Path,
     ) -> Result<Vec<FileRecord>, Error> {
-        let notes = notes::notes(self, world, region, preset_name);
+        let notes = notes::notes(self, world, region, meshes, preset_name);
         let texts = [(NOTES, &notes[..]), SCRIPT];
         let written = texts.into_iter().filter(|(path, _)| self.written().contains(path));
         let write = |(path, text): (&str, &str)| {
