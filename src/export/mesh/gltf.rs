@@ -149,7 +149,7 @@ impl<'a> GltfSink<'a> {
         let detail = (lod > 0).then(|| relative_normals(tile, &model.land));
         let ground = &world.preset().ground;
         let land = of_land(tile, &model.land, frame, region, ground, options.quantized, detail.is_some());
-        let material = self.land_material(&mut glb, tile, &named, detail.as_deref());
+        let material = self.land_material(&mut glb, tile, named, detail.as_deref());
         let name = named("land");
         let mesh = glb.mesh(&name, land, material);
         let quantum = frame.step_m() as f32;

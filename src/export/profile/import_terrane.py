@@ -179,7 +179,7 @@ def scene_to_fill(bake):
     in use stays as it is, and a new one is made beside it.
     """
     import addon_utils
-    window, scene = bpy.context.window, bpy.context.scene
+    window, scene = bpy.context.window or bpy.context.window_manager.windows[0], bpy.context.scene
     for known in [scene, *bpy.data.scenes]:
         for collection in known.collection.children:
             if ORIGIN in collection:
@@ -668,7 +668,7 @@ def camera(scene, collection, extent):
         collection.objects.link(thing)
         scene.camera = thing
         scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
-    elif list(thing["terrane_place"]) != [*thing.location, *thing.rotation_euler]:
+    elif list(thing.get("terrane_place", [])) != [*thing.location, *thing.rotation_euler]:
         thing.data.clip_end = max(thing.data.clip_end, extent.clip_m)
         return
     thing.data.clip_start, thing.data.clip_end = extent.clip_start_m, extent.clip_m
