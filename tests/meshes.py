@@ -180,16 +180,15 @@ def in_blender(path):
 
 
 def check_in_blender(bake, checks, file):
-    mesh = file["mesh"]
-    found = [pair for pair in in_blender(bake.folder / file["path"]) if pair[0].name.startswith(("land", "tile"))]
-    checks.check(len(found) == 1, f"Blender finds the land in {file['path']}", len(found))
+    mesh, level = file["mesh"], file["mesh"]["lod"]
+    level = "" if level == min(bake.lods(".glb")) else f"_lod{level}"
+    name = f"land_x{file['tile']['x']}_y{file['tile']['y']}{level}"
+    found = [pair for pair in in_blender(bake.folder / file["path"]) if pair[0].name == name]
+    checks.check(len(found) == 1, f"Blender finds {name} in {file['path']}", len(found))
     thing, places = found[0]
-    # An OBJ is one object with water and roads: the land is what has its material.
-    materials = [slot.name for slot in thing.data.materials]
-    faces = [face.vertices[:] for face in thing.data.polygons if materials[face.material_index].startswith("land")]
-    places = places[np.unique(faces)]
-    same = (len(places), len(faces)) == (mesh["vertices"], mesh["triangles"])
-    checks.check(same, "with the manifest's vertices and triangles", (len(places), len(faces)))
+    same = (len(places), len(thing.data.polygons)) == (mesh["vertices"], mesh["triangles"])
+    checks.check(same, "with the manifest's vertices and triangles", (len(places), len(thing.data.polygons)))
+    checks.check([slot.name for slot in thing.data.materials] == [name], "with a material of its own", thing.data.materials[:])
     if file["path"].endswith(".glb"):
         missing = {"_GRASS", "_DIRT", "_ROCK", "_SAND", "_SNOW"} - {attribute.name for attribute in thing.data.attributes}
         checks.check(not missing, "with the weights of all materials", sorted(missing) or "none is missing")

@@ -857,6 +857,15 @@ impl BakeArguments {
         Ok(sources)
     }
 
+    /// Whether an option says how large the region or its tiles are. That of a scale does, for it is of a given region.
+    pub fn asks_for_size(&self) -> bool {
+        let PlaceArguments { size, bounds, around, .. } = &self.place;
+        let CommonArguments { tile_cells, set, scale, .. } = &self.common;
+        let is_size = |setting: &String| setting.split('=').next().is_some_and(|key| key.trim() == "tile_cells");
+        let in_tiles = size.is_some() || tile_cells.is_some() || set.iter().any(is_size);
+        in_tiles || bounds.is_some() || around.is_some() || *scale != Stride::ONE
+    }
+
     pub fn meshes(&self) -> MeshOptions {
         let CommonArguments { lod, mesh_error, quantize, meshopt, .. } = &self.common;
         // A name that is no profile is reported where the profile is read, not here.

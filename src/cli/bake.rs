@@ -14,7 +14,9 @@ use crate::cli::console::Console;
 use crate::cli::progress::{Reporter, Tiles};
 use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
-use crate::export::{Bytes, Cost, Forecast, Limit, Manifest, Mode, Output, Plan, look, measured_range_m};
+use crate::export::{
+    Bytes, Cost, Forecast, HeightRange, Limit, Manifest, Mode, Output, Plan, Profile, look, measured_range_m,
+};
 use crate::generator;
 use crate::watch::Watch;
 use crate::world::World;
@@ -31,14 +33,32 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     let preset = sources.read_all()?;
     let place = arguments.place.located(&preset, options.seed)?;
     let asked = place.region(preset.tile_cells, preset.spacing_m)?;
-    let region = if options.scale == Stride::ONE { asked } else { asked.strided(options.scale)? };
-    let world = World::strided(preset, options.seed, options.scale)?.with_tile_cells(region.tile_cells());
+    let mut region = if options.scale == Stride::ONE { asked } else { asked.strided(options.scale)? };
+    let mut world = World::strided(preset, options.seed, options.scale)?.with_tile_cells(region.tile_cells());
     if !options.manner.quiet {
         console.warnings(&world.warnings());
     }
-    let out = options.out.clone().unwrap_or_else(|| default_folder(&name, &world, &region));
     let (mut exports, mut profile) = (arguments.exports()?, arguments.profile()?);
     let (mut meshes, mut vectors) = (arguments.meshes(), arguments.vectors());
+    // What is there, if something comes to it.
+    let old = match &options.out {
+        Some(out) if options.add => Some(Manifest::read(out)?),
+        _ => None,
+    };
+    if let (None, Some(known)) = (profile, old.as_ref().and_then(|old| old.profile.as_ref())) {
+        profile = Some(known.parse()?);
+    }
+    // Who has not asked for a size gets one that the profile takes.
+    if let Some(profile) = profile.filter(|_| !arguments.asks_for_size())
+        && let Some((fitted, named)) = profile.fitted(&world, &region)?
+    {
+        if !options.manner.quiet {
+            say_fitted(console, profile, &region, &fitted, &named)?;
+        }
+        region = fitted;
+        world = World::new(world.preset().with_tile_cells(region.tile_cells()), options.seed)?;
+    }
+    let out = options.out.clone().unwrap_or_else(|| default_folder(&name, &world, &region));
     let mut height_range_m = match options.height_range {
         None => None,
         Some(AskedRange::Metres(range_m)) => Some(range_m),
@@ -46,8 +66,7 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     };
     let [of_meshes, of_vectors, of_heights] = arguments.format_options();
     if options.add {
-        // What is there, and then what comes to it.
-        let old = Manifest::read(&out)?;
+        let old = old.map_or_else(|| Manifest::read(&out), Ok)?;
         let mut all = old.known_exports()?;
         all.extend(exports.into_iter().filter(|export| !old.exports.iter().any(|name| name == export.name())));
         exports = all;
@@ -60,9 +79,6 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
         }
         if old.reads("--height-range") && of_heights.is_empty() {
             height_range_m = old.chosen_range_m(&world);
-        }
-        if let (None, Some(known)) = (profile, &old.profile) {
-            profile = Some(known.parse()?);
         }
     }
     let mut plan = Plan::new(&world, &name, region, exports)?
@@ -135,6 +151,34 @@ pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(
     };
     let plan = Plan::of_region(&manifest, &world, region)?;
     carry_out(&plan, Mode::Extend, folder, manner, console)
+}
+
+/// Says which region a profile gets in the place of the default one.
+fn say_fitted(
+    console: &Console,
+    profile: Profile,
+    asked: &Region,
+    fitted: &Region,
+    options: &str,
+) -> Result<(), Error> {
+    let object = json!({
+        "type": "fitted", "profile": profile.name(), "at": [fitted.at().x, fitted.at().y], "cols": fitted.cols(),
+        "rows": fitted.rows(), "tile_cells": fitted.tile_cells(), "options": options,
+    });
+    let text = format!(
+        "profile {} does not take {} x {} tiles of {} cells; the nearest that it takes: {} x {} tiles of {} cells, {} x {} \
+         vertices; added: {options}\n",
+        profile.name(),
+        asked.cols(),
+        asked.rows(),
+        asked.tile_cells(),
+        fitted.cols(),
+        fitted.rows(),
+        fitted.tile_cells(),
+        fitted.width(),
+        fitted.height(),
+    );
+    console.message(object, &text)
 }
 
 /// The folder of a bake for which none is given: another one for each seed and place.
@@ -263,7 +307,8 @@ fn print_plan(
     let [west, south, east, north] = region.bounds_km(world.spacing_m());
     let size = kilometres(region, world.spacing_m());
     line("ground", format!("{size}, from {west} to {east} km east and from {south} to {north} km north"));
-    line("heights", format!("{min_m} to {max_m} m, {step_m:.4} m a step of 16 bits"));
+    let [low, high] = HeightRange { min_m, max_m, step_m }.written_m();
+    line("heights", format!("{low} to {high} m, {step_m:.4} m a step of 16 bits"));
     line("files", format!("{}, at most {}", cost.files, Bytes(cost.disk_bytes)));
     let about = memory_bytes.map_or(String::new(), |bytes| format!("about {}, ", Bytes(bytes)));
     line("memory", format!("{about}at most {}", Bytes(cost.memory_bytes)));

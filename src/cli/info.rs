@@ -58,7 +58,8 @@ fn text(contents: &Contents) -> String {
     let (cols, rows, TileId { x, y }) = (region.cols, region.rows, region.at);
     line("region", format!("{cols} x {rows} tiles from {x},{y}, {} x {} vertices", region.width, region.height));
     let sea = manifest.sea_level_m.map_or(String::new(), |metres| format!(", the sea at {metres} m"));
-    line("heights", format!("{} to {} m{sea}", heights.min_m, heights.max_m));
+    let [min_m, max_m] = heights.written_m();
+    line("heights", format!("{min_m} to {max_m} m{sea}"));
     line("exports", manifest.exports.join(", "));
     let mut by_export: BTreeMap<&str, [u64; 2]> = BTreeMap::new();
     for file in &manifest.files {

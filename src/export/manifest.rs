@@ -13,6 +13,7 @@ use crate::area::{Region, Stride, TileId};
 use crate::bake::FileRecord;
 use crate::device::DeviceProfile;
 use crate::error::Error;
+use crate::export::digits::{noise_m, shortest};
 use crate::export::{Export, MeshOptions, Plan, Profile, VectorOptions, web};
 use crate::generator;
 use crate::mesh::Frame;
@@ -122,6 +123,12 @@ impl HeightRange {
     /// The range that was asked for; none if it is the world's own.
     fn asked_for(&self, world: &World) -> Option<[f32; 2]> {
         (world.height_range_m() != (self.min_m, self.max_m)).then_some([self.min_m, self.max_m])
+    }
+
+    /// Lowest and highest height as people write them: without the noise that 32 bits have.
+    pub fn written_m(&self) -> [String; 2] {
+        let [min_m, max_m] = [self.min_m, self.max_m].map(f64::from);
+        [min_m, max_m].map(|height_m| shortest(height_m, noise_m(min_m, max_m)))
     }
 }
 

@@ -12,9 +12,11 @@
 //!   plan.rs       what is asked for -> its cost;  run.rs -> files
 //!   folder.rs     where they go, lock.rs one bake at a time; look.rs, check.rs, repair.rs
 //!   georeference.rs   where files lie, in the words of GIS          measure.rs   the heights of a region
+//!   digits.rs     numbers for people
 //!   manifest.rs, registry_file.rs, runs.rs           what every bake leaves besides
 //! ```
 
+mod digits;
 mod options;
 #[cfg(test)]
 mod faults;

@@ -68,7 +68,8 @@ impl<'a> Plan<'a> {
     /// takes.
     pub fn with_profile(mut self, profile: Profile) -> Result<Plan<'a>, Error> {
         profile.check(self.world, &self.region, &self.meshes)?;
-        self.exports.extend(profile.exports().filter(|export| !self.exports.contains(export)).collect::<Vec<_>>());
+        let missing = profile.exports().into_iter().filter(|export| !self.exports.contains(export));
+        self.exports.extend(missing.collect::<Vec<_>>());
         // Again, for the profile's exports may need others.
         Plan { profile: Some(profile), ..self }.checked()
     }

@@ -84,7 +84,7 @@ impl Plan<'_> {
         // What the one who imports them has to know.
         let mut written = Vec::from_iter(project::write(self, out)?);
         if let Some(profile) = self.profile() {
-            written.extend(profile.write(self.world(), self.region(), self.preset_name(), out)?);
+            written.extend(profile.write(&self.request(), out)?);
         }
         records.retain(|record| written.iter().all(|written| written.path != record.path));
         records.extend(written);

@@ -68,7 +68,7 @@ fn buffers(file: &gltf::Gltf, path: &Path) -> Vec<Vec<u8>> {
     buffers
 }
 
-/// The parts of a glTF by the names of their nodes, of all tiles together.
+/// The parts of a glTF by what they are, of all tiles together.
 fn parts(path: &Path) -> BTreeMap<String, Part> {
     // The reader knows no KHR_mesh_quantization; what it allows is read below.
     let file = gltf::Gltf::from_slice_without_validation(&std::fs::read(path).unwrap());
@@ -86,7 +86,7 @@ fn parts(path: &Path) -> BTreeMap<String, Part> {
         for node in root.children() {
             let (lift, _, scale) = node.transform().decomposed();
             let part = parts
-                .entry(node.name().unwrap().to_owned())
+                .entry(kind(node.name().unwrap()).to_owned())
                 .or_insert_with(|| Part { places: Vec::new(), triangles: Vec::new() });
             for primitive in node.mesh().expect("a mesh").primitives() {
                 assert_eq!(primitive.mode(), Primitives::Triangles);
@@ -115,6 +115,11 @@ fn parts(path: &Path) -> BTreeMap<String, Part> {
 fn glb(folder: &TempDir, lod: u32, col: u64, row: u64) -> PathBuf {
     let level = if lod == 0 { String::new() } else { format!("_lod{lod}") };
     folder.path().join(format!("mesh/tile{level}_x{col}_y{row}.glb"))
+}
+
+/// What a part is: its name without the place of its tile.
+fn kind(name: &str) -> &str {
+    name.split("_x").next().unwrap()
 }
 
 fn bits(place: [f32; 3]) -> [u32; 3] {
@@ -226,7 +231,14 @@ fn vertices_carry_the_rasters_normals_and_weights() {
     let document = gltf::Gltf::open(&path).unwrap();
     let buffers = buffers(&document, &path);
     let names: BTreeSet<&str> = document.images().filter_map(|image| image.name()).collect();
-    assert_eq!(names, ["blend_cover_x2_y0", "blend_ground_x2_y0", "colour_x2_y0", "normal_x2_y0"].into());
+    assert_eq!(
+        names,
+        ["blend_cover", "blend_ground", "colour", "normal"]
+            .map(|image| format!("{image}_x0_y100000000"))
+            .each_ref()
+            .map(String::as_str)
+            .into()
+    );
     let mut relative = Vec::new();
     for image in document.images() {
         let gltf::image::Source::View { view, mime_type: "image/png" } = image.source() else { panic!("no PNG") };
@@ -235,14 +247,14 @@ fn vertices_carry_the_rasters_normals_and_weights() {
         assert_eq!((reader.info().width, reader.info().height), (33, 33));
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
         reader.next_frame(&mut pixels).unwrap();
-        if image.name() == Some("normal_x2_y0") {
+        if image.name() == Some("normal_x0_y100000000") {
             relative = pixels.as_chunks::<3>().0.to_vec();
         }
     }
     // Some of the raster's normals are others than the mesh's, but none at its vertices, by more than what rounding does.
     let is_same = |texel: [u8; 3]| texel.iter().zip([128, 128, 255]).all(|(axis, same)| axis.abs_diff(same) <= 1);
     assert!(!relative.iter().all(|texel| is_same(*texel)));
-    let node = document.nodes().find(|node| node.name() == Some("land")).unwrap();
+    let node = document.nodes().find(|node| node.name() == Some("land_x0_y100000000")).unwrap();
     let primitive = node.mesh().unwrap().primitives().next().unwrap();
     let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data[..]));
     let textures = reader.read_tex_coords(0).unwrap().into_f32();
@@ -272,6 +284,52 @@ fn vertices_carry_the_rasters_normals_and_weights() {
         }
     }
     assert!(manifest.files.iter().any(|file| file.path == "mesh/region_lod1.gltf"));
+}
+
+/// Files of several regions and levels in one scene: programs number names that are there twice.
+#[test]
+fn names_tell_tile_and_kind_and_no_two_files_share_one() {
+    let world = wet();
+    let (folder, _) = bake(&world, "gltf,obj,obj-tiles", lods("0,2"));
+    let (mut names, mut kinds, mut shared) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
+    for tile in 0..6 {
+        for (lod, level) in [(0, ""), (2, "_lod2")] {
+            let document = gltf::Gltf::open(glb(&folder, lod, tile % 3, tile / 3)).unwrap();
+            let place = format!("_x{}_y{}{level}", AT.x + (tile % 3) as i64, AT.y + (tile / 3) as i64);
+            for node in document.nodes() {
+                let name = node.name().unwrap();
+                assert_eq!(name.strip_suffix(&place), Some(kind(name)), "{name} at {place}");
+                assert!(node.mesh().is_none_or(|mesh| mesh.name() == Some(name)), "{name}");
+                assert!(names.insert(name.to_owned()), "{name} is there twice");
+                kinds.insert(kind(name).to_owned());
+            }
+            for material in document.materials() {
+                let name = material.name().unwrap();
+                match name.strip_suffix(&place) {
+                    Some(own) => assert_eq!(own, "land"),
+                    None => _ = shared.insert(name.to_owned()),
+                }
+            }
+            let images: Vec<_> = document.images().map(|image| image.name().unwrap().to_owned()).collect();
+            assert!(images.iter().all(|image| image.ends_with(&place)), "{images:?}");
+        }
+    }
+    assert_eq!(kinds, ["land", "river", "road", "sea", "tile"].map(String::from).into());
+    assert_eq!(shared, ["river", "road", "sea"].map(String::from).into());
+    // The same in the files of the region, and in OBJ, which has no nodes of tiles.
+    names.retain(|name| kind(name) != "tile");
+    let (mut in_regions, mut in_tiles) = (BTreeSet::new(), BTreeSet::new());
+    for path in std::fs::read_dir(folder.path().join("mesh")).unwrap().map(|entry| entry.unwrap().path()) {
+        if path.extension().is_some_and(|ending| ending == "obj") {
+            let text = std::fs::read_to_string(&path).unwrap();
+            let is_region = path.file_name().unwrap().to_str().unwrap().starts_with("region");
+            let found = if is_region { &mut in_regions } else { &mut in_tiles };
+            for name in text.lines().filter_map(|line| line.strip_prefix("o ")) {
+                assert!(found.insert(name.to_owned()), "{name} is there twice");
+            }
+        }
+    }
+    assert_eq!((&in_regions, &in_tiles), (&names, &names));
 }
 
 #[test]
@@ -359,7 +417,7 @@ fn obj_shows_what_gltf_shows() {
         let path = folder.path().join(format!("mesh/region{level}.obj"));
         let (models, materials) = tobj::load_obj(&path, &options).unwrap();
         let materials = materials.unwrap();
-        let land = |model: &&tobj::Model| model.mesh.material_id.is_some_and(|id| materials[id].name == "land");
+        let land = |model: &&tobj::Model| model.mesh.material_id.is_some_and(|id| kind(&materials[id].name) == "land");
         let triangles: usize = models.iter().filter(land).map(|model| model.mesh.indices.len() / 3).sum();
         let all = parts(&folder.path().join(format!("mesh/region{level}.gltf")));
         assert_eq!(triangles, all["land"].triangles.len());

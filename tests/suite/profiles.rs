@@ -10,7 +10,7 @@ use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
 use tempfile::TempDir;
 use terrane::area::{Region, TileId};
 use terrane::export::{Export, Manifest, MeshOptions, Mode, Output, Plan, Profile};
-use terrane::preset::Preset;
+use terrane::preset::{BUILT_IN, Preset};
 use terrane::tile::{Material, Tile};
 use terrane::watch::Watch;
 use terrane::world::World;
@@ -274,6 +274,7 @@ fn blender_gets_meshes_and_a_script() {
     let bake = Bake::new(Profile::Blender, 16, 2, 1);
     let expected = [
         "IMPORT.md",
+        "height/height.png",
         "import_terrane.py",
         "mesh/region_lod1.gltf",
         "mesh/tile_lod1_x0_y0.glb",
@@ -281,6 +282,128 @@ fn blender_gets_meshes_and_a_script() {
     ];
     assert_eq!(bake.files(), expected.into());
     assert_eq!(bake.read("import_terrane.py"), include_bytes!("../../src/export/profile/import_terrane.py"));
+    // The numbers that bring the heights of a displaced plane back, at the vertex that a texel is.
+    let (strength, middle) = (bake.number("Strength"), bake.number("Midlevel"));
+    let (width, height, colour, depth, bytes) = png(&bake.folder.path().join("height/height.png"));
+    assert_eq!((width, height, colour, depth), (33, 17, png::ColorType::Grayscale, png::BitDepth::Sixteen));
+    assert_eq!((bake.number("X Subdivisions"), bake.number("Y Subdivisions")), (32.0, 16.0));
+    for ((_, _, height_m, _), value) in bake.vertices(33, 17).into_iter().zip(bytes.as_chunks().0) {
+        let displaced_m = (f64::from(u16::from_be_bytes(*value)) / 65535.0 - middle) * strength;
+        assert!((displaced_m - f64::from(height_m)).abs() <= bake.half_step_m(), "{displaced_m} m for {height_m} m");
+    }
+    let (scale, texels) = (bake.number("Scale X"), 33.0);
+    assert!((scale - (texels - 1.0) / texels).abs() < 1e-8, "UV * (N - 1) / N, about the middle");
+    // Twelve sides, and a ten-thousandth of one.
+    assert_eq!(bake.typed("Camera, *Lens*, *Clip Start* and *End*"), "0.1 m and 960 m");
+    let [east_m, south_m] = bake.manifest.region.mesh_origin_m;
+    assert_eq!(bake.typed("origin in the world, X (east)"), format!("{east_m} m"));
+    assert_eq!(bake.typed("origin in the world, Y (north)"), format!("{} m", -south_m));
+}
+
+/// Heights are proved in 32 bits, where whole metres come out beside themselves.
+#[test]
+fn no_number_that_people_type_has_the_noise_of_32_bits() {
+    let desk = tempfile::tempdir().unwrap();
+    for profile in Profile::ALL.map(Profile::name) {
+        let cells = if profile == "unreal" { 126 } else { 64 };
+        let cells = if profile == "unreal-tiled" { 128 } else { cells };
+        let bake = format!("bake hills --size 1x1 --tile-cells {cells} --profile {profile} --out {profile} --quiet");
+        let (code, said) = terrane(desk.path(), &bake);
+        assert_eq!(code, 0, "{said}");
+        let notes = fs::read_to_string(desk.path().join(profile).join("IMPORT.md")).unwrap();
+        let (_, said) = terrane(desk.path(), &format!("info {profile}"));
+        for line in notes.lines().chain(said.lines().filter(|line| line.starts_with("heights"))) {
+            for number in line.split(|letter: char| !letter.is_ascii_digit() && letter != '.') {
+                let decimals = number.split_once('.').map_or("", |(_, decimals)| decimals.trim_end_matches('.'));
+                assert!(!decimals.contains("0000") && !decimals.contains("9999"), "{profile}: {line}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_default_bake_of_every_preset_works_for_every_profile() {
+    for (preset, _) in BUILT_IN {
+        for profile in Profile::ALL.map(Profile::name) {
+            let ask = format!("bake {preset} --profile {profile}");
+            let preset = Preset::load(preset).unwrap().1;
+            let world = World::new(preset, None).unwrap();
+            let region = Region::new(TileId { x: 0, y: 0 }, 8, 8, world.tile_cells()).unwrap();
+            let fitted = profile.parse::<Profile>().unwrap().fitted(&world, &region).unwrap();
+            assert_eq!(fitted.is_some(), profile.starts_with("unreal"), "{ask}: the preset's own tiles where they fit");
+            let (region, _) = fitted.unwrap_or((region, String::new()));
+            let mut preset = world.preset().clone();
+            preset.tile_cells = region.tile_cells();
+            let world = World::new(preset, None).unwrap();
+            let plan = Plan::new(&world, "default", region, Vec::new()).unwrap();
+            plan.with_profile(profile.parse().unwrap()).unwrap_or_else(|error| panic!("{ask}: {error}"));
+            let side_m = |cells: u64| cells as f64 * world.spacing_m();
+            let off = side_m(region.width() - 1) / side_m(2048);
+            assert!((0.9..1.1).contains(&off) && region.cols() == region.rows(), "{ask}: {off} of what is asked for");
+        }
+    }
+}
+
+#[test]
+fn who_asks_for_no_size_gets_one_that_fits_and_is_told() {
+    let desk = tempfile::tempdir().unwrap();
+    fs::write(desk.path().join("small.toml"), SMALL).unwrap();
+    for (profile, options, added, vertices) in [
+        ("unreal", "", "--tile-cells 18 --size 7x7", "127 x 127"),
+        ("unreal", "--at -70,9", "--tile-cells 18 --size 7x7 --at -62,8", "127 x 127"),
+        ("unreal", "--seed 7 --set sea_level_m=3", "--tile-cells 18 --size 7x7", "127 x 127"),
+        ("unity", "", "--tile-cells 32 --size 4x4", "129 x 129"),
+        ("godot-terrain3d", "", "--tile-cells 64 --size 2x2", "129 x 129"),
+    ] {
+        let ask = format!("bake small.toml --profile {profile} --out out --overwrite --no-progress {options}");
+        let (code, said) = terrane(desk.path(), ask.trim_end());
+        assert_eq!(code, 0, "{ask}\n{said}");
+        assert!(said.contains(&format!("added: {added}\n")) && said.contains(vertices), "{ask}\n{said}");
+        // The same as who has typed it.
+        let text = |out: &str| fs::read_to_string(desk.path().join(out).join("bake.json")).unwrap();
+        let place = if added.contains("--at") { "" } else { options };
+        let (code, said) = terrane(
+            desk.path(),
+            &format!("bake small.toml --profile {profile} --out typed --overwrite --quiet {added} {place}")
+                .trim_end()
+                .replace("  ", " "),
+        );
+        assert_eq!((code, &said[..]), (0, ""), "{ask}");
+        assert_eq!(text("out"), text("typed"), "{ask}");
+        // More of the same bake, with its profile or without a word of it.
+        let (code, said) = terrane(
+            desk.path(),
+            format!("bake small.toml --out out --add --export hashes --quiet {options}").trim_end(),
+        );
+        assert_eq!(code, 0, "{ask}\n{said}");
+    }
+    for options in [
+        "--size 8x8",
+        "--tile-cells 16",
+        "--set tile_cells=16",
+        "--bounds=0,0,0.3,0.3",
+        "--around=0,0,0.3",
+        "--scale 1/2",
+    ] {
+        let (code, said) = terrane(desk.path(), &format!("bake small.toml --profile unreal --out none {options}"));
+        assert!(code == 2 && said.contains("hint: the nearest that fits: "), "{options}\n{said}");
+    }
+    let (code, said) = terrane(desk.path(), "bake small.toml --profile unreal --out other --json --quiet");
+    assert_eq!((code, &said[..]), (0, ""), "quiet is quiet");
+}
+
+/// The editor of Unreal clamps a landscape at 32 components a side.
+#[test]
+fn no_landscape_has_more_components_than_the_editor_takes() {
+    let desk = tempfile::tempdir().unwrap();
+    fs::write(desk.path().join("small.toml"), SMALL).unwrap();
+    // 1023 quads are 33 components of 31, and of no larger ones.
+    let ask = "bake small.toml --out out --dry-run --profile unreal-tiled --tile-cells 256 --size 4x4";
+    let (code, said) = terrane(desk.path(), ask);
+    assert!(code == 2 && said.contains("at most 32 each way"), "{said}");
+    let ask = "bake small.toml --out out --dry-run --profile unreal-tiled --tile-cells 4081 --size 1x1";
+    let (code, said) = terrane(desk.path(), ask);
+    assert_eq!(code, 0, "4080 = 16 x 255\n{said}");
 }
 
 /// Runs the command in a folder and gives exit code, and what it said.

@@ -21,7 +21,7 @@ use super::model::{Model, Modeller, Substance, by_substance, substance_of_water}
 use super::region::RegionFile;
 use super::relative_normals::relative_normals;
 use super::values::{of_land, of_ribbons, of_sheet};
-use super::{FOLDER, cost, tile_path};
+use super::{FOLDER, cost, part_name, tile_path};
 use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
@@ -133,9 +133,10 @@ impl<'a> GltfSink<'a> {
     }
 
     /// The GLB of a tile's model.
-    fn document(&self, tile: &Tile, place: Place, lod: u32, model: &Model) -> Glb {
+    fn document(&self, tile: &Tile, lod: u32, model: &Model) -> Glb {
         let Modeller { world, frame, region, options, .. } = &self.modeller;
         let area = tile.area();
+        let named = |part: &str| part_name(part, tile.id(), lod, &options.lods);
         let mut glb = Glb::new(options.compressed);
         if options.compressed {
             glb.uses(COMPRESSION, true);
@@ -148,21 +149,22 @@ impl<'a> GltfSink<'a> {
         let detail = (lod > 0).then(|| relative_normals(tile, &model.land));
         let ground = &world.preset().ground;
         let land = of_land(tile, &model.land, frame, region, ground, options.quantized, detail.is_some());
-        let material = self.land_material(&mut glb, tile, place, detail.as_deref());
-        let mesh = glb.mesh("land", land, material);
+        let material = self.land_material(&mut glb, tile, named, detail.as_deref());
+        let name = named("land");
+        let mesh = glb.mesh(&name, land, material);
         let quantum = frame.step_m() as f32;
         let [east, up, south] = frame.corner_m(&area).map(|metres| metres as f32);
         let lifted = options.quantized.then_some([0.0, up, 0.0]);
         let scale = options.quantized.then_some([quantum; 3]);
         // Quantised positions are whole steps, which the node scales and lifts back to metres.
-        children.push(glb.root.push(Node { scale, translation: lifted, ..node("land", Some(mesh)) }));
+        children.push(glb.root.push(Node { scale, translation: lifted, ..node(&name, Some(mesh)) }));
         // Waters, then rivers of the thesis' agents, roads and bridges.
         for sheet in &model.waters {
             let substance = substance_of_water(sheet.kind);
-            add(&mut glb, &mut children, substance, of_sheet(sheet, frame, &area));
+            add(&mut glb, &mut children, substance, &named(substance.name), of_sheet(sheet, frame, &area));
         }
         for (substance, ribbons) in by_substance(&model.ribbons) {
-            add(&mut glb, &mut children, substance, of_ribbons(ribbons, frame));
+            add(&mut glb, &mut children, substance, &named(substance.name), of_ribbons(ribbons, frame));
         }
         let extras = extras(&json!({ "tile_x": tile.id().x, "tile_y": tile.id().y, "lod": lod }));
         // The tile stands at its corner, and so its own numbers are small.
@@ -170,16 +172,21 @@ impl<'a> GltfSink<'a> {
             children: Some(children),
             translation: Some([east, 0.0, south]),
             extras: Some(extras),
-            ..node(&format!("tile_x{}_y{}", place.col, place.row), None)
+            ..node(&named("tile"), None)
         });
         let scene = Scene { extensions: None, extras: None, name: None, nodes: vec![root] };
         glb.root.scene = Some(glb.root.push(scene));
         glb
     }
 
-    fn land_material(&self, glb: &mut Glb, tile: &Tile, place: Place, detail: Option<&[u8]>) -> Index<Material> {
+    fn land_material(
+        &self,
+        glb: &mut Glb,
+        tile: &Tile,
+        named: impl Fn(&str) -> String,
+        detail: Option<&[u8]>,
+    ) -> Index<Material> {
         let side = tile.area().width();
-        let named = |name: &str| format!("{name}_x{}_y{}", place.col, place.row);
         let png = |sample, rows: &[u8], srgb| png_bytes(sample, (side as u32, side as u32), srgb, rows);
         let painted = |(_, painter): &(&str, Painter)| {
             png(painter.quantity().sample(), &painter.paint(tile, side, side), painter.quantity().is_colour())
@@ -228,7 +235,14 @@ impl<'a> GltfSink<'a> {
     }
 }
 
-fn add(glb: &mut Glb, children: &mut Vec<Index<Node>>, substance: Substance, geometry: super::values::MeshData) {
+/// Adds a part of that name. Its material, which all tiles have in common, has the name of the substance alone.
+fn add(
+    glb: &mut Glb,
+    children: &mut Vec<Index<Node>>,
+    substance: Substance,
+    name: &str,
+    geometry: super::values::MeshData,
+) {
     let [.., opacity] = substance.colour;
     let material = glb.root.push(Material {
         name: Some(substance.name.to_owned()),
@@ -241,8 +255,8 @@ fn add(glb: &mut Glb, children: &mut Vec<Index<Node>>, substance: Substance, geo
         },
         ..Default::default()
     });
-    let mesh = glb.mesh(substance.name, geometry, material);
-    children.push(glb.root.push(node(substance.name, Some(mesh))));
+    let mesh = glb.mesh(name, geometry, material);
+    children.push(glb.root.push(node(name, Some(mesh))));
 }
 
 fn node(name: &str, mesh: Option<Index<Mesh>>) -> Node {
@@ -262,7 +276,7 @@ impl Sink for GltfSink<'_> {
         let (mut kept, mut files) = (Vec::new(), Vec::new());
         for (lod, model) in self.modeller.models(tile) {
             let path = tile_path(lod, place, "glb");
-            let glb = self.document(tile, place, lod, &model);
+            let glb = self.document(tile, lod, &model);
             let (root, bytes, start) = glb.finish();
             let finished = write_whole(self.out.join(&path), &bytes)?;
             // The region's file needs the JSON of each tile, in the order of the tiles; the numbers stay in the GLB.

@@ -20,8 +20,9 @@ mod values;
 pub(super) use gltf::Gltf;
 pub(super) use obj::{OBJ, OBJ_TILES};
 
-use crate::area::Place;
+use crate::area::{Place, TileId};
 use crate::export::format::{FormatCost, RECORD_BYTES, Request};
+use crate::export::options::Lods;
 
 /// The folder of meshes in that of a bake.
 const FOLDER: &str = "mesh";
@@ -34,6 +35,13 @@ fn tile_path(lod: u32, place: Place, ending: &str) -> String {
 /// The file of a region at a level of detail.
 fn region_path(lod: u32, ending: &str) -> String {
     format!("{FOLDER}/region{}.{ending}", level(lod))
+}
+
+/// The name of a part of a tile, such as `land_x3_y-4`: other files than these, of other regions too, have no part of the
+/// same name, so a scene may hold all of them. The bake's finest level goes without saying, whichever it is.
+fn part_name(part: &str, TileId { x, y }: TileId, lod: u32, lods: &Lods) -> String {
+    let level = if lods.all().first() == Some(&lod) { String::new() } else { level(lod) };
+    format!("{part}_x{x}_y{y}{level}")
 }
 
 /// The finest level goes without saying.

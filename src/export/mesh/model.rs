@@ -30,7 +30,7 @@ pub(super) struct Model {
 /// What something is made of, besides the land.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Substance {
-    /// Of its node, mesh and material.
+    /// Of its material, and with the tile's place of its node and mesh.
     pub name: &'static str,
     /// Linear red, green, blue, and opacity.
     pub colour: [f32; 4],

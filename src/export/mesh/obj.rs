@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use super::model::{Model, Modeller, SUBSTANCES, Substance, by_substance, substance_of_water};
-use super::{FOLDER, cost, region_path, tile_path};
+use super::{FOLDER, cost, part_name, region_path, tile_path};
 use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
@@ -90,12 +90,19 @@ pub(crate) struct ObjSink<'a> {
     regions: Option<Mutex<Vec<(String, PartFile, u64)>>>,
 }
 
-/// The text of a tile's vertices, and its faces by material, which count from the tile's first vertex.
+/// The text of a tile's vertices, and its parts, whose faces count from the tile's first vertex.
 #[derive(Default)]
 struct Text {
     vertices: String,
     count: u32,
-    faces: Vec<(String, Vec<u32>)>,
+    parts: Vec<Part>,
+}
+
+/// An object of an OBJ.
+struct Part {
+    name: String,
+    material: String,
+    faces: Vec<u32>,
 }
 
 impl<'a> ObjSink<'a> {
@@ -117,12 +124,12 @@ impl<'a> ObjSink<'a> {
         })
     }
 
-    fn text(&self, tile: &Tile, place: Place, model: &Model) -> Text {
-        let Modeller { frame, region, .. } = &self.modeller;
+    fn text(&self, tile: &Tile, lod: u32, model: &Model) -> Text {
+        let Modeller { frame, region, options, .. } = &self.modeller;
         let area = tile.area();
         let [corner_east, _, corner_south] = frame.corner_m(&area);
         let mut text = Text::default();
-        _ = writeln!(text.vertices, "o tile_x{}_y{}", place.col, place.row);
+        let named = |part: &str| part_name(part, tile.id(), lod, &options.lods);
         let lattice = |[column, row]: [u32; 2]| (area.x0 + i64::from(column), area.y0 + i64::from(row));
         // OBJ has no transforms, so a tile's place is in its vertices; as text they have all the digits that takes.
         let placed = |x: i64, y: i64, height_m: f32| {
@@ -141,9 +148,11 @@ impl<'a> ObjSink<'a> {
             // OBJ counts v from the bottom of a picture.
             [u, 1.0 - v]
         };
-        let land = land_name(self.regions.is_none().then_some(place));
+        // That of a region shows the picture of the region.
+        let material = if self.regions.is_none() { named("land") } else { "land".to_owned() };
         text.add(
-            land,
+            named("land"),
+            &material,
             &model.land.triangles,
             model.land.vertices.iter().map(|vertex| {
                 let (x, y) = lattice(*vertex);
@@ -151,8 +160,9 @@ impl<'a> ObjSink<'a> {
             }),
         );
         for sheet in &model.waters {
-            let name = substance_of_water(sheet.kind).name.to_owned();
+            let name = substance_of_water(sheet.kind).name;
             text.add(
+                named(name),
                 name,
                 &sheet.triangles,
                 sheet.vertices.iter().map(|(vertex, height_m)| {
@@ -164,7 +174,8 @@ impl<'a> ObjSink<'a> {
         for (substance, ribbons) in by_substance(&model.ribbons) {
             for ribbon in ribbons {
                 text.add(
-                    substance.name.to_owned(),
+                    named(substance.name),
+                    substance.name,
                     &ribbon.triangles,
                     ribbon.vertices.iter().map(|vertex| {
                         let [east, south] = frame.local_m(vertex.place);
@@ -178,21 +189,13 @@ impl<'a> ObjSink<'a> {
     }
 }
 
-/// The materials of a file of the region, or of a tile's.
-fn materials(place: Option<Place>) -> String {
-    let colour = match place {
-        Some(Place { row, col }) => format!("../colour/colour_x{col}_y{row}.png"),
-        None => "../colour/colour.png".to_owned(),
-    };
-    let mut text = format!("newmtl {}\nKd 1 1 1\nKs 0 0 0\nPr 0.95\nmap_Kd {colour}\n", land_name(place));
+/// The materials of a file, of which the land's has that name and shows that picture.
+fn materials(land: &str, picture: &str) -> String {
+    let mut text = format!("newmtl {land}\nKd 1 1 1\nKs 0 0 0\nPr 0.95\nmap_Kd ../colour/{picture}\n");
     for Substance { name, colour: [red, green, blue, opacity], roughness } in SUBSTANCES {
         _ = write!(text, "\nnewmtl {name}\nKd {red} {green} {blue}\nKs 0.5 0.5 0.5\nPr {roughness}\nd {opacity}\n");
     }
     text
-}
-
-fn land_name(place: Option<Place>) -> String {
-    place.map_or("land".to_owned(), |Place { row, col }| format!("land_x{col}_y{row}"))
 }
 
 /// Without digits that nobody needs.
@@ -203,7 +206,8 @@ fn thousandths(metres: f64) -> f64 {
 impl Text {
     fn add(
         &mut self,
-        material: String,
+        name: String,
+        material: &str,
         triangles: &[[u32; 3]],
         vertices: impl Iterator<Item = ([f64; 3], [f64; 2], [f32; 3])>,
     ) {
@@ -217,15 +221,20 @@ impl Text {
                 "v {east} {up} {south}\nvt {u:.6} {v:.6}\nvn {normal_east:.4} {normal_up:.4} {normal_south:.4}\n"
             );
         }
-        self.faces.push((material, triangles.as_flattened().iter().map(|index| first + index).collect()));
+        let faces = triangles.as_flattened().iter().map(|index| first + index);
+        match self.parts.last_mut() {
+            // All ribbons of a substance are one object.
+            Some(part) if part.name == name => part.faces.extend(faces),
+            _ => self.parts.push(Part { name, material: material.to_owned(), faces: faces.collect() }),
+        }
     }
 
     /// Writes it behind `before` vertices.
     fn write(&self, before: u64, target: &mut impl std::io::Write) -> std::io::Result<()> {
         target.write_all(self.vertices.as_bytes())?;
         let mut line = String::new();
-        for (material, faces) in &self.faces {
-            writeln!(target, "usemtl {material}")?;
+        for Part { name, material, faces } in &self.parts {
+            writeln!(target, "o {name}\nusemtl {material}")?;
             for triangle in faces.as_chunks::<3>().0 {
                 // One line again and again: a face is written a million times.
                 line.clear();
@@ -250,8 +259,9 @@ impl Text {
         };
         bytes.extend(u64::from(self.count).to_le_bytes());
         add(bytes, self.vertices.as_bytes());
-        bytes.extend((self.faces.len() as u64).to_le_bytes());
-        for (material, faces) in &self.faces {
+        bytes.extend((self.parts.len() as u64).to_le_bytes());
+        for Part { name, material, faces } in &self.parts {
+            add(bytes, name.as_bytes());
             add(bytes, material.as_bytes());
             add(bytes, &faces.iter().flat_map(|index| index.to_le_bytes()).collect::<Vec<u8>>());
         }
@@ -271,13 +281,14 @@ impl Text {
         }
         let count = number(bytes) as u32;
         let vertices = text(bytes);
-        let faces = (0..number(bytes)).map(|_| {
-            let material = text(bytes);
+        let parts = (0..number(bytes)).map(|_| {
+            let (name, material) = (text(bytes), text(bytes));
             let length = number(bytes);
-            (material, part(bytes, length).as_chunks().0.iter().map(|index| u32::from_le_bytes(*index)).collect())
+            let faces = part(bytes, length).as_chunks().0.iter().map(|index| u32::from_le_bytes(*index)).collect();
+            Part { name, material, faces }
         });
-        let faces = faces.collect();
-        Text { vertices, count, faces }
+        let parts = parts.collect();
+        Text { vertices, count, parts }
     }
 }
 
@@ -289,7 +300,7 @@ impl Sink for ObjSink<'_> {
     fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
         let Kept { mut piece, mut files } = Kept::default();
         for (lod, model) in self.modeller.models(tile) {
-            let text = self.text(tile, place, &model);
+            let text = self.text(tile, lod, &model);
             if self.regions.is_some() {
                 // How many vertices stand before these is known when the tiles before are written, not yet.
                 text.pack(&mut piece);
@@ -304,7 +315,9 @@ impl Sink for ObjSink<'_> {
                 mesh: Some(self.modeller.record(tile, lod, &model.land)),
                 ..FileRecord::new(path, self.name, file.finish()?)
             };
-            let finished = write_whole(self.out.join(&beside), materials(Some(place)).as_bytes())?;
+            let land = part_name("land", tile.id(), lod, &self.modeller.options.lods);
+            let picture = format!("colour_x{}_y{}.png", place.col, place.row);
+            let finished = write_whole(self.out.join(&beside), materials(&land, &picture).as_bytes())?;
             let second = FileRecord { tile: Some(tile.id()), ..FileRecord::new(beside, self.name, finished) };
             files.extend([record, second]);
         }
@@ -332,7 +345,7 @@ impl Sink for ObjSink<'_> {
         for (path, file, _) in locked(regions).drain(..) {
             let beside = format!("{}mtl", path.strip_suffix("obj").expect("it was named so"));
             records.push(FileRecord::new(path, self.name, file.finish()?));
-            let finished = write_whole(self.out.join(&beside), materials(None).as_bytes())?;
+            let finished = write_whole(self.out.join(&beside), materials("land", "colour.png").as_bytes())?;
             records.push(FileRecord::new(beside, self.name, finished));
         }
         Ok(records)

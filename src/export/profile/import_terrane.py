@@ -7,21 +7,29 @@ In Blender: Scripting workspace, Open, this file, Run. Without a window:
 The script stands beside bake.json and reads mesh/*.glb. One unit is one metre, +X is east, +Y is north, +Z is up; the
 origin is the middle of the region at height 0. What it makes:
 
-    terrane           a collection, and in it one a tile, or one a row where there are many tiles
-    land_x0_y0 ...    a material a tile: its blend map mixes the materials of the group "terrane ground"
-    river, lake, sea  one material each, for all tiles
-    sun, camera, sky  clip ends are set, in the windows too
+    terrane              a collection, and in it one a tile, or one a row where there are many tiles
+    land_x3_y-4 ...      a land a tile, with a material of that name: its blend map mixes the grounds of the group
+                         "terrane ground"; the numbers are the tile's in the world, as in bake.json
+    river, lake, sea     one material each, for all tiles; road, bridge likewise
+    sun, camera, sky     clip ends are set, in the windows too, and colours for the Solid view
+
+In a scene that has a bake of terrane the region comes beside it, at its own place in the world, and nothing is made twice:
+
+    blender --background scene.blend --python import_terrane.py -- --save scene.blend
 """
 
 import argparse
+import hashlib
 import json
 import math
 import struct
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import bpy
+import numpy as np
 from mathutils import Vector
 
 MATERIALS = ["grass", "dirt", "rock", "sand", "snow", "forest", "scree", "wetland"]
@@ -42,10 +50,32 @@ WATER = {
     "lake": (0.010, 0.045, 0.065),
     "sea": (0.004, 0.030, 0.055),
 }
+# Linear colours of the Solid view, whose lamps are dimmer than the sun: brighter than the substances are.
+SOLID = {
+    "river": (0.110, 0.300, 0.450),
+    "lake": (0.080, 0.240, 0.400),
+    "sea": (0.050, 0.170, 0.320),
+    "road": (0.450, 0.340, 0.230),
+    "bridge": (0.400, 0.380, 0.360),
+    "sides": (0.200, 0.170, 0.145),
+}
+# Of grounds: this power, which lifts the dark ones more than snow.
+SOLID_POWER = 0.65
 BELOW, HORIZON, ZENITH = (0.10, 0.15, 0.22), (0.58, 0.72, 0.90), (0.08, 0.22, 0.60)
 
 # More tiles than this share a collection by row: each collection is a line of the outliner.
 MOST_TILE_COLLECTIONS = 256
+
+# How far the camera and the windows see, in sides of all that is there; IMPORT.md says the same of one region.
+CLIP_SIDES = 12.0
+# How near.
+CLIP_START_SIDES = 1e-4
+
+# What the collection "terrane" keeps: metres east and south in the world at which the scene has its origin, the world,
+# and the regions, each as six numbers.
+ORIGIN, WORLD, REGIONS = "terrane_origin_m", "terrane_world", "terrane_regions"
+# What is kept on the root of a tile, and on a material that all tiles share.
+TILE, SHARED = "terrane_tile", "terrane_shared"
 
 
 def main():
@@ -53,32 +83,30 @@ def main():
     folder = bake_folder()
     bake = json.loads((folder / "bake.json").read_text(encoding="utf-8"))
     meshes = finest_meshes(bake, options.lod)
-    scene = empty_scene()
-    extent = Extent(bake, meshes)
+    scene, collection, is_first = scene_to_fill(bake)
+    move = moved(collection, bake)
+    extent = with_region(collection, bake, meshes, move)
     # The land and its water, tile by tile.
-    collection = collection_in(scene.collection, "terrane")
-    ground = ground_group(bake["spacing_m"], extent)
-    for record in meshes:
-        place = Path(record["path"]).stem.split("_x")[-1]
-        column, row = place.split("_y")
-        of_tile = len(meshes) <= MOST_TILE_COLLECTIONS
-        name = f"tile_x{column}_y{row}" if of_tile else f"row_y{row}"
-        import_tile(folder / record["path"], collection_in(collection, name), ground)
-    merge_materials()
-    for name in WATER:
-        if name in bpy.data.materials:
-            water_material(bpy.data.materials[name], name, bake["spacing_m"], extent)
+    ground = bpy.data.node_groups.get("terrane ground") if not is_first else None
+    ground = ground or ground_group(bake["spacing_m"], extent)
+    shared = {material[SHARED]: material for material in bpy.data.materials if SHARED in material}
+    finished = set(shared)
+    count = import_tiles(folder, bake, meshes, collection, ground, shared, move)
+    for name in WATER.keys() & shared.keys() - finished:
+        water_material(shared[name], name, bake["spacing_m"], extent)
     # What surrounds them.
     surroundings = collection_in(collection, "surroundings")
-    cut_sides(surroundings, collection, extent)
+    cut_sides(surroundings, collection, extent, bake["spacing_m"])
     if bake.get("sea_level_m") is not None:
-        open_sea(surroundings, bake["sea_level_m"], extent, bake["spacing_m"])
-    sun(surroundings)
-    sky(scene)
+        open_sea(surroundings, bake["sea_level_m"], extent, bake["spacing_m"], shared)
+    if is_first:
+        sun(surroundings)
+        sky(scene)
     camera(scene, surroundings, extent)
-    set_windows(extent)
-    print(f"terrane: {len(meshes)} tiles, {extent.side_m:.0f} m a side, "
-          f"{extent.low_m:.0f} to {extent.high_m:.0f} m high")
+    set_windows(scene, extent, is_first)
+    print(f"terrane: {count} tiles, {len(extent.regions)} region{'s' if len(extent.regions) > 1 else ''}, "
+          f"{extent.side_m:.0f} m a side, {extent.low_m:.0f} to {extent.high_m:.0f} m high; "
+          f"clip end {extent.clip_m:.0f} m")
     if options.save:
         bpy.ops.wm.save_as_mainfile(filepath=str(Path(options.save).resolve()))
     if options.render:
@@ -127,41 +155,134 @@ def finest_meshes(bake, lod):
 
 
 class Extent:
-    """Where the region lies, in metres of the scene."""
+    """Where all regions of a scene lie, in its metres: each as west, east, south, north, lowest and highest."""
 
-    def __init__(self, bake, meshes):
-        low = [min(record["mesh"]["min_m"][axis] for record in meshes) for axis in range(3)]
-        high = [max(record["mesh"]["max_m"][axis] for record in meshes) for axis in range(3)]
-        # Bounds are east, up, south.
-        self.west, self.east, self.south, self.north = low[0], high[0], -high[2], -low[2]
-        self.low_m, self.high_m = low[1], high[1]
+    def __init__(self, regions):
+        self.regions = regions
+        west, east, south, north, low, high = zip(*regions)
+        self.west, self.east, self.south, self.north = min(west), max(east), min(south), max(north)
+        self.low_m, self.high_m = min(low), max(high)
         self.side_m = max(self.east - self.west, self.north - self.south)
-        self.middle = Vector(((self.west + self.east) / 2, (self.south + self.north) / 2, (low[1] + high[1]) / 2))
-        # Where the walls of the block end, and where the camera sees no further.
+        # Where the walls of the block end, and where the camera sees no further, and no nearer.
         self.foot_m = self.low_m - 0.03 * self.side_m
-        self.clip_m = 12.0 * self.side_m
+        self.clip_m, self.clip_start_m = CLIP_SIDES * self.side_m, max(0.1, CLIP_START_SIDES * self.side_m)
+
+    def covers(self, x, y):
+        """Whether a place lies inside a region."""
+        return any(west < x < east and south < y < north for west, east, south, north, _, _ in self.regions)
 
 
-def empty_scene():
-    """A scene without anything: the only one when there is no window, else a new one if that in the window is in use."""
+def scene_to_fill(bake):
+    """A scene, its collection "terrane", and whether that is new.
+
+    A scene that has one already is filled further. What Blender starts with is replaced when there is no window; a scene
+    in use stays as it is, and a new one is made beside it.
+    """
     import addon_utils
-    if bpy.app.background:
+    window, scene = bpy.context.window or bpy.context.window_manager.windows[0], bpy.context.scene
+    for known in [scene, *bpy.data.scenes]:
+        for collection in known.collection.children:
+            if ORIGIN in collection:
+                window.scene = known
+                addon_utils.enable("io_scene_gltf2")
+                return known, collection, False
+    is_fresh = not bpy.data.filepath and {thing.name for thing in scene.objects} <= {"Cube", "Light", "Camera"}
+    if bpy.app.background and is_fresh:
         bpy.ops.wm.read_factory_settings(use_empty=True)
-    elif bpy.context.scene.objects:
-        bpy.context.window.scene = bpy.data.scenes.new("terrane")
+    elif scene.objects:
+        window.scene = bpy.data.scenes.new("terrane")
     addon_utils.enable("io_scene_gltf2")
-    return bpy.context.scene
+    scene = bpy.context.scene
+    collection = bpy.data.collections.new("terrane")
+    scene.collection.children.link(collection)
+    collection[ORIGIN] = [float(metres) for metres in bake["region"]["mesh_origin_m"]]
+    collection[WORLD], collection[REGIONS] = world_of(bake), []
+    return scene, collection, True
 
 
-def collection_in(parent, name, made={}):
-    """A collection that this run has made; those of an earlier one stay as they are."""
-    if (parent, name) not in made:
-        made[parent, name] = bpy.data.collections.new(name)
-        parent.children.link(made[parent, name])
-    return made[parent, name]
+def world_of(bake):
+    """What tells worlds and their tiles apart."""
+    recipe = [bake[key] for key in ("preset", "seed", "stride")] + [bake["region"]["tile_cells"]]
+    return hashlib.sha256(json.dumps(recipe, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def import_tile(path, collection, ground):
+def moved(collection, bake):
+    """How far from the scene's origin the middle of the region lies, east and north, and a word where that matters."""
+    east, south = (own - first for own, first in zip(bake["region"]["mesh_origin_m"], collection[ORIGIN]))
+    if len(collection[REGIONS]) > 0:
+        print(f"terrane: added beside what is there, {east:.3f} m east and {-south:.3f} m north of its origin")
+        if collection[WORLD] != world_of(bake):
+            print("terrane: it is of another world or has tiles of another size: its land and that beside it may not meet")
+        far = max(abs(east), abs(south))
+        if far > 1e5:
+            # A float has 24 bits.
+            print(f"terrane: so far from the origin Blender counts places in steps of {far * 2.0 ** -23 * 1000:.0f} mm")
+    return Vector((east, -south, 0.0))
+
+
+def with_region(collection, bake, meshes, move):
+    """The extent of a scene with a region more, which the collection keeps."""
+    region = bake["region"]
+    west, south = (own - origin for own, origin in zip(region["origin_m"], region["mesh_origin_m"]))
+    west, north = west + move.x, move.y - south
+    width_m, height_m = ((region[key] - 1) * bake["spacing_m"] for key in ("width", "height"))
+    # Bounds are east, up, south.
+    low = min(record["mesh"]["min_m"][1] for record in meshes)
+    high = max(record["mesh"]["max_m"][1] for record in meshes)
+    flat = list(collection[REGIONS])
+    regions = [tuple(flat[first:first + 6]) for first in range(0, len(flat), 6)]
+    own = (west, west + width_m, north - height_m, north, low, high)
+    if own not in regions:
+        regions.append(own)
+        collection[REGIONS] = [float(number) for one in regions for number in one]
+    return Extent(regions)
+
+
+def collection_in(parent, name):
+    """A child of a collection, which is made if there is none of that name."""
+    for child in parent.children:
+        # Blender numbers a name that another collection of the file has.
+        if child.name.split(".")[0] == name:
+            return child
+    child = bpy.data.collections.new(name)
+    parent.children.link(child)
+    return child
+
+
+def object_in(collection, name):
+    return next((thing for thing in collection.objects if thing.name.split(".")[0] == name), None)
+
+
+def import_tiles(folder, bake, meshes, collection, ground, shared, move):
+    """Imports the tiles that are not there yet, says how far that is, and gives their number."""
+    world = world_of(bake)
+    there = {thing[TILE] for thing in collection.all_objects if TILE in thing}
+    key = lambda record: f"{world} {record['tile']['x']} {record['tile']['y']} {record['mesh']['lod']}"
+    missing = [record for record in meshes if key(record) not in there]
+    if len(missing) < len(meshes):
+        print(f"terrane: {len(meshes) - len(missing)} of {len(meshes)} tiles are there already")
+    window, start = bpy.context.window_manager, time.monotonic()
+    # By name, for there may be thousands.
+    children = {}
+    window.progress_begin(0, max(1, len(missing)))
+    for number, record in enumerate(missing):
+        column, row = record["tile"]["x"], record["tile"]["y"]
+        of_tile = len(meshes) <= MOST_TILE_COLLECTIONS
+        name = f"tile_x{column}_y{row}" if of_tile else f"row_y{row}"
+        if name not in children:
+            children[name] = collection_in(collection, name)
+        import_tile(folder / record["path"], children[name], ground, shared, move, key(record))
+        done = number + 1
+        window.progress_update(done)
+        # Twenty lines, however many tiles there are.
+        if done == len(missing) or done * 20 // len(missing) > number * 20 // len(missing):
+            left_s = (time.monotonic() - start) / done * (len(missing) - done)
+            print(f"terrane: {done} of {len(missing)} tiles, {left_s:.0f} s left", flush=True)
+    window.progress_end()
+    return len(missing)
+
+
+def import_tile(path, collection, ground, shared, move, key):
     before = set(bpy.data.objects)
     bpy.ops.import_scene.gltf(filepath=str(path))
     pictures = None
@@ -169,12 +290,62 @@ def import_tile(path, collection, ground):
         for other in list(thing.users_collection):
             other.objects.unlink(thing)
         collection.objects.link(thing)
+        if thing.parent is None:
+            # The root of the tile. The sum is exact where both are: a matrix would round on the way.
+            thing.location += move
+            thing[TILE] = key
         if thing.type != "MESH":
             continue
-        for material in thing.data.materials:
-            if material is not None and material.name.startswith("land"):
+        kind = thing.name.split("_x")[0]
+        for slot in thing.material_slots:
+            if slot.material is None:
+                continue
+            if kind == "land":
                 pictures = blend_images(path) if pictures is None else pictures
-                land_material(material, pictures, ground)
+                land_material(slot.material, pictures, ground)
+                land_colours(thing.data, slot.material)
+            else:
+                slot.material = shared_material(slot.material, kind, shared)
+        if kind in SOLID:
+            thing.color = (*SOLID[kind], 1.0)
+
+
+def shared_material(material, kind, shared):
+    """The one material of a kind, of which each GLB brings its own: the first one, whatever else the scene may have."""
+    if kind not in shared:
+        shared[kind] = material
+        material.name = kind
+        material[SHARED] = kind
+        material.diffuse_color = (*SOLID.get(kind, (0.5, 0.5, 0.5)), 1.0)
+    elif material != shared[kind]:
+        material.user_remap(shared[kind])
+        bpy.data.materials.remove(material)
+    return shared[kind]
+
+
+def solid(name):
+    """The colour of a ground in the Solid view, linear."""
+    dark, light, _ = GROUND[name]
+    return [((a + b) / 2) ** SOLID_POWER for a, b in zip(dark, light)]
+
+
+def land_colours(mesh, material):
+    """Colours of a tile's land for the Solid view: of its vertices, and as its material's that of the most common ground."""
+    weights = np.zeros((len(mesh.vertices), len(MATERIALS)), dtype=np.float32)
+    for number, name in enumerate(MATERIALS):
+        attribute = mesh.attributes.get("_" + name.upper())
+        if attribute is not None:
+            values = np.empty(len(mesh.vertices), dtype=np.float32)
+            attribute.data.foreach_get("value", values)
+            weights[:, number] = values
+    if not weights.any():
+        return
+    colours = np.ones((len(weights), 4), dtype=np.float32)
+    colours[:, :3] = weights @ np.array([solid(name) for name in MATERIALS], dtype=np.float32)
+    layer = mesh.color_attributes.new("ground", "BYTE_COLOR", "POINT")
+    layer.data.foreach_set("color", colours.ravel())
+    mesh.color_attributes.active_color = layer
+    material.diffuse_color = (*solid(MATERIALS[int(weights.sum(axis=0).argmax())]), 1.0)
 
 
 def blend_images(path):
@@ -352,20 +523,17 @@ def land_material(material, pictures, ground):
     nodes.put(group.outputs[0], nodes.add("ShaderNodeOutputMaterial").inputs["Surface"])
 
 
-def merge_materials():
-    """Lets the tiles share what each GLB has brought of its own: water, roads, bridges."""
-    for material in list(bpy.data.materials):
-        name, dot, number = material.name.rpartition(".")
-        first = bpy.data.materials.get(name) if dot and number.isdigit() else None
-        if first is not None and not name.startswith("land"):
-            material.user_remap(first)
-            bpy.data.materials.remove(material)
+def nodes_of(thing):
+    """The nodes of a material or a world, from none on."""
+    if thing.node_tree is None:
+        # From Blender 5.0 on they are always there, and to ask for them is a warning.
+        thing.use_nodes = True
+    thing.node_tree.nodes.clear()
+    return Nodes(thing.node_tree)
 
 
 def water_material(material, name, spacing_m, extent):
-    material.use_nodes = True
-    material.node_tree.nodes.clear()
-    nodes = Nodes(material.node_tree)
+    nodes = nodes_of(material)
     position = nodes.add("ShaderNodeNewGeometry").outputs["Position"]
     waves = nodes.noise(position, 1.5 * spacing_m, 3.0)
     bump = nodes.add("ShaderNodeBump", {"Height": waves, "Strength": 0.08, "Distance": 0.3 * spacing_m})
@@ -379,57 +547,92 @@ def water_material(material, name, spacing_m, extent):
     nodes.put(nodes.hazed(surface.outputs[0], extent), nodes.add("ShaderNodeOutputMaterial").inputs["Surface"])
 
 
-def cut_sides(collection, land, extent):
-    """Walls under the outer edges of the region, so that it is a block and not a sheet."""
-    near = 1e-4 * extent.side_m
-    sides = {"west": [], "east": [], "south": [], "north": []}
+def cut_sides(collection, land, extent, spacing_m):
+    """Walls under the outer edges of the regions, so that they are blocks and not sheets; none where two of them meet."""
+    near = 0.01 * spacing_m
     bpy.context.view_layer.update()
+    # The vertices on each side of each region.
+    found = {(number, side): [] for number in range(len(extent.regions)) for side in range(4)}
     for thing in land.all_objects:
-        if thing.type != "MESH" or not thing.name.startswith("land"):
+        if thing.type != "MESH" or not thing.name.startswith("land_"):
             continue
-        for corner in [thing.matrix_world @ vertex.co for vertex in thing.data.vertices]:
-            for side, (own, along) in {"west": (0, 1), "east": (0, 1), "south": (1, 0), "north": (1, 0)}.items():
-                if abs(corner[own] - getattr(extent, side)) < near:
-                    sides[side].append((corner[along], corner))
+        places = np.empty(3 * len(thing.data.vertices), dtype=np.float32)
+        thing.data.vertices.foreach_get("co", places)
+        matrix = np.array(thing.matrix_world)
+        places = places.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
+        for (number, side), corners in found.items():
+            # West and east lie at an x, south and north at a y.
+            own, along, region = side // 2, 1 - side // 2, extent.regions[number]
+            first, last = region[2 * along] - near, region[2 * along + 1] + near
+            on_it = (abs(places[:, own] - region[side]) < near) & (places[:, along] > first) & (places[:, along] < last)
+            corners.extend(places[on_it].tolist())
     vertices, faces = [], []
-    for side, corners in sides.items():
-        corners.sort(key=lambda pair: pair[0])
-        # The front faces outwards.
-        turned = side in ("west", "north")
-        for number, (_, corner) in enumerate(corners):
-            first = len(vertices)
-            vertices += [tuple(corner), (corner.x, corner.y, extent.foot_m)]
-            if number > 0:
-                face = (first - 2, first - 1, first + 1, first)
-                faces.append(face[::-1] if turned else face)
-    mesh = bpy.data.meshes.new("sides")
-    mesh.from_pydata(vertices, [], faces)
+    for (number, side), corners in found.items():
+        own, along = side // 2, 1 - side // 2
+        outwards = near if side % 2 else -near
+        corners.sort(key=lambda corner: corner[along])
+        last = None
+        for corner in corners:
+            # Tiles share the corners that they meet at.
+            if last is not None and corner[along] - last[along] < near:
+                continue
+            if last is not None:
+                beside = [(a + b) / 2 for a, b in zip(last, corner)]
+                beside[own] += outwards
+                if not extent.covers(beside[0], beside[1]):
+                    first = len(vertices)
+                    for x, y, z in (last, corner):
+                        vertices += [(x, y, z), (x, y, extent.foot_m)]
+                    face = (first, first + 1, first + 3, first + 2)
+                    # The front faces outwards.
+                    faces.append(face[::-1] if side in (0, 3) else face)
+            last = corner
+    shape(collection, "sides", vertices, faces, sides_material(extent))
+
+
+def sides_material(extent):
+    for material in bpy.data.materials:
+        if material.get(SHARED) == "sides":
+            return material
     material = bpy.data.materials.new("sides")
-    material.use_nodes = True
-    material.node_tree.nodes.clear()
-    nodes = Nodes(material.node_tree)
+    material[SHARED] = "sides"
+    material.diffuse_color = (*SOLID["sides"], 1.0)
+    nodes = nodes_of(material)
     surface = nodes.principled((0.080, 0.066, 0.055, 1.0), 0.95).outputs[0]
     nodes.put(nodes.hazed(surface, extent), nodes.add("ShaderNodeOutputMaterial").inputs["Surface"])
-    mesh.materials.append(material)
-    collection.objects.link(bpy.data.objects.new("sides", mesh))
+    return material
 
 
-def open_sea(collection, level_m, extent, spacing_m):
-    """The sea around the region, as far as the camera sees; that of the region is in its tiles."""
-    material = bpy.data.materials.get("sea")
-    if material is None:
-        material = bpy.data.materials.new("sea")
-        water_material(material, "sea", spacing_m, extent)
+def shape(collection, name, vertices, faces, material):
+    """An object of its own, or that of an earlier run with another shape."""
+    thing = object_in(collection, name)
+    if thing is None:
+        thing = bpy.data.objects.new(name, bpy.data.meshes.new(name))
+        thing.data.materials.append(material)
+        thing.color = material.diffuse_color
+        collection.objects.link(thing)
+    thing.data.clear_geometry()
+    thing.data.from_pydata(vertices, [], faces)
+
+
+def open_sea(collection, level_m, extent, spacing_m, shared):
+    """The sea around the regions, as far as the camera sees; that of the regions is in their tiles."""
+    if "sea" not in shared:
+        shared_material(bpy.data.materials.new("sea"), "sea", shared)
+        water_material(shared["sea"], "sea", spacing_m, extent)
     far = 0.5 * extent.clip_m
-    xs = [extent.west - far, extent.west, extent.east, extent.east + far]
-    ys = [extent.south - far, extent.south, extent.north, extent.north + far]
+    west, east, south, north, _, _ = zip(*extent.regions)
+    xs = [extent.west - far, *sorted({*west, *east}), extent.east + far]
+    ys = [extent.south - far, *sorted({*south, *north}), extent.north + far]
     vertices = [(x, y, level_m) for y in ys for x in xs]
-    faces = [(4 * row + column, 4 * row + column + 1, 4 * row + column + 5, 4 * row + column + 4)
-             for row in range(3) for column in range(3) if (row, column) != (1, 1)]
-    mesh = bpy.data.meshes.new("open sea")
-    mesh.from_pydata(vertices, [], faces)
-    mesh.materials.append(material)
-    collection.objects.link(bpy.data.objects.new("open sea", mesh))
+    columns = len(xs)
+    faces = []
+    for row in range(len(ys) - 1):
+        for column in range(columns - 1):
+            if not extent.covers((xs[column] + xs[column + 1]) / 2, (ys[row] + ys[row + 1]) / 2):
+                first = row * columns + column
+                faces.append((first, first + 1, first + columns + 1, first + columns))
+    shape(collection, "open sea", vertices, faces, shared["sea"])
 
 
 def sun(collection):
@@ -446,9 +649,7 @@ def sun(collection):
 def sky(scene):
     world = bpy.data.worlds.new("terrane sky")
     scene.world = world
-    world.use_nodes = True
-    world.node_tree.nodes.clear()
-    nodes = Nodes(world.node_tree)
+    nodes = nodes_of(world)
     up = nodes.add("ShaderNodeSeparateXYZ", {"Vector": nodes.add("ShaderNodeTexCoord").outputs["Generated"]}).outputs["Z"]
     ramp = nodes.add("ShaderNodeValToRGB", {0: nodes.add("ShaderNodeMapRange", {"Value": up, "From Min": -1.0}).outputs[0]})
     stops = ramp.color_ramp.elements
@@ -459,28 +660,46 @@ def sky(scene):
 
 
 def camera(scene, collection, extent):
-    data = bpy.data.cameras.new("camera")
-    data.lens, data.clip_start, data.clip_end = 35.0, max(0.1, extent.side_m * 1e-4), extent.clip_m
-    thing = bpy.data.objects.new("camera", data)
-    # From the south, at the middle, as near as has the whole region in the picture.
+    """A camera that sees all; one that somebody has moved stays there, and sees as far."""
+    thing = object_in(collection, "camera")
+    if thing is None:
+        thing = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+        thing.data.lens = 35.0
+        collection.objects.link(thing)
+        scene.camera = thing
+        scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
+    elif list(thing.get("terrane_place", [])) != [*thing.location, *thing.rotation_euler]:
+        thing.data.clip_end = max(thing.data.clip_end, extent.clip_m)
+        return
+    thing.data.clip_start, thing.data.clip_end = extent.clip_start_m, extent.clip_m
+    # From the south, at the middle, as near as has all regions in the picture.
     azimuth, altitude = math.radians(192.0), math.radians(33.0)
     away = Vector((math.sin(azimuth) * math.cos(altitude), math.cos(azimuth) * math.cos(altitude), math.sin(altitude)))
     thing.rotation_euler = away.to_track_quat("Z", "Y").to_euler()
-    collection.objects.link(thing)
-    scene.camera = thing
-    scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
     corners = [value for x in (extent.west, extent.east) for y in (extent.south, extent.north)
                for z in (extent.foot_m, extent.high_m) for value in (x, y, z)]
     nearest, _ = thing.camera_fit_coords(bpy.context.evaluated_depsgraph_get(), corners)
     thing.location = nearest + 0.06 * extent.side_m * away
+    thing["terrane_place"] = [*thing.location, *thing.rotation_euler]
 
 
-def set_windows(extent):
+def set_windows(scene, extent, is_first):
+    """Lets the windows see all of it, in colours in the Solid view too: of the vertices, or else of the objects."""
+    shadings = [scene.display.shading]
     for screen in bpy.data.screens:
         for area in screen.areas:
             for space in area.spaces:
-                if space.type == "VIEW_3D":
-                    space.clip_start, space.clip_end = max(0.1, extent.side_m * 1e-4), extent.clip_m
+                if space.type != "VIEW_3D":
+                    continue
+                space.clip_start = extent.clip_start_m
+                space.clip_end = extent.clip_m if is_first else max(space.clip_end, extent.clip_m)
+                shadings.append(space.shading)
+                if is_first and space.region_3d is not None:
+                    space.region_3d.view_location = ((extent.west + extent.east) / 2, (extent.south + extent.north) / 2,
+                                                     (extent.low_m + extent.high_m) / 2)
+                    space.region_3d.view_distance = 1.2 * extent.side_m
+    for shading in shadings:
+        shading.color_type = "VERTEX"
 
 
 def render(scene, options):

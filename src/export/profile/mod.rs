@@ -16,6 +16,7 @@ use std::str::FromStr;
 use crate::area::Region;
 use crate::bake::FileRecord;
 use crate::error::Error;
+use crate::export::format::Request;
 use crate::export::options::{Lods, MeshOptions};
 use crate::export::raster::Rasters;
 use crate::export::raster::image::Image;
@@ -51,7 +52,7 @@ const NOTES: &str = "IMPORT.md";
 /// The script beside the files, and its text.
 const SCRIPT: (&str, &str) = ("import_terrane.py", include_str!("import_terrane.py"));
 
-/// No text beside the files is longer: the script has 24 KB.
+/// No text beside the files is longer: the script has 33 KB.
 pub(super) const WRITTEN_BYTES: u64 = 64 << 10;
 
 /// Metres a vertex of Terrain3D, which clamps what lies outside. Source: `Terrain3D::set_vertex_spacing`.
@@ -148,7 +149,9 @@ impl Profile {
     /// What the profile leaves, in a few words.
     pub fn about(self) -> &'static str {
         match self {
-            Profile::Blender => "GLBs, and a script that builds the scene: collections, materials, water, sun, camera",
+            Profile::Blender => {
+                "GLBs, heights, and a script that builds the scene: collections, materials, water, sun, camera"
+            }
             Profile::GodotTerrain3d => "heights in metres, control map and splat maps for Godot's Terrain3D",
             Profile::Unreal => "one landscape: 16-bit heights and a weight map a layer",
             Profile::UnrealTiled => "a landscape in tiles without shared edges",
@@ -167,10 +170,13 @@ impl Profile {
     }
 
     /// The exports that it brings.
-    pub(super) fn exports(self) -> impl Iterator<Item = Export> {
-        // Blender needs no format of its own.
-        let name = if self == Profile::Blender { "gltf" } else { self.name() };
-        Export::known().filter(move |export| export.name() == name)
+    pub(super) fn exports(self) -> Vec<Export> {
+        let names: &[&str] = match self {
+            // It needs no format of its own; the heights are for who displaces a plane by them.
+            Profile::Blender => &["gltf", "height"],
+            _ => &[self.name()],
+        };
+        Export::known().filter(|export| names.contains(&export.name())).collect()
     }
 
     /// The files that it writes besides.
@@ -205,15 +211,18 @@ impl Profile {
         sizes::check(self, world, region)
     }
 
+    /// The region nearest to one that it does not take, and the options that ask for it; nothing where it takes the region.
+    /// Its tiles may have another size, which is for the caller to give to the world.
+    ///
+    /// # Errors
+    /// When it takes none of that world.
+    pub fn fitted(self, world: &World, region: &Region) -> Result<Option<(Region, String)>, Error> {
+        sizes::fitted(self, world, region)
+    }
+
     /// Writes the files besides the exports.
-    pub(super) fn write(
-        self,
-        world: &World,
-        region: &Region,
-        preset_name: &str,
-        out: &Path,
-    ) -> Result<Vec<FileRecord>, Error> {
-        let notes = notes::notes(self, world, region, preset_name);
+    pub(super) fn write(self, request: &Request, out: &Path) -> Result<Vec<FileRecord>, Error> {
+        let notes = notes::notes(self, request);
         let texts = [(NOTES, &notes[..]), SCRIPT];
         let written = texts.into_iter().filter(|(path, _)| self.written().contains(path));
         let write = |(path, text): (&str, &str)| {

@@ -4,7 +4,11 @@ use std::fmt::Write;
 
 use super::{Profile, components};
 use crate::area::Region;
+use crate::export::digits::{noise_m, shortest};
+use crate::export::format::Request;
+use crate::export::options::MeshOptions;
 use crate::export::raster::quantity::{hterrain_scale, whole_range_m};
+use crate::mesh::Frame;
 use crate::tile::Material;
 use crate::world::World;
 
@@ -18,12 +22,27 @@ struct Numbers {
     sea_m: Option<f64>,
 }
 
+impl Numbers {
+    /// A height, or a difference of two, as people type it.
+    fn height(&self, height_m: f64) -> String {
+        shortest(height_m, noise_m(self.min_m, self.max_m))
+    }
+
+    /// What takes a height in 16 bits back to metres, in its own unit: over all steps it is off by less than a height is.
+    fn factor(number: f64) -> String {
+        shortest(number, number * f64::from(f32::EPSILON))
+    }
+}
+
 /// A number as people type it: a millionth is finer than any engine keeps.
 fn typed(number: f64) -> String {
-    let text = format!("{number:.6}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".into() } else { text.into() }
+    shortest(number, 1e-6)
 }
+
+/// How far Blender's camera and windows see, in sides of the region, and how near: as its script sets them, so that what
+/// is typed by hand is the same. From outside a region is seen whole from about two sides away.
+const CLIP_SIDES: f64 = 12.0;
+const CLIP_START_SIDES: f64 = 1e-4;
 
 /// A table of two columns.
 fn table(heads: [&str; 2], rows: &[(&str, String)]) -> String {
@@ -36,8 +55,9 @@ fn table(heads: [&str; 2], rows: &[(&str, String)]) -> String {
 }
 
 /// The text of IMPORT.md.
-pub(super) fn notes(profile: Profile, world: &World, region: &Region, preset_name: &str) -> String {
-    let (min_m, max_m) = world.height_range_m();
+pub(super) fn notes(profile: Profile, request: &Request) -> String {
+    let Request { name: preset_name, world, ref region, meshes, height_range_m, .. } = *request;
+    let (min_m, max_m) = height_range_m;
     let (min_m, max_m) = (f64::from(min_m), f64::from(max_m));
     let numbers = Numbers {
         spacing_m: world.spacing_m(),
@@ -47,12 +67,12 @@ pub(super) fn notes(profile: Profile, world: &World, region: &Region, preset_nam
         sea_m: world.preset().sea_level_m,
     };
     let (program, steps) = match profile {
-        Profile::Blender => ("Blender", blender(region, &numbers)),
+        Profile::Blender => ("Blender", blender(world, region, meshes, &numbers)),
         Profile::GodotTerrain3d => ("Godot, Terrain3D", terrain3d(region, &numbers)),
         Profile::Unreal => ("Unreal Engine", unreal(region, &numbers, false)),
         Profile::UnrealTiled => ("Unreal Engine, in tiles", unreal(region, &numbers, true)),
         Profile::Unity => ("Unity", unity(region, &numbers)),
-        Profile::Hterrain => ("Godot, HTerrain", hterrain(world, region, &numbers)),
+        Profile::Hterrain => ("Godot, HTerrain", hterrain(height_range_m, region, &numbers)),
     };
     let tiles = |count: u64| if count == 1 { "tile" } else { "tiles" };
     let about = table(
@@ -63,7 +83,7 @@ pub(super) fn notes(profile: Profile, world: &World, region: &Region, preset_nam
             ("region", format!("{} x {} {}", region.cols(), region.rows(), tiles(region.tiles()))),
             ("cells a tile side", region.tile_cells().to_string()),
             ("metres between vertices", typed(numbers.spacing_m)),
-            ("heights", format!("{} to {} m", typed(min_m), typed(max_m))),
+            ("heights", format!("{} to {} m", numbers.height(min_m), numbers.height(max_m))),
             ("sea level", numbers.sea_m.map_or("no sea".into(), |level| format!("{} m", typed(level)))),
         ],
     );
@@ -72,28 +92,109 @@ pub(super) fn notes(profile: Profile, world: &World, region: &Region, preset_nam
     )
 }
 
-fn blender(region: &Region, numbers: &Numbers) -> String {
-    let reach_m = region.width().max(region.height()) as f64 * numbers.spacing_m;
+fn blender(world: &World, region: &Region, meshes: &MeshOptions, numbers: &Numbers) -> String {
+    let [width, height] = [region.width(), region.height()];
+    let [width_m, height_m] = [width, height].map(|vertices| (vertices - 1) as f64 * numbers.spacing_m);
+    let side_m = width_m.max(height_m);
+    let (clip_m, clip_start_m) = (CLIP_SIDES * side_m, (CLIP_START_SIDES * side_m).max(0.1));
+    let clip = format!("{} m and {} m", typed(clip_start_m), typed(clip_m));
+    let lod = match meshes.lods.all() {
+        [] | [0, ..] => String::new(),
+        [finest, ..] => format!("_lod{finest}"),
+    };
+    let origin = Frame::new(world, region, false).origin();
+    let [east_m, south_m] = origin.map(|at| at as f64 * numbers.spacing_m);
+    // The middle of the region, of which the origin of odd ones is half a cell off.
+    let corner = region.at().area(region.tile_cells());
+    let middle = |first: i64, origin: i64, vertices: u64| {
+        ((first - origin) as f64 + (vertices - 1) as f64 / 2.0) * numbers.spacing_m
+    };
+    let [plane_x, plane_y] = [middle(corner.x0, origin[0], width), -middle(corner.y0, origin[1], height)];
+    let weights = Material::ALL.map(|material| format!("`_{}`", material.name().to_uppercase())).join(", ");
+    let range_m = numbers.max_m - numbers.min_m;
+    let inner = |vertices: u64| typed_share((vertices - 1) as f64 / vertices as f64);
+    let half = |vertices: u64| typed_share(0.5 / vertices as f64);
     format!(
         "Run the script: *Scripting* workspace, *Open*, `import_terrane.py`, *Run*; or\n\n\
          ```sh\n\
          blender --background --python import_terrane.py -- --render still.png --save scene.blend\n\
          ```\n\n\
          It makes a collection `terrane` with one collection a tile, materials in which the blend map mixes the grounds, \
-         water, sun, sky and a camera, and sets clip ends. One unit is one metre, +X is east, +Y is north; \
-         the origin is the region's middle at height 0.\n\n\
-         By hand: *File*, *Import*, *glTF 2.0*, and all of `mesh/*.glb` of one level of detail. Then\n\n{}",
+         water, sun, sky and a camera, sets clip ends, and gives the Solid view colours. One unit is one metre, +X is east, \
+         +Y is north; the origin is the region's middle at height 0. Objects have the names of the tiles in the world: \
+         `land_x{x}_y{y}` is the land of the north-western one.\n\n\
+         Run in a scene that has a bake already, the script puts this one beside it, at its own place in the world:\n\n\
+         ```sh\n\
+         blender --background scene.blend --python import_terrane.py -- --save scene.blend\n\
+         ```\n\n\
+         ## By hand\n\n\
+         *File*, *Import*, *glTF 2.0*, and all of `mesh/tile{lod}_x*_y*.glb`, which come in their places, or \
+         `mesh/region{lod}.gltf`, which has all of them. Nothing has to be turned or scaled. Blender's windows end at \
+         1000 m and its cameras at 100 m, so most of the region is not seen until this is set, best before the import:\n\n{}\n\
+         Then *View*, *Frame All* (Home). In the Solid view the arrow beside the shading modes, *Color*, *Texture* shows the land's \
+         colours. Files of another bake of this world are in their place when they are moved by the difference of the origins: \
+         theirs minus this one's, X and Y.\n\n\
+         ## A plane that the heights displace\n\n\
+         Without the meshes: `height/height.png` has {width} x {height} texels of 16 bits, and each is a vertex. *Add*, *Mesh*, \
+         *Grid*, with this and with *Generate UVs*; fewer subdivisions are possible, and show less.\n\n{}\n\
+         The first modifier, *UV Warp*: 0 and 1 are the outer vertices of the grid and must be the middles of the outer texels, \
+         UV * (N - 1) / N + 0.5 / N, or all is off by up to half a texel.\n\n{}\n\
+         The second modifier, *Displace*, with a new texture of the kind *Image or Movie*\n\n{}\n\
+         The heights are then right to half a step of 16 bits, {} m. `terrane bake` with the options of this bake and `--add \
+         --export exr` adds `height/height.exr`, which has metres: with it Strength is 1 and Midlevel is 0, and they are right to the millimetre. \
+         In a material, an *Image Texture* (Non-Color, *Extend*) takes the UV through a *Mapping* with that Scale and the Location \
+         {}, {}, and goes to a *Displacement* with that Midlevel and the Strength as its Scale.\n",
         table(
             ["Setting", "Value"],
             &[
-                // Blender shows a kilometre unless told otherwise; this is room to see the region from outside.
-                ("*View*, *Clip End*, and the camera's", format!("{} m", typed((4.0 * reach_m).ceil()))),
+                ("Sidebar (N), *View*, *Clip Start* and *End*", clip.clone()),
+                ("Camera, *Lens*, *Clip Start* and *End*", clip),
+                ("origin in the world, X (east)", format!("{} m", typed(east_m))),
+                ("origin in the world, Y (north)", format!("{} m", typed(-south_m))),
                 ("colour space of images but `colour`", "Non-Color".into()),
-                ("weights of the vertices", "float attributes `_GRASS`, `_DIRT`, `_ROCK`, `_SAND`, `_SNOW`".into()),
+                ("weights of the vertices", format!("float attributes {weights}")),
                 ("sea", numbers.sea_m.map_or("none".into(), |level| format!("z = {} m", typed(level)))),
             ],
-        )
+        ),
+        table(
+            ["Grid", "Value"],
+            &[
+                ("X Subdivisions", (width - 1).to_string()),
+                ("Y Subdivisions", (height - 1).to_string()),
+                ("Location X, Y, Z", format!("{}, {}, 0", typed(plane_x), typed(plane_y))),
+                ("Sidebar (N), *Item*, *Dimensions* X", format!("{} m", typed(width_m))),
+                ("Sidebar (N), *Item*, *Dimensions* Y", format!("{} m", typed(height_m))),
+            ],
+        ),
+        table(
+            ["UV Warp", "Value"],
+            &[("UV Center", "0.5, 0.5".into()), ("Scale X", inner(width)), ("Scale Y", inner(height)),],
+        ),
+        table(
+            ["Displace", "Value"],
+            &[
+                ("Texture, *Image*, *Open*", "`height/height.png`".into()),
+                ("Texture, *Image*, *Color Space*", "Non-Color".into()),
+                ("Texture, *Mapping*, *Extension*", "Extend".into()),
+                // Blender 4.5 reads past the last texel with the filter that it has by default.
+                ("Texture, *Sampling*, *Filter Size*", "0.1".into()),
+                ("Coordinates", "UV".into()),
+                ("Direction", "Z".into()),
+                ("Strength", numbers.height(range_m)),
+                ("Midlevel", shortest(-numbers.min_m / range_m, f64::from(f32::EPSILON) / 2.0)),
+            ],
+        ),
+        shortest(numbers.step_m / 2.0, numbers.step_m / 100.0),
+        half(width),
+        half(height),
+        x = region.at().x,
+        y = region.at().y,
     )
+}
+
+/// A share of a picture as people type it: finer than a thousandth of a texel.
+fn typed_share(share: f64) -> String {
+    shortest(share, 1e-8)
 }
 
 fn unreal(region: &Region, numbers: &Numbers, tiled: bool) -> String {
@@ -135,10 +236,10 @@ fn unreal(region: &Region, numbers: &Numbers, tiled: bool) -> String {
                 ("Heightmap File", heights.into()),
                 ("Location X", typed(middle_cm(width))),
                 ("Location Y", typed(middle_cm(height))),
-                ("Location Z", typed(location_z)),
+                ("Location Z", shortest(location_z, 100.0 * noise_m(numbers.min_m, numbers.max_m))),
                 ("Scale X", scale_xy.clone()),
                 ("Scale Y", scale_xy),
-                ("Scale Z", typed(scale_z)),
+                ("Scale Z", Numbers::factor(scale_z)),
                 ("Section Size", format!("{0}x{0} Quads", parts.quads)),
                 ("Sections Per Component", format!("{sections} Section{}", if parts.sections > 1 { "s" } else { "" })),
                 ("Number of Components", format!("{} x {}", parts.cols, parts.rows)),
@@ -146,8 +247,8 @@ fn unreal(region: &Region, numbers: &Numbers, tiled: bool) -> String {
                 ("Water level (Z)", sea),
             ],
         ),
-        typed(numbers.min_m),
-        numbers.step_m,
+        numbers.height(numbers.min_m),
+        Numbers::factor(numbers.step_m),
     )
 }
 
@@ -172,7 +273,7 @@ fn unity(region: &Region, numbers: &Numbers) -> String {
                 ("Byte Order", "Windows".into()),
                 ("Flip Vertically", "off: the first row is the southern one".into()),
                 ("Terrain Size X", typed(side_m)),
-                ("Terrain Size Y", typed(numbers.max_m - numbers.min_m)),
+                ("Terrain Size Y", numbers.height(numbers.max_m - numbers.min_m)),
                 ("Terrain Size Z", typed(side_m)),
             ],
         ),
@@ -182,7 +283,7 @@ fn unity(region: &Region, numbers: &Numbers) -> String {
                 ("Heightmap Resolution", format!("{0} x {0}", cells + 1)),
                 ("Control Texture Resolution", format!("{cells} x {cells}")),
                 ("Position of terrain X_Z: x", format!("X * {}", typed(side_m))),
-                ("Position of terrain X_Z: y", typed(numbers.min_m)),
+                ("Position of terrain X_Z: y", numbers.height(numbers.min_m)),
                 ("Position of terrain X_Z: z", format!("Z * {}", typed(side_m))),
                 ("Water level (y)", numbers.sea_m.map_or("none".into(), typed)),
             ],
@@ -221,8 +322,7 @@ fn terrain3d(region: &Region, numbers: &Numbers) -> String {
     )
 }
 
-fn hterrain(world: &World, region: &Region, numbers: &Numbers) -> String {
-    let range_m = world.height_range_m();
+fn hterrain(range_m: (f32, f32), region: &Region, numbers: &Numbers) -> String {
     let ((min_m, max_m), scale) = (whole_range_m(range_m), hterrain_scale(range_m));
     let spacing = typed(numbers.spacing_m);
     let stretched = match scale {
@@ -259,4 +359,20 @@ fn hterrain(world: &World, region: &Region, numbers: &Numbers) -> String {
             ],
         ),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::export::profile::SCRIPT;
+
+    #[test]
+    fn what_is_typed_by_hand_is_what_the_script_sets() {
+        let constant = |name: &str| -> f64 {
+            let line = SCRIPT.1.lines().find_map(|line| line.strip_prefix(&format!("{name} = ")));
+            line.expect("the script has it").parse().expect("it is a number")
+        };
+        assert_eq!(constant("CLIP_SIDES").to_bits(), CLIP_SIDES.to_bits());
+        assert_eq!(constant("CLIP_START_SIDES").to_bits(), CLIP_START_SIDES.to_bits());
+    }
 }

@@ -13,6 +13,10 @@ const UNREAL: [u64; 7] = [8129, 4033, 2017, 1009, 505, 253, 127];
 /// faster than many small ones, down to those of which a landscape would need too many.
 const SECTIONS: [(u64, u64); 8] = [(63, 2), (127, 2), (127, 1), (63, 1), (255, 1), (255, 2), (31, 2), (31, 1)];
 
+/// Components a side of Unreal's landscapes: its editor clamps there. Source: `LandscapeEditorObject.h`, which also has the
+/// advice of at most 1024 in all.
+const MOST_COMPONENTS: u64 = 32;
+
 /// Regions of Terrain3D each way, and the largest image that Godot loads.
 const TERRAIN3D: (u64, u64) = (32, 16_384);
 
@@ -25,12 +29,14 @@ pub(in crate::export) struct Components {
     pub rows: u64,
 }
 
-/// The components of a landscape of `width` x `height` vertices, if any fit exactly.
+/// The components of a landscape of `width` x `height` vertices, if any fit exactly and the editor takes so many.
 pub(in crate::export) fn components(width: u64, height: u64) -> Option<Components> {
     SECTIONS.into_iter().find_map(|(quads, sections)| {
         let side = quads * sections;
         // Neighbouring components share a row of vertices, so one is left over.
-        let fits = |vertices: u64| vertices > 1 && (vertices - 1).is_multiple_of(side);
+        let fits = |vertices: u64| {
+            vertices > 1 && (vertices - 1).is_multiple_of(side) && (vertices - 1) / side <= MOST_COMPONENTS
+        };
         (fits(width) && fits(height)).then(|| Components {
             quads,
             sections,
@@ -58,8 +64,8 @@ impl Profile {
             }
             Profile::Unreal => "127, 253, 505, 1009, 2017, 4033 or 8129 vertices each way (8129 only both ways)",
             Profile::UnrealTiled => {
-                "tiles that make up a landscape of whole components: tile x count = 1 + a multiple of 31, 63, 127 or 255, the \
-                 same each way"
+                "tiles that make up a landscape of whole components, at most 32 each way: tile x count = 1 + 1 to 32 times 31, 62, \
+                 63, 126, 127, 254, 255 or 510, the same of these each way"
             }
             Profile::Unity => "tiles of 32, 64, 128, 256, 512, 1024, 2048 or 4096 cells",
             Profile::Hterrain => "a square of 65, 129, 257, 513, 1025, 2049 or 4097 vertices",
@@ -93,7 +99,8 @@ impl Profile {
             Profile::Unreal => 8128,
             Profile::Hterrain => 4096,
             Profile::GodotTerrain3d => TERRAIN3D.1,
-            Profile::Blender | Profile::UnrealTiled | Profile::Unity => u64::MAX,
+            Profile::UnrealTiled => MOST_COMPONENTS * 510 + 1,
+            Profile::Blender | Profile::Unity => u64::MAX,
         }
     }
 }
@@ -118,33 +125,56 @@ pub(super) fn check(profile: Profile, world: &World, region: &Region) -> Result<
         region.height()
     );
     let hint = match nearest(profile, world, asked) {
-        Some(size) => {
-            let agents = world.preset().rivers.is_some() || world.preset().roads.is_some();
-            let note = match agents && size.cells != asked.cells {
-                true => " (agents start from tiles: rivers and roads will be others)",
-                false => "",
-            };
-            format!("the nearest that fits: {}{note}", options(size, asked, region.at()))
-        }
+        Some(size) => format!("the nearest that fits: {}", options(size, asked, region.at(), world)),
         None => "the preset's rivers and roads keep it from all tiles that fit; see their tile sizes".into(),
     };
     Err(Error::Region { message, hint })
 }
 
-/// The options that ask for a size, at the tile whose corner lies nearest to that of the tile asked for.
-fn options(size: Size, asked: Size, at: TileId) -> String {
+/// The region nearest to one that a profile does not take, and what asks for it; nothing where it takes the region.
+///
+/// # Errors
+/// When it takes none of the world.
+pub(super) fn fitted(profile: Profile, world: &World, region: &Region) -> Result<Option<(Region, String)>, Error> {
+    let asked = Size { cells: u64::from(region.tile_cells()), cols: region.cols(), rows: region.rows() };
+    if profile.takes(asked) {
+        return Ok(None);
+    }
+    let Some(size) = nearest(profile, world, asked) else { return check(profile, world, region).map(|()| None) };
+    let cells = u32::try_from(size.cells).expect("a tile has at most 4096 cells a side");
+    let fitted = Region::new(moved(size, asked, region.at()), size.cols, size.rows, cells)?;
+    Ok(Some((fitted, options(size, asked, region.at(), world))))
+}
+
+/// The tile of a size whose corner lies nearest to that of the tile asked for.
+fn moved(size: Size, asked: Size, at: TileId) -> TileId {
+    if size.cells == asked.cells {
+        return at;
+    }
+    let moved = |tile: i64| {
+        // In whole numbers and wide ones: tiles may be far from the origin.
+        let (vertex, cells) = (i128::from(tile) * i128::from(asked.cells), i128::from(size.cells));
+        // What leaves 64 bits is refused as a region that leaves the coordinates.
+        (vertex + cells / 2).div_euclid(cells).clamp(i64::MIN.into(), i64::MAX.into()) as i64
+    };
+    TileId { x: moved(at.x), y: moved(at.y) }
+}
+
+/// The options that ask for a size near a tile, and what else becomes of the world by it.
+fn options(size: Size, asked: Size, at: TileId, world: &World) -> String {
     let Size { cells, cols, rows } = size;
     if cells == asked.cells {
         return format!("--size {cols}x{rows}");
     }
-    let moved = |tile: i64| {
-        // In whole numbers and wide ones: tiles may be far from the origin.
-        let (vertex, cells) = (i128::from(tile) * i128::from(asked.cells), i128::from(cells));
-        (vertex + cells / 2).div_euclid(cells)
+    let at = match moved(size, asked, at) {
+        TileId { x: 0, y: 0 } => String::new(),
+        TileId { x, y } => format!(" --at {x},{y}"),
     };
-    let (x, y) = (moved(at.x), moved(at.y));
-    let at = if (x, y) == (0, 0) { String::new() } else { format!(" --at {x},{y}") };
-    format!("--tile-cells {cells} --size {cols}x{rows}{at}")
+    let note = match world.preset().rivers.is_some() || world.preset().roads.is_some() {
+        true => " (agents start from tiles: rivers and roads will be others)",
+        false => "",
+    };
+    format!("--tile-cells {cells} --size {cols}x{rows}{at}{note}")
 }
 
 /// How many tiles more or fewer than the nearest count are tried: all remainders by the largest component that a smaller
@@ -209,5 +239,7 @@ mod tests {
         }
         assert!(components(2048, 2048).is_none());
         assert!(components(8129, 4033).is_none());
+        // A component of 31 quads would fit, and the editor takes no more than 32.
+        assert!(components(32 * 31 + 1, 32 * 31 + 1).is_some() && components(33 * 31 + 1, 31 + 1).is_none());
     }
 }

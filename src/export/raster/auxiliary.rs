@@ -4,8 +4,8 @@
 
 use std::fmt::Write;
 
+use crate::export::digits::of_32_bits;
 use crate::export::georeference::{Georeference, Plane};
-use crate::export::raster::facts::shortest;
 use crate::export::raster::quantity::Quantity;
 use crate::export::raster::statistics::Statistics;
 use crate::export::svg::escaped;
@@ -29,7 +29,7 @@ pub(super) fn auxiliary(
         line(format_args!("<PAMRasterBand band=\"{number}\">"));
         line(format_args!("  <Description>{}</Description>", escaped(about)));
         if quantity.is_steps() {
-            let (min_m, max_m) = (shortest(range_m.0), shortest(range_m.1));
+            let (min_m, max_m) = (of_32_bits(range_m.0), of_32_bits(range_m.1));
             line(format_args!("  <Offset>{min_m}</Offset>\n    <Scale>{}</Scale>", (max_m - min_m) / 65535.0));
         }
         if let Some(unit) = quantity.unit() {

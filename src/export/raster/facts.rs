@@ -1,6 +1,7 @@
 //! What a raster says of itself, so that a lone file explains itself: texts of a PNG, attributes of an OpenEXR.
 
 use crate::area::{Region, TileId};
+use crate::export::digits::of_32_bits;
 use crate::export::georeference::Georeference;
 use crate::export::raster::quantity::Quantity;
 use crate::generator;
@@ -70,7 +71,7 @@ impl Facts {
         ];
         if let Some((min_m, max_m)) = range_m {
             facts.extend(
-                [("min_m", min_m), ("max_m", max_m)].map(|(key, metres)| (key, Fact::Number(shortest(metres)))),
+                [("min_m", min_m), ("max_m", max_m)].map(|(key, metres)| (key, Fact::Number(of_32_bits(metres)))),
             );
         }
         Facts(facts)
@@ -80,9 +81,4 @@ impl Facts {
     pub fn texts(&self) -> impl Iterator<Item = (&'static str, String)> {
         self.0.iter().map(|(key, fact)| (*key, fact.to_string()))
     }
-}
-
-/// The number of the fewest digits that is a float of 32 bits: not 0.30000001192092896 for 0.3.
-pub(crate) fn shortest(number: f32) -> f64 {
-    number.to_string().parse().expect("a number's text is a number")
 }

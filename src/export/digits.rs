@@ -1,0 +1,46 @@
+//! Numbers for people to read and to type.
+
+/// A number with as few decimals as leave it at most `off` from where it was.
+///
+/// Ranges of heights are proved in 32 bits, and -31.000002 is what became of -31 there.
+pub(crate) fn shortest(number: f64, off: f64) -> String {
+    let with = |decimals: usize| format!("{number:.decimals$}");
+    // Of more decimals than these a double has nothing to say.
+    let decimals = (0..=17).find(|&decimals| {
+        let written: f64 = with(decimals).parse().expect("it was written as a number");
+        (written - number).abs() <= off
+    });
+    let text = with(decimals.unwrap_or(17));
+    if text.trim_start_matches(['-', '0', '.']).is_empty() { "0".into() } else { text }
+}
+
+/// The number of the fewest digits that is a float of 32 bits: 0.3 and not 0.30000001192092896.
+pub(crate) fn of_32_bits(number: f32) -> f64 {
+    number.to_string().parse().expect("a number's text is a number")
+}
+
+/// What 32 bits can tell of heights in a range: a 128th of a step of 16 bits.
+pub(crate) fn noise_m(min_m: f64, max_m: f64) -> f64 {
+    (max_m - min_m) * f64::from(f32::EPSILON)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_32_bits_add_is_not_written() {
+        let written = |min_m: f32, max_m: f32| {
+            let (min_m, max_m) = (f64::from(min_m), f64::from(max_m));
+            [min_m, max_m].map(|height_m| shortest(height_m, noise_m(min_m, max_m)))
+        };
+        assert_eq!(written(-31.000_002, 900.0), ["-31", "900"]);
+        assert_eq!(written(2.999_999, 4801.0), ["3", "4801"]);
+        assert_eq!(written(-0.000_01, 200.1), ["0", "200.1"]);
+        assert_eq!(written(-87.65, 87.65), ["-87.65", "87.65"]);
+        assert_eq!(shortest(-0.0, 0.0), "0");
+        assert_eq!(shortest(10.0, 0.0), "10");
+        assert_eq!(shortest(0.25, 0.0), "0.25");
+        assert_eq!(shortest(f64::MAX, 0.0).len(), 309);
+    }
+}
