@@ -213,7 +213,7 @@ def moved(collection, bake):
     """How far from the scene's origin the middle of the region lies, east and north, and a word where that matters."""
     east, south = (own - first for own, first in zip(bake["region"]["mesh_origin_m"], collection[ORIGIN]))
     if len(collection[REGIONS]) > 0:
-        print(f"terrane: added beside what is there, {east:.3f} m east and {-south:.3f} m north of its origin")
+        print(f"terrane: added beside what is there, {east:.3f} m east and {0.0 - south:.3f} m north of its origin")
         if collection[WORLD] != world_of(bake):
             print("terrane: it is of another world or has tiles of another size: its land and that beside it may not meet")
         far = max(abs(east), abs(south))
