@@ -124,6 +124,7 @@ pub mod area;
 pub mod grid;
 pub mod hash;
 pub mod geometry;
+pub mod contour;
 pub mod stop;
 pub mod clock;
 pub mod watch;

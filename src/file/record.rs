@@ -46,7 +46,7 @@ pub struct FileRecord {
 pub struct MeshRecord {
     /// Level of detail; 0 is every vertex.
     pub lod: u32,
-    /// Metres that no vertex of the raster lies above or below the mesh.
+    /// Metres that no vertex of the raster lies above or below the mesh, but for those under water.
     pub error_m: f64,
     /// Vertices of the land.
     pub vertices: u64,

@@ -1,10 +1,10 @@
-//! A surface as the ground that waters and roads lie on: its height at any place of the tile.
+//! The ground that roads lie on: its height at any place of the tile.
 
-use super::Surface;
+use super::Ground;
 use crate::area::Area;
 use crate::grid::Grid;
 
-/// The heights of a tile's surface at all vertices of the raster, which between them are as good as its triangles.
+/// The heights of a tile's ground at all vertices of the raster, which between them are as good as its triangles.
 #[derive(Debug)]
 pub struct Drape {
     cells: usize,
@@ -12,30 +12,30 @@ pub struct Drape {
 }
 
 impl Drape {
-    /// The heights of `surface`, whose vertices have those of `heights`.
+    /// The heights of a ground. One that has every vertex has those of `heights` there, but below waters.
     ///
     /// # Panics
     /// When `heights` does not hold the area.
-    pub fn new(surface: &Surface, heights: &Grid<f32>, area: Area) -> Drape {
+    pub fn new(ground: &Ground, heights: &Grid<f32>, area: Area) -> Drape {
         let side = area.width();
         let mut heights_m = Vec::with_capacity(area.len());
         for y in area.y0..area.y1 {
             heights_m.extend_from_slice(heights.row(y, area.x0, area.x1));
         }
         // With every vertex a surface is the raster itself.
-        if surface.vertices.len() == heights_m.len() {
+        if ground.vertices.len() == heights_m.len() {
             return Drape { cells: side - 1, heights_m };
         }
-        for facet in surface.facets() {
-            let corners_m = facet.0.map(|[column, row]| f64::from(heights_m[row as usize * side + column as usize]));
-            let whole = f64::from(facet.whole());
+        for (facet, triangle) in ground.facets().zip(&ground.triangles) {
+            let corners_m = triangle.map(|corner| f64::from(ground.vertices[corner as usize].height_m));
+            let whole = facet.whole() as f64;
             for span in facet.spans() {
                 let start = span.row * side + span.column;
-                let (parts, growth) = (span.parts.map(f64::from), span.growth.map(f64::from));
-                // Corners keep the raster's height, since all parts are theirs; the others are mixed from those alone.
+                let (shares, growth) = (span.shares.map(|share| share as f64), span.growth.map(|growth| growth as f64));
+                // Corners keep their height, since all shares are theirs; the others are mixed from those alone.
                 for (offset, height_m) in (0_i32..).zip(&mut heights_m[start..start + span.count]) {
-                    let part = |corner: usize| parts[corner] + growth[corner] * f64::from(offset);
-                    let sum = part(0) * corners_m[0] + part(1) * corners_m[1] + part(2) * corners_m[2];
+                    let share = |corner: usize| shares[corner] + growth[corner] * f64::from(offset);
+                    let sum = share(0) * corners_m[0] + share(1) * corners_m[1] + share(2) * corners_m[2];
                     *height_m = (sum / whole) as f32;
                 }
             }
@@ -71,6 +71,7 @@ impl Drape {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::Surface;
 
     #[test]
     fn it_lies_on_the_triangles() {
@@ -81,11 +82,11 @@ mod tests {
                 heights.row_mut(y, x, x + 1)[0] = ((x * 7 + y * 5) % 11) as f32;
             }
         }
-        let full = Drape::new(&Surface::full(8), &heights, area);
+        let full = Drape::new(&Ground::new(&Surface::full(8), &heights, area), &heights, area);
         assert_eq!((full.at(3, 2), full.between([3.0, 2.0])), (heights.at(0, 9), f64::from(heights.at(0, 9))));
         let two =
             Surface { cells: 8, vertices: vec![[0, 0], [0, 8], [8, 8], [8, 0]], triangles: vec![[0, 1, 2], [0, 2, 3]] };
-        let flat = Drape::new(&two, &heights, area);
+        let flat = Drape::new(&Ground::new(&two, &heights, area), &heights, area);
         let corner = |column: i64, row: i64| f64::from(heights.at(area.x0 + column, area.y0 + row));
         assert_eq!(f64::from(flat.at(4, 4)), f64::midpoint(corner(0, 0), corner(8, 8)));
         assert_eq!(flat.between([-5.0, 4.0]), f64::midpoint(corner(0, 0), corner(0, 8)));

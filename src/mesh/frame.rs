@@ -1,5 +1,6 @@
 //! Where meshes have their origin, and the steps that their positions come in.
 
+use super::PARTS;
 use crate::area::{Area, Region};
 use crate::world::World;
 
@@ -66,6 +67,21 @@ impl Frame {
     /// Steps from the corner of an area to a vertex: east and south.
     pub fn local_steps(&self, area: &Area, x: i64, y: i64) -> [i64; 2] {
         [self.steps(x) - self.steps(area.x0), self.steps(y) - self.steps(area.y0)]
+    }
+
+    /// Steps from the corner of an area to a place that is given in [parts](PARTS) of a cell from there.
+    pub fn steps_between(&self, area: &Area, place: [u32; 2]) -> [i64; 2] {
+        let steps = |first: i64, parts: u32| {
+            let (before, within) = (first + i64::from(parts / PARTS as u32), i64::from(parts % PARTS as u32));
+            let steps = self.steps(before) - self.steps(first);
+            if within == 0 {
+                return steps;
+            }
+            let cell = self.steps(before + 1) - self.steps(before);
+            // Rounded, and the same from both tiles at an edge.
+            steps + (2 * cell * within + i64::from(PARTS)) / (2 * i64::from(PARTS))
+        };
+        [steps(area.x0, place[0]), steps(area.y0, place[1])]
     }
 
     /// Metres from the corner of an area, east and south, to a place that is given in vertices from there.

@@ -6,9 +6,10 @@
 //!   delaunay.rs   vertices, one by one -> triangles
 //!   worst.rs      triangle, heights -> the vertex that is furthest from it
 //!   greedy.rs     heights, bound -> border, then the vertex furthest off, again and again
-//!   water.rs      kinds and levels of water -> flat sheets      ribbon.rs   roads and rivers of agents -> strips, decks
+//!   waterline.rs  rivers, levels of water -> banks and shores      water.rs   these -> flat sheets
+//!   ground.rs     surface, banks and shores -> the ground           ribbon.rs   roads -> strips, decks
 //!   facet.rs      triangle -> the vertices of the raster in it, in spans of rows
-//!   drape.rs      surface -> the ground that waters and roads lie on
+//!   drape.rs      ground -> what roads lie on
 //!   frame.rs      where meshes have their origin, and the steps of positions
 //! ```
 
@@ -18,17 +19,21 @@ mod drape;
 mod facet;
 mod frame;
 mod greedy;
+mod ground;
 mod ribbon;
 mod steps;
 mod water;
+mod waterline;
 mod worst;
 
 pub use drape::Drape;
 pub use facet::{Facet, Span};
 pub use frame::{Frame, default_origin, middle};
+pub use ground::{Ground, GroundVertex, PARTS};
 pub use ribbon::{Ribbon, RibbonKind, RibbonVertex, ribbons};
 pub use steps::{MAX_CELLS, MAX_HEIGHT_M};
 pub use water::{Sheet, sheets};
+pub use waterline::{WaterPoint, Waterline, Waterlines};
 
 use crate::area::Area;
 use crate::grid::Grid;
@@ -83,12 +88,6 @@ impl Surface {
         let mesh = greedy::triangulate(&steps, bound, whole_steps(edge_m).unwrap_or(-1.0));
         let vertices = mesh.vertices().iter().map(|vertex| [vertex.x as u32, vertex.y as u32]).collect();
         Surface { cells, vertices, triangles: mesh.triangles().to_vec() }
-    }
-
-    /// The triangles as they lie over the raster, in their order.
-    pub fn facets(&self) -> impl Iterator<Item = Facet> {
-        let place = |index: u32| self.vertices[index as usize].map(|at| at as i32);
-        self.triangles.iter().map(move |triangle| Facet(triangle.map(place)))
     }
 }
 

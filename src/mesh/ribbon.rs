@@ -1,9 +1,10 @@
-//! Lines as ribbons: roads on their beds, bridges as decks, and agents' rivers, which have no other surface.
+//! Lines as ribbons: roads on their beds, and bridges as decks.
 
 use super::Drape;
 use crate::area::Area;
-use crate::geometry::length;
-use crate::lines::{Bed, Line, LineKind, LinePoint, StructureKind};
+use crate::geometry::{LineSegment, length};
+use crate::hash::combine;
+use crate::lines::{Line, LineKind, LinePoint, StructureKind};
 use crate::tile::Tile;
 
 /// What a ribbon is.
@@ -13,8 +14,6 @@ pub enum RibbonKind {
     Road,
     /// The deck of a bridge.
     Bridge,
-    /// A river of the thesis' agents.
-    River,
 }
 
 /// Triangles along a line.
@@ -45,6 +44,9 @@ pub struct RibbonVertex {
 /// Chosen by eye.
 const LIFT_M: f64 = 0.12;
 
+/// Metres between roads that lie on each other.
+const STACK_M: f64 = 0.005;
+
 /// Thickness in metres of a bridge's deck, and more a metre of its width. Chosen by eye: half a metre to a whole one, a
 /// twentieth of spans of 10 to 20 m.
 const DECK_M: (f64, f64) = (0.5, 0.05);
@@ -74,13 +76,14 @@ impl RibbonPoint {
     }
 }
 
-/// The ribbons on a tile: those pieces of each line whose middle lies on it, the same wherever else the line goes. Roads lie on
-/// the `ground`, and no river below it.
-pub fn ribbons(tile: &Tile, spacing_m: f64, ground: &Drape) -> Vec<Ribbon> {
+/// The ribbons on a tile: those pieces of each road whose middle lies on it, the same wherever else it goes. They lie on the
+/// `ground`, and may be off `tolerance` cells to the side.
+pub fn ribbons(tile: &Tile, spacing_m: f64, ground: &Drape, tolerance: f64) -> Vec<Ribbon> {
     let area = tile.area();
-    let mut builder = RibbonBuilder { area, spacing_m, ground, all: Vec::new() };
+    let mut builder = RibbonBuilder { area, spacing_m, ground, tolerance, lift_m: LIFT_M, all: Vec::new() };
     for line in tile.lines() {
-        builder.add_line(line);
+        let others = tile.lines().iter().filter(|other| other.kind == LineKind::Road && other.id != line.id);
+        builder.add_line(line, &others.map(AsRef::as_ref).collect::<Vec<&Line>>());
     }
     // Stable: ribbons of a kind follow each other, those of a line in its order.
     builder.all.sort_by_key(|ribbon| ribbon.kind);
@@ -91,16 +94,23 @@ struct RibbonBuilder<'a> {
     area: Area,
     spacing_m: f64,
     ground: &'a Drape,
+    tolerance: f64,
+    /// How far the road that is added lies above the ground, in metres.
+    lift_m: f64,
     all: Vec<Ribbon>,
 }
 
 impl RibbonBuilder<'_> {
-    /// Adds what is seen of a line; the relief's own rivers have sheets of water.
-    fn add_line(&mut self, line: &Line) {
-        if line.bed == Bed::Natural {
+    /// Adds what is seen of a line; rivers have sheets of water, and a road that ends on one of the others ends at its edge.
+    fn add_line(&mut self, line: &Line, others: &[&Line]) {
+        if line.kind != LineKind::Road {
             return;
         }
-        let lift_m = if line.kind == LineKind::Road { LIFT_M } else { 0.0 };
+        // Where roads meet they lie on each other: the better one above, and of two as good each at a height of its own.
+        let class = line.class.map_or(0.0, |class| class as u8 as f64);
+        let own = line.id.to_string().bytes().fold(0, |hash, byte| combine(hash, byte.into())) % 4;
+        self.lift_m = LIFT_M + (class * 4.0 + own as f64) * STACK_M;
+        let lift_m = self.lift_m;
         let corner = [self.area.x0, self.area.y0];
         let point = |point: &LinePoint| RibbonPoint {
             place: line.place_from(corner, point),
@@ -109,13 +119,30 @@ impl RibbonBuilder<'_> {
         };
         let points: Vec<RibbonPoint> = line.points.iter().map(point).collect();
         let carriers = line.carriers();
-        let kind = |piece: usize| match (line.kind, carriers[piece]) {
-            (LineKind::River, _) => Some(RibbonKind::River),
-            (LineKind::Road, Some(StructureKind::Bridge)) => Some(RibbonKind::Bridge),
-            (LineKind::Road, Some(StructureKind::Tunnel)) => None,
-            (LineKind::Road, Some(StructureKind::Ford) | None) => Some(RibbonKind::Road),
+        let kind = |piece: usize| match carriers[piece] {
+            Some(StructureKind::Bridge) => Some(RibbonKind::Bridge),
+            Some(StructureKind::Tunnel) => None,
+            Some(StructureKind::Ford) | None => Some(RibbonKind::Road),
         };
-        self.add(&points, kind);
+        let covered = |point: &RibbonPoint| others.iter().any(|other| self.covers(other, point));
+        let is_hidden: Vec<bool> = hidden(points.iter().map(covered));
+        self.add(&points, |piece| kind(piece).filter(|_| !is_hidden[piece] || !is_hidden[piece + 1]));
+    }
+
+    /// Whether a point lies on a road, but for where that ends: where several end none gives way.
+    fn covers(&self, road: &Line, point: &RibbonPoint) -> bool {
+        let corner = [self.area.x0, self.area.y0];
+        let ends =
+            [&road.points[0], &road.points[road.points.len() - 1]].map(|end| (road.place_from(corner, end), end));
+        let is_end = |(place, end): &([f64; 2], &LinePoint)| {
+            length([0, 1].map(|axis| place[axis] - point.place[axis])) < 2.0 * end.half_width_m / self.spacing_m
+        };
+        !ends.iter().any(is_end)
+            && road.pieces().any(|[from, to]| {
+                let piece = LineSegment::between(road.place_from(corner, from), road.place_from(corner, to));
+                let half_width = from.half_width_m.min(to.half_width_m) / self.spacing_m;
+                piece.touches(point.place, half_width) && piece.distance(point.place) < half_width
+            })
     }
 
     /// Adds the pieces of a line that are the tile's, as one ribbon for each run of the same kind. Those without a kind, in
@@ -157,11 +184,42 @@ impl RibbonBuilder<'_> {
             let kind = kinds[first].expect("what has no kind has been left out");
             let sections: Vec<Section> =
                 (first..=last).map(|index| self.section(points, &along_m, index, kind, is_mouth(index))).collect();
+            let sections = self.needed(sections);
             self.all.push(match kind {
                 RibbonKind::Bridge => deck(&sections),
                 _ => strip(kind, &sections),
             });
         }
+    }
+
+    /// The sections without which a ribbon would be too far off to the side, or above or below the others.
+    fn needed(&self, sections: Vec<Section>) -> Vec<Section> {
+        let up_m = (self.tolerance * self.spacing_m).max(LIFT_M);
+        // How far a section is from where it would be without it, in what may be missed. None may come to lie in the ground.
+        let miss = |first: &Section, at: &Section, last: &Section| {
+            let share = (at.along - first.along) / (last.along - first.along).max(1e-6);
+            let between = |from: f64, to: f64| from + (to - from) * f64::from(share);
+            let aside = |corner: fn(&Section) -> [f64; 2]| {
+                let (from, to, here) = (corner(first), corner(last), corner(at));
+                length([0, 1].map(|axis| here[axis] - between(from[axis], to[axis])))
+            };
+            let above_m = between(first.height_m, last.height_m) - at.height_m;
+            let aside = aside(|section| section.left).max(aside(|section| section.right));
+            (aside / self.tolerance).max(above_m / up_m).max(-above_m / (0.75 * LIFT_M))
+        };
+        let last = sections.len() - 1;
+        let mut kept = vec![false; sections.len()];
+        (kept[0], kept[last]) = (true, true);
+        let mut open = vec![(0, last)];
+        while let Some((first, last)) = open.pop() {
+            let off = |at: &usize| miss(&sections[first], &sections[*at], &sections[last]);
+            let worst = (first + 1..last).max_by(|a, b| off(a).total_cmp(&off(b)));
+            if let Some(at) = worst.filter(|at| off(at) > 1.0) {
+                kept[at] = true;
+                open.extend([(first, at), (at, last)]);
+            }
+        }
+        sections.into_iter().zip(kept).filter_map(|(section, kept)| kept.then_some(section)).collect()
     }
 
     /// The line across a point: left and right seen along the line, at right angles to where its neighbours lie.
@@ -185,12 +243,11 @@ impl RibbonBuilder<'_> {
         let up = 1.0 / (1.0 + grade * grade).sqrt();
         let left = [0, 1].map(|axis| point.place[axis] + aside[axis]);
         let right = [0, 1].map(|axis| point.place[axis] - aside[axis]);
-        let under = |place: [f64; 2]| self.ground.between(place) + LIFT_M;
+        let under = |place: [f64; 2]| self.ground.between(place) + self.lift_m;
         let height_m = match kind {
             RibbonKind::Road if is_mouth => point.height_m,
             // Between two vertices the land may be higher than at either side of a road or in its middle.
             RibbonKind::Road => [left, point.place, right].map(under).into_iter().fold(f64::NEG_INFINITY, f64::max),
-            RibbonKind::River => point.height_m.max(under(point.place)),
             RibbonKind::Bridge => point.height_m,
         };
         Section {
@@ -204,6 +261,14 @@ impl RibbonBuilder<'_> {
             up: [-ahead[0] * grade * up, up, -ahead[1] * grade * up].map(|axis| axis as f32),
         }
     }
+}
+
+/// Of the points of a road that others cover, those from its ends on: what it shares with a road that it crosses is its own.
+fn hidden(covered: impl DoubleEndedIterator<Item = bool>) -> Vec<bool> {
+    let covered: Vec<bool> = covered.collect();
+    let from_start = covered.iter().take_while(|it| **it).count();
+    let from_end = covered.iter().rev().take_while(|it| **it).count();
+    (0..covered.len()).map(|at| at < from_start || at >= covered.len() - from_end).collect()
 }
 
 /// What lies across a line at one of its points.
@@ -291,7 +356,7 @@ mod tests {
     use crate::grid::Grid;
     use crate::lines::Imprint;
     use crate::lines::tests::road;
-    use crate::mesh::Surface;
+    use crate::mesh::{Ground, Surface};
 
     #[test]
     fn a_road_ends_at_a_tunnel_and_goes_on_behind_it() {
@@ -305,16 +370,18 @@ mod tests {
             (area.x0..area.x1).for_each(|x| heights.row_mut(y, x, x + 1)[0] = ridge_m(x));
         }
         Imprint::new(&heights, None, [&line]).expect("the road is here").shape(&mut heights, None);
-        let ground = Drape::new(&Surface::full(32), &heights, area);
-        let mut builder = RibbonBuilder { area, spacing_m: 8.0, ground: &ground, all: Vec::new() };
-        builder.add_line(&line);
+        let ground = Drape::new(&Ground::new(&Surface::full(32), &heights, area), &heights, area);
+        let mut builder =
+            RibbonBuilder { area, spacing_m: 8.0, ground: &ground, tolerance: 0.01, lift_m: LIFT_M, all: Vec::new() };
+        builder.add_line(&line, &[]);
         let columns = |ribbon: &Ribbon| {
             let columns = || ribbon.vertices.iter().map(|vertex| vertex.place[0] + area.x0 as f64);
             (columns().fold(f64::INFINITY, f64::min), columns().fold(f64::NEG_INFINITY, f64::max))
         };
         assert_eq!(builder.all.iter().map(columns).collect::<Vec<_>>(), [(-69.5, -59.5), (-48.5, -38.5)]);
         for vertex in builder.all.iter().flat_map(|ribbon| &ribbon.vertices) {
-            assert!((vertex.height_m - 50.0 - LIFT_M).abs() < 1e-9, "{vertex:?}");
+            let above_m = vertex.height_m - 50.0 - LIFT_M;
+            assert!((0.0..12.0 * STACK_M).contains(&above_m), "{vertex:?}");
         }
     }
 }

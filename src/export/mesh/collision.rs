@@ -18,7 +18,7 @@ use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Request};
 use crate::export::options::{Lods, MeshOptions, TileNames};
 use crate::file::write_whole;
-use crate::mesh::{RibbonKind, Surface};
+use crate::mesh::RibbonKind;
 use crate::tile::Tile;
 use crate::watch::Watch;
 
@@ -89,7 +89,7 @@ impl Sink for CollisionSink<'_> {
                 glb.uses(QUANTIZATION, true);
             }
             let named = |part: &str| part_name(part, tile.id(), lod, &options.lods) + "-colonly";
-            let land: &Surface = &model.land;
+            let land = &model.land;
             let mesh = glb.mesh(&named("land"), positions_of_land(tile, land, frame, options.quantized), None);
             let [east, up, south] = frame.corner_m(&area).map(|metres| metres as f32);
             let lifted = options.quantized.then_some([0.0, up, 0.0]);

@@ -6,7 +6,9 @@ use crate::area::Region;
 use crate::bake::MeshRecord;
 use crate::export::options::MeshOptions;
 use crate::land::WaterKind;
-use crate::mesh::{Drape, Frame, Ribbon, RibbonKind, Sheet, Surface, ribbons, sheets};
+use crate::mesh::{
+    Drape, Frame, Ground, GroundVertex, PARTS, Ribbon, RibbonKind, Sheet, Surface, Waterlines, ribbons, sheets,
+};
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -22,7 +24,7 @@ pub(super) struct Modeller<'a> {
 
 /// A tile's mesh.
 pub(super) struct Model {
-    pub land: Arc<Surface>,
+    pub land: Ground,
     pub waters: Vec<Sheet>,
     pub ribbons: Vec<Ribbon>,
 }
@@ -37,7 +39,7 @@ pub(super) struct Substance {
     pub roughness: f32,
 }
 
-/// All substances; rivers of both kinds are one.
+/// All substances.
 pub(super) const SUBSTANCES: [Substance; 5] = [
     Substance { name: "river", colour: [0.035, 0.11, 0.14, 0.8], roughness: 0.12 },
     Substance { name: "lake", colour: [0.02, 0.08, 0.12, 0.85], roughness: 0.06 },
@@ -56,7 +58,6 @@ pub(super) fn substance_of_water(kind: WaterKind) -> Substance {
 
 pub(super) fn substance_of_ribbon(kind: RibbonKind) -> Substance {
     match kind {
-        RibbonKind::River => SUBSTANCES[0],
         RibbonKind::Road => SUBSTANCES[3],
         RibbonKind::Bridge => SUBSTANCES[4],
     }
@@ -67,9 +68,11 @@ impl<'a> Modeller<'a> {
         let frame = options.frame(world, &region, quantized);
         let cells = region.tile_cells();
         let full = options.lods.all().contains(&0).then(|| {
-            // One order for all tiles, as if the land were flat.
-            let flat = |[column, row]: [u32; 2]| [column as f32, 0.0, row as f32];
-            Arc::new(ordered(Surface::full(cells), flat))
+            // One order for all tiles without water, as if the land were flat.
+            let Surface { vertices, triangles, .. } = Surface::full(cells);
+            let (vertices, triangles) =
+                ordered(&vertices, &triangles, |[column, row]| [*column as f32, 0.0, *row as f32]);
+            Arc::new(Surface { cells, vertices, triangles })
         });
         Modeller { world, region, frame, options: options.clone(), full }
     }
@@ -77,26 +80,28 @@ impl<'a> Modeller<'a> {
     /// The models of a tile, one for each level of detail.
     pub fn models(&self, tile: &Tile) -> Vec<(u32, Model)> {
         let model = |&lod: &u32| {
-            let land = self.land(tile, lod);
+            // Twice as much as at the level before it, as heights may be off.
+            let tolerance = FINEST_LINE * f64::from(lod).exp2();
+            let waterlines = Waterlines::new(self.world, tile, tolerance);
+            let land = self.land(tile, lod, waterlines.as_ref());
             let ground = Drape::new(&land, tile.heights(), tile.area());
-            // With every vertex the ground is the raster's own, and waters fit it as they are.
-            let waters = sheets(self.world, tile, (lod > 0).then_some(&ground));
-            let ribbons = ribbons(tile, self.world.spacing_m(), &ground);
+            let waters = waterlines.as_ref().map_or_else(Vec::new, sheets);
+            let ribbons = ribbons(tile, self.world.spacing_m(), &ground, tolerance);
             (lod, Model { land, waters, ribbons })
         };
         self.options.lods.all().iter().map(model).collect()
     }
 
     /// What the manifest says of a model.
-    pub fn record(&self, tile: &Tile, lod: u32, land: &Surface) -> MeshRecord {
+    pub fn record(&self, tile: &Tile, lod: u32, land: &Ground) -> MeshRecord {
         // Of the vertices that the mesh has, for these are what a reader finds.
         let (mut min_m, mut max_m) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         let area = tile.area();
         let corner = self.frame.corner_m(&area);
-        for [column, row] in &land.vertices {
-            let (x, y) = (area.x0 + i64::from(*column), area.y0 + i64::from(*row));
-            let [east, south] = self.frame.local_steps(&area, x, y).map(|steps| steps as f64 * self.frame.step_m());
-            let place = [corner[0] + east, f64::from(tile.heights().at(x, y)), corner[2] + south];
+        for vertex in &land.vertices {
+            let [east, south] =
+                self.frame.steps_between(&area, vertex.place).map(|steps| steps as f64 * self.frame.step_m());
+            let place = [corner[0] + east, f64::from(vertex.height_m), corner[2] + south];
             min_m = [0, 1, 2].map(|axis| min_m[axis].min(place[axis]));
             max_m = [0, 1, 2].map(|axis| max_m[axis].max(place[axis]));
         }
@@ -110,41 +115,56 @@ impl<'a> Modeller<'a> {
         }
     }
 
-    fn land(&self, tile: &Tile, lod: u32) -> Arc<Surface> {
-        match self.options.bound_m(self.world, lod) {
+    fn land(&self, tile: &Tile, lod: u32, waters: Option<&Waterlines>) -> Ground {
+        let (area, heights) = (tile.area(), tile.heights());
+        // What rounding to steps takes of the bound is not left for the triangles.
+        let left_m = |bound_m: f64| bound_m - self.frame.height_error_m();
+        let bound_m = self.options.bound_m(self.world, lod).map(left_m);
+        let surface = match bound_m {
             None => Arc::clone(self.full.as_ref().expect("there is one if LOD 0 is asked for")),
             Some(bound_m) => {
-                let area = tile.area();
-                // What rounding to steps takes of the bound is not left for the triangles.
-                let left_m = |bound_m: f64| bound_m - self.frame.height_error_m();
                 let finest = self.options.lods.all().first();
                 let finest_m = finest.and_then(|lod| self.options.bound_m(self.world, *lod)).map_or(0.0, left_m);
                 let edge_m = self.options.even_borders.then_some(finest_m);
-                let surface = Surface::simplified(tile.heights(), area, left_m(bound_m), edge_m);
-                let spacing_m = self.world.spacing_m() as f32;
-                let place = |[column, row]: [u32; 2]| {
-                    let height_m = tile.heights().at(area.x0 + i64::from(column), area.y0 + i64::from(row));
-                    [column as f32 * spacing_m, height_m, row as f32 * spacing_m]
-                };
-                Arc::new(ordered(surface, place))
+                Arc::new(Surface::simplified(heights, area, bound_m, edge_m))
             }
-        }
+        };
+        let ground = match waters {
+            Some(waters) => Ground::cut(&surface, heights, area, waters, bound_m),
+            // The order of all vertices is the same everywhere.
+            None if bound_m.is_none() => return Ground::new(&surface, heights, area),
+            None => Ground::new(&surface, heights, area),
+        };
+        let cell_m = self.world.spacing_m() as f32 / PARTS as f32;
+        let Ground { cells, vertices, triangles } = ground;
+        let place = |vertex: &GroundVertex| {
+            let [east, south] = vertex.place.map(|at| at as f32 * cell_m);
+            [east, vertex.height_m, south]
+        };
+        let (vertices, triangles) = ordered(&vertices, &triangles, place);
+        Ground { cells, vertices, triangles }
     }
 }
 
-/// A surface with its triangles and vertices in an order that suits a GPU: each vertex is wanted again soon, what is in front
-/// is drawn first, and vertices lie in the order that they are wanted in.
-fn ordered(surface: Surface, place: impl Fn([u32; 2]) -> [f32; 3]) -> Surface {
-    let Surface { cells, vertices, triangles } = surface;
+/// Cells that shores, banks and the edges of roads may be off at LOD 0.
+const FINEST_LINE: f64 = 1.0 / 32.0;
+
+/// Vertices and triangles in an order that suits a GPU: each vertex is wanted again soon, what is in front is drawn first, and
+/// vertices lie in the order that they are wanted in.
+fn ordered<V: Clone + Default>(
+    vertices: &[V],
+    triangles: &[[u32; 3]],
+    place: impl Fn(&V) -> [f32; 3],
+) -> (Vec<V>, Vec<[u32; 3]>) {
     // In this order, as the manual asks: each step keeps what the one before it has gained.
     let mut indices = meshopt::optimize_vertex_cache(triangles.as_flattened(), vertices.len());
-    let places: Vec<[f32; 3]> = vertices.iter().map(|vertex| place(*vertex)).collect();
+    let places: Vec<[f32; 3]> = vertices.iter().map(place).collect();
     let positions = meshopt::VertexDataAdapter::new(bytemuck::cast_slice(&places), size_of::<[f32; 3]>(), 0);
     // How much worse for the cache the order may become, as meshoptimizer's manual has it.
     const THRESHOLD: f32 = 1.05;
     meshopt::optimize_overdraw_in_place(&mut indices, &positions.expect("places are three floats each"), THRESHOLD);
-    let vertices = meshopt::optimize_vertex_fetch(&mut indices, &vertices);
-    Surface { cells, vertices, triangles: indices.as_chunks().0.to_vec() }
+    let vertices = meshopt::optimize_vertex_fetch(&mut indices, vertices);
+    (vertices, indices.as_chunks().0.to_vec())
 }
 
 /// All ribbons of each substance, in the order of [`SUBSTANCES`].

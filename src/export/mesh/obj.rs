@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use super::model::{Model, Modeller, SUBSTANCES, Substance, by_substance, substance_of_water};
+use super::relative_normals::normal_at;
 use super::{FOLDER, cost, part_name, region_path, tile_path};
 use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Kept, Sink};
@@ -17,6 +18,7 @@ use crate::export::format::{Format, FormatCost, Request, file_name};
 use crate::export::locked;
 use crate::export::options::TileNames;
 use crate::file::{PartFile, write_whole};
+use crate::mesh::PARTS;
 use crate::stop;
 use crate::tile::Tile;
 use crate::watch::Watch;
@@ -133,21 +135,23 @@ impl<'a> ObjSink<'a> {
         let [corner_east, _, corner_south] = frame.corner_m(&area);
         let mut text = Text::default();
         let named = |part: &str| part_name(part, tile.id(), lod, &options.lods);
-        let lattice = |[column, row]: [u32; 2]| (area.x0 + i64::from(column), area.y0 + i64::from(row));
         // OBJ has no transforms, so a tile's place is in its vertices; as text they have all the digits that takes.
-        let placed = |x: i64, y: i64, height_m: f32| {
-            let [east, south] = frame.local_steps(&area, x, y).map(|steps| steps as f64 * frame.step_m());
+        let placed = |place: [u32; 2], height_m: f32| {
+            let [east, south] = frame.steps_between(&area, place).map(|steps| steps as f64 * frame.step_m());
             [corner_east + east, f64::from(height_m), corner_south + south]
         };
         // Texels are vertices: of the tile's picture, or of the region's.
-        let (first, sides) = if self.regions.is_none() {
-            ([area.x0, area.y0], [area.width() as u64; 2])
+        let (before, sides) = if self.regions.is_none() {
+            ([0, 0], [area.width() as u64; 2])
         } else {
             let origin = region.at().area(region.tile_cells());
-            ([origin.x0, origin.y0], [region.width(), region.height()])
+            ([area.x0 - origin.x0, area.y0 - origin.y0], [region.width(), region.height()])
         };
-        let texture = |x: i64, y: i64| {
-            let [u, v] = [(x, 0), (y, 1)].map(|(at, axis)| ((at - first[axis]) as f64 + 0.5) / sides[axis] as f64);
+        let texture = |place: [u32; 2]| {
+            let [u, v] = [0, 1].map(|axis| {
+                let at = before[axis] as f64 + f64::from(place[axis]) / f64::from(PARTS);
+                (at + 0.5) / sides[axis] as f64
+            });
             // OBJ counts v from the bottom of a picture.
             [u, 1.0 - v]
         };
@@ -157,10 +161,11 @@ impl<'a> ObjSink<'a> {
             named("land"),
             &material,
             &model.land.triangles,
-            model.land.vertices.iter().map(|vertex| {
-                let (x, y) = lattice(*vertex);
-                (placed(x, y, tile.heights().at(x, y)), texture(x, y), tile.normals().at(x, y))
-            }),
+            model
+                .land
+                .vertices
+                .iter()
+                .map(|vertex| (placed(vertex.place, vertex.height_m), texture(vertex.place), normal_at(tile, vertex))),
         );
         for sheet in &model.waters {
             let name = substance_of_water(sheet.kind).name;
@@ -168,10 +173,10 @@ impl<'a> ObjSink<'a> {
                 named(name),
                 name,
                 &sheet.triangles,
-                sheet.vertices.iter().map(|(vertex, height_m)| {
-                    let (x, y) = lattice(*vertex);
-                    (placed(x, y, *height_m), texture(x, y), [0.0, 1.0, 0.0])
-                }),
+                sheet
+                    .vertices
+                    .iter()
+                    .map(|(place, height_m)| (placed(*place, *height_m), texture(*place), [0.0, 1.0, 0.0])),
             );
         }
         for (substance, ribbons) in by_substance(&model.ribbons) {

@@ -1,7 +1,7 @@
 //! Normal maps for meshes with few vertices: what their own normals leave out.
 
 use crate::area::Area;
-use crate::mesh::{Facet, Span, Surface};
+use crate::mesh::{Facet, Ground, GroundVertex, PARTS, Span};
 use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::{Normals, Tile};
 
@@ -9,13 +9,12 @@ use crate::tile::{Normals, Tile};
 /// the mesh has at each vertex of the raster, in RGB, row by row; green is north.
 ///
 /// So the mesh is lit as the raster would be, at any level of detail.
-pub(super) fn relative_normals(tile: &Tile, surface: &Surface) -> Vec<u8> {
+pub(super) fn relative_normals(tile: &Tile, ground: &Ground) -> Vec<u8> {
     let area = tile.area();
-    // All are set below, since a surface covers its tile.
+    // All are set below, since a ground covers its tile.
     let mut words = vec![0; area.len()];
-    for facet in surface.facets() {
-        let normal = |[column, row]: [i32; 2]| tile.normals().at(area.x0 + i64::from(column), area.y0 + i64::from(row));
-        let corners = facet.0.map(normal);
+    for (facet, triangle) in ground.facets().zip(&ground.triangles) {
+        let corners = triangle.map(|corner| normal_at(tile, &ground.vertices[corner as usize]));
         dispatch(Relative { area, normals: tile.normals(), facet, corners, words: &mut words });
     }
     // Lanes make a word a texel; three bytes of it are the texel.
@@ -25,6 +24,18 @@ pub(super) fn relative_normals(tile: &Tile, surface: &Surface) -> Vec<u8> {
         *texel = [red, green, blue];
     }
     texels.into_flattened()
+}
+
+/// The normal of a vertex of a ground: the raster's, or between its vertices the mean of those around.
+pub(super) fn normal_at(tile: &Tile, vertex: &GroundVertex) -> [f32; 3] {
+    let mixed = super::values::between(tile, vertex.place, |x, y| tile.normals().at(x, y));
+    match vertex.place.iter().all(|at| at % PARTS as u32 == 0) {
+        true => mixed,
+        false => {
+            let length = mixed.iter().map(|axis| axis * axis).sum::<f32>().sqrt();
+            mixed.map(|axis| axis / length)
+        }
+    }
 }
 
 /// Sees the normals under a triangle in the frames of the mesh's.
@@ -79,10 +90,10 @@ fn texels<S: Simd>(
     let mut mixed = [zero; 3];
     let mut corner = 0;
     while corner < 3 {
-        let part = simd.splat(span.parts[corner] as f32) + simd.splat(span.growth[corner] as f32) * offset;
+        let share = simd.splat(span.shares[corner] as f32) + simd.splat(span.growth[corner] as f32) * offset;
         let mut axis = 0;
         while axis < 3 {
-            mixed[axis] = mixed[axis] + simd.splat(corners[corner][axis]) * part;
+            mixed[axis] = mixed[axis] + simd.splat(corners[corner][axis]) * share;
             axis += 1;
         }
         corner += 1;

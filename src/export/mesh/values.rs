@@ -3,8 +3,10 @@
 use gltf_json::accessor::{ComponentType, Type};
 use gltf_json::mesh::Semantic;
 
+use super::relative_normals::normal_at;
+
 use crate::area::Area;
-use crate::mesh::{Frame, Ribbon, Sheet, Surface};
+use crate::mesh::{Frame, Ground, PARTS, Ribbon, Sheet};
 use crate::preset::ground::GroundSettings;
 use crate::tile::{Material, Tile};
 
@@ -125,78 +127,91 @@ pub(super) fn tangent([east, up, _]: [f32; 3]) -> [f32; 4] {
     if length > 0.0 { [up / length, -east / length, 0.0, 1.0] } else { [1.0, 0.0, 0.0, 1.0] }
 }
 
-/// The land of a tile: positions, normals, texture coordinates, the weights of materials, and tangents if the
-/// material has a normal map. In whole numbers where the frame has them.
+/// What the raster has at a place in a tile, in [parts](PARTS) of a cell: that of a vertex, or between vertices the mean of those
+/// around by how near they are.
+pub(super) fn between<const N: usize>(tile: &Tile, place: [u32; 2], at: impl Fn(i64, i64) -> [f32; N]) -> [f32; N] {
+    let area = tile.area();
+    let [(x, u), (y, v)] = [(area.x0, 0), (area.y0, 1)].map(|(first, axis)| {
+        let (cells, parts) = (place[axis] / PARTS as u32, place[axis] % PARTS as u32);
+        (first + i64::from(cells), parts as f32 / PARTS as f32)
+    });
+    let mix =
+        |a: [f32; N], b: [f32; N], share: f32| std::array::from_fn(|index| a[index] + (b[index] - a[index]) * share);
+    // On an edge of the tile nothing beyond it is asked for.
+    let row = |y: i64| if u == 0.0 { at(x, y) } else { mix(at(x, y), at(x + 1, y), u) };
+    if v == 0.0 { row(y) } else { mix(row(y), row(y + 1), v) }
+}
+
+/// The land of a tile: positions, normals, texture coordinates, the weights of materials, and tangents if the material has a
+/// normal map. In whole numbers where the frame has them.
 pub(super) fn of_land(
     tile: &Tile,
-    surface: &Surface,
+    land: &Ground,
     frame: &Frame,
     ground: &GroundSettings,
     quantized: bool,
     tangents: bool,
 ) -> MeshData {
-    let area = tile.area();
-    let vertices =
-        || surface.vertices.iter().map(|&[column, row]| (area.x0 + i64::from(column), area.y0 + i64::from(row)));
-    let normals = || vertices().map(|(x, y)| tile.normals().at(x, y));
-    let cells = surface.cells as f32;
-    let in_tile = surface.vertices.iter().map(|vertex| vertex.map(|at| at as f32 / cells));
-    let positions = positions(tile, surface, frame, quantized);
-    let mut attributes =
-        vec![(Semantic::Positions, positions), (Semantic::Normals, Values::directions(normals(), quantized))];
+    let normals = || land.vertices.iter().map(|vertex| normal_at(tile, vertex));
+    let side = (land.cells * PARTS as u32) as f32;
+    let in_tile = land.vertices.iter().map(|vertex| vertex.place.map(|at| at as f32 / side));
+    let mut attributes = vec![
+        (Semantic::Positions, positions(tile, land, frame, quantized)),
+        (Semantic::Normals, Values::directions(normals(), quantized)),
+    ];
     if tangents {
         attributes.push((Semantic::Tangents, Values::directions(normals().map(tangent), quantized)));
     }
     attributes.push((Semantic::TexCoords(0), Values::shares(in_tile, quantized)));
     // As the blend map has them, and as Blender reads them: four in a word, for it passes over numbers of one byte alone.
     let blend = tile.blend();
-    for ((name, words), materials) in
-        [("GROUND", blend.ground()), ("COVER", blend.cover())].into_iter().zip(Material::ALL.chunks(4))
-    {
+    let halves = [("GROUND", blend.ground()), ("COVER", blend.cover())];
+    for ((name, words), materials) in halves.into_iter().zip(Material::ALL.chunks(4)) {
         if materials.iter().any(|material| material.is_of(ground)) {
-            let weights = vertices().map(|(x, y)| words.at(x, y).to_le_bytes().map(|weight| [weight]));
+            let weights = |x: i64, y: i64| words.at(x, y).to_le_bytes().map(f32::from);
+            let weights = land
+                .vertices
+                .iter()
+                .map(|vertex| between(tile, vertex.place, weights).map(|weight| [(weight + 0.5) as u8]));
             attributes.push((Semantic::Extras(name.to_owned()), Values::whole(ComponentType::U8, weights)));
         }
     }
-    MeshData { attributes, indices: surface.triangles.as_flattened().to_vec() }
+    MeshData { attributes, indices: land.triangles.as_flattened().to_vec() }
 }
 
 /// The land of a tile without anything but its shape.
-pub(super) fn positions_of_land(tile: &Tile, surface: &Surface, frame: &Frame, quantized: bool) -> MeshData {
-    let attributes = vec![(Semantic::Positions, positions(tile, surface, frame, quantized))];
-    MeshData { attributes, indices: surface.triangles.as_flattened().to_vec() }
+pub(super) fn positions_of_land(tile: &Tile, land: &Ground, frame: &Frame, quantized: bool) -> MeshData {
+    let attributes = vec![(Semantic::Positions, positions(tile, land, frame, quantized))];
+    MeshData { attributes, indices: land.triangles.as_flattened().to_vec() }
 }
 
 /// Where the vertices of the land of a tile are. In whole numbers where the frame has them.
-fn positions(tile: &Tile, surface: &Surface, frame: &Frame, quantized: bool) -> Values {
+fn positions(tile: &Tile, land: &Ground, frame: &Frame, quantized: bool) -> Values {
     let area = tile.area();
-    let vertices =
-        || surface.vertices.iter().map(|&[column, row]| (area.x0 + i64::from(column), area.y0 + i64::from(row)));
     // In steps, of which the node's scale makes metres: shared vertices stay exactly where their neighbours have them.
     if quantized {
-        let steps = vertices().map(|(x, y)| {
-            let [east, south] = frame.local_steps(&area, x, y).map(|steps| steps as u16);
-            [east, frame.height_steps(tile.heights().at(x, y)), south]
+        let steps = land.vertices.iter().map(|vertex| {
+            let [east, south] = frame.steps_between(&area, vertex.place).map(|steps| steps as u16);
+            [east, frame.height_steps(vertex.height_m), south]
         });
         let values = Values::whole(ComponentType::U16, steps.clone().map(|place| place.map(u16::to_le_bytes)));
         Values { normalized: false, ..values }.bounded(steps.map(|place| place.map(f64::from)))
     } else {
-        Values::positions(vertices().map(|(x, y)| {
-            let [east, south] = frame.local_steps(&area, x, y).map(|steps| (steps as f64 * frame.step_m()) as f32);
-            [east, tile.heights().at(x, y), south]
-        }))
+        Values::positions(land.vertices.iter().map(|vertex| placed(frame, &area, vertex.place, vertex.height_m)))
     }
+}
+
+/// Metres east, up and south of the corner of a tile, of a place in parts of a cell and a height.
+fn placed(frame: &Frame, area: &Area, place: [u32; 2], height_m: f32) -> [f32; 3] {
+    let [east, south] = frame.steps_between(area, place).map(|steps| (steps as f64 * frame.step_m()) as f32);
+    [east, height_m, south]
 }
 
 /// The surface of water.
 pub(super) fn of_sheet(sheet: &Sheet, frame: &Frame, area: &Area) -> MeshData {
-    let places = sheet.vertices.iter().map(|([column, row], height_m)| {
-        let (x, y) = (area.x0 + i64::from(*column), area.y0 + i64::from(*row));
-        let [east, south] = frame.local_steps(area, x, y).map(|steps| (steps as f64 * frame.step_m()) as f32);
-        [east, *height_m, south]
-    });
-    let cells = (area.width() - 1) as f32;
-    let textures = sheet.vertices.iter().map(|(vertex, _)| vertex.map(|at| at as f32 / cells));
+    let places = sheet.vertices.iter().map(|(place, height_m)| placed(frame, area, *place, *height_m));
+    let side = ((area.width() - 1) as u32 * PARTS as u32) as f32;
+    let textures = sheet.vertices.iter().map(|(place, _)| place.map(|at| at as f32 / side));
     let attributes = vec![
         (Semantic::Positions, Values::positions(places)),
         (Semantic::Normals, Values::floats(sheet.vertices.iter().map(|_| [0.0, 1.0, 0.0]))),

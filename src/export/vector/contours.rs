@@ -7,10 +7,11 @@ use std::collections::{HashMap, VecDeque};
 
 use crate::area::Area;
 use crate::bake::frames;
+use crate::contour::{Edge, crossed, share};
 use crate::features::layer::{Head, Kind, Shape};
 use crate::features::{Row, Value};
 use crate::geometry::simplified;
-use crate::map::contour::{Edge, INDEX, crossed, interval_m, share};
+use crate::map::contour::{INDEX, interval_m};
 use crate::tile::Tile;
 use crate::world::World;
 

@@ -1,0 +1,200 @@
+//! The ground of a tile as its mesh has it: vertices of the raster, and with waters the points of their shores and banks.
+
+use std::collections::HashMap;
+
+use spade::handles::{FaceHandle, FixedVertexHandle, InnerTag};
+use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
+
+use super::waterline::Waterlines;
+use super::{Facet, Surface};
+use crate::area::Area;
+use crate::grid::Grid;
+use crate::stop;
+
+/// Parts of a cell that places between the vertices of the raster are counted in.
+pub const PARTS: i32 = 256;
+
+/// A vertex of a ground.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GroundVertex {
+    /// [Parts](PARTS) of a cell east and south of the tile's north-western corner.
+    pub place: [u32; 2],
+    /// Height in metres: the raster's, but below waters.
+    pub height_m: f32,
+}
+
+/// The ground of a tile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ground {
+    /// Cells a side of the tile.
+    pub cells: u32,
+    /// Its vertices, none twice at one place.
+    pub vertices: Vec<GroundVertex>,
+    /// As in [`Surface`].
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Ground {
+    /// A surface with the heights of the raster.
+    pub fn new(surface: &Surface, heights: &Grid<f32>, area: Area) -> Ground {
+        let vertex = |&at: &[u32; 2]| GroundVertex {
+            place: at.map(|at| at * PARTS as u32),
+            height_m: heights.at(area.x0 + i64::from(at[0]), area.y0 + i64::from(at[1])),
+        };
+        let vertices = surface.vertices.iter().map(vertex).collect();
+        Ground { cells: surface.cells, vertices, triangles: surface.triangles.clone() }
+    }
+
+    /// A surface into which waters have cut their shores and banks. Where there is none of them it has all vertices of the surface, and
+    /// more where without them a vertex of the raster would lie more than `bound_m` metres above or below it; but not below waters,
+    /// where the ground lies below their surface and need not be the raster's.
+    pub fn cut(
+        surface: &Surface,
+        heights: &Grid<f32>,
+        area: Area,
+        waters: &Waterlines,
+        bound_m: Option<f64>,
+    ) -> Ground {
+        let side = i64::from(surface.cells) * i64::from(PARTS);
+        let points = waters.points();
+        // What is too near to a shore would make slivers; on the edge of the tile all stay, or neighbours would not meet.
+        let taken: HashMap<[i64; 2], ()> = points.iter().map(|point| (point.place, ())).collect();
+        let crowd = bound_m.map(|_| Crowd::new(&points));
+        let mut vertices: Vec<CutVertex> = Vec::with_capacity(surface.vertices.len() + points.len());
+        for at in &surface.vertices {
+            let place = at.map(|at| i64::from(at) * i64::from(PARTS));
+            let inner = place.iter().all(|at| *at > 0 && *at < side);
+            if taken.contains_key(&place) || inner && crowd.as_ref().is_some_and(|crowd| crowd.has_near(place)) {
+                continue;
+            }
+            vertices.push(CutVertex { place, height_m: waters.lowered(*at, height(heights, area, *at)) });
+        }
+        vertices.extend(points.iter().map(|point| CutVertex { place: point.place, height_m: point.ground_m }));
+        let numbers: HashMap<[i64; 2], usize> =
+            vertices.iter().enumerate().map(|(number, vertex)| (vertex.place, number)).collect();
+        let edges = waters.pieces().map(|(_, ends)| ends.map(|end| numbers[&end]));
+        let edges = edges.filter(|[from, to]| from != to).collect();
+        // Banks that cross each other, at a mouth, are left to the triangles.
+        let mut cut = ConstrainedDelaunayTriangulation::<CutVertex>::try_bulk_load_cdt(vertices, edges, |_| {})
+            .expect("places are whole numbers");
+        if let Some(bound_m) = bound_m {
+            refine(&mut cut, heights, area, waters, bound_m);
+        }
+        let vertices = cut.vertices().map(|vertex| {
+            let CutVertex { place, height_m } = *vertex.data();
+            GroundVertex { place: place.map(|at| at as u32), height_m }
+        });
+        let corner = |vertex: FixedVertexHandle| vertex.index() as u32;
+        let triangles = cut.inner_faces().map(|face| {
+            // Counter-clockwise where y is up is clockwise where it is south.
+            let [a, b, c] = face.vertices().map(|vertex| corner(vertex.fix()));
+            [a, c, b]
+        });
+        Ground { cells: surface.cells, vertices: vertices.collect(), triangles: triangles.collect() }
+    }
+
+    /// The triangles as they lie over the raster, in their order.
+    pub fn facets(&self) -> impl Iterator<Item = Facet> {
+        let place = |index: u32| self.vertices[index as usize].place.map(|at| at as i32);
+        self.triangles.iter().map(move |triangle| Facet(triangle.map(place)))
+    }
+}
+
+fn height(heights: &Grid<f32>, area: Area, [column, row]: [u32; 2]) -> f32 {
+    heights.at(area.x0 + i64::from(column), area.y0 + i64::from(row))
+}
+
+/// A vertex while the triangles are made.
+#[derive(Clone, Copy, Debug)]
+struct CutVertex {
+    place: [i64; 2],
+    height_m: f32,
+}
+
+impl HasPosition for CutVertex {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        let [x, y] = self.place;
+        Point2::new(x as f64, y as f64)
+    }
+}
+
+type Cut = ConstrainedDelaunayTriangulation<CutVertex>;
+type Face<'a> = FaceHandle<'a, InnerTag, CutVertex, (), CdtEdge<()>, ()>;
+
+/// Inserts the vertices of the raster without which it would lie too far from the triangles: at the shores, and where four vertices
+/// of the surface lie on one circle, so that the triangles between them may be others.
+fn refine(cut: &mut Cut, heights: &Grid<f32>, area: Area, waters: &Waterlines, bound_m: f64) {
+    // Faces by their corners, since their numbers change.
+    let corners = |face: Face| face.vertices().map(|vertex| *vertex.data());
+    let mut open: Vec<[CutVertex; 3]> = cut.inner_faces().map(corners).collect();
+    while let Some(triangle) = open.pop() {
+        stop::check();
+        let Some(at) = furthest(triangle, heights, area, waters, bound_m) else { continue };
+        // One that is no longer there has been replaced by others, which are looked at too.
+        let place = at.map(|at| i64::from(at) * i64::from(PARTS));
+        let vertex = CutVertex { place, height_m: height(heights, area, at) };
+        let before = cut.num_vertices();
+        let Ok(handle) = cut.insert(vertex) else { continue };
+        if cut.num_vertices() > before {
+            open.extend(cut.vertex(handle).out_edges().filter_map(|edge| edge.face().as_inner()).map(corners));
+        }
+    }
+}
+
+/// The vertex of the raster that is furthest from a triangle, of those that are beyond the bound and under no water.
+fn furthest(
+    triangle: [CutVertex; 3],
+    heights: &Grid<f32>,
+    area: Area,
+    waters: &Waterlines,
+    bound_m: f64,
+) -> Option<[u32; 2]> {
+    let [a, b, c] = triangle;
+    let facet = Facet([a, c, b].map(|vertex| vertex.place.map(|at| at as i32)));
+    let corners_m = [a, c, b].map(|vertex| f64::from(vertex.height_m));
+    let whole = facet.whole() as f64;
+    let mut worst: Option<(f64, [u32; 2])> = None;
+    for span in facet.spans() {
+        for offset in 0..span.count {
+            let at = [(span.column + offset) as u32, span.row as u32];
+            let share = |corner: usize| (span.shares[corner] + span.growth[corner] * offset as i64) as f64;
+            let here_m = (share(0) * corners_m[0] + share(1) * corners_m[1] + share(2) * corners_m[2]) / whole;
+            let off_m = (f64::from(height(heights, area, at)) - here_m).abs();
+            if off_m > bound_m && worst.is_none_or(|(most_m, _)| off_m > most_m) && !waters.covers(at) {
+                worst = Some((off_m, at));
+            }
+        }
+    }
+    worst.map(|(_, at)| at)
+}
+
+/// Points by the cell around the vertex that they are nearest to.
+struct Crowd(HashMap<[i64; 2], Vec<[i64; 2]>>);
+
+/// Parts of a cell within which a vertex of the raster gives way to a point of a shore.
+const NEAR: i64 = PARTS as i64 / 6;
+
+impl Crowd {
+    fn new(points: &[super::waterline::WaterPoint]) -> Crowd {
+        let mut cells: HashMap<[i64; 2], Vec<[i64; 2]>> = HashMap::new();
+        for point in points {
+            cells.entry(Crowd::cell(point.place)).or_default().push(point.place);
+        }
+        Crowd(cells)
+    }
+
+    fn cell(place: [i64; 2]) -> [i64; 2] {
+        place.map(|at| (at + i64::from(PARTS) / 2).div_euclid(i64::from(PARTS)))
+    }
+
+    fn has_near(&self, place: [i64; 2]) -> bool {
+        let near = |point: &[i64; 2]| {
+            let [x, y] = [point[0] - place[0], point[1] - place[1]];
+            x * x + y * y < NEAR * NEAR
+        };
+        // A vertex lies in the middle of its cell, further from its edge than that.
+        self.0.get(&Crowd::cell(place)).is_some_and(|points| points.iter().any(near))
+    }
+}

@@ -1,0 +1,649 @@
+//! Where water meets land on a tile: the banks of rivers, smooth as the rivers are, and the shores of lakes and the sea, where the
+//! heights say.
+//!
+//! A river is known by its middle and its width, which may be less than a cell: its banks lie between the vertices of the raster. The
+//! shore of standing water crosses the edges of cells where the land rises above its level. Both are as simple as a tolerance allows, and
+//! what of them lies on the edge of a tile follows from what both tiles at it know.
+
+use std::collections::HashMap;
+
+use super::PARTS;
+use crate::area::Area;
+use crate::contour::{Edge, chains};
+use crate::geometry::simplified;
+use crate::land::WaterKind;
+use crate::lines::{Line, LineKind, LinePoint};
+use crate::tile::Tile;
+use crate::world::World;
+
+/// Metres by which the ground lies below the surface of the water at its edge, so that none of the two shimmers through the other.
+pub const CLEAR_M: f32 = 0.05;
+
+/// Vertices around a tile in which rivers are looked for: half the width of the widest, and some more.
+const AROUND: usize = 24;
+
+/// How far inside another river a bank must be to be no bank: a share of that one's width, and parts of a cell.
+const INSIDE: (f64, f64) = (0.9, 4.0);
+
+/// The least and the most of an edge that lies on the wet side of a shore: so no shore runs through a vertex.
+const SHARE: [f64; 2] = [0.06, 0.94];
+
+/// Cells to the side by which any line may be off.
+const FINEST: f64 = 1.0 / 32.0;
+
+/// The sides of a round pool.
+const POOL: usize = 12;
+
+/// A point of a shore or a bank, or of a river's middle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WaterPoint {
+    /// [Parts](PARTS) of a cell east and south of the tile's north-western corner.
+    pub place: [i64; 2],
+    /// Height in metres of the water's surface.
+    pub level_m: f32,
+    /// Height in metres of the ground.
+    pub ground_m: f32,
+}
+
+/// A shore or a bank, point after point, with the water on its left where x is east and y is south as if it were north.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Waterline {
+    /// What it is the edge of.
+    pub kind: WaterKind,
+    /// At least two.
+    pub points: Vec<WaterPoint>,
+}
+
+/// The waters of a tile by their edges.
+#[derive(Debug)]
+pub struct Waterlines {
+    /// Cells a side.
+    cells: usize,
+    lines: Vec<Waterline>,
+    /// Points of the middles of rivers, for the ground below them.
+    beds: Vec<WaterPoint>,
+    courses: Vec<Course>,
+    standing: Standing,
+    /// For each vertex of the tile that a river covers, row by row, its level.
+    covered: HashMap<[u32; 2], f32>,
+}
+
+/// A river: its middle, in parts of a cell from the tile's corner.
+#[derive(Debug)]
+struct Course {
+    points: Vec<CoursePoint>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct CoursePoint {
+    place: [i64; 2],
+    /// Parts of a cell from the middle to a bank.
+    half: f64,
+    level_m: f32,
+    bed_m: f32,
+}
+
+/// Standing water, at the vertices of a tile and one around them.
+#[derive(Debug)]
+struct Standing {
+    area: Area,
+    /// What stands at each vertex, and its level in metres.
+    wet: Vec<Option<(WaterKind, f32)>>,
+    heights_m: Vec<f32>,
+}
+
+impl Waterlines {
+    /// The waters of a tile, by lines that may be off `tolerance` cells to the side. `None` where there is none.
+    pub fn new(world: &World, tile: &Tile, tolerance: f64) -> Option<Waterlines> {
+        let area = tile.area();
+        let near = area.padded(AROUND);
+        let lines = world.lines_through(LineKind::River, &near);
+        let courses: Vec<Course> = lines.iter().map(|line| Course::new(line, &area, tolerance)).collect();
+        let standing = Standing::new(world, tile, &courses);
+        if courses.is_empty() && standing.wet.iter().all(Option::is_none) {
+            return None;
+        }
+        let cells = area.width() - 1;
+        let mut waters =
+            Waterlines { cells, lines: Vec::new(), beds: Vec::new(), courses, standing, covered: HashMap::new() };
+        waters.cover();
+        waters.add_shores(tolerance);
+        waters.add_rivers();
+        (!waters.lines.is_empty() || waters.standing.has_any(area)).then_some(waters)
+    }
+
+    /// All points, none twice at one place.
+    pub fn points(&self) -> Vec<WaterPoint> {
+        let mut known: HashMap<[i64; 2], ()> = HashMap::new();
+        let all = self.lines.iter().flat_map(|line| &line.points).chain(&self.beds);
+        all.filter(|point| known.insert(point.place, ()).is_none()).copied().collect()
+    }
+
+    /// The pieces of shores and banks: what each is the edge of, and its ends.
+    pub fn pieces(&self) -> impl Iterator<Item = (WaterKind, [[i64; 2]; 2])> {
+        self.lines
+            .iter()
+            .flat_map(|line| line.points.windows(2).map(|pair| (line.kind, [pair[0].place, pair[1].place])))
+    }
+
+    /// Cells a side of the tile.
+    pub fn cells(&self) -> usize {
+        self.cells
+    }
+
+    /// What stands at a vertex of the tile, or the level of the river that covers it.
+    pub fn at_vertex(&self, [column, row]: [u32; 2]) -> Option<(WaterKind, f32)> {
+        let river = || self.covered.get(&[column, row]).map(|level_m| (WaterKind::River, *level_m));
+        self.standing.at(column.into(), row.into()).or_else(river)
+    }
+
+    /// Whether a vertex of the tile is under water.
+    pub fn covers(&self, [column, row]: [u32; 2]) -> bool {
+        self.at_vertex([column, row]).is_some()
+    }
+
+    /// The height of the ground at a vertex of the tile: below the river that covers it, if one does.
+    pub fn lowered(&self, at: [u32; 2], height_m: f32) -> f32 {
+        self.covered.get(&at).map_or(height_m, |level_m| height_m.min(level_m - 2.0 * CLEAR_M))
+    }
+
+    /// What stands at a place in the tile, as far as the vertices around it say.
+    pub fn standing_at(&self, place: [f64; 2]) -> Option<WaterKind> {
+        self.standing.between(place)
+    }
+
+    /// What water there is at a piece of the edge of the tile; `None` of one that does not lie on the edge.
+    pub fn border(&self, [from, to]: [[i64; 2]; 2]) -> Option<Option<WaterKind>> {
+        let side = self.cells as i64 * i64::from(PARTS);
+        let on_edge = |axis: usize| from[axis] == to[axis] && (from[axis] == 0 || from[axis] == side);
+        let axis = if on_edge(0) {
+            0
+        } else if on_edge(1) {
+            1
+        } else {
+            return None;
+        };
+        let middle = [0, 1].map(|axis| (from[axis] + to[axis]) as f64 / 2.0);
+        let standing = || self.standing.on_edge(1 - axis, middle);
+        // Standing water before a river, as everywhere.
+        Some(standing().or_else(|| self.is_river(middle).then_some(WaterKind::River)))
+    }
+
+    /// Whether a river covers a place in the tile.
+    pub fn is_river(&self, place: [f64; 2]) -> bool {
+        self.river_at(place, 1.0, 0.0).is_some()
+    }
+
+    /// The level of the river that covers a place with a share of its width less some parts.
+    fn river_at(&self, place: [f64; 2], share: f64, less: f64) -> Option<f32> {
+        let mut best: Option<(f64, f32)> = None;
+        for course in &self.courses {
+            for (inside, level_m) in course.around(place, share, less) {
+                if best.is_none_or(|(most, _)| inside > most) {
+                    best = Some((inside, level_m));
+                }
+            }
+        }
+        best.map(|(_, level_m)| level_m)
+    }
+
+    /// Finds the vertices that rivers cover.
+    fn cover(&mut self) {
+        let cells = self.cells as i64;
+        let mut covered: HashMap<[u32; 2], (f64, f32)> = HashMap::new();
+        for course in &self.courses {
+            for pair in course.pieces() {
+                let half = pair[0].half.max(pair[1].half);
+                let range = |axis: usize| {
+                    let (low, high) =
+                        (pair[0].place[axis].min(pair[1].place[axis]), pair[0].place[axis].max(pair[1].place[axis]));
+                    let cell = PARTS as f64;
+                    let first = ((low as f64 - half) / cell).ceil().max(0.0) as i64;
+                    first..=(((high as f64 + half) / cell).floor().min(cells as f64) as i64)
+                };
+                for row in range(1) {
+                    for column in range(0) {
+                        let place = [column, row].map(|at| (at * i64::from(PARTS)) as f64);
+                        let Some((inside, level_m)) = covering(pair, place, 1.0, 0.0) else { continue };
+                        let entry = covered.entry([column as u32, row as u32]).or_insert((inside, level_m));
+                        if inside > entry.0 {
+                            *entry = (inside, level_m);
+                        }
+                    }
+                }
+            }
+        }
+        self.covered = covered.into_iter().map(|(at, (_, level_m))| (at, level_m)).collect();
+    }
+
+    /// Adds the shores of standing water.
+    fn add_shores(&mut self, tolerance: f64) {
+        let mut segments: Vec<[Edge; 2]> = Vec::new();
+        let cells = self.cells as i64;
+        for row in 0..cells {
+            for column in 0..cells {
+                self.standing.cross(column, row, &mut segments);
+            }
+        }
+        for chain in chains(&segments) {
+            let points: Vec<WaterPoint> = chain.iter().map(|edge| self.standing.shore(*edge)).collect();
+            let places: Vec<[f64; 2]> = points.iter().map(|point| point.place.map(|at| at as f64)).collect();
+            let kept = simplified(&places, tolerance * f64::from(PARTS));
+            // A ring of which nothing but a line would be left is as small as the tolerance.
+            if chain.len() > 3 && chain[0] == chain[chain.len() - 1] && kept.len() < 4 {
+                continue;
+            }
+            let by_place: HashMap<[i64; 2], WaterPoint> = points.iter().map(|point| (point.place, *point)).collect();
+            let kept = kept.iter().map(|place| by_place[&place.map(|at| at as i64)]);
+            // A shore ends where a river runs in.
+            let is_shore = |point: &WaterPoint| self.river_at(point.place.map(|at| at as f64), 1.0, 0.0).is_none();
+            let mut kept: Vec<WaterPoint> = kept.collect();
+            if !self.standing.is_left(chain[0], [&points[0], &points[1]]) {
+                kept.reverse();
+            }
+            let kind = self.standing.kind_at(chain[0]);
+            let lines = runs(kept.into_iter(), is_shore);
+            self.lines.extend(lines.into_iter().map(|points| Waterline { kind, points }));
+        }
+    }
+
+    /// Adds the banks and beds of rivers.
+    fn add_rivers(&mut self) {
+        let (mut lines, mut beds) = (Vec::new(), Vec::new());
+        for course in &self.courses {
+            let is_free = |point: &WaterPoint| {
+                let place = point.place.map(|at| at as f64);
+                self.standing.nearest(place).is_none() && self.river_at(place, INSIDE.0, INSIDE.1).is_none()
+            };
+            let in_water = |point: &WaterPoint| self.standing.nearest(point.place.map(|at| at as f64)).is_none();
+            for side in course.banks() {
+                for line in clipped(&side, self.cells) {
+                    // Where a river joins another its banks end, and the ground is a bed there.
+                    let joined = line.iter().filter(|point| in_water(point) && !is_free(point));
+                    beds.extend(joined.map(|point| WaterPoint { ground_m: point.level_m - 4.0 * CLEAR_M, ..*point }));
+                    lines.extend(runs(line.into_iter(), is_free));
+                }
+            }
+            for line in clipped(&course.bed(), self.cells) {
+                beds.extend(line.into_iter().filter(in_water));
+            }
+        }
+        self.lines.extend(lines.into_iter().map(|points| Waterline { kind: WaterKind::River, points }));
+        self.beds = beds;
+    }
+}
+
+/// The parts of a line whose points all are as they should be.
+fn runs(line: impl Iterator<Item = WaterPoint>, is_good: impl Fn(&WaterPoint) -> bool) -> Vec<Vec<WaterPoint>> {
+    let mut runs = vec![Vec::new()];
+    for point in line {
+        match is_good(&point) {
+            true => runs.last_mut().expect("there is one").push(point),
+            false => runs.push(Vec::new()),
+        }
+    }
+    runs.retain(|run| run.len() > 1);
+    runs
+}
+
+/// How far inside a piece of a river a place is, of a share of its width less some parts, and the level there.
+fn covering(pair: [&CoursePoint; 2], place: [f64; 2], share: f64, less: f64) -> Option<(f64, f32)> {
+    let [from, to] = pair;
+    let along = [0, 1].map(|axis| (to.place[axis] - from.place[axis]) as f64);
+    let off = [0, 1].map(|axis| place[axis] - from.place[axis] as f64);
+    let square = along[0] * along[0] + along[1] * along[1];
+    let at = if square > 0.0 { ((off[0] * along[0] + off[1] * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
+    let away = [0, 1].map(|axis| off[axis] - along[axis] * at);
+    let half = (from.half + (to.half - from.half) * at) * share - less;
+    let inside = half - (away[0] * away[0] + away[1] * away[1]).sqrt();
+    (inside > 0.0).then(|| (inside, from.level_m + (to.level_m - from.level_m) * at as f32))
+}
+
+impl Course {
+    /// A river near a tile, as simple as the tolerance allows. The whole of it is looked at, so that each tile has the same.
+    fn new(line: &Line, area: &Area, tolerance: f64) -> Course {
+        let spacing_m = line.spacing_m;
+        let point = |point: &LinePoint| {
+            let place = line.place_from([area.x0, area.y0], point);
+            CoursePoint {
+                place: place.map(|at| (at * f64::from(PARTS)).round() as i64),
+                half: point.half_width_m / spacing_m * f64::from(PARTS),
+                level_m: point.level_m as f32,
+                bed_m: (point.floor_m as f32).min(point.level_m as f32 - 4.0 * CLEAR_M),
+            }
+        };
+        let points: Vec<CoursePoint> = line.points.iter().map(point).collect();
+        // What is closer to a straight line than this is left out: to the side, in width, and in height. A narrow river stays where it
+        // is by half of its half width, but for what nobody sees.
+        let narrow = |point: &CoursePoint| (point.half / 2.0).max(FINEST * f64::from(PARTS));
+        let miss = tolerance * f64::from(PARTS);
+        let miss_m = (tolerance * spacing_m / 8.0) as f32;
+        let mut kept = vec![points[0]];
+        let (mut first, mut ends) = (0, vec![points.len() - 1]);
+        while let Some(&end) = ends.last() {
+            let worst = (first + 1..end)
+                .map(|at| (points[at].miss(&points[first], &points[end], miss.min(narrow(&points[at])), miss_m), at))
+                .max_by(|a, b| a.0.total_cmp(&b.0));
+            match worst {
+                Some((off, at)) if off > 1.0 => ends.push(at),
+                _ => {
+                    if end > first {
+                        kept.push(points[end]);
+                    }
+                    first = end;
+                    ends.pop();
+                }
+            }
+        }
+        Course { points: kept }
+    }
+
+    fn pieces(&self) -> impl Iterator<Item = [&CoursePoint; 2]> {
+        let last = self.points.len() - 1;
+        (0..last.max(1)).map(move |at| [&self.points[at], &self.points[(at + 1).min(last)]])
+    }
+
+    fn around(&self, place: [f64; 2], share: f64, less: f64) -> impl Iterator<Item = (f64, f32)> {
+        self.pieces().filter_map(move |pair| covering(pair, place, share, less))
+    }
+
+    /// Its banks: two, or the ring of a round pool.
+    fn banks(&self) -> Vec<Vec<WaterPoint>> {
+        let at = |point: &CoursePoint, [x, y]: [f64; 2]| WaterPoint {
+            place: [point.place[0] + x.round() as i64, point.place[1] + y.round() as i64],
+            level_m: point.level_m,
+            ground_m: point.level_m - CLEAR_M,
+        };
+        if let [pool] = &self.points[..] {
+            let corner = |corner: usize| {
+                let angle = (corner % POOL) as f64 / POOL as f64 * std::f64::consts::TAU;
+                at(pool, [pool.half * libm::cos(angle), pool.half * libm::sin(angle)])
+            };
+            return vec![(0..=POOL).map(corner).collect()];
+        }
+        let (mut left, mut right) = (Vec::new(), Vec::new());
+        for (index, point) in self.points.iter().enumerate() {
+            let before = &self.points[index.saturating_sub(1)];
+            let after = &self.points[(index + 1).min(self.points.len() - 1)];
+            let way = |from: &CoursePoint, to: &CoursePoint| {
+                let way = [0, 1].map(|axis| (to.place[axis] - from.place[axis]) as f64);
+                let length = (way[0] * way[0] + way[1] * way[1]).sqrt().max(1e-9);
+                way.map(|axis| axis / length)
+            };
+            let (coming, going) = (way(before, point), way(point, after));
+            let ahead = [coming[0] + going[0], coming[1] + going[1]];
+            let length = (ahead[0] * ahead[0] + ahead[1] * ahead[1]).sqrt().max(1e-9);
+            let aside = [ahead[1] / length * point.half, -ahead[0] / length * point.half];
+            left.push(at(point, aside));
+            right.push(at(point, aside.map(|axis| -axis)));
+        }
+        // Around its source, and open where it ends in other water.
+        right.insert(0, left[0]);
+        right.reverse();
+        vec![left, right]
+    }
+
+    /// Its middle, on the ground.
+    fn bed(&self) -> Vec<WaterPoint> {
+        let point =
+            |point: &CoursePoint| WaterPoint { place: point.place, level_m: point.level_m, ground_m: point.bed_m };
+        self.points.iter().map(point).collect()
+    }
+}
+
+impl CoursePoint {
+    /// How far it is from the line between two others, in what may be missed.
+    fn miss(&self, from: &CoursePoint, to: &CoursePoint, miss: f64, miss_m: f32) -> f64 {
+        let along = [0, 1].map(|axis| (to.place[axis] - from.place[axis]) as f64);
+        let off = [0, 1].map(|axis| (self.place[axis] - from.place[axis]) as f64);
+        let square = along[0] * along[0] + along[1] * along[1];
+        let at = if square > 0.0 { ((off[0] * along[0] + off[1] * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
+        let away = [0, 1].map(|axis| off[axis] - along[axis] * at);
+        let aside = (away[0] * away[0] + away[1] * away[1]).sqrt();
+        let narrow = (self.half - (from.half + (to.half - from.half) * at)).abs();
+        let up = (self.level_m - (from.level_m + (to.level_m - from.level_m) * at as f32)).abs();
+        (aside / miss).max(narrow / miss).max(f64::from(up / miss_m))
+    }
+}
+
+impl Standing {
+    fn new(world: &World, tile: &Tile, courses: &[Course]) -> Standing {
+        let padded = tile.heights().area();
+        // One vertex around the tile is enough, whatever else is known.
+        let area = tile.area().padded(1);
+        let sea_m = world.preset().sea_level_m.map_or(f32::NEG_INFINITY, |level_m| level_m as f32);
+        debug_assert!(padded.common(&area) == Some(area));
+        let (mut wet, mut heights_m) = (Vec::with_capacity(area.len()), Vec::with_capacity(area.len()));
+        for y in area.y0..area.y1 {
+            for x in area.x0..area.x1 {
+                let height_m = tile.heights().at(x, y);
+                heights_m.push(height_m);
+                let kind = match tile.water() {
+                    Some(water) => water.kind.at(x, y),
+                    None if height_m < sea_m => WaterKind::Sea,
+                    None => WaterKind::Dry,
+                };
+                wet.push(match kind {
+                    WaterKind::Dry => None,
+                    WaterKind::Sea => Some((kind, sea_m)),
+                    WaterKind::Lake | WaterKind::River => {
+                        let depth_m = tile.water().map_or(0.0, |water| water.depth_m.at(x, y));
+                        // As coarse as this, so that a lake whose level was a sum of floats is flat.
+                        Some((kind, ((height_m + depth_m) * LEVELS_A_METRE).round() / LEVELS_A_METRE))
+                    }
+                });
+            }
+        }
+        let mut standing = Standing { area, wet, heights_m };
+        standing.leave_out(courses, tile.area());
+        standing
+    }
+
+    /// Leaves out what is water of a river that has banks of its own; side arms and old arms have none.
+    fn leave_out(&mut self, courses: &[Course], tile: Area) {
+        let width = self.area.width() as i64;
+        for pair in courses.iter().flat_map(Course::pieces) {
+            // What a bank has beside it, up to the next vertex.
+            let reach = pair[0].half.max(pair[1].half) + 1.5 * f64::from(PARTS);
+            let range = |axis: usize, side: i64| {
+                let (low, high) =
+                    (pair[0].place[axis].min(pair[1].place[axis]), pair[0].place[axis].max(pair[1].place[axis]));
+                let first = ((low as f64 - reach) / f64::from(PARTS)).ceil().max(-1.0) as i64;
+                first..=(((high as f64 + reach) / f64::from(PARTS)).floor().min((side - 2) as f64) as i64)
+            };
+            for row in range(1, self.area.height() as i64) {
+                for column in range(0, width) {
+                    let index = ((row + 1) * width + column + 1) as usize;
+                    let place = [column, row].map(|at| (at * i64::from(PARTS)) as f64);
+                    let beside = covering(pair, place, 1.0, -1.5 * f64::from(PARTS)).is_some();
+                    if beside && matches!(self.wet[index], Some((WaterKind::River, _))) {
+                        self.wet[index] = None;
+                    }
+                }
+            }
+        }
+        debug_assert_eq!(self.area, tile.padded(1));
+    }
+
+    fn has_any(&self, area: Area) -> bool {
+        (0..area.height() as i64).any(|row| (0..area.width() as i64).any(|column| self.at(column, row).is_some()))
+    }
+
+    /// What stands at a vertex, counted from the tile's corner.
+    fn at(&self, column: i64, row: i64) -> Option<(WaterKind, f32)> {
+        self.wet[((row + 1) * self.area.width() as i64 + column + 1) as usize]
+    }
+
+    fn height_m(&self, column: i64, row: i64) -> f32 {
+        self.heights_m[((row + 1) * self.area.width() as i64 + column + 1) as usize]
+    }
+
+    /// What stands at the vertex that is nearest to a place.
+    fn nearest(&self, place: [f64; 2]) -> Option<(WaterKind, f32)> {
+        let last = self.area.width() as i64 - 3;
+        let [column, row] = place.map(|at| ((at / f64::from(PARTS)).round() as i64).clamp(0, last));
+        self.at(column, row)
+    }
+
+    /// The two ends of an edge between vertices, and which of them is under water.
+    fn ends(&self, (column, row, south): Edge) -> ([(i64, i64); 2], usize) {
+        let (dx, dy) = if south { (0, 1) } else { (1, 0) };
+        let ends = [(column, row), (column + dx, row + dy)];
+        (ends, usize::from(self.at(ends[0].0, ends[0].1).is_none()))
+    }
+
+    /// What a shore across an edge is the shore of.
+    fn kind_at(&self, edge: Edge) -> WaterKind {
+        let (ends, under) = self.ends(edge);
+        self.at(ends[under].0, ends[under].1).expect("a shore has water on one side").0
+    }
+
+    /// Whether the water is on the left of a shore that begins on an edge.
+    fn is_left(&self, edge: Edge, [first, second]: [&WaterPoint; 2]) -> bool {
+        let (ends, under) = self.ends(edge);
+        let wet = [ends[under].0, ends[under].1].map(|at| at * i64::from(PARTS));
+        let along = [0, 1].map(|axis| second.place[axis] - first.place[axis]);
+        let aside = [0, 1].map(|axis| wet[axis] - first.place[axis]);
+        along[0] * aside[1] - along[1] * aside[0] > 0
+    }
+
+    /// What stands at a place between the vertices.
+    fn between(&self, place: [f64; 2]) -> Option<WaterKind> {
+        let last = self.area.width() as i64 - 4;
+        let [column, row] = place.map(|at| ((at / f64::from(PARTS)).floor() as i64).clamp(0, last));
+        let [u, v] = [place[0] / f64::from(PARTS) - column as f64, place[1] / f64::from(PARTS) - row as f64];
+        let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| self.at(column + dx, row + dy));
+        let shares = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
+        let wet: f64 = corners.iter().zip(shares).filter(|(corner, _)| corner.is_some()).map(|(_, share)| share).sum();
+        // The greatest water of the cell, and of one kind the highest.
+        let greatest = corners.into_iter().flatten().reduce(|a, b| if b > a { b } else { a });
+        greatest.filter(|_| wet >= 0.5).map(|(kind, _)| kind)
+    }
+
+    /// What stands at a place on a line of the raster that runs along an axis.
+    fn on_edge(&self, axis: usize, place: [f64; 2]) -> Option<WaterKind> {
+        let last = self.area.width() as i64 - 4;
+        let cell = f64::from(PARTS);
+        let mut first = place.map(|at| (at / cell).round() as i64);
+        first[axis] = ((place[axis] / cell).floor() as i64).clamp(0, last);
+        let mut second = first;
+        second[axis] += 1;
+        let ends = [first, second].map(|[column, row]| self.at(column, row));
+        match ends {
+            [Some((kind, _)), Some((other, _))] => Some(kind.max(other)),
+            [None, None] => None,
+            _ => {
+                let edge = (first[0], first[1], axis == 1);
+                let shore = self.share(edge) * cell + (first[axis] * i64::from(PARTS)) as f64;
+                let is_first = place[axis] < shore;
+                ends[usize::from(!is_first)].map(|(kind, _)| kind)
+            }
+        }
+    }
+
+    /// Adds the shores through a cell: from edge to edge.
+    fn cross(&self, column: i64, row: i64, segments: &mut Vec<[Edge; 2]>) {
+        let wet = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[dx, dy]| self.at(column + dx, row + dy).is_some());
+        let edges = [(column, row, false), (column + 1, row, true), (column, row + 1, false), (column, row, true)];
+        let crossed: Vec<usize> = (0..4).filter(|edge| wet[*edge] != wet[(edge + 1) % 4]).collect();
+        match crossed[..] {
+            [one, other] => segments.push([edges[one], edges[other]]),
+            // Two waters that meet at a corner are one, as what is narrower than a cell goes on.
+            [_, _, _, _] => {
+                let pairs = if wet[0] { [[0, 1], [2, 3]] } else { [[3, 0], [1, 2]] };
+                segments.extend(pairs.map(|pair| pair.map(|edge| edges[edge])));
+            }
+            _ => {}
+        }
+    }
+
+    /// The share of an edge between two vertices at which a shore crosses it.
+    fn share(&self, edge: Edge) -> f64 {
+        let (ends, under) = self.ends(edge);
+        let heights_m = ends.map(|(column, row)| self.height_m(column, row));
+        let over = 1 - under;
+        let (_, level_m) = self.at(ends[under].0, ends[under].1).expect("a shore has water on one side");
+        let rise_m = f64::from(heights_m[over] - heights_m[under]);
+        let share = match f64::from(level_m - heights_m[under]) {
+            depth_m if rise_m > depth_m && depth_m >= 0.0 => depth_m / rise_m,
+            // Land that is no higher than the water, beyond a spill.
+            _ => 0.5,
+        };
+        let share = share.clamp(SHARE[0], SHARE[1]);
+        if under == 0 { share } else { 1.0 - share }
+    }
+
+    /// The point of a shore on an edge between two vertices.
+    fn shore(&self, edge: Edge) -> WaterPoint {
+        let (ends, under) = self.ends(edge);
+        let (_, level_m) = self.at(ends[under].0, ends[under].1).expect("a shore has water on one side");
+        let along = (self.share(edge) * f64::from(PARTS)).round() as i64;
+        let (column, row, south) = edge;
+        let (dx, dy) = if south { (0, along) } else { (along, 0) };
+        let place = [column * i64::from(PARTS) + dx, row * i64::from(PARTS) + dy];
+        WaterPoint { place, level_m, ground_m: level_m - CLEAR_M }
+    }
+}
+
+/// Levels a metre.
+const LEVELS_A_METRE: f32 = 64.0;
+
+/// The parts of a line within a square of so many cells, with points where it crosses its edge. Where these are does not depend on
+/// which side of the edge the square lies.
+fn clipped(line: &[WaterPoint], cells: usize) -> Vec<Vec<WaterPoint>> {
+    let side = cells as i64 * i64::from(PARTS);
+    let is_within = |point: &WaterPoint| point.place.iter().all(|at| (0..=side).contains(at));
+    let mut parts: Vec<Vec<WaterPoint>> = vec![Vec::new()];
+    for (index, point) in line.iter().enumerate() {
+        if index > 0 {
+            let mut crossings = crossings(&line[index - 1], point, side);
+            crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
+            for (_, crossing) in crossings {
+                push(parts.last_mut().expect("there is one"), crossing);
+            }
+            if !is_within(point) && parts.last().is_some_and(|part| !part.is_empty()) {
+                parts.push(Vec::new());
+            }
+        }
+        if is_within(point) {
+            push(parts.last_mut().expect("there is one"), *point);
+        }
+    }
+    parts.retain(|part| !part.is_empty());
+    parts
+}
+
+fn push(part: &mut Vec<WaterPoint>, point: WaterPoint) {
+    if part.last().is_none_or(|last| last.place != point.place) {
+        part.push(point);
+    }
+}
+
+/// Where a straight piece crosses the edge of a square, and at which share of it.
+fn crossings(from: &WaterPoint, to: &WaterPoint, side: i64) -> Vec<(f64, WaterPoint)> {
+    let mut found = Vec::new();
+    for axis in 0..2 {
+        let (start, end) = (from.place[axis], to.place[axis]);
+        for edge in [0, side] {
+            if (start < edge) == (end < edge) || start == edge || end == edge {
+                continue;
+            }
+            // In whole numbers, from the same end in both tiles: rounded alike wherever the corner is.
+            let (across, along) = (to.place[1 - axis] - from.place[1 - axis], end - start);
+            let at = from.place[1 - axis] + (2 * across * (edge - start) + along).div_euclid(2 * along);
+            if !(0..=side).contains(&at) {
+                continue;
+            }
+            let share = (edge - start) as f64 / along as f64;
+            let mix = |from: f32, to: f32| from + (to - from) * share as f32;
+            let mut place = [edge, at];
+            if axis == 1 {
+                place.reverse();
+            }
+            let point =
+                WaterPoint { place, level_m: mix(from.level_m, to.level_m), ground_m: mix(from.ground_m, to.ground_m) };
+            found.push((share, point));
+        }
+    }
+    found
+}
