@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use spade::handles::{FaceHandle, FixedVertexHandle, InnerTag};
 use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
+use super::cells;
 use super::waterline::Waterlines;
 use super::{Facet, Surface};
 use crate::area::Area;
@@ -47,7 +48,7 @@ impl Ground {
 
     /// A surface into which waters have cut their shores and banks. Where there is none of them it has all vertices of the surface, and
     /// more where without them a vertex of the raster would lie more than `bound_m` metres above or below it; but not below waters,
-    /// where the ground lies below their surface and need not be the raster's.
+    /// where the ground lies below their surface and need not be the raster's. Without a bound the surface has every vertex.
     pub fn cut(
         surface: &Surface,
         heights: &Grid<f32>,
@@ -55,16 +56,17 @@ impl Ground {
         waters: &Waterlines,
         bound_m: Option<f64>,
     ) -> Ground {
+        let Some(bound_m) = bound_m else { return cells::cut(surface, heights, area, waters) };
         let side = i64::from(surface.cells) * i64::from(PARTS);
         let points = waters.points();
         // What is too near to a shore would make slivers; on the edge of the tile all stay, or neighbours would not meet.
         let taken: HashMap<[i64; 2], ()> = points.iter().map(|point| (point.place, ())).collect();
-        let crowd = bound_m.map(|_| Crowd::new(&points));
+        let crowd = Crowd::new(&points);
         let mut vertices: Vec<CutVertex> = Vec::with_capacity(surface.vertices.len() + points.len());
         for at in &surface.vertices {
             let place = at.map(|at| i64::from(at) * i64::from(PARTS));
             let inner = place.iter().all(|at| *at > 0 && *at < side);
-            if taken.contains_key(&place) || inner && crowd.as_ref().is_some_and(|crowd| crowd.has_near(place)) {
+            if taken.contains_key(&place) || inner && crowd.has_near(place) {
                 continue;
             }
             vertices.push(CutVertex { place, height_m: waters.lowered(*at, height(heights, area, *at)) });
@@ -77,9 +79,7 @@ impl Ground {
         // Banks that cross each other, at a mouth, are left to the triangles.
         let mut cut = ConstrainedDelaunayTriangulation::<CutVertex>::try_bulk_load_cdt(vertices, edges, |_| {})
             .expect("places are whole numbers");
-        if let Some(bound_m) = bound_m {
-            refine(&mut cut, heights, area, waters, bound_m);
-        }
+        refine(&mut cut, heights, area, waters, bound_m);
         let vertices = cut.vertices().map(|vertex| {
             let CutVertex { place, height_m } = *vertex.data();
             GroundVertex { place: place.map(|at| at as u32), height_m }

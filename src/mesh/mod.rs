@@ -7,13 +7,15 @@
 //!   worst.rs      triangle, heights -> the vertex that is furthest from it
 //!   greedy.rs     heights, bound -> border, then the vertex furthest off, again and again
 //!   waterline.rs  rivers, levels of water -> banks and shores      water.rs   these -> flat sheets
-//!   ground.rs     surface, banks and shores -> the ground           ribbon.rs   roads -> strips, decks
+//!   ground.rs     surface, banks and shores -> the ground; cells.rs, that with every vertex
+//!   ribbon.rs     roads -> strips, decks
 //!   facet.rs      triangle -> the vertices of the raster in it, in spans of rows
 //!   drape.rs      ground -> what roads lie on
 //!   frame.rs      where meshes have their origin, and the steps of positions
 //! ```
 
 mod border;
+mod cells;
 mod delaunay;
 mod drape;
 mod facet;

@@ -124,8 +124,8 @@ impl RibbonBuilder<'_> {
             Some(StructureKind::Tunnel) => None,
             Some(StructureKind::Ford) | None => Some(RibbonKind::Road),
         };
-        let covered = |point: &RibbonPoint| others.iter().any(|other| self.covers(other, point));
-        let is_hidden: Vec<bool> = hidden(points.iter().map(covered));
+        let covered = |point: &&RibbonPoint| others.iter().any(|other| self.covers(other, point));
+        let is_hidden = hidden(&points, covered);
         self.add(&points, |piece| kind(piece).filter(|_| !is_hidden[piece] || !is_hidden[piece + 1]));
     }
 
@@ -264,11 +264,10 @@ impl RibbonBuilder<'_> {
 }
 
 /// Of the points of a road that others cover, those from its ends on: what it shares with a road that it crosses is its own.
-fn hidden(covered: impl DoubleEndedIterator<Item = bool>) -> Vec<bool> {
-    let covered: Vec<bool> = covered.collect();
-    let from_start = covered.iter().take_while(|it| **it).count();
-    let from_end = covered.iter().rev().take_while(|it| **it).count();
-    (0..covered.len()).map(|at| at < from_start || at >= covered.len() - from_end).collect()
+fn hidden(points: &[RibbonPoint], covered: impl Fn(&&RibbonPoint) -> bool) -> Vec<bool> {
+    let from_start = points.iter().take_while(&covered).count();
+    let from_end = points.iter().rev().take_while(covered).count();
+    (0..points.len()).map(|at| at < from_start || at + from_end >= points.len()).collect()
 }
 
 /// What lies across a line at one of its points.

@@ -50,7 +50,7 @@ pub struct WaterPoint {
 pub struct Waterline {
     /// What it is the edge of.
     pub kind: WaterKind,
-    /// At least two.
+    /// Its points, at least one.
     pub points: Vec<WaterPoint>,
 }
 
@@ -63,6 +63,7 @@ pub struct Waterlines {
     /// Points of the middles of rivers, for the ground below them.
     beds: Vec<WaterPoint>,
     courses: Vec<Course>,
+    reaches: Reaches,
     standing: Standing,
     /// For each vertex of the tile that a river covers, row by row, its level.
     covered: HashMap<[u32; 2], f32>,
@@ -81,6 +82,46 @@ struct CoursePoint {
     half: f64,
     level_m: f32,
     bed_m: f32,
+}
+
+/// The pieces of rivers that may cover a place, by squares of the tile.
+#[derive(Debug)]
+struct Reaches {
+    /// Squares a side.
+    side: usize,
+    /// Of each square, row by row, in the order of the rivers.
+    squares: Vec<Vec<[CoursePoint; 2]>>,
+}
+
+impl Reaches {
+    /// Cells a side of a square.
+    const SQUARE: usize = 16;
+
+    fn new(courses: &[Course], cells: usize) -> Reaches {
+        let side = cells.div_ceil(Reaches::SQUARE);
+        let mut squares = vec![Vec::new(); side * side];
+        let square = (Reaches::SQUARE * PARTS as usize) as f64;
+        for [from, to] in courses.iter().flat_map(Course::pieces) {
+            let half = from.half.max(to.half);
+            let range = |axis: usize| {
+                let (low, high) = (from.place[axis].min(to.place[axis]), from.place[axis].max(to.place[axis]));
+                let first = ((low as f64 - half) / square).floor().max(0.0) as usize;
+                // Empty where it lies before the first square.
+                first..((high as f64 + half) / square + 1.0).floor().clamp(0.0, side as f64) as usize
+            };
+            for row in range(1) {
+                for column in range(0) {
+                    squares[row * side + column].push([*from, *to]);
+                }
+            }
+        }
+        Reaches { side, squares }
+    }
+
+    fn around(&self, place: [f64; 2]) -> &[[CoursePoint; 2]] {
+        let at = |at: f64| ((at / (Reaches::SQUARE * PARTS as usize) as f64) as usize).min(self.side - 1);
+        &self.squares[at(place[1]) * self.side + at(place[0])]
+    }
 }
 
 /// Standing water, at the vertices of a tile and one around them.
@@ -104,8 +145,9 @@ impl Waterlines {
             return None;
         }
         let cells = area.width() - 1;
-        let mut waters =
-            Waterlines { cells, lines: Vec::new(), beds: Vec::new(), courses, standing, covered: HashMap::new() };
+        let reaches = Reaches::new(&courses, cells);
+        let (lines, beds) = (Vec::new(), Vec::new());
+        let mut waters = Waterlines { cells, lines, beds, courses, reaches, standing, covered: HashMap::new() };
         waters.cover();
         waters.add_shores(tolerance);
         waters.add_rivers();
@@ -124,6 +166,11 @@ impl Waterlines {
         self.lines
             .iter()
             .flat_map(|line| line.points.windows(2).map(|pair| (line.kind, [pair[0].place, pair[1].place])))
+    }
+
+    /// The lines themselves.
+    pub fn lines(&self) -> &[Waterline] {
+        &self.lines
     }
 
     /// Cells a side of the tile.
@@ -177,11 +224,10 @@ impl Waterlines {
     /// The level of the river that covers a place with a share of its width less some parts.
     fn river_at(&self, place: [f64; 2], share: f64, less: f64) -> Option<f32> {
         let mut best: Option<(f64, f32)> = None;
-        for course in &self.courses {
-            for (inside, level_m) in course.around(place, share, less) {
-                if best.is_none_or(|(most, _)| inside > most) {
-                    best = Some((inside, level_m));
-                }
+        for [from, to] in self.reaches.around(place) {
+            let Some((inside, level_m)) = covering([from, to], place, share, less) else { continue };
+            if best.is_none_or(|(most, _)| inside > most) {
+                best = Some((inside, level_m));
             }
         }
         best.map(|(_, level_m)| level_m)
@@ -273,7 +319,8 @@ impl Waterlines {
     }
 }
 
-/// The parts of a line whose points all are as they should be.
+/// The parts of a line whose points all are as they should be. One point alone stays too: on the edge of a tile the neighbour may
+/// have more of the line.
 fn runs(line: impl Iterator<Item = WaterPoint>, is_good: impl Fn(&WaterPoint) -> bool) -> Vec<Vec<WaterPoint>> {
     let mut runs = vec![Vec::new()];
     for point in line {
@@ -282,7 +329,7 @@ fn runs(line: impl Iterator<Item = WaterPoint>, is_good: impl Fn(&WaterPoint) ->
             false => runs.push(Vec::new()),
         }
     }
-    runs.retain(|run| run.len() > 1);
+    runs.retain(|run| !run.is_empty());
     runs
 }
 
@@ -341,10 +388,6 @@ impl Course {
     fn pieces(&self) -> impl Iterator<Item = [&CoursePoint; 2]> {
         let last = self.points.len() - 1;
         (0..last.max(1)).map(move |at| [&self.points[at], &self.points[(at + 1).min(last)]])
-    }
-
-    fn around(&self, place: [f64; 2], share: f64, less: f64) -> impl Iterator<Item = (f64, f32)> {
-        self.pieces().filter_map(move |pair| covering(pair, place, share, less))
     }
 
     /// Its banks: two, or the ring of a round pool.

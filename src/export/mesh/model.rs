@@ -131,10 +131,12 @@ impl<'a> Modeller<'a> {
         };
         let ground = match waters {
             Some(waters) => Ground::cut(&surface, heights, area, waters, bound_m),
-            // The order of all vertices is the same everywhere.
-            None if bound_m.is_none() => return Ground::new(&surface, heights, area),
             None => Ground::new(&surface, heights, area),
         };
+        if bound_m.is_none() {
+            // The order of all vertices is the same everywhere, and those of waters are few.
+            return ground;
+        }
         let cell_m = self.world.spacing_m() as f32 / PARTS as f32;
         let Ground { cells, vertices, triangles } = ground;
         let place = |vertex: &GroundVertex| {

@@ -1,0 +1,167 @@
+//! A ground with every vertex of the raster, into which waters have cut their shores and banks: each cell that they run through is
+//! triangulated by itself, and all others are what they are without water.
+
+use std::collections::{BTreeMap, HashMap};
+
+use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
+
+use super::waterline::{WaterPoint, Waterlines};
+use super::{Ground, GroundVertex, PARTS, Surface};
+use crate::area::Area;
+use crate::grid::Grid;
+
+/// Parts of a cell, as places count them.
+const CELL: i64 = PARTS as i64;
+
+/// The ground of a surface with every vertex.
+pub(super) fn cut(surface: &Surface, heights: &Grid<f32>, area: Area, waters: &Waterlines) -> Ground {
+    let mut ground = Ground::new(surface, heights, area);
+    let mut builder = Builder {
+        cells: i64::from(surface.cells),
+        numbers: HashMap::new(),
+        between: Vec::new(),
+        at: HashMap::new(),
+        touched: BTreeMap::new(),
+    };
+    for (number, (vertex, at)) in (0..).zip(ground.vertices.iter_mut().zip(&surface.vertices)) {
+        vertex.height_m = waters.lowered(*at, vertex.height_m);
+        builder.numbers.insert(*at, number);
+    }
+    for point in waters.points() {
+        builder.add(point);
+    }
+    for line in waters.lines() {
+        line.points.windows(2).for_each(|pair| builder.add_piece(&pair[0], &pair[1]));
+    }
+    // What a cell has on its edges its neighbours have too.
+    let Builder { cells, numbers, between, mut touched, .. } = builder;
+    let first = ground.vertices.len() as u32;
+    for (number, point) in (first..).zip(&between) {
+        for cell in cells_at(point.place, cells) {
+            touched.entry(cell).or_default().points.push(number);
+        }
+    }
+    ground.vertices.extend(
+        between.iter().map(|point| GroundVertex { place: point.place.map(|at| at as u32), height_m: point.ground_m }),
+    );
+    // The cell of a triangle of the surface is that of its north-western corner.
+    let cell_of = |triangle: &[u32; 3]| {
+        let corners = triangle.map(|corner| surface.vertices[corner as usize]);
+        [0, 1].map(|axis| i64::from(corners[0][axis].min(corners[1][axis]).min(corners[2][axis])))
+    };
+    ground.triangles.retain(|triangle| !touched.contains_key(&cell_of(triangle)));
+    for ([column, row], touched) in &touched {
+        let corners =
+            [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[dx, dy]| numbers[&[column + dx, row + dy].map(|at| at as u32)]);
+        touched.triangulate(corners, &mut ground);
+    }
+    ground
+}
+
+/// The cells that a place lies in, or on the edges of.
+fn cells_at(place: [i64; 2], cells: i64) -> impl Iterator<Item = [i64; 2]> {
+    let range = move |at: i64| {
+        let last = at.div_euclid(CELL).min(cells - 1);
+        let first = if at % CELL == 0 { (at / CELL - 1).max(0) } else { last };
+        first..=last
+    };
+    range(place[1]).flat_map(move |row| range(place[0]).map(move |column| [column, row]))
+}
+
+struct Builder {
+    cells: i64,
+    /// The numbers of the vertices of the raster.
+    numbers: HashMap<[u32; 2], u32>,
+    /// Points between the vertices.
+    between: Vec<WaterPoint>,
+    /// Which of them lies at a place.
+    at: HashMap<[i64; 2], usize>,
+    touched: BTreeMap<[i64; 2], Touched>,
+}
+
+/// What waters have in a cell.
+#[derive(Default)]
+struct Touched {
+    /// Numbers of vertices between those of the raster.
+    points: Vec<u32>,
+    /// Pieces of shores and banks, by their places.
+    pieces: Vec<[[i64; 2]; 2]>,
+}
+
+impl Builder {
+    /// Adds a point, unless a vertex of the raster or another one is there.
+    fn add(&mut self, point: WaterPoint) {
+        if point.place.iter().all(|at| at % CELL == 0) {
+            return;
+        }
+        let number = self.between.len();
+        self.at.entry(point.place).or_insert_with(|| {
+            self.between.push(point);
+            number
+        });
+    }
+
+    /// Adds a piece of a shore or a bank, cut where it crosses from cell to cell.
+    fn add_piece(&mut self, from: &WaterPoint, to: &WaterPoint) {
+        let along = [0, 1].map(|axis| to.place[axis] - from.place[axis]);
+        let mut shares: Vec<(f64, WaterPoint)> = vec![(0.0, *from), (1.0, *to)];
+        for axis in 0..2 {
+            let (low, high) = (from.place[axis].min(to.place[axis]), from.place[axis].max(to.place[axis]));
+            for line in low.div_euclid(CELL) + 1..=(high - 1).div_euclid(CELL) {
+                let share = (line * CELL - from.place[axis]) as f64 / along[axis] as f64;
+                let mut place =
+                    [0, 1].map(|axis| (from.place[axis] as f64 + along[axis] as f64 * share).round() as i64);
+                place[axis] = line * CELL;
+                let mix = |from: f32, to: f32| from + (to - from) * share as f32;
+                let (level_m, ground_m) = (mix(from.level_m, to.level_m), mix(from.ground_m, to.ground_m));
+                shares.push((share, WaterPoint { place, level_m, ground_m }));
+            }
+        }
+        shares.sort_by(|a, b| a.0.total_cmp(&b.0));
+        shares.iter().for_each(|(_, point)| self.add(*point));
+        for pair in shares.windows(2) {
+            let [a, b] = [pair[0].1.place, pair[1].1.place];
+            // The one cell that has both; none of what runs along an edge between two.
+            let mut both = cells_at(a, self.cells).filter(|cell| cells_at(b, self.cells).any(|other| other == *cell));
+            if let (Some(cell), None) = (both.next(), both.next())
+                && a != b
+            {
+                self.touched.entry(cell).or_default().pieces.push([a, b]);
+            }
+        }
+    }
+}
+
+/// A vertex of a cell: where, and its number in the ground.
+#[derive(Clone, Copy)]
+struct Corner {
+    place: [i64; 2],
+    number: u32,
+}
+
+impl HasPosition for Corner {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        let [x, y] = self.place;
+        Point2::new(x as f64, y as f64)
+    }
+}
+
+impl Touched {
+    /// Adds the triangles of the cell to the ground.
+    fn triangulate(&self, corners: [u32; 4], ground: &mut Ground) {
+        let corner = |&number: &u32| Corner { place: ground.vertices[number as usize].place.map(i64::from), number };
+        let vertices: Vec<Corner> = corners.iter().chain(&self.points).map(corner).collect();
+        let index = |place: [i64; 2]| vertices.iter().position(|vertex| vertex.place == place);
+        let pieces = self.pieces.iter().filter_map(|[from, to]| Some([index(*from)?, index(*to)?]));
+        let pieces: Vec<[usize; 2]> = pieces.filter(|[from, to]| from != to).collect();
+        let cut = ConstrainedDelaunayTriangulation::<Corner>::try_bulk_load_cdt(vertices, pieces, |_| {})
+            .expect("places are whole numbers");
+        for face in cut.inner_faces() {
+            // Counter-clockwise where y is up is clockwise where it is south.
+            let [a, b, c] = face.vertices().map(|vertex| vertex.data().number);
+            ground.triangles.push([a, c, b]);
+        }
+    }
+}
