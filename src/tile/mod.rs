@@ -1,13 +1,18 @@
 //! Tiles: everything about one square of the world, made without a look at its neighbours.
 
+mod accumulation;
 mod blend;
 mod digest;
+mod grows;
+mod masks;
 mod normals;
 mod rule;
 mod surroundings;
 
 pub use blend::{Blend, Material};
 pub use digest::{Digest, TilePart};
+pub use grows::{Grows, Growth};
+pub use masks::{WETTEST, accumulation_input};
 pub use normals::Normals;
 pub use rule::GroundRule;
 
@@ -47,6 +52,7 @@ pub struct Tile {
     imprint: Option<Imprint>,
     lines: Lines,
     sites: Vec<Arc<Site>>,
+    accumulation: masks::Accumulation,
 }
 
 /// A vertex as the thesis has it: 32 bytes, local to the tile's centre.
@@ -161,12 +167,18 @@ impl Tile {
             blend
         });
         let (lines, sites) = (Lines::new(), Vec::new());
-        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, sites }
+        let accumulation = masks::Accumulation::default();
+        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, sites, accumulation }
     }
 
     /// Where the tile is in the world.
     pub fn id(&self) -> TileId {
         self.id
+    }
+
+    /// Metres from a vertex to the next.
+    pub fn spacing_m(&self) -> f64 {
+        self.spacing_m
     }
 
     /// The tile's vertices, edges included, pad not.
