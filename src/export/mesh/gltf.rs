@@ -110,7 +110,7 @@ impl Gltf {
 pub(crate) struct GltfSink<'a> {
     modeller: Modeller<'a>,
     /// Of the colour, of both halves of the blend map.
-    painters: [(&'static str, Painter); 3],
+    painters: [(&'static str, Painter<'a>); 3],
     out: PathBuf,
     regions: Mutex<Vec<RegionFile>>,
 }

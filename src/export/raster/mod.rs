@@ -21,7 +21,7 @@ mod tiff;
 
 use std::path::Path;
 
-use crate::area::{Place, Region};
+use crate::area::{Place, Region, TileId};
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Lack, RECORD_BYTES, Request, file_name, folder};
@@ -30,6 +30,7 @@ use crate::export::raster::image::{Beside, Image};
 use crate::export::raster::quantity::Quantity;
 use crate::export::raster::sinks::{RegionRaster, TileRasters};
 use crate::export::raster::writer::Encoding;
+use crate::tile::{Growth, accumulation_input};
 use crate::world::World;
 
 /// A format of rasters.
@@ -57,6 +58,17 @@ const COLOUR: &[Image] = &[Image::new("colour/colour", Quantity::Colour, Encodin
 const WATER: &[Image] = &[Image::new("water/water", Quantity::Water, Encoding::Png)];
 const DEPTH: &[Image] = &[Image::new("water/depth", Quantity::WaterDepth, Encoding::Exr)];
 const FLOW: &[Image] = &[Image::new("water/flow", Quantity::Flow, Encoding::Exr)];
+const SLOPE: &[Image] = &[Image::new("slope/slope", Quantity::Slope8, Encoding::Png)];
+const CURVATURE: &[Image] = &[Image::new("curvature/curvature", Quantity::Curvature8, Encoding::Png)];
+const ACCUMULATION: &[Image] = &[Image::new("accumulation/accumulation", Quantity::Accumulation8, Encoding::Png)];
+const WETNESS: &[Image] = &[Image::new("wetness/wetness", Quantity::Wetness8, Encoding::Png)];
+/// What programs scatter by: an image a kind, since they take one for each thing that they plant.
+const SCATTER: &[Image] = &[
+    Image::new("scatter/tree", Quantity::Density(Growth::Tree), Encoding::Png),
+    Image::new("scatter/shrub", Quantity::Density(Growth::Shrub), Encoding::Png),
+    Image::new("scatter/grass", Quantity::Density(Growth::Grass), Encoding::Png),
+    Image::new("scatter/rock", Quantity::Density(Growth::Rock), Encoding::Png),
+];
 /// The same as GeoTIFFs.
 const HEIGHT_TIFF: &[Image] = &[Image::new("height/height", Quantity::HeightMetres, Encoding::GeoTiff)];
 const NORMAL_TIFF: &[Image] = &[Image::new("normal/normal", Quantity::Normal, Encoding::GeoTiff)];
@@ -69,6 +81,11 @@ const BLEND_TIFF: &[Image] = &[
     Image::new("blend/blend_ground", Quantity::GroundWeights, Encoding::GeoTiff),
     Image::new("blend/blend_cover", Quantity::CoverWeights, Encoding::GeoTiff),
 ];
+const SLOPE_TIFF: &[Image] = &[Image::new("slope/slope", Quantity::SlopeDegrees, Encoding::GeoTiff)];
+const CURVATURE_TIFF: &[Image] = &[Image::new("curvature/curvature", Quantity::Curvature, Encoding::GeoTiff)];
+const ACCUMULATION_TIFF: &[Image] =
+    &[Image::new("accumulation/accumulation", Quantity::AccumulationM2, Encoding::GeoTiff)];
+const WETNESS_TIFF: &[Image] = &[Image::new("wetness/wetness", Quantity::Wetness, Encoding::GeoTiff)];
 
 const fn region(name: &'static str, about: &'static str, images: &'static [Image]) -> Rasters {
     Rasters { name, about, tiles: false, placed: true, images }
@@ -79,7 +96,7 @@ const fn tiles(name: &'static str, about: &'static str, images: &'static [Image]
 }
 
 /// The rasters that can be asked for by name.
-pub(super) static NAMED: [Rasters; 28] = [
+pub(super) static NAMED: [Rasters; 42] = [
     region("height", "16-bit grey PNG of the region, over the world's height range", HEIGHT),
     tiles("height-tiles", "the same, a PNG a tile", HEIGHT),
     region("exr", "heights in metres as 32-bit float OpenEXR", METRES),
@@ -100,6 +117,16 @@ pub(super) static NAMED: [Rasters; 28] = [
     tiles("depth-tiles", "the same, an EXR a tile", DEPTH),
     region("flow", "discharge of the rivers in m3/s as 32-bit float OpenEXR", FLOW),
     tiles("flow-tiles", "the same, an EXR a tile", FLOW),
+    region("slope", "how steep the ground is, 8-bit grey PNG: 0 level, 255 upright", SLOPE),
+    tiles("slope-tiles", "the same, a PNG a tile", SLOPE),
+    region("curvature", "ridges and hollows, 8-bit grey PNG: 128 flat, lighter on ridges", CURVATURE),
+    tiles("curvature-tiles", "the same, a PNG a tile", CURVATURE),
+    region("accumulation", "how much land drains through each vertex, 8-bit grey PNG of the logarithm", ACCUMULATION),
+    tiles("accumulation-tiles", "the same, a PNG a tile", ACCUMULATION),
+    region("wetness", "topographic wetness index, 8-bit grey PNG: 255 is 20 and open water", WETNESS),
+    tiles("wetness-tiles", "the same, a PNG a tile", WETNESS),
+    region("scatter", "how densely trees, shrubs, grass and rocks stand, an 8-bit grey PNG each", SCATTER),
+    tiles("scatter-tiles", "the same, four PNGs a tile", SCATTER),
     region(
         "geotiff",
         "heights in metres as 32-bit float GeoTIFF for GIS: cloud-optimised, with overviews",
@@ -112,6 +139,10 @@ pub(super) static NAMED: [Rasters; 28] = [
     region("water-geotiff", "where water is, as a GeoTIFF", WATER_TIFF),
     region("depth-geotiff", "depth of the water in metres as 32-bit float GeoTIFF", DEPTH_TIFF),
     region("flow-geotiff", "discharge of the rivers in m3/s as 32-bit float GeoTIFF", FLOW_TIFF),
+    region("slope-geotiff", "slope in degrees as 32-bit float GeoTIFF", SLOPE_TIFF),
+    region("curvature-geotiff", "mean curvature a metre as 32-bit float GeoTIFF", CURVATURE_TIFF),
+    region("accumulation-geotiff", "flow accumulation in m2 as 32-bit float GeoTIFF", ACCUMULATION_TIFF),
+    region("wetness-geotiff", "topographic wetness index as 32-bit float GeoTIFF", WETNESS_TIFF),
 ];
 
 /// A raster of the region that GIS can place.
@@ -120,6 +151,8 @@ pub(super) struct Layer {
     /// In the folder of the bake.
     pub path: String,
     pub channels: usize,
+    /// Its values that are shown black and white, if they are known.
+    pub shown: Option<[f64; 2]>,
 }
 
 /// The rasters of the region that GIS can place among those of some exports: of what several show, the GeoTIFF.
@@ -134,7 +167,12 @@ pub(super) fn layers<'a>(exports: impl Iterator<Item = &'a str>) -> Vec<Layer> {
     images.dedup_by_key(|image| image.stem);
     let layer = |image: &Image| {
         let path = format!("{}.{}", image.stem, image.encoding.extension());
-        Layer { name: file_name(image.stem), path, channels: image.quantity.channels().len() }
+        Layer {
+            name: file_name(image.stem),
+            path,
+            channels: image.quantity.channels().len(),
+            shown: image.quantity.shown(),
+        }
     };
     images.iter().map(layer).collect()
 }
@@ -176,7 +214,12 @@ impl Rasters {
                 _ => 0,
             },
             tile_file_bytes: if image.tiles { file } else { 0 },
-            drawn_a_vertex: if image.quantity == Quantity::Map { DRAWN_BYTES } else { 0 },
+            drawn_a_vertex: match image.quantity {
+                Quantity::Map => DRAWN_BYTES,
+                quantity if quantity.is_of_accumulation() => around(region, DRAINED_BYTES),
+                _ => 0,
+            },
+            work_ns_a_vertex: work_ns(image.quantity, region),
             ..FormatCost::default()
         }
     }
@@ -184,6 +227,20 @@ impl Rasters {
 
 /// What the map of a tile takes while it is drawn, a vertex: a word, four planes of what covers the ground, a canvas and RGB.
 const DRAWN_BYTES: u64 = 4 + 4 * 4 + 4 + 3;
+
+/// What the accumulation of a tile takes while it is made, a vertex of the land around it: heights and water, eight shares, and what
+/// drains before a step and after it.
+const DRAINED_BYTES: u64 = 4 + 14 + 8 * 4 + 2 * 4;
+
+/// What a vertex of a tile has of what is taken for each of the land that its accumulation is made of.
+pub(super) fn around(region: &Region, each: u64) -> u64 {
+    let area = TileId { x: 0, y: 0 }.area(region.tile_cells());
+    (each * accumulation_input(area).len() as u64).div_ceil(area.len() as u64)
+}
+
+fn work_ns(quantity: Quantity, region: &Region) -> u64 {
+    if quantity.is_of_accumulation() { around(region, 0) } else { 0 }
+}
 
 impl Format for Rasters {
     fn name(&self) -> &'static str {
