@@ -11,6 +11,7 @@
 //! rock  = scree + (0.6 * rock + 0.15 * dirt) * even + 0.04 * grass
 //! ```
 
+use crate::grid::Grid;
 use crate::land::WaterKind;
 use crate::places::site::SiteClass;
 use crate::preset::Preset;
@@ -121,11 +122,19 @@ impl<'a> Grows<'a> {
         })
     }
 
-    /// How densely each kind stands at a vertex, in the order of [`Growth::ALL`]: 0 for not at all, 1 for as densely as can be.
-    ///
-    /// # Panics
-    /// When it is not one of the tile's.
-    pub fn densities(&self, tile: &Tile, x: i64, y: i64) -> [f32; 4] {
+    /// How densely each kind stands at each vertex of a tile, in the order of [`Growth::ALL`]: 0 for not at all, 1 for as densely
+    /// as can be.
+    pub fn densities<'t>(&self, tile: &'t Tile) -> &'t Grid<[f32; 4]> {
+        tile.derived.densities.get_or_init(|| {
+            let mut densities = Grid::filled(tile.area(), [0.0; 4]);
+            for ((x, y), at) in tile.area().vertices().zip(densities.values_mut()) {
+                *at = self.at(tile, x, y);
+            }
+            densities
+        })
+    }
+
+    fn at(&self, tile: &Tile, x: i64, y: i64) -> [f32; 4] {
         if !self.is_open(tile, x, y) {
             return [0.0; 4];
         }

@@ -25,9 +25,12 @@ pub fn accumulation_input(area: Area) -> Area {
     input(area)
 }
 
-/// The accumulation of a tile, made when it is asked for first.
+/// What of a tile is made when it is asked for first, since several exports show it and most bakes have none of them.
 #[derive(Debug, Default)]
-pub(super) struct Accumulation(OnceLock<Grid<f32>>);
+pub(super) struct Derived {
+    accumulation_m2: OnceLock<Grid<f32>>,
+    pub densities: OnceLock<Grid<[f32; 4]>>,
+}
 
 impl Tile {
     /// How steep the ground is at a vertex in degrees, 0 to 90.
@@ -68,7 +71,7 @@ impl Tile {
     ///
     /// Roads are left out: water passes beneath them.
     pub fn accumulation_m2(&self, world: &World) -> &Grid<f32> {
-        self.accumulation.0.get_or_init(|| {
+        self.derived.accumulation_m2.get_or_init(|| {
             let (levels_m, water) = levels(world, self.area);
             let mut drained = accumulation(&levels_m, self.area);
             drop(levels_m);

@@ -4,6 +4,7 @@ mod accumulation;
 mod blend;
 mod digest;
 mod grows;
+mod instances;
 mod masks;
 mod normals;
 mod rule;
@@ -12,6 +13,8 @@ mod surroundings;
 pub use blend::{Blend, Material};
 pub use digest::{Digest, TilePart};
 pub use grows::{Grows, Growth};
+pub(crate) use instances::most_instances;
+pub use instances::{A_HECTARE, Instance, instances, least_distance_m};
 pub use masks::{WETTEST, accumulation_input};
 pub use normals::Normals;
 pub use rule::GroundRule;
@@ -52,7 +55,7 @@ pub struct Tile {
     imprint: Option<Imprint>,
     lines: Lines,
     sites: Vec<Arc<Site>>,
-    accumulation: masks::Accumulation,
+    derived: masks::Derived,
 }
 
 /// A vertex as the thesis has it: 32 bytes, local to the tile's centre.
@@ -167,8 +170,8 @@ impl Tile {
             blend
         });
         let (lines, sites) = (Lines::new(), Vec::new());
-        let accumulation = masks::Accumulation::default();
-        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, sites, accumulation }
+        let derived = masks::Derived::default();
+        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, sites, derived }
     }
 
     /// Where the tile is in the world.

@@ -189,7 +189,9 @@ impl Rasters {
         self.images.iter().map(|image| Image { tiles: self.tiles, placed: self.placed, ..*image })
     }
 
-    fn cost_of(image: &Image, region: &Region) -> FormatCost {
+    fn cost_of(image: &Image, world: &World, region: &Region) -> FormatCost {
+        let is_made = image.quantity.is_of_accumulation();
+        let accumulation = if is_made { accumulation_cost(world, region) } else { FormatCost::default() };
         let bytes = image.quantity.sample().bytes() as u64;
         let side = u64::from(region.tile_cells()) + 1;
         let (count, (width, height)) = match image.tiles {
@@ -216,10 +218,9 @@ impl Rasters {
             tile_file_bytes: if image.tiles { file } else { 0 },
             drawn_a_vertex: match image.quantity {
                 Quantity::Map => DRAWN_BYTES,
-                quantity if quantity.is_of_accumulation() => around(region, DRAINED_BYTES),
-                _ => 0,
+                _ => accumulation.drawn_a_vertex,
             },
-            work_ns_a_vertex: work_ns(image.quantity, region),
+            work_ns_a_vertex: accumulation.work_ns_a_vertex,
             ..FormatCost::default()
         }
     }
@@ -232,14 +233,16 @@ const DRAWN_BYTES: u64 = 4 + 4 * 4 + 4 + 3;
 /// drains before a step and after it.
 const DRAINED_BYTES: u64 = 4 + 14 + 8 * 4 + 2 * 4;
 
-/// What a vertex of a tile has of what is taken for each of the land that its accumulation is made of.
-pub(super) fn around(region: &Region, each: u64) -> u64 {
-    let area = TileId { x: 0, y: 0 }.area(region.tile_cells());
-    (each * accumulation_input(area).len() as u64).div_ceil(area.len() as u64)
-}
+/// How long a thread makes a vertex of the land around a tile and lets it drain, in nanoseconds: of noise, and of fluvial land.
+const DRAINED_NS: [u64; 2] = [0, 0];
 
-fn work_ns(quantity: Quantity, region: &Region) -> u64 {
-    if quantity.is_of_accumulation() { around(region, 0) } else { 0 }
+/// What is held and done for the accumulation of tiles, for each of their own vertices. Exports that show it share it, and are told
+/// more than they take.
+pub(super) fn accumulation_cost(world: &World, region: &Region) -> FormatCost {
+    let tile = TileId { x: 0, y: 0 }.area(region.tile_cells());
+    let around = |each: u64| (each * accumulation_input(tile).len() as u64).div_ceil(tile.len() as u64);
+    let ns = DRAINED_NS[usize::from(world.relief().fluvial().is_some())];
+    FormatCost { drawn_a_vertex: around(DRAINED_BYTES), work_ns_a_vertex: around(ns), ..FormatCost::default() }
 }
 
 impl Format for Rasters {
@@ -305,7 +308,7 @@ impl Format for Rasters {
 
     fn cost(&self, request: &Request) -> FormatCost {
         self.images()
-            .map(|image| Rasters::cost_of(&image, &request.region))
+            .map(|image| Rasters::cost_of(&image, request.world, &request.region))
             .fold(FormatCost::default(), FormatCost::and)
     }
 

@@ -382,7 +382,10 @@ impl<'a> Painter<'a> {
             Quantity::Wetness => put_floats(row, (x0..x1).map(|x| tile.wetness(self.world, x, y))),
             Quantity::Density(growth) => {
                 let grows = self.grows.as_ref().expect("a painter of densities has their rule");
-                put_greys(row, (x0..x1).map(|x| grows.densities(tile, x, y)[growth as usize] * 255.0));
+                put_greys(
+                    row,
+                    grows.densities(tile).row(y, x0, x1).iter().map(|densities| densities[growth as usize] * 255.0),
+                );
             }
         }
     }
