@@ -105,8 +105,11 @@ impl Thinned<'_> {
     }
 
     /// Whether a span's curve and the line are nowhere too far from each other.
-    fn is_near(&self, knots: &[f64], places: &[Place], span: usize) -> bool {
-        let corners = around(places, span);
+    fn is_near(&self, knots: &[f64], span: usize) -> bool {
+        // The four that its curve is made of.
+        let first = span.saturating_sub(1);
+        let places: Vec<Place> = knots[first..(span + 3).min(knots.len())].iter().map(|at| self.place(*at)).collect();
+        let corners = around(&places, span - first);
         let curve: Vec<Place> = (0..=LOOKS).map(|look| on_curve(corners, f64::from(look) / f64::from(LOOKS))).collect();
         let line = self.between(knots[span], knots[span + 1]);
         let reaches = |places: &[Place], line: &[Place]| {
@@ -118,6 +121,62 @@ impl Thinned<'_> {
     }
 }
 
+impl Thinned<'_> {
+    /// Whether a span is more than [`MOST_RATIO`] times as long as one of its neighbours.
+    fn is_too_long(&self, knots: &[f64], span: usize) -> bool {
+        let length_m = |span: usize| Some(self.metres(*knots.get(span + 1)?) - self.metres(knots[span]));
+        let beside = [span.checked_sub(1), Some(span + 1)].into_iter().flatten().filter_map(length_m);
+        length_m(span).is_some_and(|length_m| length_m > MOST_RATIO * beside.fold(f64::INFINITY, f64::min))
+    }
+
+    /// Whether all is well with some spans.
+    fn is_good(&self, knots: &[f64], mut spans: impl Iterator<Item = usize>) -> bool {
+        spans.all(|span| !self.is_too_long(knots, span) && self.is_near(knots, span))
+    }
+
+    /// Halves spans until all is well.
+    fn part(&self, mut knots: Vec<f64>) -> Vec<f64> {
+        loop {
+            let mut parted = vec![knots[0]];
+            for span in 0..knots.len() - 1 {
+                if !self.is_good(&knots, span..=span) {
+                    parted.push(self.middle(knots[span], knots[span + 1]));
+                }
+                parted.push(knots[span + 1]);
+            }
+            if parted.len() == knots.len() {
+                return knots;
+            }
+            knots = parted;
+        }
+    }
+
+    /// Leaves out the knots without which all is well too: halves are smaller than they need be, and of those that bends asked for
+    /// some were in the way of others.
+    fn thin(&self, knots: &mut Vec<f64>, is_fixed: impl Fn(f64) -> bool) {
+        loop {
+            let before = knots.len();
+            let mut at = 1;
+            while at + 1 < knots.len() {
+                if is_fixed(knots[at]) {
+                    at += 1;
+                    continue;
+                }
+                let knot = knots.remove(at);
+                // The span that takes its place, and those two to each side whose curve or neighbour it is.
+                let spans = at.saturating_sub(3)..(at + 2).min(knots.len() - 1);
+                if !self.is_good(knots, spans) {
+                    knots.insert(at, knot);
+                    at += 1;
+                }
+            }
+            if knots.len() == before {
+                return;
+            }
+        }
+    }
+}
+
 /// The knots of a line, as places on it, from its first point to its last; among them those that are `fixed`.
 ///
 /// The line has at least two points, and no two in a row are the same.
@@ -125,28 +184,10 @@ pub(super) fn thinned(points: &[Place], fixed: &[bool]) -> Vec<f64> {
     let come_m = come(points.windows(2).map(|pair| distance(pair[0], pair[1])));
     let line = Thinned { points, come_m };
     let last = points.len() - 1;
-    let mut knots: Vec<f64> =
-        (0..=last).filter(|index| *index == 0 || *index == last || fixed[*index]).map(|index| index as f64).collect();
-    loop {
-        let places: Vec<Place> = knots.iter().map(|at| line.place(*at)).collect();
-        let lengths: Vec<f64> = knots.windows(2).map(|pair| line.metres(pair[1]) - line.metres(pair[0])).collect();
-        let too_long = |span: usize| {
-            let beside = [span.checked_sub(1), Some(span + 1)].into_iter().flatten();
-            let shortest = beside.filter_map(|other| lengths.get(other)).copied().fold(f64::INFINITY, f64::min);
-            lengths[span] > MOST_RATIO * shortest
-        };
-        let mut parted = vec![knots[0]];
-        for span in 0..lengths.len() {
-            if too_long(span) || !line.is_near(&knots, &places, span) {
-                parted.push(line.middle(knots[span], knots[span + 1]));
-            }
-            parted.push(knots[span + 1]);
-        }
-        if parted.len() == knots.len() {
-            return knots;
-        }
-        knots = parted;
-    }
+    let is_fixed = |index: usize| index == 0 || index == last || fixed[index];
+    let mut knots = line.part((0..=last).filter(|index| is_fixed(*index)).map(|index| index as f64).collect());
+    line.thin(&mut knots, |knot| knot.fract() == 0.0 && is_fixed(knot as usize));
+    knots
 }
 
 #[cfg(test)]
