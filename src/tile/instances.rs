@@ -46,7 +46,7 @@ const PARTS: u32 = 16;
 const LEAST_DISTANCE: f64 = 0.7;
 
 /// Share of candidates that give way to none, measured over a million.
-const LEFT: f64 = 0.5;
+const LEFT: f64 = 0.664;
 
 /// Metres from the edge of a road or a river within which nothing stands.
 const VERGE_M: f64 = 1.0;

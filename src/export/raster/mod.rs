@@ -21,7 +21,7 @@ mod tiff;
 
 use std::path::Path;
 
-use crate::area::{Place, Region, TileId};
+use crate::area::{Place, Region};
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Lack, RECORD_BYTES, Request, file_name, folder};
@@ -30,7 +30,7 @@ use crate::export::raster::image::{Beside, Image};
 use crate::export::raster::quantity::Quantity;
 use crate::export::raster::sinks::{RegionRaster, TileRasters};
 use crate::export::raster::writer::Encoding;
-use crate::tile::{Growth, accumulation_input};
+use crate::tile::Growth;
 use crate::world::World;
 
 /// A format of rasters.
@@ -189,9 +189,7 @@ impl Rasters {
         self.images.iter().map(|image| Image { tiles: self.tiles, placed: self.placed, ..*image })
     }
 
-    fn cost_of(image: &Image, world: &World, region: &Region) -> FormatCost {
-        let is_made = image.quantity.is_of_accumulation();
-        let accumulation = if is_made { accumulation_cost(world, region) } else { FormatCost::default() };
+    fn cost_of(image: &Image, region: &Region) -> FormatCost {
         let bytes = image.quantity.sample().bytes() as u64;
         let side = u64::from(region.tile_cells()) + 1;
         let (count, (width, height)) = match image.tiles {
@@ -218,9 +216,13 @@ impl Rasters {
             tile_file_bytes: if image.tiles { file } else { 0 },
             drawn_a_vertex: match image.quantity {
                 Quantity::Map => DRAWN_BYTES,
-                _ => accumulation.drawn_a_vertex,
+                _ => 0,
             },
-            work_ns_a_vertex: accumulation.work_ns_a_vertex,
+            accumulation: image.quantity.is_of_accumulation(),
+            work_ns_a_vertex: match image.quantity {
+                Quantity::Density(_) => DENSITY_NS / SCATTER.len() as u64,
+                _ => 0,
+            },
             ..FormatCost::default()
         }
     }
@@ -229,21 +231,8 @@ impl Rasters {
 /// What the map of a tile takes while it is drawn, a vertex: a word, four planes of what covers the ground, a canvas and RGB.
 const DRAWN_BYTES: u64 = 4 + 4 * 4 + 4 + 3;
 
-/// What the accumulation of a tile takes while it is made, a vertex of the land around it: heights and water, eight shares, and what
-/// drains before a step and after it.
-const DRAINED_BYTES: u64 = 4 + 14 + 8 * 4 + 2 * 4;
-
-/// How long a thread makes a vertex of the land around a tile and lets it drain, in nanoseconds: of noise, and of fluvial land.
-const DRAINED_NS: [u64; 2] = [0, 0];
-
-/// What is held and done for the accumulation of tiles, for each of their own vertices. Exports that show it share it, and are told
-/// more than they take.
-pub(super) fn accumulation_cost(world: &World, region: &Region) -> FormatCost {
-    let tile = TileId { x: 0, y: 0 }.area(region.tile_cells());
-    let around = |each: u64| (each * accumulation_input(tile).len() as u64).div_ceil(tile.len() as u64);
-    let ns = DRAINED_NS[usize::from(world.relief().fluvial().is_some())];
-    FormatCost { drawn_a_vertex: around(DRAINED_BYTES), work_ns_a_vertex: around(ns), ..FormatCost::default() }
-}
+/// How long a thread weighs what grows on a vertex, in nanoseconds: once for all kinds. Measured on alps.
+const DENSITY_NS: u64 = 260;
 
 impl Format for Rasters {
     fn name(&self) -> &'static str {
@@ -308,7 +297,7 @@ impl Format for Rasters {
 
     fn cost(&self, request: &Request) -> FormatCost {
         self.images()
-            .map(|image| Rasters::cost_of(&image, request.world, &request.region))
+            .map(|image| Rasters::cost_of(&image, &request.region))
             .fold(FormatCost::default(), FormatCost::and)
     }
 
