@@ -37,7 +37,7 @@ impl Format for Instances {
     }
 
     fn about(&self) -> &'static str {
-        "the same as points, a CSV a tile: at most 60 trees, 30 shrubs, 30 tufts, 20 rocks a hectare"
+        "trees, shrubs, tufts and rocks as points, a CSV a tile: at most 60, 30, 30 and 20 a hectare"
     }
 
     fn folders(&self) -> Vec<&'static str> {

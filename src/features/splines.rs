@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::features::layer::{AnyLayer, Column, Kind, Layer, Shape};
 use crate::features::lines::line_m;
-use crate::lines::{Line, LineId, LineKind, StructureKind};
+use crate::lines::{Line, LineId, LineKind, RoadClass, StructureKind};
 use crate::world::World;
 
 /// A river or a road, whole.
@@ -77,7 +77,7 @@ fn of_line(world: &World, line: &Arc<Line>) -> SplineFeature {
     SplineFeature {
         id: line.id,
         name: line.name.clone(),
-        class: line.class.map(|class| class.name()),
+        class: line.class.map(RoadClass::name),
         order,
         line: line_m(line, &line.points),
         values: values.collect(),

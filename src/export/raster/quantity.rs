@@ -76,8 +76,13 @@ impl Quantity {
             }
             Quantity::GroundWeights | Quantity::CoverWeights => Sample::Rgba8,
             Quantity::Normal | Quantity::Map | Quantity::Colour => Sample::Rgb8,
-            Quantity::Water | Quantity::Weight(_) | Quantity::Density(_) => Sample::Grey8,
-            Quantity::Slope8 | Quantity::Curvature8 | Quantity::Accumulation8 | Quantity::Wetness8 => Sample::Grey8,
+            Quantity::Water
+            | Quantity::Weight(_)
+            | Quantity::Slope8
+            | Quantity::Curvature8
+            | Quantity::Accumulation8
+            | Quantity::Wetness8
+            | Quantity::Density(_) => Sample::Grey8,
         }
     }
 
@@ -125,8 +130,9 @@ impl Quantity {
         match self {
             Quantity::Water => Reduction::Commonest,
             // A mean would have rivers fade away, which are a pixel wide.
-            Quantity::WaterDepth | Quantity::Flow => Reduction::Greatest,
-            Quantity::Accumulation8 | Quantity::AccumulationM2 => Reduction::Greatest,
+            Quantity::WaterDepth | Quantity::Flow | Quantity::Accumulation8 | Quantity::AccumulationM2 => {
+                Reduction::Greatest
+            }
             _ => Reduction::Mean,
         }
     }
@@ -183,7 +189,7 @@ impl Quantity {
                 &["flow accumulation, 255 / 7 * log10(m2 / spacing_m^2), from within 64 vertices and of rivers whole"]
             }
             Quantity::AccumulationM2 => &["flow accumulation in m2, from within 64 vertices and of rivers whole"],
-            Quantity::Wetness8 => &["wetness index ln(a / tan b), 0 = 0, 255 = 20 and open water"],
+            Quantity::Wetness8 => &["wetness index ln(a / tan b), 0 = 0 and less, 255 = 20 and open water"],
             Quantity::Wetness => &["wetness index ln(a / tan b), a in m2 / m; 20 in open water"],
             Quantity::Density(growth) => growth.channel(),
         }

@@ -87,7 +87,7 @@ impl Thinned<'_> {
 
     /// The place by which a span is parted: a point of the line about in its middle, or the middle itself.
     fn middle(&self, from: f64, to: f64) -> f64 {
-        let half_m = (self.metres(from) + self.metres(to)) / 2.0;
+        let half_m = f64::midpoint(self.metres(from), self.metres(to));
         let (first, last) = (from.floor() as usize + 1, to.ceil() as usize);
         // Points between the ends; none in a straight piece.
         let nearest = (first..last).min_by(|a, b| {
