@@ -190,7 +190,7 @@ def check_in_blender(bake, checks, file):
     checks.check(same, "with the manifest's vertices and triangles", (len(places), len(thing.data.polygons)))
     checks.check([slot.name for slot in thing.data.materials] == [name], "with a material of its own", thing.data.materials[:])
     if file["path"].endswith(".glb"):
-        missing = {"_GRASS", "_DIRT", "_ROCK", "_SAND", "_SNOW"} - {attribute.name for attribute in thing.data.attributes}
+        missing = {"_GROUND", "_COVER"} - {attribute.name for attribute in thing.data.attributes}
         checks.check(not missing, "with the weights of all materials", sorted(missing) or "none is missing")
     # East is x, north is y, up is z: the glTF's z is south.
     low, high = np.array(mesh["min_m"]), np.array(mesh["max_m"])

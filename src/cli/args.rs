@@ -9,10 +9,11 @@ use clap::{Arg, Args, Parser, Subcommand, ValueEnum};
 
 use crate::area::{MAX_COORDINATE, Region, Stride, TileId};
 use crate::error::Error;
-use crate::export::{Export, Lods, MeshOptions, Profile, VectorOptions};
+use crate::export::{Export, Lods, MeshOptions, Profile, TileNames, VectorOptions};
 use crate::find;
 use crate::map::sheet::{Cells, Overlay};
 use crate::map::style::{STYLES, Style};
+use crate::mesh::middle;
 use crate::preset::{BUILT_IN, Preset, Sources};
 use crate::recipe::source;
 
@@ -158,6 +159,15 @@ pub(super) struct PlaceArguments {
     pub around: Option<Around>,
 }
 
+/// An origin of meshes that is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum AskedOrigin {
+    /// The middle of the region.
+    Middle,
+    /// Metres east and north of the world's.
+    Metres([f64; 2]),
+}
+
 /// A range of heights that is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum AskedRange {
@@ -226,6 +236,13 @@ pub(super) struct CommonArguments {
     /// Compress the numbers of glTF (EXT_meshopt_compression; Blender cannot read it).
     #[arg(long, help_heading = "Meshes")]
     pub meshopt: bool,
+    /// Give coarser levels all vertices of the finest on the edges of tiles: tiles of different levels meet without a crack.
+    #[arg(long, help_heading = "Meshes")]
+    pub even_borders: bool,
+    /// The origin of all meshes: middle for that of the region, or metres east and north in the world [default: that of the
+    /// world, or far away a place nearer by; the same for regions that lie together].
+    #[arg(long, value_name = "middle|X,Y", help_heading = "Meshes", allow_hyphen_values = true, value_parser = parse_origin)]
+    pub mesh_origin: Option<AskedOrigin>,
     /// Metres of the value 0 and of 65535 in 16-bit heights, such as 0,1200, or auto: those of the region. Bakes of other ranges do not
     /// fit together [default: the range of the world, which is the same everywhere].
     #[arg(long, value_name = "auto|MIN,MAX", help_heading = "GIS", allow_hyphen_values = true, value_parser = parse_range)]
@@ -240,6 +257,9 @@ pub(super) struct CommonArguments {
     /// 0, 0.
     #[arg(long, help_heading = "GIS")]
     pub degrees: bool,
+    /// What files of tiles are named after: the place of the tile in the region, or its number in the world, the same in every region.
+    #[arg(long, value_name = "region|world", default_value = "region")]
+    pub names: TileNames,
     /// How large a map the same land makes: 1/2, 1/4 to 1/4096 have every second vertex each way, every fourth and so on, of land
     /// as it looks from so far.
     #[arg(long, value_name = "1/N", default_value = "1", value_parser = parse_scale)]
@@ -617,6 +637,13 @@ pub(super) fn parse_numbers<const N: usize>(text: &str) -> Result<[f64; N], Stri
     numbers.try_into().map_err(|_| format!("expected {N} numbers with commas between, found {found}"))
 }
 
+fn parse_origin(text: &str) -> Result<AskedOrigin, String> {
+    if text == "middle" {
+        return Ok(AskedOrigin::Middle);
+    }
+    parse_numbers::<2>(text).map(AskedOrigin::Metres).map_err(|error| format!("{error}; or middle"))
+}
+
 fn parse_range(text: &str) -> Result<AskedRange, String> {
     if text == "auto" {
         return Ok(AskedRange::Auto);
@@ -866,11 +893,24 @@ impl BakeArguments {
         in_tiles || bounds.is_some() || around.is_some() || *scale != Stride::ONE
     }
 
-    pub fn meshes(&self) -> MeshOptions {
-        let CommonArguments { lod, mesh_error, quantize, meshopt, .. } = &self.common;
+    /// How meshes of a region are made.
+    pub fn meshes(&self, region: &Region, spacing_m: f64) -> MeshOptions {
+        let CommonArguments { lod, mesh_error, quantize, meshopt, even_borders, mesh_origin, .. } = &self.common;
         // A name that is no profile is reported where the profile is read, not here.
         let lods = lod.clone().or_else(|| self.profile().ok().flatten().map(Profile::lods)).unwrap_or_default();
-        MeshOptions { lods, error_m: *mesh_error, quantized: *quantize, compressed: *meshopt }
+        let origin = mesh_origin.map(|asked| match asked {
+            AskedOrigin::Middle => middle(region),
+            // The nearest vertex; north is against the lattice.
+            AskedOrigin::Metres([east, north]) => [east, -north].map(|metres| (metres / spacing_m).round() as i64),
+        });
+        MeshOptions {
+            lods,
+            error_m: *mesh_error,
+            quantized: *quantize,
+            compressed: *meshopt,
+            even_borders: *even_borders,
+            origin,
+        }
     }
 
     pub fn vectors(&self) -> VectorOptions {
@@ -880,13 +920,15 @@ impl BakeArguments {
 
     /// The options that only some exports read and that were given, by name: of meshes, of vectors, of 16-bit heights.
     pub fn format_options(&self) -> [Vec<&'static str>; 3] {
-        let CommonArguments { lod, mesh_error, quantize, meshopt, clip, degrees, contours, height_range, .. } =
-            &self.common;
+        let CommonArguments { lod, mesh_error, quantize, meshopt, even_borders, mesh_origin, .. } = &self.common;
+        let CommonArguments { clip, degrees, contours, height_range, .. } = &self.common;
         let meshes = [
             (lod.is_some(), "--lod"),
             (mesh_error.is_some(), "--mesh-error"),
             (*quantize, "--quantize"),
             (*meshopt, "--meshopt"),
+            (*even_borders, "--even-borders"),
+            (mesh_origin.is_some(), "--mesh-origin"),
         ];
         let vectors = [(*clip, "--clip"), (*degrees, "--degrees"), (contours.is_some(), "--contours")];
         let heights = [(height_range.is_some(), "--height-range")];

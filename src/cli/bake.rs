@@ -39,7 +39,6 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
         console.warnings(&world.warnings());
     }
     let (mut exports, mut profile) = (arguments.exports()?, arguments.profile()?);
-    let (mut meshes, mut vectors) = (arguments.meshes(), arguments.vectors());
     // What is there, if something comes to it.
     let old = match &options.out {
         Some(out) if options.add => Some(Manifest::read(out)?),
@@ -64,13 +63,16 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
         Some(AskedRange::Metres(range_m)) => Some(range_m),
         Some(AskedRange::Auto) => auto_range_m(&world, &region, &out, options, console)?,
     };
+    let (mut meshes, mut vectors) = (arguments.meshes(&region, world.spacing_m()), arguments.vectors());
     let [of_meshes, of_vectors, of_heights] = arguments.format_options();
+    let mut names = options.names;
     if options.add {
         let old = old.map_or_else(|| Manifest::read(&out), Ok)?;
         let mut all = old.known_exports()?;
         all.extend(exports.into_iter().filter(|export| !old.exports.iter().any(|name| name == export.name())));
         exports = all;
         // As it was asked for then, where nothing is said now.
+        names = old.tile_names;
         if old.reads("--lod") && of_meshes.is_empty() {
             meshes = old.meshes.clone();
         }
@@ -84,7 +86,8 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     let mut plan = Plan::new(&world, &name, region, exports)?
         .with_meshes(meshes)?
         .with_vectors(vectors)?
-        .with_height_range(height_range_m)?;
+        .with_height_range(height_range_m)?
+        .with_names(names);
     if let Some(profile) = profile {
         plan = plan.with_profile(profile)?;
     }

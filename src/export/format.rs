@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::area::{Place, Region};
 use crate::bake::Sink;
 use crate::error::Error;
-use crate::export::options::{MeshOptions, VectorOptions};
+use crate::export::options::{MeshOptions, TileNames, VectorOptions};
 use crate::world::World;
 
 /// What a bake asks of its formats.
@@ -18,6 +18,7 @@ pub(crate) struct Request<'a> {
     pub region: Region,
     pub meshes: &'a MeshOptions,
     pub vectors: &'a VectorOptions,
+    pub names: TileNames,
     /// Metres of the least and of the greatest step of 16-bit heights.
     pub height_range_m: (f32, f32),
 }
@@ -112,7 +113,7 @@ pub(crate) trait Format: Sync {
     fn folders(&self) -> Vec<&'static str>;
 
     /// The rasters that have a tile's vertices, as the registry lists them. Default: none.
-    fn rasters_of(&self, _region: &Region, _place: Place) -> Vec<String> {
+    fn rasters_of(&self, _region: &Region, _place: Place, _names: TileNames) -> Vec<String> {
         Vec::new()
     }
 

@@ -1,6 +1,6 @@
 //! Instances as text: what stands on each tile, point by point, for programs that take lists of points and no densities.
 //!
-//! One CSV a tile with a line of heads. `x_m`, `y_m` and `z_m` are metres east, up and south of the origin of the region's
+//! One CSV a tile with a line of heads. `x_m`, `y_m` and `z_m` are metres east, up and south of the origin of the
 //! meshes (`splines/README.md` and [`splines`](super::splines) have what engines make of these axes); `east_m` and `north_m` are metres from the world's
 //! origin, the same in every region. `y_m` is the height in both. `yaw_deg` turns about the vertical, `scale` is 1 on the average.
 
@@ -11,8 +11,8 @@ use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
 use crate::export::digits::push_decimal;
 use crate::export::format::{Format, FormatCost, RECORD_BYTES, Request};
+use crate::export::options::TileNames;
 use crate::file::write_whole;
-use crate::mesh::Frame;
 use crate::tile::{Grows, Tile, instances, most_instances};
 use crate::watch::Watch;
 use crate::world::World;
@@ -44,6 +44,19 @@ impl Format for Instances {
         vec![FOLDER]
     }
 
+    fn options(&self) -> &'static [&'static str] {
+        &["--mesh-origin"]
+    }
+
+    fn is_of_tiles_alone(&self) -> bool {
+        true
+    }
+
+    // No rasters, and yet files that a larger region takes over: its meshes keep their origin.
+    fn rasters_of(&self, region: &Region, place: Place, names: TileNames) -> Vec<String> {
+        vec![path(region, place, names)]
+    }
+
     fn cost(&self, request: &Request) -> FormatCost {
         let Request { world, region, .. } = request;
         let bytes = HEADS.len() as u64 + LINE_BYTES * most_instances(world, region.tile_cells());
@@ -58,22 +71,23 @@ impl Format for Instances {
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
-        let Request { world, region, .. } = *request;
-        let frame = Frame::new(world, &region, false);
-        Ok(vec![Box::new(InstanceSink {
-            world,
-            region,
-            origin: frame.origin(),
-            grows: Grows::new(world),
-            out: out.to_owned(),
-        })])
+        let Request { world, region, names, .. } = *request;
+        let origin = request.meshes.origin.expect("a plan has one");
+        Ok(vec![Box::new(InstanceSink { world, region, names, origin, grows: Grows::new(world), out: out.to_owned() })])
     }
+}
+
+/// The file of a tile.
+fn path(region: &Region, place: Place, names: TileNames) -> String {
+    let [x, y] = names.numbers(region, place);
+    format!("{FOLDER}/instances_x{x}_y{y}.csv")
 }
 
 /// Writes the files, each by the thread that made the tile.
 struct InstanceSink<'a> {
     world: &'a World,
     region: Region,
+    names: TileNames,
     /// The vertex at the meshes' origin.
     origin: [i64; 2],
     grows: Grows<'a>,
@@ -117,8 +131,7 @@ impl Sink for InstanceSink<'_> {
     }
 
     fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
-        let path = format!("{FOLDER}/instances_x{}_y{}.csv", place.col, place.row);
-        debug_assert_eq!(self.region.tile(place), tile.id(), "a tile lies where its region has it");
+        let path = path(&self.region, place, self.names);
         let finished = write_whole(self.out.join(&path), self.text(tile).as_bytes())?;
         let record = FileRecord { tile: Some(tile.id()), ..FileRecord::new(path, Instances.name(), finished) };
         Ok(Kept { piece: Vec::new(), files: vec![record] })

@@ -14,9 +14,8 @@ use crate::bake::FileRecord;
 use crate::device::DeviceProfile;
 use crate::error::Error;
 use crate::export::digits::{noise_m, shortest};
-use crate::export::{Export, MeshOptions, Plan, Profile, VectorOptions, web};
+use crate::export::{Export, MeshOptions, Plan, Profile, TileNames, VectorOptions, web};
 use crate::generator;
-use crate::mesh::Frame;
 use crate::preset::Preset;
 use crate::world::World;
 
@@ -64,6 +63,9 @@ pub struct Manifest {
     /// How meshes were made.
     #[serde(default)]
     pub meshes: MeshOptions,
+    /// How files of tiles are named.
+    #[serde(default)]
+    pub tile_names: TileNames,
     /// How vectors were written.
     #[serde(default)]
     pub vectors: VectorOptions,
@@ -77,7 +79,7 @@ pub struct Manifest {
 /// Which tiles were baked.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RegionRecord {
-    /// The north-western tile. Files of tiles count from it: `x0_y0` is this one.
+    /// The north-western tile. Files of tiles count from it, unless they are named after the world: `x0_y0` is this one.
     pub at: TileId,
     /// Tiles from west to east.
     pub cols: u64,
@@ -93,7 +95,7 @@ pub struct RegionRecord {
     pub height: u64,
     /// Metres east and south of the world's origin at which the north-western vertex lies.
     pub origin_m: [f64; 2],
-    /// Metres east and south of the world's origin at which the origin of all meshes lies, in the region's middle.
+    /// Metres east and south of the world's origin at which the origin of all meshes lies.
     pub mesh_origin_m: [f64; 2],
 }
 
@@ -211,8 +213,7 @@ impl Manifest {
                 width: region.width(),
                 height: region.height(),
                 origin_m: [metres(region.at().x), metres(region.at().y)],
-                // Quantised meshes have the same origin.
-                mesh_origin_m: Frame::new(world, region, false).origin().map(|at| at as f64 * spacing_m),
+                mesh_origin_m: plan.mesh_origin().map(|at| at as f64 * spacing_m),
             },
             stride: world.stride().vertices(),
             spacing_m,
@@ -227,6 +228,7 @@ impl Manifest {
             exports: plan.exports().iter().map(|export| export.name().to_owned()).collect(),
             profile: plan.profile().map(|profile| profile.name().to_owned()),
             meshes: plan.meshes().clone(),
+            tile_names: plan.names(),
             vectors: plan.vectors().clone(),
             files,
             blake3: String::new(),
@@ -275,7 +277,7 @@ impl Manifest {
     /// What was asked for otherwise in another manifest than in this one: `key: this one's, that one's`, of those keys at the top
     /// that `counts` takes.
     pub(crate) fn differences(&self, other: &Manifest, counts: impl Fn(&str) -> bool) -> Vec<String> {
-        const ASKED: [&str; 10] = [
+        const ASKED: [&str; 11] = [
             "layers",
             "device",
             "preset_name",
@@ -284,6 +286,7 @@ impl Manifest {
             "region",
             "stride",
             "height_range",
+            "tile_names",
             "exports",
             "profile",
         ];

@@ -59,7 +59,7 @@ pub use look::{Contents, State, look};
 pub use manifest::{Axes, HeightRange, Manifest, RegionRecord};
 pub use map_picture::{MapPicture, Texts};
 pub use measure::measured_range_m;
-pub use options::{Lods, MeshOptions, VectorOptions};
+pub use options::{Lods, MeshOptions, TileNames, VectorOptions};
 pub use plan::{Bytes, Plan};
 pub use profile::Profile;
 pub(crate) use raster::writer::{Sample, png_bytes};
@@ -76,15 +76,17 @@ use format::Format;
 
 /// All formats that have a name of their own, in the order of the help. A new one is a line here.
 fn formats() -> impl Iterator<Item = &'static dyn Format> {
-    let others: [&dyn Format; 10] = [
+    let others: [&dyn Format; 12] = [
         &instances::Instances,
         &splines::Splines,
         &hashes::Hashes,
         &vector::GeoPackage,
         &vector::GeoJson,
-        &mesh::Gltf,
+        &mesh::GLTF,
+        &mesh::GLTF_REGION,
         &mesh::OBJ,
         &mesh::OBJ_TILES,
+        &mesh::Collision,
         &web::WEBP,
         &web::PNG,
     ];
@@ -213,8 +215,15 @@ mod tests {
         let manifest = plan.run(&output, &Watch::default()).unwrap();
         let height_range_m = world.height_range_m();
         let vectors = VectorOptions::default();
-        let request =
-            Request { name: "thesis", world: &world, region, meshes: &meshes, vectors: &vectors, height_range_m };
+        let request = Request {
+            name: "thesis",
+            world: &world,
+            region,
+            meshes: &meshes,
+            vectors: &vectors,
+            names: TileNames::default(),
+            height_range_m,
+        };
         for export in exports {
             let files: Vec<_> = manifest.files.iter().filter(|file| file.export == export.name()).collect();
             let (cost, bytes) = (export.0.cost(&request), files.iter().map(|file| file.bytes).sum::<u64>());

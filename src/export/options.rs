@@ -5,9 +5,9 @@ use std::str::FromStr;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::area::Region;
+use crate::area::{Place, Region, TileId};
 use crate::error::Error;
-use crate::mesh::Frame;
+use crate::mesh::{Frame, default_origin};
 use crate::world::World;
 
 /// How meshes are made.
@@ -22,6 +22,50 @@ pub struct MeshOptions {
     pub quantized: bool,
     /// Whether the numbers are compressed (EXT_meshopt_compression); glTF only.
     pub compressed: bool,
+    /// Whether coarser levels have all vertices of the finest one on the edges of tiles, so that tiles of different levels meet
+    /// without a crack.
+    #[serde(default)]
+    pub even_borders: bool,
+    /// The vertex of the world, east and south, that is the origin of all meshes. Default: chosen by the region, nearly always the
+    /// origin of the world.
+    #[serde(default)]
+    pub origin: Option<[i64; 2]>,
+}
+
+/// How files of tiles are named.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum TileNames {
+    /// After the place of the tile in the region, counted from its north-western corner: `x0_y0` is the first one.
+    #[default]
+    Region,
+    /// After the number of the tile in the world: the same in every region.
+    World,
+}
+
+impl TileNames {
+    /// The numbers of a tile of a region that names have, east and south.
+    pub(crate) fn numbers(self, region: &Region, place: Place) -> [i64; 2] {
+        match self {
+            TileNames::Region => [place.col as i64, place.row as i64],
+            TileNames::World => {
+                let TileId { x, y } = region.tile(place);
+                [x, y]
+            }
+        }
+    }
+}
+
+impl FromStr for TileNames {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<TileNames, String> {
+        match text {
+            "region" => Ok(TileNames::Region),
+            "world" => Ok(TileNames::World),
+            _ => Err(format!("expected region or world, found {text:?}")),
+        }
+    }
 }
 
 /// How vectors are written.
@@ -138,6 +182,11 @@ impl MeshOptions {
         (lod > 0).then(|| first_m * f64::from(lod - 1).exp2())
     }
 
+    /// The frame of the meshes of a region, whose positions are counted in 16 bits if they are `quantized`.
+    pub(crate) fn frame(&self, world: &World, region: &Region, quantized: bool) -> Frame {
+        Frame::new(world, self.origin.unwrap_or_else(|| default_origin(region)), quantized)
+    }
+
     /// Whether meshes of a region can be made so.
     ///
     /// # Errors
@@ -159,7 +208,7 @@ impl MeshOptions {
             );
         }
         // What rounding to 16 bits takes of the bound is not left for the triangles.
-        let finest_m = Frame::new(world, region, self.quantized).height_error_m();
+        let finest_m = self.frame(world, region, self.quantized).height_error_m();
         for &lod in self.lods.all() {
             let Some(bound_m) = self.bound_m(world, lod) else { continue };
             if bound_m > range_m {

@@ -8,7 +8,8 @@ use crate::error::Error;
 use crate::export::cost::{Cost, Forecast};
 use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
 use crate::export::manifest::Manifest;
-use crate::export::{Export, MeshOptions, Profile, VectorOptions, profile, registry_file};
+use crate::export::{Export, MeshOptions, Profile, TileNames, VectorOptions, profile, registry_file};
+use crate::mesh::default_origin;
 use crate::tile::{accumulation_input, shaped_input};
 use crate::world::World;
 
@@ -21,6 +22,7 @@ pub struct Plan<'a> {
     meshes: MeshOptions,
     vectors: VectorOptions,
     height_range_m: Option<[f32; 2]>,
+    names: TileNames,
     profile: Option<Profile>,
 }
 
@@ -61,8 +63,11 @@ impl<'a> Plan<'a> {
         region: Region,
         exports: Vec<Export>,
     ) -> Result<Plan<'a>, Error> {
-        let (meshes, vectors) = (MeshOptions::default(), VectorOptions::default());
-        Plan { world, preset_name, region, exports, meshes, vectors, height_range_m: None, profile: None }.checked()
+        let meshes = MeshOptions { origin: Some(default_origin(&region)), ..MeshOptions::default() };
+        let vectors = VectorOptions::default();
+        let names = TileNames::default();
+        Plan { world, preset_name, region, exports, meshes, vectors, height_range_m: None, names, profile: None }
+            .checked()
     }
 
     /// The plan with the files of a profile too.
@@ -101,8 +106,8 @@ impl<'a> Plan<'a> {
     }
 
     pub(super) fn request(&self) -> Request<'_> {
-        let Plan { world, preset_name: name, region, ref meshes, ref vectors, .. } = *self;
-        Request { name, world, region, meshes, vectors, height_range_m: self.height_range_m() }
+        let Plan { world, preset_name: name, region, ref meshes, ref vectors, names, .. } = *self;
+        Request { name, world, region, meshes, vectors, names, height_range_m: self.height_range_m() }
     }
 
     /// The plan with meshes made in another way.
@@ -111,7 +116,9 @@ impl<'a> Plan<'a> {
     /// When they cannot be made so; the hint says what will do.
     pub fn with_meshes(self, meshes: MeshOptions) -> Result<Plan<'a>, Error> {
         meshes.check(self.world, &self.region)?;
-        Ok(Plan { meshes, ..self })
+        // Written down, so that a region that grows keeps it.
+        let origin = Some(meshes.origin.unwrap_or_else(|| default_origin(&self.region)));
+        Ok(Plan { meshes: MeshOptions { origin, ..meshes }, ..self })
     }
 
     /// The plan with vectors written in another way.
@@ -136,6 +143,12 @@ impl<'a> Plan<'a> {
             }),
             _ => Ok(Plan { height_range_m, ..self }),
         }
+    }
+
+    /// The plan with files of tiles named in another way.
+    #[must_use]
+    pub fn with_names(self, names: TileNames) -> Plan<'a> {
+        Plan { names, ..self }
     }
 
     /// Whether any export reads each of some options of the command that only some exports read.
@@ -170,7 +183,8 @@ impl<'a> Plan<'a> {
         let plan = Plan::new(world, &manifest.preset_name, region, exports)?
             .with_meshes(manifest.meshes.clone())?
             .with_vectors(manifest.vectors.clone())?
-            .with_height_range(manifest.chosen_range_m(world))?;
+            .with_height_range(manifest.chosen_range_m(world))?
+            .with_names(manifest.tile_names);
         match &manifest.profile {
             Some(profile) => plan.with_profile(profile.parse()?),
             None => Ok(plan),
@@ -196,6 +210,15 @@ impl<'a> Plan<'a> {
 
     pub(super) fn meshes(&self) -> &MeshOptions {
         &self.meshes
+    }
+
+    /// The vertex of the world that is the origin of all meshes.
+    pub(super) fn mesh_origin(&self) -> [i64; 2] {
+        self.meshes.origin.expect("a plan has one")
+    }
+
+    pub(super) fn names(&self) -> TileNames {
+        self.names
     }
 
     pub(super) fn vectors(&self) -> &VectorOptions {
@@ -235,8 +258,8 @@ impl<'a> Plan<'a> {
         // The manifest, the registry, and what a profile writes besides.
         let written = self.profile.map_or(0, |profile| profile.written().len() as u64);
         files = files.saturating_add(2 + written);
-        let besides = registry_file::bytes_at_most(&self.exports, region, files)
-            .saturating_add(MANIFEST_BYTES + written * profile::WRITTEN_BYTES);
+        let besides =
+            registry_file::bytes_at_most(self, files).saturating_add(MANIFEST_BYTES + written * profile::WRITTEN_BYTES);
         disk_bytes = disk_bytes.saturating_add(besides);
         // A tile is made with some vertices around it, which normals and weights read.
         let shaped = shaped_input(self.world, region.at().area(region.tile_cells())).len() as u64;

@@ -163,7 +163,8 @@ impl Project {
              <projectlayers>\n{layers}</projectlayers>\n\
              <mapcanvas name=\"theMapCanvas\" annotationsVisible=\"1\"><units>meters</units><extent>{extent}</extent>\
              <rotation>0</rotation><destinationsrs>{plane}</destinationsrs></mapcanvas>\n\
-             <properties><Paths><Absolute type=\"bool\">false</Absolute></Paths></properties>\n</qgis>\n"
+             <properties><Paths><Absolute type=\"bool\">false</Absolute></Paths>\
+             <SpatialRefSys><ProjectionsEnabled type=\"int\">1</ProjectionsEnabled></SpatialRefSys></properties>\n</qgis>\n"
         )
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Journal};
 use crate::error::Error;
-use crate::export::{Export, Plan};
+use crate::export::{Export, Plan, TileNames};
 use crate::file::PartFile;
 use crate::registry::{EXPORT, FILE_NAME, Registry, TileRow, TileState};
 use crate::tile::TilePart;
@@ -22,7 +22,7 @@ pub(super) fn write(plan: &Plan, journal: &Journal, files: &[FileRecord], folder
     journal.for_each(|row| {
         // One that is no tile of the region was damaged, and the tile that it was is made again.
         let Some(place) = region.place(row.tile) else { return Ok(()) };
-        let files = rasters(plan.exports(), region, place).collect();
+        let files = rasters(plan.exports(), region, place, plan.names()).collect();
         rows.push(TileRow { state: TileState::Baked, files, ..row });
         if rows.len() < ROWS { Ok(()) } else { registry.append(rows.drain(..)) }
     })?;
@@ -33,10 +33,12 @@ pub(super) fn write(plan: &Plan, journal: &Journal, files: &[FileRecord], folder
 }
 
 /// The most bytes of the file, of a bake that has so many files, and of its journal.
-pub(super) fn bytes_at_most(exports: &[Export], region: &Region, files: u64) -> u64 {
-    // It has the longest names, for its numbers are the largest.
-    let last = Place { row: region.rows() - 1, col: region.cols() - 1 };
-    let names: usize = rasters(exports, region, last).map(|name| name.len() + 3).sum();
+pub(super) fn bytes_at_most(plan: &Plan, files: u64) -> u64 {
+    let region = plan.region();
+    // One of both has the longest names, for its numbers are the largest.
+    let (first, last) = (Place { row: 0, col: 0 }, Place { row: region.rows() - 1, col: region.cols() - 1 });
+    let long = |place| rasters(plan.exports(), region, place, plan.names()).map(|name| name.len() + 3).sum();
+    let names: usize = usize::max(long(first), long(last));
     // How many lines concern a tile shows only when it is made; this is room for a hundred with ids of 24 characters.
     const LINES: usize = 100 * 24;
     // Hashes, seven integers of at most 9 bytes, three words and the header of the row; a tree's pages are at least half full,
@@ -50,6 +52,6 @@ pub(super) fn bytes_at_most(exports: &[Export], region: &Region, files: u64) -> 
 }
 
 /// The rasters that have the vertices of the tile at a place.
-fn rasters(exports: &[Export], region: &Region, place: Place) -> impl Iterator<Item = String> {
-    exports.iter().flat_map(move |export| export.0.rasters_of(region, place))
+fn rasters(exports: &[Export], region: &Region, place: Place, names: TileNames) -> impl Iterator<Item = String> {
+    exports.iter().flat_map(move |export| export.0.rasters_of(region, place, names))
 }

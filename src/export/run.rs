@@ -114,8 +114,8 @@ impl Plan<'_> {
             let Some((before, place)) = places else { return Ok(()) };
             let mut files = Vec::new();
             for export in self.exports() {
-                let names = export.0.rasters_of(&region, before).into_iter();
-                for (from, path) in names.zip(export.0.rasters_of(self.region(), place)) {
+                let names = export.0.rasters_of(&region, before, self.names()).into_iter();
+                for (from, path) in names.zip(export.0.rasters_of(self.region(), place, self.names())) {
                     let (Some(record), Some(old)) = (records.get(&from[..]), path_in(output.path(), &from)) else {
                         // One that is not there is made.
                         return Ok(());

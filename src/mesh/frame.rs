@@ -1,13 +1,14 @@
-//! Where a region's meshes have their origin, and the steps that their positions come in.
+//! Where meshes have their origin, and the steps that their positions come in.
 
 use crate::area::{Area, Region};
 use crate::world::World;
 
-/// The origin of a region's meshes, in its middle, and the steps of a power of two of a metre that the positions of
-/// vertices come in.
+/// The steps of a power of two of a metre that the positions of vertices come in, and the vertex of the world from which nodes
+/// count.
 ///
 /// Meshes keep their vertices relative to their tile's north-western corner, in `f32`. Both are whole numbers of steps,
-/// so two tiles put a vertex that they share at exactly the same place.
+/// so two tiles put a vertex that they share at exactly the same place. How many steps there are from a vertex to another is a
+/// property of the world: a tile's own numbers are the same in every region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     spacing_m: f64,
@@ -25,20 +26,20 @@ const LEAST_STEPS: f64 = 1024.0;
 /// The most steps that quantised positions can count: they have 16 bits.
 const MOST_QUANTA: f64 = 65535.0;
 
+/// Vertices from an origin to the next of those that regions choose from. So none is further than half of this from the middle of its
+/// region, and floats of 32 bits tell 256 places between two vertices there; and regions that are not that far apart have the same.
+pub const ORIGINS: i64 = 1 << 17;
+
 impl Frame {
-    /// The frame of a region, for meshes whose positions are counted in 16 bits if they are `quantized`.
-    pub fn new(world: &World, region: &Region, quantized: bool) -> Frame {
+    /// The frame of meshes with an origin, whose positions are counted in 16 bits if they are `quantized`.
+    pub fn new(world: &World, origin: [i64; 2], quantized: bool) -> Frame {
         let spacing_m = world.spacing_m();
-        let cells = region.tile_cells() as i64;
-        // In whole vertices: a region of an odd number of odd tiles has its origin half a cell off its middle.
-        let middle = |first: i64, count: u64| first * cells + (count as i64 * cells).div_euclid(2);
-        let origin = [middle(region.at().x, region.cols()), middle(region.at().y, region.rows())];
         if !quantized {
             return Frame { spacing_m, origin, step_m: power_below(spacing_m / LEAST_STEPS), base_m: None };
         }
         // One step for all axes, or normals would have to be bent; and one for all tiles of the world.
         let (lowest_m, highest_m) = world.height_range_m();
-        let side_m = cells as f64 * spacing_m;
+        let side_m = f64::from(world.tile_cells()) * spacing_m;
         let least_m = side_m.max((highest_m - lowest_m) as f64 + 1.0) / (MOST_QUANTA - 1.0);
         // The power above, so that the side and the heights surely fit.
         let step_m = 2.0 * power_below(least_m);
@@ -55,20 +56,16 @@ impl Frame {
         if self.base_m.is_some() { self.step_m / 2.0 } else { 0.0 }
     }
 
-    /// The vertex of the lattice that is the meshes' origin.
-    pub fn origin(&self) -> [i64; 2] {
-        self.origin
-    }
-
     /// Metres east, up and south of the origin at which the corner of a tile's meshes lies.
     pub fn corner_m(&self, area: &Area) -> [f64; 3] {
-        let [east, south] = [(area.x0, 0), (area.y0, 1)].map(|(at, axis)| self.steps(at, axis) as f64 * self.step_m);
+        let steps = |at: i64, axis: usize| self.steps(at) - self.steps(self.origin[axis]);
+        let [east, south] = [(area.x0, 0), (area.y0, 1)].map(|(at, axis)| steps(at, axis) as f64 * self.step_m);
         [east, self.base_m.unwrap_or(0.0), south]
     }
 
     /// Steps from the corner of an area to a vertex: east and south.
     pub fn local_steps(&self, area: &Area, x: i64, y: i64) -> [i64; 2] {
-        [self.steps(x, 0) - self.steps(area.x0, 0), self.steps(y, 1) - self.steps(area.y0, 1)]
+        [self.steps(x) - self.steps(area.x0), self.steps(y) - self.steps(area.y0)]
     }
 
     /// Metres from the corner of an area, east and south, to a place that is given in vertices from there.
@@ -82,12 +79,26 @@ impl Frame {
         ((height_m as f64 - base_m) / self.step_m + 0.5) as u16
     }
 
-    /// Whole steps from the origin to a vertex.
-    fn steps(&self, at: i64, axis: usize) -> i64 {
-        let steps = (at - self.origin[axis]) as f64 * self.spacing_m / self.step_m;
-        // Rounded; `round` would be a call, and a mesh asks for every vertex.
-        (steps + 0.5_f64.copysign(steps)) as i64
+    /// Whole steps from the origin of the world to a vertex.
+    fn steps(&self, at: i64) -> i64 {
+        // From an origin to the next there are always as many, so that products are exact anywhere.
+        let (block, within) = (at.div_euclid(ORIGINS), at.rem_euclid(ORIGINS));
+        let steps = |vertices: i64| (vertices as f64 * self.spacing_m / self.step_m + 0.5) as i64;
+        block * steps(ORIGINS) + steps(within)
     }
+}
+
+/// The origin that a region's meshes have when none is asked for: that of the world, or far away the nearest to the middle of the region
+/// of those that are [`ORIGINS`] apart.
+pub fn default_origin(region: &Region) -> [i64; 2] {
+    middle(region).map(|at| (at + ORIGINS / 2).div_euclid(ORIGINS) * ORIGINS)
+}
+
+/// The vertex in the middle of a region; half a cell off it where there is none.
+pub fn middle(region: &Region) -> [i64; 2] {
+    let cells = region.tile_cells() as i64;
+    let middle = |first: i64, count: u64| first * cells + (count as i64 * cells).div_euclid(2);
+    [middle(region.at().x, region.cols()), middle(region.at().y, region.rows())]
 }
 
 /// The greatest power of two that is not above a positive number.
@@ -115,7 +126,7 @@ mod tests {
             let at = TileId { x: 1_000_000_000, y: -1_000_000_000 };
             let region = Region::new(at, 9, 7, world.tile_cells()).unwrap();
             for quantized in [false, true] {
-                let frame = Frame::new(&world, &region, quantized);
+                let frame = Frame::new(&world, default_origin(&region), quantized);
                 let place = |tile: TileId, x: i64, y: i64| {
                     let area = tile.area(world.tile_cells());
                     let corner = frame.corner_m(&area).map(|metres| metres as f32);
@@ -137,10 +148,29 @@ mod tests {
     }
 
     #[test]
-    fn the_origin_is_the_middle() {
-        let world = world(|_| {});
-        let cells = world.tile_cells() as i64;
-        let region = Region::new(TileId { x: -1, y: 2 }, 2, 4, cells as u32).unwrap();
-        assert_eq!(Frame::new(&world, &region, false).origin(), [0, 4 * cells]);
+    fn a_tile_has_the_same_numbers_wherever_the_origin_is() {
+        let world = world(|preset| preset.spacing_m = 0.3);
+        let area = TileId { x: 700, y: -3 }.area(world.tile_cells());
+        let numbers = |origin| {
+            let frame = Frame::new(&world, origin, false);
+            (area.x0..area.x1).map(|x| frame.local_steps(&area, x, area.y0 + 7)).collect::<Vec<_>>()
+        };
+        assert_eq!(numbers([0, 0]), numbers([131_072, -5]));
+        // And the steps grow evenly.
+        let steps: Vec<i64> = numbers([0, 0]).windows(2).map(|pair| pair[1][0] - pair[0][0]).collect();
+        let (least, most) = (steps.iter().min().unwrap(), steps.iter().max().unwrap());
+        assert!(most - least <= 1, "{least} to {most}");
+    }
+
+    #[test]
+    fn the_origin_is_that_of_the_world_or_far_away_one_near_the_middle() {
+        let origin = |x: i64, y: i64| default_origin(&Region::new(TileId { x, y }, 2, 3, 256).unwrap());
+        assert_eq!(origin(0, 0), [0, 0]);
+        assert_eq!(origin(-255, 250), [0, 0]);
+        assert_eq!(origin(256, -700), [131_072, -131_072]);
+        let far = 1 << 40;
+        let [x, _] = origin(far / 256, 0);
+        assert!((x - far).abs() <= ORIGINS && x % ORIGINS == 0);
+        assert_eq!(middle(&Region::new(TileId { x: -1, y: 2 }, 2, 4, 256).unwrap()), [0, 4 * 256]);
     }
 }

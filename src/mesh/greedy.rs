@@ -11,11 +11,11 @@ use super::steps::Steps;
 use super::worst::Worst;
 use crate::stop;
 
-/// The triangulation whose every triangle is within `bound` steps of the heights, with the [`chain`] of each edge as its
-/// border.
-pub fn triangulate(steps: &Steps, bound: f64) -> Delaunay {
+/// The triangulation whose every triangle is within `bound` steps of the heights, with the [`chain`] of each edge for
+/// `edge_bound`, which is no wider, as its border.
+pub fn triangulate(steps: &Steps, bound: f64, edge_bound: f64) -> Delaunay {
     let mut mesh = Delaunay::new(steps);
-    insert_border(&mut mesh, steps, bound);
+    insert_border(&mut mesh, steps, edge_bound);
     let mut queue = Queue { bound, heap: BinaryHeap::new(), needs: Vec::new() };
     for triangle in 0..mesh.triangles().len() as u32 {
         queue.update(&mesh, steps, triangle);

@@ -9,7 +9,7 @@
 //!   water.rs      kinds and levels of water -> flat sheets      ribbon.rs   roads and rivers of agents -> strips, decks
 //!   facet.rs      triangle -> the vertices of the raster in it, in spans of rows
 //!   drape.rs      surface -> the ground that waters and roads lie on
-//!   frame.rs      region -> where meshes have their origin, and the steps of positions
+//!   frame.rs      where meshes have their origin, and the steps of positions
 //! ```
 
 mod border;
@@ -25,7 +25,7 @@ mod worst;
 
 pub use drape::Drape;
 pub use facet::{Facet, Span};
-pub use frame::Frame;
+pub use frame::{Frame, default_origin, middle};
 pub use ribbon::{Ribbon, RibbonKind, RibbonVertex, ribbons};
 pub use steps::{MAX_CELLS, MAX_HEIGHT_M};
 pub use water::{Sheet, sheets};
@@ -65,19 +65,22 @@ impl Surface {
     ///
     /// Which vertices there are on an edge follows from the heights along that edge alone: neighbours, made apart, share
     /// them all. On an edge the vertices for a wider bound are among those for a narrower one. The same on every machine.
-    /// With a bound of less than 2^-12 m all vertices are kept.
+    /// With a bound of less than 2^-12 m all vertices are kept. With `edge_m` the vertices on the edges are those of another
+    /// bound: of a narrower one, so that the tile meets neighbours that are made with it.
     ///
     /// # Panics
     /// When the area is not a square of 1 to [`MAX_CELLS`] cells a side or reaches outside of `heights`, when a height
     /// is not finite or beyond [`MAX_HEIGHT_M`], and when the bound is not a number.
-    pub fn simplified(heights: &Grid<f32>, area: Area, bound_m: f64) -> Surface {
-        assert!(!bound_m.is_nan(), "a bound is a number of metres");
+    pub fn simplified(heights: &Grid<f32>, area: Area, bound_m: f64, edge_m: Option<f64>) -> Surface {
+        let edge_m = edge_m.unwrap_or(bound_m).min(bound_m);
+        assert!(!bound_m.is_nan() && !edge_m.is_nan(), "a bound is a number of metres");
         let steps = Steps::new(heights, area);
         let cells = steps.side() as u32 - 1;
         let Some(bound) = whole_steps(bound_m) else {
             return Surface::full(cells);
         };
-        let mesh = greedy::triangulate(&steps, bound);
+        // No distance is as small as less than none: all vertices of an edge.
+        let mesh = greedy::triangulate(&steps, bound, whole_steps(edge_m).unwrap_or(-1.0));
         let vertices = mesh.vertices().iter().map(|vertex| [vertex.x as u32, vertex.y as u32]).collect();
         Surface { cells, vertices, triangles: mesh.triangles().to_vec() }
     }

@@ -9,7 +9,7 @@ use terrane::area::{Area, Region, TileId};
 use terrane::export::{Export, Manifest, Mode, Output, Plan};
 use terrane::land::WaterKind;
 use terrane::lines::{Line, LineKind, StructureKind};
-use terrane::mesh::Frame;
+use terrane::mesh::default_origin;
 use terrane::preset::Preset;
 use terrane::tile::{A_HECTARE, Grows, Growth, Instance, Tile, instances, least_distance_m};
 use terrane::watch::Watch;
@@ -273,7 +273,7 @@ fn instances_are_written_where_they_stand() {
     let world = settled();
     let manifest = bake(world, (-1, -1), (2, 2), "instances", 2, folder.path());
     let region = Region::new(TileId { x: -1, y: -1 }, 2, 2, world.tile_cells()).unwrap();
-    let origin = Frame::new(world, &region, false).origin();
+    let origin = default_origin(&region);
     let grows = Grows::new(world);
     let mut rows = 0;
     for file in manifest.files.iter().filter(|file| file.export == "instances") {
@@ -316,7 +316,7 @@ struct Spline {
 
 fn splines(world: &World, region: &Region, out: &Path, table: &str) -> BTreeMap<(String, usize), Spline> {
     let text = fs::read_to_string(out.join(format!("splines/{table}.csv"))).unwrap();
-    let origin = Frame::new(world, region, false).origin().map(|at| at as f64 * world.spacing_m());
+    let origin = default_origin(region).map(|at| at as f64 * world.spacing_m());
     let mut splines: BTreeMap<(String, usize), Spline> = BTreeMap::new();
     for line in text.lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
@@ -452,7 +452,7 @@ fn check_json(world: &World, region: &Region, out: &Path) {
     let text = fs::read_to_string(out.join("splines/splines.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(json["axes"]["z"], "south");
-    let origin = Frame::new(world, region, false).origin().map(|at| at as f64 * world.spacing_m());
+    let origin = default_origin(region).map(|at| at as f64 * world.spacing_m());
     assert_eq!(json["origin"]["east_m"].as_f64(), Some(origin[0]));
     assert_eq!(json["origin"]["north_m"].as_f64(), Some(0.0 - origin[1]));
     let mut lines = 0;

@@ -2,6 +2,7 @@
 //! roads where they are; and what is refused.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,7 +12,7 @@ use gltf::buffer::Source;
 use gltf::mesh::Mode as Primitives;
 use tempfile::TempDir;
 use terrane::area::{Area, Region, TileId};
-use terrane::export::{Export, Manifest, MeshOptions, Mode, Output, Plan};
+use terrane::export::{Export, Manifest, MeshOptions, Mode, Output, Plan, TileNames};
 use terrane::preset::Preset;
 use terrane::tile::{Material, Tile};
 use terrane::watch::Watch;
@@ -61,7 +62,7 @@ struct Part {
 fn buffers(file: &gltf::Gltf, path: &Path) -> Vec<Vec<u8>> {
     let bytes = |buffer: gltf::Buffer| match buffer.source() {
         Source::Bin => file.blob.clone().expect("the file has a binary part"),
-        Source::Uri(name) => std::fs::read(path.parent().unwrap().join(name)).unwrap(),
+        Source::Uri(name) => fs::read(path.parent().unwrap().join(name)).unwrap(),
     };
     let buffers: Vec<Vec<u8>> = file.buffers().map(bytes).collect();
     assert!(file.buffers().zip(&buffers).all(|(buffer, bytes)| bytes.len() >= buffer.length()), "{}", path.display());
@@ -71,7 +72,7 @@ fn buffers(file: &gltf::Gltf, path: &Path) -> Vec<Vec<u8>> {
 /// The parts of a glTF by what they are, of all tiles together.
 fn parts(path: &Path) -> BTreeMap<String, Part> {
     // The reader knows no KHR_mesh_quantization; what it allows is read below.
-    let file = gltf::Gltf::from_slice_without_validation(&std::fs::read(path).unwrap());
+    let file = gltf::Gltf::from_slice_without_validation(&fs::read(path).unwrap());
     let file = file.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let (document, buffers) = (&file.document, buffers(&file, path));
     let mut parts = BTreeMap::<String, Part>::new();
@@ -258,16 +259,14 @@ fn vertices_carry_the_rasters_normals_and_weights() {
     let primitive = node.mesh().unwrap().primitives().next().unwrap();
     let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data[..]));
     let textures = reader.read_tex_coords(0).unwrap().into_f32();
-    let in_region: Vec<[f32; 2]> = reader.read_tex_coords(1).unwrap().into_f32().collect();
-    let weights: Vec<Vec<f32>> = ["GRASS", "DIRT", "ROCK", "SAND", "SNOW"]
-        .into_iter()
-        .map(|name| {
-            let accessor = primitive.get(&Semantic::Extras(name.to_owned())).unwrap();
-            gltf::accessor::Iter::new(accessor, |buffer| buffers.get(buffer.index()).map(|data| &data[..]))
-                .unwrap()
-                .collect()
-        })
-        .collect();
+    assert!(reader.read_tex_coords(1).is_none(), "nothing reads it, and it would depend on the region");
+    let [ground, cover] = ["GROUND", "COVER"].map(|name| -> Vec<[u8; 4]> {
+        let accessor = primitive.get(&Semantic::Extras(name.to_owned())).unwrap();
+        assert!(accessor.normalized());
+        gltf::accessor::Iter::new(accessor, |buffer| buffers.get(buffer.index()).map(|data| &data[..]))
+            .unwrap()
+            .collect()
+    });
     let normals = reader.read_normals().unwrap();
     for (index, ((normal, texture), tangent)) in normals.zip(textures).zip(reader.read_tangents().unwrap()).enumerate()
     {
@@ -276,12 +275,9 @@ fn vertices_carry_the_rasters_normals_and_weights() {
         assert_eq!(normal, tile.normals().at(x, y));
         assert!(is_same(relative[row as usize * 33 + column as usize]));
         assert!((0..3).map(|axis| normal[axis] * tangent[axis]).sum::<f32>().abs() < 1e-6 && tangent[0] > 0.0);
-        assert_eq!(in_region[index], [(64.0 + column) / 96.0, row / 64.0]);
-        let sum: f32 = weights.iter().map(|material| material[index] * 255.0).sum();
-        assert!((sum - 255.0).abs() < 1e-3);
-        for (material, weights) in Material::ALL.into_iter().zip(&weights) {
-            assert_eq!((weights[index] * 255.0).round() as u8, tile.blend().weight(material, x, y));
-        }
+        let weights = [ground[index], cover[index]];
+        assert_eq!(weights.as_flattened().iter().map(|weight| u32::from(*weight)).sum::<u32>(), 255);
+        assert_eq!(weights.as_flattened(), Material::ALL.map(|material| tile.blend().weight(material, x, y)));
     }
     assert!(manifest.files.iter().any(|file| file.path == "mesh/region_lod1.gltf"));
 }
@@ -319,9 +315,9 @@ fn names_tell_tile_and_kind_and_no_two_files_share_one() {
     // The same in the files of the region, and in OBJ, which has no nodes of tiles.
     names.retain(|name| kind(name) != "tile");
     let (mut in_regions, mut in_tiles) = (BTreeSet::new(), BTreeSet::new());
-    for path in std::fs::read_dir(folder.path().join("mesh")).unwrap().map(|entry| entry.unwrap().path()) {
+    for path in fs::read_dir(folder.path().join("mesh")).unwrap().map(|entry| entry.unwrap().path()) {
         if path.extension().is_some_and(|ending| ending == "obj") {
-            let text = std::fs::read_to_string(&path).unwrap();
+            let text = fs::read_to_string(&path).unwrap();
             let is_region = path.file_name().unwrap().to_str().unwrap().starts_with("region");
             let found = if is_region { &mut in_regions } else { &mut in_tiles };
             for name in text.lines().filter_map(|line| line.strip_prefix("o ")) {
@@ -487,12 +483,12 @@ fn an_option_that_no_export_reads_is_refused_with_those_that_do() {
         command.args(exports.split(' ').filter(|word| !word.is_empty())).output().unwrap()
     };
     for (exports, option, hint) in [
-        ("", &["--lod", "0"][..], "gltf, obj, obj-tiles"),
-        ("--export height,vector", &["--mesh-error", "0.5"], "gltf, obj, obj-tiles"),
-        ("--profile unity", &["--lod", "0..1"], "gltf, obj, obj-tiles"),
-        ("--export height", &["--quantize"], "that do: gltf\n"),
-        ("--export obj", &["--quantize"], "that do: gltf\n"),
-        ("--export obj-tiles", &["--meshopt"], "that do: gltf\n"),
+        ("", &["--lod", "0"][..], "gltf, gltf-region, obj, obj-tiles, collision"),
+        ("--export height,vector", &["--mesh-error", "0.5"], "gltf, gltf-region, obj, obj-tiles, collision"),
+        ("--profile unity", &["--lod", "0..1"], "gltf, gltf-region, obj, obj-tiles, collision"),
+        ("--export height", &["--quantize"], "that do: gltf, gltf-region, collision\n"),
+        ("--export obj", &["--quantize"], "that do: gltf, gltf-region, collision\n"),
+        ("--export obj-tiles", &["--meshopt"], "that do: gltf, gltf-region, collision\n"),
     ] {
         let output = run(exports, option);
         let stderr = String::from_utf8_lossy(&output.stderr);
@@ -505,5 +501,74 @@ fn an_option_that_no_export_reads_is_refused_with_those_that_do() {
         ("--profile blender", &["--lod", "2", "--quantize"]),
     ] {
         assert!(run(exports, options).status.success(), "{exports} {options:?}");
+    }
+}
+
+/// The GLBs of two regions, of which one is shifted by a tile and larger, and both far from the origin.
+#[test]
+fn a_tile_has_the_same_glb_in_every_region() {
+    let world = wet();
+    let bake = |at: TileId, cols: u64, rows: u64, names: TileNames| {
+        let region = Region::new(at, cols, rows, world.tile_cells()).unwrap();
+        let plan = Plan::new(&world, "wet", region, Export::parse_list("gltf").unwrap()).unwrap();
+        let plan = plan.with_meshes(lods("0..1")).unwrap().with_names(names);
+        let folder = tempfile::tempdir().unwrap();
+        let output = Output::prepare(folder.path(), Mode::New, &plan, &plan.cost(1)).unwrap();
+        plan.run(&output, &Watch::default()).unwrap();
+        folder
+    };
+    let one = bake(AT, 2, 2, TileNames::Region);
+    let other = bake(TileId { x: AT.x - 1, y: AT.y + 1 }, 3, 1, TileNames::World);
+    for lod in ["", "_lod1"] {
+        for col in 0..2 {
+            let read = |folder: &TempDir, x: i64, y: i64| {
+                fs::read(folder.path().join(format!("mesh/tile{lod}_x{x}_y{y}.glb"))).unwrap()
+            };
+            assert!(read(&one, col, 1) == read(&other, AT.x + col, AT.y + 1), "{lod} {col}");
+        }
+    }
+}
+
+#[test]
+fn collision_meshes_are_positions_of_the_coarsest_level() {
+    let world = wet();
+    let (folder, manifest) = bake(&world, "collision,gltf", lods("0..2"));
+    let tiles: Vec<_> = manifest.files.iter().filter(|file| file.export == "collision").collect();
+    assert_eq!(tiles.len(), 6);
+    let seen = manifest.files.iter().find(|file| file.path == "mesh/tile_lod2_x1_y0.glb").unwrap();
+    let solid = tiles.iter().find(|file| file.path == "collision/tile_x1_y0.glb").unwrap();
+    assert_eq!(solid.mesh, seen.mesh, "the same triangles, in the same place");
+    let document = gltf::Gltf::open(folder.path().join(&solid.path)).unwrap();
+    assert_eq!((document.materials().count(), document.images().count()), (0, 0));
+    let mut names = document.nodes().filter(|node| node.mesh().is_some()).map(|node| node.name().unwrap().to_owned());
+    assert!(names.all(|name| name.ends_with("-colonly")));
+    for primitive in document.meshes().flat_map(|mesh| mesh.primitives().collect::<Vec<_>>()) {
+        assert_eq!(primitive.attributes().map(|(semantic, _)| semantic).collect::<Vec<_>>(), [Semantic::Positions]);
+    }
+}
+
+/// One file has what the tiles' files have.
+#[test]
+fn the_glb_of_a_region_has_the_meshes_of_all_tiles() {
+    let world = wet();
+    for compressed in [false, true] {
+        let options = MeshOptions { quantized: compressed, compressed, ..lods("1") };
+        let (folder, _) = bake(&world, "gltf,gltf-region", options);
+        let json = |path: &str| {
+            let bytes = fs::read(folder.path().join(path)).unwrap();
+            gltf::Gltf::from_slice_without_validation(&bytes).unwrap().document.into_json()
+        };
+        let (placed, whole) = (json("mesh/region_lod1.gltf"), json("mesh/region_lod1.glb"));
+        assert_eq!(serde_json::to_value(&placed.nodes).unwrap(), serde_json::to_value(&whole.nodes).unwrap());
+        assert_eq!(serde_json::to_value(&placed.meshes).unwrap(), serde_json::to_value(&whole.meshes).unwrap());
+        assert_eq!(whole.buffers.len(), if compressed { 2 } else { 1 });
+        if !compressed {
+            let [one, other] =
+                ["gltf", "glb"].map(|it| parts(&folder.path().join("mesh/region_lod1").with_extension(it)));
+            assert!(one.len() > 3 && one.keys().eq(other.keys()));
+            for (name, part) in one {
+                assert!(part.places == other[&name].places && part.triangles == other[&name].triangles, "{name}");
+            }
+        }
     }
 }

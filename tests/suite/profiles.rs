@@ -274,7 +274,9 @@ fn blender_gets_meshes_and_a_script() {
     let bake = Bake::new(Profile::Blender, 16, 2, 1);
     let expected = [
         "IMPORT.md",
+        "height/height.pgw",
         "height/height.png",
+        "height/height.png.aux.xml",
         "import_terrane.py",
         "mesh/region_lod1.gltf",
         "mesh/tile_lod1_x0_y0.glb",
@@ -297,7 +299,7 @@ fn blender_gets_meshes_and_a_script() {
     assert_eq!(bake.typed("Camera, *Lens*, *Clip Start* and *End*"), "0.1 m and 960 m");
     let [east_m, south_m] = bake.manifest.region.mesh_origin_m;
     assert_eq!(bake.typed("origin in the world, X (east)"), format!("{east_m} m"));
-    assert_eq!(bake.typed("origin in the world, Y (north)"), format!("{} m", -south_m));
+    assert_eq!(bake.typed("origin in the world, Y (north)"), format!("{} m", 0.0 - south_m));
 }
 
 /// Heights are proved in 32 bits, where whole metres come out beside themselves.

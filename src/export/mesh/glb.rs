@@ -66,8 +66,8 @@ impl Glb {
         }
     }
 
-    /// Adds a mesh of one material.
-    pub fn mesh(&mut self, name: &str, geometry: MeshData, material: Index<Material>) -> Index<Mesh> {
+    /// Adds a mesh, of one material if it is to be seen.
+    pub fn mesh(&mut self, name: &str, geometry: MeshData, material: Option<Index<Material>>) -> Index<Mesh> {
         let vertices = geometry.attributes[0].1.count;
         let attributes =
             geometry.attributes.into_iter().map(|(semantic, values)| (Valid(semantic), self.attribute(values)));
@@ -78,7 +78,7 @@ impl Glb {
             extensions: None,
             extras: None,
             indices: Some(indices),
-            material: Some(material),
+            material,
             mode: Valid(Mode::Triangles),
             targets: None,
         };
@@ -199,11 +199,8 @@ impl Glb {
     /// # Panics
     /// When there are more bytes than a GLB can hold.
     pub fn finish(mut self) -> (Root, Vec<u8>, usize) {
-        self.root.buffers.push(buffer(self.bytes.len(), None));
-        if let Some(plain_bytes) = self.plain_bytes {
-            let fallback = Map::from_iter([(COMPRESSION.to_owned(), json!({ "fallback": true }))]);
-            self.root.buffers.push(buffer(plain_bytes, Some(extensions::buffer::Buffer { others: fallback })));
-        }
+        self.root.buffers.push(buffer(self.bytes.len()));
+        self.root.buffers.extend(self.plain_bytes.map(fallback));
         let mut json = self.root.to_vec().expect("names and finite numbers are JSON");
         // Chunks of a GLB are filled up to 4 bytes: JSON with spaces, numbers with zeros.
         json.resize(json.len().next_multiple_of(4), b' ');
@@ -237,8 +234,15 @@ fn accessor(view: Index<View>, component: ComponentType, dimensions: Type, count
     }
 }
 
-fn buffer(bytes: usize, extensions: Option<extensions::buffer::Buffer>) -> Buffer {
-    Buffer { byte_length: USize64::from(bytes), name: None, uri: None, extensions, extras: None }
+/// The buffer of a file's own numbers.
+pub(super) fn buffer(bytes: usize) -> Buffer {
+    Buffer { byte_length: USize64::from(bytes), name: None, uri: None, extensions: None, extras: None }
+}
+
+/// The buffer that numbers would be in if they were not compressed: it is described and not written.
+pub(super) fn fallback(bytes: usize) -> Buffer {
+    let others = Map::from_iter([(COMPRESSION.to_owned(), json!({ "fallback": true }))]);
+    Buffer { extensions: Some(extensions::buffer::Buffer { others }), ..buffer(bytes) }
 }
 
 /// Vertices as EXT_meshopt_compression has them. The codec's name for a vertex is a type of its size.

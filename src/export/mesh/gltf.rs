@@ -18,34 +18,50 @@ use serde_json::{Map, json};
 
 use super::glb::{COMPRESSION, Glb, MAX_BYTES, QUANTIZATION, TRANSFORM};
 use super::model::{Model, Modeller, Substance, by_substance, substance_of_water};
-use super::region::RegionFile;
+use super::region::{RegionFile, TileNumbers};
 use super::relative_normals::relative_normals;
 use super::values::{of_land, of_ribbons, of_sheet};
 use super::{FOLDER, cost, part_name, tile_path};
 use crate::area::{Place, Region};
-use crate::bake::{FileRecord, Kept, Sink};
+use crate::bake::{FileRecord, Kept, Sink, frames};
 use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Request};
 use crate::export::locked;
-use crate::export::options::MeshOptions;
+use crate::export::options::TileNames;
 use crate::export::raster::quantity::{Painter, Quantity};
 use crate::export::raster::writer::{Encoding, Sample, png_bytes};
 use crate::file::write_whole;
 use crate::stop;
 use crate::tile::Tile;
 use crate::watch::Watch;
-use crate::world::World;
 
-/// glTF, as a format: a GLB a tile and level of detail, and a glTF of the region for each level.
-pub(crate) struct Gltf;
+/// glTF, as a format: a GLB a tile and level of detail, and a glTF of the region for each level; or one GLB of the region
+/// for each level.
+pub(crate) struct Gltf {
+    name: &'static str,
+    about: &'static str,
+    /// Whether one GLB has all tiles.
+    whole: bool,
+}
+
+/// A GLB a tile, and what places them.
+pub(in crate::export) const GLTF: Gltf = Gltf {
+    name: "gltf",
+    about: "meshes of land, water and roads with textures: a GLB a tile, and a glTF that places all",
+    whole: false,
+};
+
+/// One GLB of the region.
+pub(in crate::export) const GLTF_REGION: Gltf =
+    Gltf { name: "gltf-region", about: "the same as one GLB of the region", whole: true };
 
 impl Format for Gltf {
     fn name(&self) -> &'static str {
-        "gltf"
+        self.name
     }
 
     fn about(&self) -> &'static str {
-        "meshes of land, water and roads with textures: a GLB a tile, and a glTF that places all"
+        self.about
     }
 
     fn check(&self, request: &Request) -> Result<(), Error> {
@@ -53,7 +69,7 @@ impl Format for Gltf {
     }
 
     fn options(&self) -> &'static [&'static str] {
-        &["--lod", "--mesh-error", "--quantize", "--meshopt"]
+        &["--lod", "--mesh-error", "--quantize", "--meshopt", "--even-borders", "--mesh-origin"]
     }
 
     fn folders(&self) -> Vec<&'static str> {
@@ -63,12 +79,19 @@ impl Format for Gltf {
     fn cost(&self, request: &Request) -> FormatCost {
         // The region's file has some kilobytes of each tile.
         const IN_REGION: u64 = 16 << 10;
-        let files = (request.meshes.lods.all().len() as u64).saturating_mul(request.region.tiles() + 1);
-        cost(request, Gltf::bytes_at_most(&request.region), IN_REGION, files)
+        let (lods, region) = (request.meshes.lods.all().len() as u64, &request.region);
+        let bytes = Gltf::bytes_at_most(region);
+        if self.whole {
+            let vertices = (u64::from(region.tile_cells()) + 1).pow(2);
+            let kept_a_vertex = lods * (bytes + IN_REGION).div_ceil(vertices);
+            // All numbers twice: while they wait, and behind the text.
+            return FormatCost { kept_a_vertex, ..cost(request, 2 * bytes, IN_REGION, lods) };
+        }
+        cost(request, bytes, IN_REGION, lods.saturating_mul(region.tiles() + 1))
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
-        Ok(vec![Box::new(GltfSink::create(request.world, request.region, request.meshes, out)?)])
+        Ok(vec![Box::new(GltfSink::create(self, request, out)?)])
     }
 }
 
@@ -78,9 +101,8 @@ impl Gltf {
         let cells = u64::from(region.tile_cells());
         let vertices = (cells + 1).pow(2);
         let triangles = 2 * cells.pow(2);
-        // Positions, normals, tangents, two sets of coordinates and the weights of the land; its texels in four PNGs; as
-        // many vertices and triangles of water; roads.
-        let land = vertices * (12 + 12 + 16 + 8 + 8 + 4 * crate::tile::Material::ALL.len() as u64) + triangles * 12;
+        // Positions, normals, tangents, coordinates and the weights of the land; its texels in four PNGs; as many vertices and triangles of water; roads.
+        let land = vertices * (12 + 12 + 16 + 8 + 8) + triangles * 12;
         let texels = vertices * (3 + 3 + 4 + 4);
         land + texels + texels / 8 + vertices * 32 + triangles * 12 + (1 << 20)
     }
@@ -108,25 +130,33 @@ impl Gltf {
 
 /// Writes the GLBs, each by the thread that made the tile, and the region's files, tile by tile.
 pub(crate) struct GltfSink<'a> {
+    name: &'static str,
+    whole: bool,
     modeller: Modeller<'a>,
     /// Of the colour, of both halves of the blend map.
     painters: [(&'static str, Painter<'a>); 3],
+    names: TileNames,
     out: PathBuf,
     regions: Mutex<Vec<RegionFile>>,
 }
 
 impl<'a> GltfSink<'a> {
     /// Begins the files in the folder of the bake.
-    pub fn create(world: &'a World, region: Region, options: &MeshOptions, out: &Path) -> Result<GltfSink<'a>, Error> {
+    pub fn create(format: &Gltf, request: &Request<'a>, out: &Path) -> Result<GltfSink<'a>, Error> {
+        let Request { world, region, meshes: options, names, .. } = *request;
         let painter = |name, quantity| (name, Painter::new(world, quantity, Encoding::Png, world.height_range_m()));
-        let regions = options.lods.all().iter().map(|lod| RegionFile::create(*lod, out));
+        let Gltf { name, whole, .. } = *format;
+        let regions = options.lods.all().iter().map(|lod| RegionFile::create(*lod, name, whole, out));
         Ok(GltfSink {
+            name,
+            whole,
             modeller: Modeller::new(world, region, options, options.quantized),
             painters: [
                 painter("colour", Quantity::Colour),
                 painter("blend_ground", Quantity::GroundWeights),
                 painter("blend_cover", Quantity::CoverWeights),
             ],
+            names,
             out: out.to_owned(),
             regions: Mutex::new(regions.collect::<Result<_, _>>()?),
         })
@@ -134,7 +164,7 @@ impl<'a> GltfSink<'a> {
 
     /// The GLB of a tile's model.
     fn document(&self, tile: &Tile, lod: u32, model: &Model) -> Glb {
-        let Modeller { world, frame, region, options, .. } = &self.modeller;
+        let Modeller { world, frame, options, .. } = &self.modeller;
         let area = tile.area();
         let named = |part: &str| part_name(part, tile.id(), lod, &options.lods);
         let mut glb = Glb::new(options.compressed);
@@ -148,10 +178,10 @@ impl<'a> GltfSink<'a> {
         // The land. A mesh with every vertex has the raster's normals; on others a normal map has what is between.
         let detail = (lod > 0).then(|| relative_normals(tile, &model.land));
         let ground = &world.preset().ground;
-        let land = of_land(tile, &model.land, frame, region, ground, options.quantized, detail.is_some());
+        let land = of_land(tile, &model.land, frame, ground, options.quantized, detail.is_some());
         let material = self.land_material(&mut glb, tile, named, detail.as_deref());
         let name = named("land");
-        let mesh = glb.mesh(&name, land, material);
+        let mesh = glb.mesh(&name, land, Some(material));
         let quantum = frame.step_m() as f32;
         let [east, up, south] = frame.corner_m(&area).map(|metres| metres as f32);
         let lifted = options.quantized.then_some([0.0, up, 0.0]);
@@ -255,11 +285,11 @@ fn add(
         },
         ..Default::default()
     });
-    let mesh = glb.mesh(name, geometry, material);
+    let mesh = glb.mesh(name, geometry, Some(material));
     children.push(glb.root.push(node(name, Some(mesh))));
 }
 
-fn node(name: &str, mesh: Option<Index<Mesh>>) -> Node {
+pub(super) fn node(name: &str, mesh: Option<Index<Mesh>>) -> Node {
     Node { mesh, name: Some(name.to_owned()), ..Default::default() }
 }
 
@@ -269,35 +299,44 @@ fn extras(value: &impl Serialize) -> Box<RawValue> {
 
 impl Sink for GltfSink<'_> {
     fn name(&self) -> &str {
-        Gltf.name()
+        self.name
     }
 
     fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
-        let (mut kept, mut files) = (Vec::new(), Vec::new());
+        let Kept { mut piece, mut files } = Kept::default();
         for (lod, model) in self.modeller.models(tile) {
-            let path = tile_path(lod, place, "glb");
-            let glb = self.document(tile, lod, &model);
-            let (root, bytes, start) = glb.finish();
+            let path = tile_path(lod, self.names.numbers(&self.modeller.region, place), "glb");
+            let (root, bytes, start) = self.document(tile, lod, &model).finish();
+            // The region's file needs the JSON of each tile, in the order of the tiles.
+            let json = serde_json::to_vec(&(&path, start, root)).expect("names and finite numbers are JSON");
+            frames::push(&mut piece, &json);
+            if self.whole {
+                frames::push(&mut piece, &bytes[start..]);
+                continue;
+            }
+            // The numbers stay in the GLB.
+            frames::push(&mut piece, &[]);
             let finished = write_whole(self.out.join(&path), &bytes)?;
-            // The region's file needs the JSON of each tile, in the order of the tiles; the numbers stay in the GLB.
-            kept.push((path.clone(), start, root));
             files.push(FileRecord {
                 tile: Some(tile.id()),
                 mesh: Some(self.modeller.record(tile, lod, &model.land)),
-                ..FileRecord::new(path, Gltf.name(), finished)
+                ..FileRecord::new(path, self.name, finished)
             });
         }
-        Ok(Kept { piece: serde_json::to_vec(&kept).expect("names and finite numbers are JSON"), files })
+        Ok(Kept { piece, files })
     }
 
     fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
         let mut regions = locked(&self.regions);
         for piece in pieces {
             stop::check();
-            let kept: Vec<(String, usize, Root)> = serde_json::from_slice(piece).expect("it was written by this sink");
+            let parts: Vec<&[u8]> = frames::pieces(piece).collect();
             // Levels come in the same order in both.
-            for (region, (path, start, root)) in regions.iter_mut().zip(kept) {
-                region.add(root, &path, start)?;
+            for (region, part) in regions.iter_mut().zip(parts.chunks_exact(2)) {
+                let (path, start, root): (String, usize, Root) =
+                    serde_json::from_slice(part[0]).expect("it was written by this sink");
+                let numbers = if self.whole { TileNumbers::Here(part[1]) } else { TileNumbers::In(&path, start) };
+                region.add(root, numbers)?;
             }
         }
         Ok(())

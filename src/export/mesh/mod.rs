@@ -6,9 +6,10 @@
 //!   relative_normals.rs   tile, land -> the normal map of a coarse mesh
 //!   glb.rs                numbers, pictures -> the bytes of a GLB
 //!   gltf.rs               model -> a GLB a tile     region.rs   all GLBs -> one glTF
-//!   obj.rs                model -> OBJ and MTL
+//!   obj.rs                model -> OBJ and MTL             collision.rs   model -> a GLB of positions a tile
 //! ```
 
+mod collision;
 mod glb;
 mod gltf;
 mod model;
@@ -17,19 +18,20 @@ mod region;
 mod relative_normals;
 mod values;
 
-pub(super) use gltf::Gltf;
+pub(super) use collision::Collision;
+pub(super) use gltf::{GLTF, GLTF_REGION};
 pub(super) use obj::{OBJ, OBJ_TILES};
 
-use crate::area::{Place, TileId};
+use crate::area::TileId;
 use crate::export::format::{FormatCost, RECORD_BYTES, Request};
 use crate::export::options::Lods;
 
 /// The folder of meshes in that of a bake.
 const FOLDER: &str = "mesh";
 
-/// The file of a tile at a level of detail.
-fn tile_path(lod: u32, place: Place, ending: &str) -> String {
-    format!("{FOLDER}/tile{}_x{}_y{}.{ending}", level(lod), place.col, place.row)
+/// The file of a tile at a level of detail, by the numbers that it is named after.
+fn tile_path(lod: u32, [x, y]: [i64; 2], ending: &str) -> String {
+    format!("{FOLDER}/tile{}_x{x}_y{y}.{ending}", level(lod))
 }
 
 /// The file of a region at a level of detail.

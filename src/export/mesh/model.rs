@@ -64,7 +64,7 @@ pub(super) fn substance_of_ribbon(kind: RibbonKind) -> Substance {
 
 impl<'a> Modeller<'a> {
     pub fn new(world: &'a World, region: Region, options: &MeshOptions, quantized: bool) -> Modeller<'a> {
-        let frame = Frame::new(world, &region, quantized);
+        let frame = options.frame(world, &region, quantized);
         let cells = region.tile_cells();
         let full = options.lods.all().contains(&0).then(|| {
             // One order for all tiles, as if the land were flat.
@@ -116,7 +116,11 @@ impl<'a> Modeller<'a> {
             Some(bound_m) => {
                 let area = tile.area();
                 // What rounding to steps takes of the bound is not left for the triangles.
-                let surface = Surface::simplified(tile.heights(), area, bound_m - self.frame.height_error_m());
+                let left_m = |bound_m: f64| bound_m - self.frame.height_error_m();
+                let finest = self.options.lods.all().first();
+                let finest_m = finest.and_then(|lod| self.options.bound_m(self.world, *lod)).map_or(0.0, left_m);
+                let edge_m = self.options.even_borders.then_some(finest_m);
+                let surface = Surface::simplified(tile.heights(), area, left_m(bound_m), edge_m);
                 let spacing_m = self.world.spacing_m() as f32;
                 let place = |[column, row]: [u32; 2]| {
                     let height_m = tile.heights().at(area.x0 + i64::from(column), area.y0 + i64::from(row));

@@ -15,6 +15,7 @@ use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Request, file_name};
 use crate::export::locked;
+use crate::export::options::TileNames;
 use crate::file::{PartFile, write_whole};
 use crate::stop;
 use crate::tile::Tile;
@@ -56,7 +57,7 @@ impl Format for Obj {
     }
 
     fn options(&self) -> &'static [&'static str] {
-        &["--lod", "--mesh-error"]
+        &["--lod", "--mesh-error", "--even-borders", "--mesh-origin"]
     }
 
     fn folders(&self) -> Vec<&'static str> {
@@ -85,6 +86,7 @@ fn bytes_at_most(region: &Region) -> u64 {
 pub(crate) struct ObjSink<'a> {
     name: &'static str,
     modeller: Modeller<'a>,
+    names: TileNames,
     out: PathBuf,
     /// For files of the region: each level's, and vertices written to it so far.
     regions: Option<Mutex<Vec<(String, PartFile, u64)>>>,
@@ -108,7 +110,7 @@ struct Part {
 impl<'a> ObjSink<'a> {
     /// Begins the files in the folder of the bake.
     fn create(format: &Obj, request: &Request<'a>, out: &Path) -> Result<ObjSink<'a>, Error> {
-        let Request { world, region, meshes, .. } = *request;
+        let Request { world, region, meshes, names, .. } = *request;
         let begin = |lod: &u32| -> Result<(String, PartFile, u64), Error> {
             let path = region_path(*lod, "obj");
             let mut file = PartFile::create(out.join(&path))?;
@@ -119,6 +121,7 @@ impl<'a> ObjSink<'a> {
         Ok(ObjSink {
             name: format.name,
             modeller: Modeller::new(world, region, meshes, false),
+            names,
             out: out.to_owned(),
             regions: regions.transpose()?.map(Mutex::new),
         })
@@ -306,7 +309,8 @@ impl Sink for ObjSink<'_> {
                 text.pack(&mut piece);
                 continue;
             }
-            let (path, beside) = (tile_path(lod, place, "obj"), tile_path(lod, place, "mtl"));
+            let [x, y] = self.names.numbers(&self.modeller.region, place);
+            let (path, beside) = (tile_path(lod, [x, y], "obj"), tile_path(lod, [x, y], "mtl"));
             let mut file = PartFile::create(self.out.join(&path))?;
             let written = writeln!(file, "mtllib {}", file_name(&beside)).and_then(|()| text.write(0, &mut file));
             written.map_err(Error::io(file.path()))?;
@@ -316,7 +320,7 @@ impl Sink for ObjSink<'_> {
                 ..FileRecord::new(path, self.name, file.finish()?)
             };
             let land = part_name("land", tile.id(), lod, &self.modeller.options.lods);
-            let picture = format!("colour_x{}_y{}.png", place.col, place.row);
+            let picture = format!("colour_x{x}_y{y}.png");
             let finished = write_whole(self.out.join(&beside), materials(&land, &picture).as_bytes())?;
             let second = FileRecord { tile: Some(tile.id()), ..FileRecord::new(beside, self.name, finished) };
             files.extend([record, second]);

@@ -1,4 +1,4 @@
-//! The glTF of a region: all its tiles in one scene, whose numbers and pictures stay in the tiles' GLBs.
+//! The glTF of a region: all its tiles in one scene, whose numbers and pictures stay in the tiles' GLBs, or are in it too.
 
 use std::fs::File;
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
@@ -8,17 +8,19 @@ use gltf_json::{Index, Root};
 use serde::Serialize;
 use serde_json::Value;
 
-use super::glb::COMPRESSION;
+use super::glb::{COMPRESSION, MAX_BYTES};
 use super::model::SUBSTANCES;
 use crate::bake::FileRecord;
 use crate::error::Error;
-use crate::export::format::{Format, file_name};
+use crate::export::format::file_name;
 use crate::file::{Operation, PartFile, gate};
 use crate::generator;
+use crate::stop;
 
 /// A region's glTF under way: each of its lists in a file of its own until all tiles are there, so that none is held.
 pub(super) struct RegionFile {
     path: String,
+    export: &'static str,
     out: PathBuf,
     scene: Spool,
     nodes: Spool,
@@ -34,6 +36,24 @@ pub(super) struct RegionFile {
     shared: [Option<u32>; SUBSTANCES.len()],
     /// Extensions that readers may use, and those that they need.
     extensions: (Vec<String>, Vec<String>),
+    /// Numbers and pictures, if they are to be in this file.
+    numbers: Option<Numbers>,
+}
+
+/// The numbers and pictures of all tiles, one behind the other.
+struct Numbers {
+    file: BufWriter<File>,
+    bytes: u64,
+    /// Where numbers are compressed: bytes that they have when they are not.
+    plain_bytes: u64,
+}
+
+/// Where the numbers and pictures of a tile are.
+pub(super) enum TileNumbers<'a> {
+    /// In its GLB, at a path in the folder of the bake, from a place in it on.
+    In(&'a str, usize),
+    /// Here.
+    Here(&'a [u8]),
 }
 
 /// A list of JSON values that is written somewhere.
@@ -46,10 +66,7 @@ struct Spool {
 
 impl Spool {
     fn create(name: &'static str, folder: &Path) -> Result<Spool, Error> {
-        // Nameless, so it is gone with the program, however that ends.
-        gate(Operation::Create, folder)?;
-        let file = tempfile::tempfile_in(folder).map_err(Error::io(folder))?;
-        Ok(Spool { name, file: BufWriter::new(file), count: 0 })
+        Ok(Spool { name, file: BufWriter::new(nameless(folder)?), count: 0 })
     }
 
     fn push(&mut self, value: &impl Serialize) -> std::io::Result<()> {
@@ -65,22 +82,24 @@ impl Spool {
         if self.count == 0 {
             return Ok(());
         }
-        let mut file = self.file.into_inner().map_err(std::io::IntoInnerError::into_error)?;
-        file.seek(SeekFrom::Start(0))?;
         write!(target, ",\n\"{}\":[", self.name)?;
-        std::io::copy(&mut Read::by_ref(&mut file), target)?;
+        copied(&mut rewound(self.file)?, target)?;
         target.write_all(b"]")
     }
 }
 
 impl RegionFile {
-    /// Begins the file of a level of detail.
-    pub fn create(lod: u32, out: &Path) -> Result<RegionFile, Error> {
-        let path = super::region_path(lod, "gltf");
+    /// Begins the file of a level of detail, which has numbers and pictures in it if it is to be `whole`.
+    pub fn create(lod: u32, export: &'static str, whole: bool, out: &Path) -> Result<RegionFile, Error> {
+        let path = super::region_path(lod, if whole { "glb" } else { "gltf" });
         let folder = out.join(super::FOLDER);
         let spool = |name| Spool::create(name, &folder);
+        let numbers = || -> Result<Numbers, Error> {
+            Ok(Numbers { file: BufWriter::new(nameless(&folder)?), bytes: 0, plain_bytes: 0 })
+        };
         Ok(RegionFile {
             path,
+            export,
             out: out.to_owned(),
             scene: spool("nodes")?,
             nodes: spool("nodes")?,
@@ -94,37 +113,59 @@ impl RegionFile {
             materials: spool("materials")?,
             shared: [None; SUBSTANCES.len()],
             extensions: Default::default(),
+            numbers: whole.then(numbers).transpose()?,
         })
     }
 
-    /// Adds a tile, whose GLB has that path in the folder of the bake and its buffer at `start`.
-    pub fn add(&mut self, root: Root, path: &str, start: usize) -> Result<(), Error> {
-        self.add_shifted(root, path, start).map_err(Error::io(self.out.join(&self.path)))
+    /// Adds a tile.
+    pub fn add(&mut self, root: Root, numbers: TileNumbers) -> Result<(), Error> {
+        let path = self.out.join(&self.path);
+        self.add_shifted(root, numbers).map_err(Error::io(&path))?;
+        match &self.numbers {
+            Some(numbers) if numbers.bytes > MAX_BYTES => Err(Error::Export {
+                message: format!("{}: has more bytes than the 2^32 at which GLB ends", path.display()),
+                hint: "give a coarser --lod, bake fewer tiles, or export gltf, which has a GLB a tile".into(),
+            }),
+            _ => Ok(()),
+        }
     }
 
-    fn add_shifted(&mut self, root: Root, path: &str, start: usize) -> std::io::Result<()> {
+    fn add_shifted(&mut self, root: Root, numbers: TileNumbers) -> std::io::Result<()> {
         // How many there were before: what a tile's indices are raised by.
         let (nodes, meshes, accessors) = (self.nodes.count, self.meshes.count, self.accessors.count);
-        let (views, buffers, images) = (self.views.count, self.buffers.count, self.images.count);
-        let textures = self.textures.count;
-        // Buffers: a GLB is read as the bytes that it is.
-        for (index, mut buffer) in root.buffers.into_iter().enumerate() {
-            if index == 0 {
-                buffer.uri = Some(file_name(path).to_owned());
-                buffer.byte_length = (buffer.byte_length.0 + start as u64).into();
+        let (views, images, textures) = (self.views.count, self.images.count, self.textures.count);
+        // Where its numbers begin in their buffer, and plain ones in theirs, which is described and not written.
+        let (buffers, start, plain_start) = match (numbers, &mut self.numbers) {
+            (TileNumbers::Here(bytes), Some(all)) => {
+                let before = (0, all.bytes, all.plain_bytes);
+                all.file.write_all(bytes)?;
+                all.bytes += bytes.len() as u64;
+                all.plain_bytes += root.buffers.get(1).map_or(0, |plain| plain.byte_length.0);
+                before
             }
-            self.buffers.push(&buffer)?;
-        }
+            (TileNumbers::In(path, start), _) => {
+                let before = self.buffers.count;
+                // A GLB is read as the bytes that it is.
+                for (index, mut buffer) in root.buffers.into_iter().enumerate() {
+                    if index == 0 {
+                        buffer.uri = Some(file_name(path).to_owned());
+                        buffer.byte_length = (buffer.byte_length.0 + start as u64).into();
+                    }
+                    self.buffers.push(&buffer)?;
+                }
+                (before, start as u64, 0)
+            }
+            (TileNumbers::Here(_), None) => unreachable!("only a whole file is given numbers"),
+        };
         for mut view in root.buffer_views {
-            if view.buffer.value() == 0 {
-                view.byte_offset = Some((view.byte_offset.map_or(0, |offset| offset.0) + start as u64).into());
-            }
+            let begin = if view.buffer.value() == 0 { start } else { plain_start };
+            view.byte_offset = Some((view.byte_offset.map_or(0, |offset| offset.0) + begin).into());
             shift(&mut view.buffer, buffers);
             // Compressed numbers lie where their extension says; the view itself describes a buffer that is not written.
             if let Some(coded) = view.extensions.as_mut().and_then(|extensions| extensions.others.get_mut(COMPRESSION))
             {
                 raise(&mut coded["buffer"], u64::from(buffers));
-                raise(&mut coded["byteOffset"], start as u64);
+                raise(&mut coded["byteOffset"], start);
             }
             self.views.push(&view)?;
         }
@@ -187,16 +228,45 @@ impl RegionFile {
         Ok(())
     }
 
-    /// Puts the lists together.
-    pub fn finish(self) -> Result<FileRecord, Error> {
+    /// Puts the lists together, and the numbers behind them.
+    pub fn finish(mut self) -> Result<FileRecord, Error> {
         let path = self.out.join(&self.path);
+        let (record, export) = (self.path.clone(), self.export);
         let mut file = PartFile::create(path.clone())?;
-        let record = self.path.clone();
-        self.write(&mut file).map_err(Error::io(path))?;
-        Ok(FileRecord::new(record, super::Gltf.name(), file.finish()?))
+        let written = match self.numbers.take() {
+            None => self.write(&mut file),
+            Some(numbers) => {
+                let text = nameless(&self.out.join(super::FOLDER))?;
+                self.write_whole(numbers, text, &mut file)
+            }
+        };
+        written.map_err(Error::io(path))?;
+        Ok(FileRecord::new(record, export, file.finish()?))
     }
 
-    fn write(self, file: &mut PartFile) -> std::io::Result<()> {
+    fn write_whole(mut self, numbers: Numbers, text: File, file: &mut PartFile) -> std::io::Result<()> {
+        self.buffers.push(&super::glb::buffer(numbers.bytes as usize))?;
+        if numbers.plain_bytes > 0 {
+            self.buffers.push(&super::glb::fallback(numbers.plain_bytes as usize))?;
+        }
+        // How long the text is must be known before it.
+        let mut text = BufWriter::new(text);
+        self.write(&mut text)?;
+        let (mut text, mut bytes) = (rewound(text)?, rewound(numbers.file)?);
+        let (text_bytes, binary_bytes) = (text.metadata()?.len(), numbers.bytes);
+        // Chunks of a GLB are filled up to 4 bytes; numbers are already.
+        let padded = text_bytes.next_multiple_of(4);
+        // One that is too long has been refused before it came to that, but for some kilobytes.
+        let word = |count: u64| u32::try_from(count).map(u32::to_le_bytes).map_err(std::io::Error::other);
+        let total = 12 + 8 + padded + 8 + binary_bytes;
+        file.write_all([*b"glTF", word(2)?, word(total)?, word(padded)?, *b"JSON"].as_flattened())?;
+        copied(&mut text, file)?;
+        file.write_all(&b"   "[..(padded - text_bytes) as usize])?;
+        file.write_all([word(binary_bytes)?, *b"BIN\0"].as_flattened())?;
+        copied(&mut bytes, file)
+    }
+
+    fn write(self, file: &mut impl Write) -> std::io::Result<()> {
         // List by list, since they are in files: together they may be larger than memory.
         let generator = generator::NAME;
         write!(
@@ -216,6 +286,28 @@ impl RegionFile {
         }
         file.write_all(b"}\n")
     }
+}
+
+/// A file without a name, so it is gone with the program, however that ends.
+fn nameless(folder: &Path) -> Result<File, Error> {
+    gate(Operation::Create, folder)?;
+    tempfile::tempfile_in(folder).map_err(Error::io(folder))
+}
+
+/// A file that was written, from its start on.
+fn rewound(file: BufWriter<File>) -> std::io::Result<File> {
+    let mut file = file.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+    file.seek(SeekFrom::Start(0))?;
+    Ok(file)
+}
+
+/// Copies a file, which may take long.
+fn copied(from: &mut File, target: &mut impl Write) -> std::io::Result<()> {
+    const AT_ONCE: u64 = 1 << 24;
+    while std::io::copy(&mut Read::by_ref(from).take(AT_ONCE), target)? > 0 {
+        stop::check();
+    }
+    Ok(())
 }
 
 fn shift<T>(index: &mut Index<T>, by: u32) {

@@ -3,7 +3,7 @@
 use gltf_json::accessor::{ComponentType, Type};
 use gltf_json::mesh::Semantic;
 
-use crate::area::{Area, Region};
+use crate::area::Area;
 use crate::mesh::{Frame, Ribbon, Sheet, Surface};
 use crate::preset::ground::GroundSettings;
 use crate::tile::{Material, Tile};
@@ -125,13 +125,12 @@ pub(super) fn tangent([east, up, _]: [f32; 3]) -> [f32; 4] {
     if length > 0.0 { [up / length, -east / length, 0.0, 1.0] } else { [1.0, 0.0, 0.0, 1.0] }
 }
 
-/// The land of a tile: positions, normals, both sets of texture coordinates, the weights of materials, and tangents if the
+/// The land of a tile: positions, normals, texture coordinates, the weights of materials, and tangents if the
 /// material has a normal map. In whole numbers where the frame has them.
 pub(super) fn of_land(
     tile: &Tile,
     surface: &Surface,
     frame: &Frame,
-    region: &Region,
     ground: &GroundSettings,
     quantized: bool,
     tangents: bool,
@@ -142,13 +141,39 @@ pub(super) fn of_land(
     let normals = || vertices().map(|(x, y)| tile.normals().at(x, y));
     let cells = surface.cells as f32;
     let in_tile = surface.vertices.iter().map(|vertex| vertex.map(|at| at as f32 / cells));
-    // In whole numbers as long as they are large: far away a float would not tell vertices apart.
-    let (x0, y0) = (region.at().x * surface.cells as i64, region.at().y * surface.cells as i64);
-    let sides = [region.width() - 1, region.height() - 1];
-    let in_region = vertices()
-        .map(|(x, y)| [((x - x0) as f64 / sides[0] as f64) as f32, ((y - y0) as f64 / sides[1] as f64) as f32]);
+    let positions = positions(tile, surface, frame, quantized);
+    let mut attributes =
+        vec![(Semantic::Positions, positions), (Semantic::Normals, Values::directions(normals(), quantized))];
+    if tangents {
+        attributes.push((Semantic::Tangents, Values::directions(normals().map(tangent), quantized)));
+    }
+    attributes.push((Semantic::TexCoords(0), Values::shares(in_tile, quantized)));
+    // As the blend map has them, and as Blender reads them: four in a word, for it passes over numbers of one byte alone.
+    let blend = tile.blend();
+    for ((name, words), materials) in
+        [("GROUND", blend.ground()), ("COVER", blend.cover())].into_iter().zip(Material::ALL.chunks(4))
+    {
+        if materials.iter().any(|material| material.is_of(ground)) {
+            let weights = vertices().map(|(x, y)| words.at(x, y).to_le_bytes().map(|weight| [weight]));
+            attributes.push((Semantic::Extras(name.to_owned()), Values::whole(ComponentType::U8, weights)));
+        }
+    }
+    MeshData { attributes, indices: surface.triangles.as_flattened().to_vec() }
+}
+
+/// The land of a tile without anything but its shape.
+pub(super) fn positions_of_land(tile: &Tile, surface: &Surface, frame: &Frame, quantized: bool) -> MeshData {
+    let attributes = vec![(Semantic::Positions, positions(tile, surface, frame, quantized))];
+    MeshData { attributes, indices: surface.triangles.as_flattened().to_vec() }
+}
+
+/// Where the vertices of the land of a tile are. In whole numbers where the frame has them.
+fn positions(tile: &Tile, surface: &Surface, frame: &Frame, quantized: bool) -> Values {
+    let area = tile.area();
+    let vertices =
+        || surface.vertices.iter().map(|&[column, row]| (area.x0 + i64::from(column), area.y0 + i64::from(row)));
     // In steps, of which the node's scale makes metres: shared vertices stay exactly where their neighbours have them.
-    let positions = if quantized {
+    if quantized {
         let steps = vertices().map(|(x, y)| {
             let [east, south] = frame.local_steps(&area, x, y).map(|steps| steps as u16);
             [east, frame.height_steps(tile.heights().at(x, y)), south]
@@ -160,20 +185,7 @@ pub(super) fn of_land(
             let [east, south] = frame.local_steps(&area, x, y).map(|steps| (steps as f64 * frame.step_m()) as f32);
             [east, tile.heights().at(x, y), south]
         }))
-    };
-    let mut attributes =
-        vec![(Semantic::Positions, positions), (Semantic::Normals, Values::directions(normals(), quantized))];
-    if tangents {
-        attributes.push((Semantic::Tangents, Values::directions(normals().map(tangent), quantized)));
     }
-    attributes.push((Semantic::TexCoords(0), Values::shares(in_tile, quantized)));
-    attributes.push((Semantic::TexCoords(1), Values::shares(in_region, quantized)));
-    for material in Material::ALL.into_iter().filter(|material| material.is_of(ground)) {
-        // Always floats: Blender cannot read numbers of one byte, and passes over those of two.
-        let weights = vertices().map(|(x, y)| [f32::from(tile.blend().weight(material, x, y)) / 255.0]);
-        attributes.push((Semantic::Extras(material.name().to_uppercase()), Values::floats(weights)));
-    }
-    MeshData { attributes, indices: surface.triangles.as_flattened().to_vec() }
 }
 
 /// The surface of water.

@@ -5,7 +5,7 @@ In Blender: Scripting workspace, Open, this file, Run. Without a window:
     blender --background --python import_terrane.py -- --render still.png --save scene.blend
 
 The script stands beside bake.json and reads mesh/*.glb. One unit is one metre, +X is east, +Y is north, +Z is up; the
-origin is the middle of the region at height 0. What it makes:
+origin is that of the bake's meshes at height 0. What it makes:
 
     terrane              a collection, and in it one a tile, or one a row where there are many tiles
     land_x3_y-4 ...      a land a tile, with a material of that name: its blend map mixes the grounds of the group
@@ -33,6 +33,9 @@ import numpy as np
 from mathutils import Vector
 
 MATERIALS = ["grass", "dirt", "rock", "sand", "snow", "forest", "scree", "wetland"]
+
+# The attributes of vertices that have the weights of four each, and which is the first.
+WEIGHTS = [(0, "_GROUND"), (4, "_COVER")]
 
 # Linear colours between which noise chooses, and roughness.
 GROUND = {
@@ -143,7 +146,7 @@ def stop(message):
 
 def finest_meshes(bake, lod):
     """The GLBs of all tiles at one level of detail, as the manifest lists them."""
-    records = [record for record in bake["files"] if record["path"].endswith(".glb") and "mesh" in record]
+    records = [record for record in bake["files"] if record["export"] == "gltf" and "mesh" in record]
     there = sorted({record["mesh"]["lod"] for record in records})
     if not there:
         stop("the bake has no GLB; bake with --profile blender or --export gltf")
@@ -210,7 +213,7 @@ def moved(collection, bake):
     """How far from the scene's origin the middle of the region lies, east and north, and a word where that matters."""
     east, south = (own - first for own, first in zip(bake["region"]["mesh_origin_m"], collection[ORIGIN]))
     if len(collection[REGIONS]) > 0:
-        print(f"terrane: added beside what is there, {east:.3f} m east and {-south:.3f} m north of its origin")
+        print(f"terrane: added beside what is there, {east:.3f} m east and {0.0 - south:.3f} m north of its origin")
         if collection[WORLD] != world_of(bake):
             print("terrane: it is of another world or has tiles of another size: its land and that beside it may not meet")
         far = max(abs(east), abs(south))
@@ -332,12 +335,12 @@ def solid(name):
 def land_colours(mesh, material):
     """Colours of a tile's land for the Solid view: of its vertices, and as its material's that of the most common ground."""
     weights = np.zeros((len(mesh.vertices), len(MATERIALS)), dtype=np.float32)
-    for number, name in enumerate(MATERIALS):
-        attribute = mesh.attributes.get("_" + name.upper())
+    for first, name in WEIGHTS:
+        attribute = mesh.attributes.get(name)
         if attribute is not None:
-            values = np.empty(len(mesh.vertices), dtype=np.float32)
-            attribute.data.foreach_get("value", values)
-            weights[:, number] = values
+            values = np.empty(4 * len(mesh.vertices), dtype=np.float32)
+            attribute.data.foreach_get("color", values)
+            weights[:, first:first + 4] = values.reshape(-1, 4)
     if not weights.any():
         return
     colours = np.ones((len(weights), 4), dtype=np.float32)
@@ -510,9 +513,11 @@ def land_material(material, pictures, ground):
                 if name is not None:
                     nodes.put(output, group.inputs[name])
     else:
-        for name in MATERIALS:
-            weight = nodes.add("ShaderNodeAttribute", attribute_name="_" + name.upper())
-            nodes.put(weight.outputs[2], group.inputs[name])
+        for first, name in WEIGHTS:
+            weights = nodes.add("ShaderNodeAttribute", attribute_name=name)
+            split = nodes.add("ShaderNodeSeparateColor", {"Color": weights.outputs["Color"]})
+            for output, material in zip((*split.outputs[:3], weights.outputs["Alpha"]), MATERIALS[first:first + 4]):
+                nodes.put(output, group.inputs[material])
     if normal_image is not None:
         normal_image.colorspace_settings.name = "Non-Color"
         colour = texture(normal_image).outputs["Color"]

@@ -8,9 +8,8 @@ use crate::export::digits::{noise_m, shortest};
 use crate::export::format::Request;
 use crate::export::options::MeshOptions;
 use crate::export::raster::quantity::{hterrain_scale, whole_range_m};
-use crate::mesh::Frame;
+use crate::mesh::default_origin;
 use crate::tile::Material;
-use crate::world::World;
 
 /// The numbers that the texts need.
 #[expect(clippy::struct_field_names, reason = "a unit is part of a name")]
@@ -67,7 +66,7 @@ pub(super) fn notes(profile: Profile, request: &Request) -> String {
         sea_m: world.preset().sea_level_m,
     };
     let (program, steps) = match profile {
-        Profile::Blender => ("Blender", blender(world, region, meshes, &numbers)),
+        Profile::Blender => ("Blender", blender(region, meshes, &numbers)),
         Profile::GodotTerrain3d => ("Godot, Terrain3D", terrain3d(region, &numbers)),
         Profile::Unreal => ("Unreal Engine", unreal(region, &numbers, false)),
         Profile::UnrealTiled => ("Unreal Engine, in tiles", unreal(region, &numbers, true)),
@@ -92,7 +91,7 @@ pub(super) fn notes(profile: Profile, request: &Request) -> String {
     )
 }
 
-fn blender(world: &World, region: &Region, meshes: &MeshOptions, numbers: &Numbers) -> String {
+fn blender(region: &Region, meshes: &MeshOptions, numbers: &Numbers) -> String {
     let [width, height] = [region.width(), region.height()];
     let [width_m, height_m] = [width, height].map(|vertices| (vertices - 1) as f64 * numbers.spacing_m);
     let side_m = width_m.max(height_m);
@@ -102,15 +101,14 @@ fn blender(world: &World, region: &Region, meshes: &MeshOptions, numbers: &Numbe
         [] | [0, ..] => String::new(),
         [finest, ..] => format!("_lod{finest}"),
     };
-    let origin = Frame::new(world, region, false).origin();
+    let origin = meshes.origin.unwrap_or_else(|| default_origin(region));
     let [east_m, south_m] = origin.map(|at| at as f64 * numbers.spacing_m);
-    // The middle of the region, of which the origin of odd ones is half a cell off.
+    // The middle of the region.
     let corner = region.at().area(region.tile_cells());
     let middle = |first: i64, origin: i64, vertices: u64| {
         ((first - origin) as f64 + (vertices - 1) as f64 / 2.0) * numbers.spacing_m
     };
     let [plane_x, plane_y] = [middle(corner.x0, origin[0], width), -middle(corner.y0, origin[1], height)];
-    let weights = Material::ALL.map(|material| format!("`_{}`", material.name().to_uppercase())).join(", ");
     let range_m = numbers.max_m - numbers.min_m;
     let inner = |vertices: u64| typed_share((vertices - 1) as f64 / vertices as f64);
     let half = |vertices: u64| typed_share(0.5 / vertices as f64);
@@ -121,7 +119,7 @@ fn blender(world: &World, region: &Region, meshes: &MeshOptions, numbers: &Numbe
          ```\n\n\
          It makes a collection `terrane` with one collection a tile, materials in which the blend map mixes the grounds, \
          water, sun, sky and a camera, sets clip ends, and gives the Solid view colours. One unit is one metre, +X is east, \
-         +Y is north; the origin is the region's middle at height 0. Objects have the names of the tiles in the world: \
+         +Y is north; the origin is that of the world at height 0, or far from it a place nearer by. Objects have the names of the tiles in the world: \
          `land_x{x}_y{y}` is the land of the north-western one.\n\n\
          Run in a scene that has a bake already, the script puts this one beside it, at its own place in the world:\n\n\
          ```sh\n\
@@ -152,7 +150,11 @@ fn blender(world: &World, region: &Region, meshes: &MeshOptions, numbers: &Numbe
                 ("origin in the world, X (east)", format!("{} m", typed(east_m))),
                 ("origin in the world, Y (north)", format!("{} m", typed(-south_m))),
                 ("colour space of images but `colour`", "Non-Color".into()),
-                ("weights of the vertices", format!("float attributes {weights}")),
+                (
+                    "weights of the vertices",
+                    "colour attributes `_GROUND`: grass, dirt, rock, sand; `_COVER`: snow, forest, scree, wetland"
+                        .into(),
+                ),
                 ("sea", numbers.sea_m.map_or("none".into(), |level| format!("z = {} m", typed(level)))),
             ],
         ),

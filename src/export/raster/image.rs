@@ -1,6 +1,7 @@
 //! Raster images: what each shows, how, and under which name.
 
 use crate::area::{Place, Region};
+use crate::export::options::TileNames;
 use crate::export::raster::quantity::Quantity;
 use crate::export::raster::writer::Encoding;
 
@@ -13,7 +14,8 @@ pub(crate) struct Image {
     pub encoding: Encoding,
     /// One a tile, or one of the region.
     pub tiles: bool,
-    /// Whether files beside it say to GIS where it lies.
+    /// Whether it is one that no engine has asked for: files beside that of a region say to GIS where it lies, and those of tiles
+    /// may be named after their place in the world.
     pub placed: bool,
     pub layout: Layout,
 }
@@ -108,13 +110,14 @@ impl Image {
     }
 
     /// The file in the folder of the bake, for the region or for a tile of it.
-    pub fn file(&self, region: &Region, place: Option<Place>) -> String {
+    pub fn file(&self, region: &Region, place: Option<Place>, names: TileNames) -> String {
         let (stem, extension) = (self.stem, self.encoding.extension());
-        let Some(Place { row, col }) = place else { return format!("{stem}.{extension}") };
+        let Some(place) = place else { return format!("{stem}.{extension}") };
+        let [col, row] = if self.placed { names } else { TileNames::Region }.numbers(region, place);
         let row = match self.layout.naming {
             Naming::Marked => row,
             // Unity counts tiles along z, which points north.
-            Naming::Bare => region.rows() - 1 - row,
+            Naming::Bare => region.rows() as i64 - 1 - row,
         };
         let [east, other] = self.layout.naming.marks();
         format!("{stem}{east}{col}{other}{row}.{extension}")
@@ -122,7 +125,7 @@ impl Image {
 
     /// What stands beside it.
     pub const fn beside(&self) -> &'static [Beside] {
-        match (self.encoding, self.placed) {
+        match (self.encoding, self.placed && !self.tiles) {
             (Encoding::R16, _) => &[Beside::Json],
             (Encoding::Png, true) => &[Beside::WorldFile, Beside::Auxiliary],
             (Encoding::Exr, true) => &[Beside::Auxiliary],

@@ -25,6 +25,7 @@ use crate::area::{Place, Region};
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Lack, RECORD_BYTES, Request, file_name, folder};
+use crate::export::options::TileNames;
 use crate::export::raster::cog::CogRaster;
 use crate::export::raster::image::{Beside, Image};
 use crate::export::raster::quantity::Quantity;
@@ -39,7 +40,8 @@ pub(crate) struct Rasters {
     pub about: &'static str,
     /// One file each for the region, or with `tiles` one each a tile.
     pub tiles: bool,
-    /// Whether files beside those of the region say to GIS where they lie.
+    /// Whether no engine has asked for them: files beside those of the region say to GIS where they lie, and those of tiles may be named
+    /// after their place in the world.
     pub placed: bool,
     pub images: &'static [Image],
 }
@@ -92,7 +94,7 @@ const fn region(name: &'static str, about: &'static str, images: &'static [Image
 }
 
 const fn tiles(name: &'static str, about: &'static str, images: &'static [Image]) -> Rasters {
-    Rasters { name, about, tiles: true, placed: false, images }
+    Rasters { name, about, tiles: true, placed: true, images }
 }
 
 /// The rasters that can be asked for by name.
@@ -158,7 +160,7 @@ pub(super) struct Layer {
 /// The rasters of the region that GIS can place among those of some exports: of what several show, the GeoTIFF.
 pub(super) fn layers<'a>(exports: impl Iterator<Item = &'a str>) -> Vec<Layer> {
     let exports: Vec<&str> = exports.collect();
-    let placed = |format: &&Rasters| format.placed && exports.contains(&format.name);
+    let placed = |format: &&Rasters| format.placed && !format.tiles && exports.contains(&format.name);
     let images = NAMED.iter().filter(placed).flat_map(Rasters::images);
     // GDAL reads OpenEXR in few of its builds.
     let mut images: Vec<Image> =
@@ -285,9 +287,9 @@ impl Format for Rasters {
         self.tiles
     }
 
-    fn rasters_of(&self, region: &Region, place: Place) -> Vec<String> {
+    fn rasters_of(&self, region: &Region, place: Place, names: TileNames) -> Vec<String> {
         let files = self.images().flat_map(|image| {
-            let file = image.file(region, image.tiles.then_some(place));
+            let file = image.file(region, image.tiles.then_some(place), names);
             // Of what says where one lies nobody wants to know.
             let sidecar = image.beside().contains(&Beside::Json).then(|| Beside::Json.path(&file));
             [file].into_iter().chain(sidecar)

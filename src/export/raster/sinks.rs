@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::export::format::{Request, file_name};
 use crate::export::georeference::{Georeference, Plane};
 use crate::export::locked;
+use crate::export::options::TileNames;
 use crate::export::raster::auxiliary::auxiliary;
 use crate::export::raster::facts::{Facts, Shown};
 use crate::export::raster::image::{Beside, Image, RowOrder};
@@ -30,6 +31,7 @@ pub(super) struct Drawing<'a> {
     pub region: Region,
     pub plane: Plane,
     shown: Shown,
+    names: TileNames,
     spacing_m: f64,
     pub out: PathBuf,
 }
@@ -45,6 +47,7 @@ impl<'a> Drawing<'a> {
             region,
             plane: Plane::new(name, world.seed()),
             shown,
+            names: request.names,
             spacing_m: world.spacing_m(),
             out: out.to_owned(),
         }
@@ -180,9 +183,9 @@ impl Sink for TileRasters<'_> {
     }
 
     fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
-        let Drawing { image, painter, region, .. } = &self.drawing;
+        let Drawing { image, painter, region, names, .. } = &self.drawing;
         let (cols, rows) = image.owned(region, place);
-        let path = image.file(region, Some(place));
+        let path = image.file(region, Some(place), *names);
         let file = RasterFile { path, width: cols as u64, height: rows as u64, tile: Some(tile.id()) };
         let mut writer = file.begin(&self.drawing)?;
         let mut samples = painter.paint(tile, cols, rows);
@@ -230,7 +233,7 @@ impl RasterFile {
     /// The file of a whole region.
     pub fn of_region(Drawing { image, region, .. }: &Drawing) -> RasterFile {
         let (width, height) = image.size(region);
-        RasterFile { path: image.file(region, None), width, height, tile: None }
+        RasterFile { path: image.file(region, None, TileNames::default()), width, height, tile: None }
     }
 
     fn begin(&self, drawing: &Drawing) -> Result<RasterWriter, Error> {

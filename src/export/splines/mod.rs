@@ -5,7 +5,7 @@
 //!   README.template.md   what the columns are, and what engines make of the axes
 //! ```
 //!
-//! x is east, y is up, z is south, in metres from the origin of the region's meshes. What engines make of it:
+//! x is east, y is up, z is south, in metres from the origin of the meshes (`--mesh-origin`). What engines make of it:
 //!
 //! | Engine | Position | Axes |
 //! |---|---|---|
@@ -39,7 +39,6 @@ use crate::features::splines::{SPLINES, carried};
 use crate::file::{PartFile, write_whole};
 use crate::geometry::come_along;
 use crate::lines::StructureKind;
-use crate::mesh::Frame;
 use crate::tile::Tile;
 use crate::watch::Watch;
 use thin::{MISS_M, thinned};
@@ -69,6 +68,10 @@ impl Format for Splines {
 
     fn folders(&self) -> Vec<&'static str> {
         vec![FOLDER]
+    }
+
+    fn options(&self) -> &'static [&'static str] {
+        &["--mesh-origin"]
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
@@ -103,7 +106,8 @@ impl<'a> SplineSink<'a> {
     fn create(request: &Request<'a>, out: &Path) -> Result<SplineSink<'a>, Error> {
         let Request { world, region, .. } = *request;
         let spacing_m = world.spacing_m();
-        let [x, y] = Frame::new(world, &region, false).origin().map(|at| at as f64 * spacing_m);
+        let origin = request.meshes.origin.expect("a plan has one");
+        let [x, y] = origin.map(|at| at as f64 * spacing_m);
         let begin = |name: &str| PartFile::create(out.join(FOLDER).join(name));
         let files =
             Files { tables: [begin("roads.csv")?, begin("rivers.csv")?], json: begin("splines.json")?, separator: "" };

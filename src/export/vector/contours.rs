@@ -131,8 +131,8 @@ impl Contours {
     ) -> Result<(), E> {
         for piece in pieces {
             for part in frames::pieces(piece).map(parsed) {
-                if let Some(whole) = self.join(part) {
-                    hand_on(self.row(whole))?;
+                if let Some(row) = self.join(part).and_then(|whole| self.row(whole)) {
+                    hand_on(row)?;
                 }
             }
         }
@@ -145,7 +145,7 @@ impl Contours {
                 for end in part.ends {
                     self.at.remove(&(part.number, end));
                 }
-                hand_on(self.row(part))?;
+                self.row(part).map_or(Ok(()), &mut hand_on)?;
             }
         }
         // Those that are left, in the order in which they came.
@@ -178,12 +178,16 @@ impl Contours {
         None
     }
 
-    fn row(&self, part: Part) -> Row {
+    /// What is written of a contour; nothing of one that is but a vertex at its height.
+    fn row(&self, part: Part) -> Option<Row> {
+        if part.points.iter().all(|point| *point == part.points[0]) {
+            return None;
+        }
         let height_m = part.number as f64 * self.finder.interval_m;
         let is_index = part.number.rem_euclid(INDEX) == 0;
         let kind = if self.sea_level_m.is_some_and(|level_m| height_m < level_m) { "depth" } else { "land" };
         let values = vec![Value::Real(height_m), Value::Integer(i64::from(is_index)), Value::Text(kind.to_owned())];
-        Row { values, lines: vec![part.points.into_iter().map(|[east, north]| [east, north, 0.0]).collect()] }
+        Some(Row { values, lines: vec![part.points.into_iter().map(|[east, north]| [east, north, 0.0]).collect()] })
     }
 }
 

@@ -472,7 +472,7 @@ impl Sink for GeoPackageSink<'_> {
 mod tests {
     use super::*;
     use crate::area::TileId;
-    use crate::export::options::{MeshOptions, VectorOptions};
+    use crate::export::options::{MeshOptions, TileNames, VectorOptions};
     use crate::export::vector::geojson::GeoJsonSink;
     use crate::preset::Preset;
     use crate::world::World;
@@ -503,9 +503,9 @@ mod tests {
         let region = Region::new(TileId { x: 0, y: 0 }, 2, 3, 16).unwrap();
         std::fs::create_dir_all(out.join("vector")).unwrap();
         let (meshes, vectors) = (MeshOptions::default(), VectorOptions { clipped, ..VectorOptions::default() });
-        let height_range_m = world.height_range_m();
+        let (height_range_m, names) = (world.height_range_m(), TileNames::default());
         let request =
-            Request { name: "test", world: &world, region, meshes: &meshes, vectors: &vectors, height_range_m };
+            Request { name: "test", world: &world, region, meshes: &meshes, vectors: &vectors, names, height_range_m };
         let package = GeoPackageSink::create(&request, out).unwrap();
         let json = GeoJsonSink::create(&request, out).unwrap();
         for row in 0..3 {
