@@ -1,8 +1,9 @@
 //! Instances as text: what stands on each tile, point by point, for programs that take lists of points and no densities.
 //!
-//! One CSV a tile with a line of heads. `x_m`, `y_m` and `z_m` are metres east, up and south of the origin of the
-//! meshes (`splines/README.md` and [`splines`](super::splines) have what engines make of these axes); `east_m` and `north_m` are metres from the world's
-//! origin, the same in every region. `y_m` is the height in both. `yaw_deg` turns about the vertical, `scale` is 1 on the average.
+//! One CSV a tile with a line of heads. `x_m`, `y_m` and `z_m` are metres east, up and south of the origin of the meshes
+//! ([`splines`](super::splines) has what engines make of these axes); `east_m` and `north_m` are metres from the world's origin,
+//! the same in every region. `y_m` is the height in both. `yaw_deg` turns anticlockwise seen from above; `scale` is 1 on the
+//! average. How many there are where densities are 255 is [`A_HECTARE`](crate::tile::A_HECTARE).
 
 use std::path::{Path, PathBuf};
 
@@ -21,7 +22,7 @@ use crate::world::World;
 const FOLDER: &str = "instances";
 
 /// What a thread takes a vertex to find what stands there and to write it, in nanoseconds: measured on alps.
-const WORK_NS: u64 = 1100;
+const WORK_NS: u64 = 800;
 
 const HEADS: &str = "kind,x_m,y_m,z_m,east_m,north_m,yaw_deg,scale\n";
 

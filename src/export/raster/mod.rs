@@ -234,7 +234,7 @@ impl Rasters {
 const DRAWN_BYTES: u64 = 4 + 4 * 4 + 4 + 3;
 
 /// How long a thread weighs what grows on a vertex, in nanoseconds: once for all kinds. Measured on alps.
-const DENSITY_NS: u64 = 260;
+const DENSITY_NS: u64 = 140;
 
 impl Format for Rasters {
     fn name(&self) -> &'static str {
