@@ -142,16 +142,15 @@ pub fn simplified(points: &[[f64; 2]], miss: f64) -> Vec<[f64; 2]> {
         let chord = LineSegment::between(points[first], points[end]);
         let off = |at: &usize| chord.nearest(points[*at]).1;
         let furthest = (first + 1..end).max_by(|a, b| off(a).total_cmp(&off(b)));
-        match furthest.filter(|at| off(at) > miss * miss) {
-            Some(at) => ends.push(at),
-            None => {
-                if end > first {
-                    kept.push(points[end]);
-                }
-                first = end;
-                ends.pop();
-            }
+        if let Some(at) = furthest.filter(|at| off(at) > miss * miss) {
+            ends.push(at);
+            continue;
         }
+        if end > first {
+            kept.push(points[end]);
+        }
+        first = end;
+        ends.pop();
     }
     kept
 }

@@ -170,6 +170,8 @@ register! {
     BarrierShape = 39 << 32, 1;
     /// Names of mountain ranges.
     RangeName = 40 << 32, 1;
+    /// Where single trees, shrubs, tufts and rocks stand.
+    Instances = 41 << 32, 1;
 }
 
 /// The number of a stream, or of a part of one.

@@ -41,6 +41,7 @@
 //!   preset/     text -> Preset: a user's recipe, every key checked by the stage that reads it
 //!   world       Preset + seed -> World: ranges proved, memories bounded
 //!   tile/       land, lines -> imprint -> normals -> blend weights; the digest of each part
+//!               on request: slope, curvature, accumulation, wetness, what grows               input: 65 vertices more
 //!   features/   World, area -> rivers, lakes, coasts, roads, sites, peaks, crossings with typed attributes
 //!   find/       "lake > 2 km2", a place -> the nearest ones, seen from afar first
 //!   mesh/       tile -> triangles: land, water, ribbons
@@ -58,8 +59,8 @@
 //! ```
 //!
 //! What a stage reads around the area that it makes stands in that stage, as a function `input(area) -> area`, and
-//! whoever calls it folds these: [`tile::shaped_input`] those of normals and weights, and [`lines::Imprint::input`] that of
-//! drains. For each a test fills all outside with NaN and finds the result unchanged.
+//! whoever calls it folds these: [`tile::shaped_input`] those of normals and weights, [`lines::Imprint::input`] that of
+//! drains, and [`tile::accumulation_input`] that of accumulation, which is made of land of its own. For each a test fills all outside with NaN and finds the result unchanged.
 //!
 //! The same world can be had at the nodes of a [stride](area::Stride), every 2^k-th vertex ([`world::World::strided`]): areas, tiles and
 //! lines are then counted in nodes, and all layers below `relief` are the same. What nodes do not show is left out before it
@@ -98,6 +99,9 @@
 //! | span | the points of a road that are carried over water, or go through it |
 //! | landform, feature | a lake, coast or peak as found / anything that maps and vectors show, with attributes |
 //! | blend map | how much of each ground material a vertex has; the weights of a vertex sum to exactly 255 |
+//! | accumulation | square metres of land that drain through a vertex, from a bounded way upstream and of rivers whole |
+//! | growth, instance | what stands on the ground: trees, shrubs, grass, loose rocks / a single one |
+//! | knot | a point of a line through which an engine's curve runs |
 //! | part of a tile, digest | one kind of what it holds, such as its heights / the BLAKE3 of each |
 //! | colour channel | one of the numbers of a pixel, as image formats call it |
 //! | scale, pixel | metres that a pixel of a map shows, and pixels to a millimetre of paper / the square of the world that it is |

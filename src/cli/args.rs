@@ -607,7 +607,7 @@ fn profile_names() -> Vec<&'static str> {
 }
 
 fn export_help() -> String {
-    let line = |export: Export| format!("\n  {:13} {}", export.name(), export.about());
+    let line = |export: Export| format!("\n  {:20} {}", export.name(), export.about());
     let list: String = Export::all().map(line).collect();
     format!("What to write, with commas between [default: {}, or what the profile needs]:{list}", Export::DEFAULT)
 }

@@ -57,7 +57,7 @@ const SPREAD: f64 = 1.3;
 impl Forecast {
     /// Makes the middle tile of a region, for which much may have to be planned first, and concludes from it.
     ///
-    /// Where `formats` ask for features, these are looked for there too.
+    /// Where `formats` ask for features, these are looked for there too, and where they ask for its accumulation, that is made.
     pub(super) fn new(world: &World, region: &Region, cost: &Cost, formats: &FormatCost, threads: usize) -> Forecast {
         let middle = region.tile(Place { row: region.rows() / 2, col: region.cols() / 2 });
         let clock = Clock::default();
@@ -70,6 +70,9 @@ impl Forecast {
                 for layer in layers(world) {
                     layer.visit(world, &area, &mut |_, row| _ = black_box(row()));
                 }
+            }
+            if formats.accumulation {
+                black_box(tile.accumulation_m2(world));
             }
             start.elapsed().as_secs_f64()
         };

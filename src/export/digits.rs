@@ -24,9 +24,52 @@ pub(crate) fn noise_m(min_m: f64, max_m: f64) -> f64 {
     (max_m - min_m) * f64::from(f32::EPSILON)
 }
 
+/// Appends a number with so many decimals, the last one rounded away from zero where it lies between two; no more than what 63
+/// bits can count of the last.
+///
+/// As `{:.3}` does it, and several times as fast: lists of points are made of little else.
+pub(crate) fn push_decimal(text: &mut String, number: f64, decimals: u32) {
+    let whole = 10_u64.pow(decimals);
+    let count = (number.abs() * whole as f64 + 0.5) as u64;
+    if number < 0.0 && count > 0 {
+        text.push('-');
+    }
+    push_count(text, count / whole);
+    if decimals > 0 {
+        text.push('.');
+        let mut rest = count % whole;
+        for place in (0..decimals).rev() {
+            let unit = 10_u64.pow(place);
+            text.push(char::from(b'0' + (rest / unit) as u8));
+            rest %= unit;
+        }
+    }
+}
+
+fn push_count(text: &mut String, count: u64) {
+    if count >= 10 {
+        push_count(text, count / 10);
+    }
+    text.push(char::from(b'0' + (count % 10) as u8));
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn decimals_are_those_that_are_asked_for() {
+        let decimal = |number: f64, decimals: u32| {
+            let mut text = String::from("at ");
+            push_decimal(&mut text, number, decimals);
+            text
+        };
+        assert_eq!(decimal(12.3456, 3), "at 12.346");
+        assert_eq!(decimal(-0.05, 1), "at -0.1");
+        assert_eq!(decimal(-0.0004, 3), "at 0.000");
+        assert_eq!(decimal(-2_560_000_000_007.25, 3), "at -2560000000007.250");
+        assert_eq!(decimal(7.5, 0), "at 8");
+    }
 
     #[test]
     fn what_32_bits_add_is_not_written() {

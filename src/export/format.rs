@@ -42,6 +42,8 @@ pub(crate) struct FormatCost {
     pub drawn_a_vertex: u64,
     /// Whether the features of every tile are looked for.
     pub features: bool,
+    /// Whether the accumulation of every tile is made.
+    pub accumulation: bool,
     /// About how long a thread works for each vertex, beside encoding, in nanoseconds.
     pub work_ns_a_vertex: u64,
 }
@@ -57,6 +59,7 @@ impl FormatCost {
             tile_file_bytes: self.tile_file_bytes.max(other.tile_file_bytes),
             drawn_a_vertex: self.drawn_a_vertex.max(other.drawn_a_vertex),
             features: self.features || other.features,
+            accumulation: self.accumulation || other.accumulation,
             work_ns_a_vertex: self.work_ns_a_vertex + other.work_ns_a_vertex,
         }
     }

@@ -5,6 +5,7 @@
 //!   raster/       tiles -> PNG, OpenEXR, bare: the rows of a table
 //!   vector/       features -> GeoPackage, GeoJSON      project.rs   all for GIS -> a project of QGIS
 //!   mesh/         tiles -> glTF, OBJ                options.rs   what the user may choose of them
+//!   instances.rs  tiles -> what stands on them, as text    splines/   rivers, roads -> knots of curves
 //!   hashes.rs     tiles -> a list of hashes
 //!   web.rs        the region as a web map, drawn as maps are
 //!   profile/      what an engine takes: formats of its own, sizes, IMPORT.md
@@ -25,6 +26,7 @@ mod format;
 mod raster;
 mod repair;
 mod hashes;
+mod instances;
 mod registry_file;
 mod run;
 mod runs;
@@ -45,6 +47,7 @@ mod pdf;
 mod plan;
 mod project;
 mod svg;
+mod splines;
 mod web;
 
 pub use atlas::{AtlasFiles, WrittenAtlas};
@@ -73,7 +76,9 @@ use format::Format;
 
 /// All formats that have a name of their own, in the order of the help. A new one is a line here.
 fn formats() -> impl Iterator<Item = &'static dyn Format> {
-    let others: [&dyn Format; 10] = [
+    let others: [&dyn Format; 12] = [
+        &instances::Instances,
+        &splines::Splines,
         &hashes::Hashes,
         &vector::GeoPackage,
         &vector::GeoJson,

@@ -10,7 +10,7 @@ use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
 use crate::export::manifest::Manifest;
 use crate::export::{Export, MeshOptions, Profile, TileNames, VectorOptions, profile, registry_file};
 use crate::mesh::default_origin;
-use crate::tile::shaped_input;
+use crate::tile::{accumulation_input, shaped_input};
 use crate::world::World;
 
 /// A bake that has been thought through: the formats can hold the region.
@@ -41,6 +41,10 @@ const FEATURE_BYTES: u64 = 4 << 20;
 /// What a thread holds while it looks for features: the land around a lake; and where there is a sea, of a cell of the
 /// coast. Chosen with [`FEATURE_BYTES`].
 const SEARCH_BYTES: [u64; 2] = [1 << 20, 20 << 20];
+
+/// What the accumulation of a tile takes while it is made, a vertex of the land around it: heights and water, eight shares, and what
+/// drains before a step and after it.
+const DRAINED_BYTES: u64 = 4 + 14 + 8 * 4 + 2 * 4;
 
 /// Bytes of the manifest without its files: those of the built-in presets have 3 KiB, and recipes may be longer.
 const MANIFEST_BYTES: u64 = 16 << 10;
@@ -261,6 +265,14 @@ impl<'a> Plan<'a> {
         let shaped = shaped_input(self.world, region.at().area(region.tile_cells())).len() as u64;
         // Heights, four floats of normal and slope and two words of weights a vertex, the relief's bands, and a file.
         let a_thread = shaped * 4 + side * side * (16 + 8 + format.drawn_a_vertex) + (5 << 18) + 2 * tile_file_bytes;
+        // What the accumulation of a tile is made of, and it and the densities that stay with the tile.
+        let drained = match format.accumulation {
+            true => {
+                let around = accumulation_input(region.at().area(region.tile_cells())).len() as u64;
+                around * DRAINED_BYTES + side * side * (4 + 16)
+            }
+            false => 0,
+        };
         // Two batches of rows: the one that is made and the one that is written.
         let batch_tiles = region.cols().saturating_mul(rows_in_flight(region, threads));
         let batch_bytes = batch_tiles.saturating_mul(side * side * kept_a_vertex);
@@ -277,7 +289,7 @@ impl<'a> Plan<'a> {
             features,
             format.held_bytes,
             batch_bytes.saturating_mul(2),
-            (a_thread + planning + search + THREAD_BYTES) * threads as u64,
+            (a_thread + drained + planning + search + THREAD_BYTES) * threads as u64,
             records,
             rows,
             PROCESS_BYTES,

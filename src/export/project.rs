@@ -132,7 +132,7 @@ impl Project {
                     .to_owned()
             }
             1 => {
-                let (min, max) = if name == "water" { (0.0, 255.0) } else { (0.0, f64::from(self.range_m.1)) };
+                let [min, max] = layer.shown.unwrap_or([0.0, f64::from(self.range_m.1)]);
                 format!(
                     "<rasterrenderer type=\"singlebandgray\" grayBand=\"1\" gradient=\"BlackToWhite\" alphaBand=\"-1\" \
                      opacity=\"1\"><minMaxOrigin><limits>MinMax</limits><extent>WholeRaster</extent></minMaxOrigin>\

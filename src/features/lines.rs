@@ -60,7 +60,7 @@ pub static RIVERS: Layer<Arc<Line>, RiverFeature> = Layer {
 };
 
 /// Points of a line in metres east, north and up to its level.
-fn line_m<'a>(line: &Line, points: impl IntoIterator<Item = &'a LinePoint>) -> Vec<[f64; 3]> {
+pub(super) fn line_m<'a>(line: &Line, points: impl IntoIterator<Item = &'a LinePoint>) -> Vec<[f64; 3]> {
     let place = |point: &LinePoint| {
         let [east, north] = metres(line.place_from([0, 0], point), line.spacing_m);
         [east, north, point.level_m]

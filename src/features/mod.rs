@@ -4,6 +4,7 @@
 //! World, area --> lines.rs       rivers, roads, crossings; rivers and roads of agents
 //!                 landforms.rs   lakes, coast, peaks
 //!                 sites.rs       settlements
+//!                 splines.rs     rivers and roads again, with all that their points know
 //!                     |          each a plain struct, in metres by plane.rs
 //!                     v
 //!                 layer.rs       the features of one kind, and the columns that describe them
@@ -20,6 +21,7 @@ pub mod layer;
 pub mod landforms;
 pub mod lines;
 pub mod sites;
+pub mod splines;
 
 #[cfg(test)]
 mod tests;

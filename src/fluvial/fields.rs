@@ -7,6 +7,8 @@ use crate::hash::{self, Stream};
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Usage};
 
+const SECONDS_A_YEAR: f64 = 31_556_952.0;
+
 /// The slowly varying fields, and the laws that make slopes and widths of them.
 #[derive(Debug)]
 pub struct Fields {
@@ -390,9 +392,13 @@ impl Fields {
 
     /// Discharge in cubic metres a second, by area: what runs off it in a year.
     pub fn discharge_m3s(&self, area: f64) -> f64 {
-        const SECONDS_A_YEAR: f64 = 31_556_952.0;
         let side_m = self.side(0) as f64 * self.metres_a_grain;
         area * side_m * side_m * self.settings.runoff_m / SECONDS_A_YEAR
+    }
+
+    /// Square metres from which a discharge in cubic metres a second runs off.
+    pub fn drained_m2(&self, discharge_m3s: f64) -> f64 {
+        discharge_m3s * SECONDS_A_YEAR / self.settings.runoff_m
     }
 
     /// Whether a channel holds water where it drains that area: it has a spring above.

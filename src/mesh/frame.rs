@@ -105,7 +105,7 @@ impl Frame {
 }
 
 /// The origin that a region's meshes have when none is asked for: that of the world, or far away the nearest to the middle of the region
-/// of those that are [`ORIGINS`] apart.
+/// of those that are `ORIGINS` apart.
 pub fn default_origin(region: &Region) -> [i64; 2] {
     middle(region).map(|at| (at + ORIGINS / 2).div_euclid(ORIGINS) * ORIGINS)
 }

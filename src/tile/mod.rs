@@ -1,13 +1,21 @@
 //! Tiles: everything about one square of the world, made without a look at its neighbours.
 
+mod accumulation;
 mod blend;
 mod digest;
+mod grows;
+mod instances;
+mod masks;
 mod normals;
 mod rule;
 mod surroundings;
 
 pub use blend::{Blend, Material};
 pub use digest::{Digest, TilePart};
+pub use grows::{Grows, Growth};
+pub(crate) use instances::most_instances;
+pub use instances::{A_HECTARE, Instance, instances, least_distance_m};
+pub use masks::{WETTEST, accumulation_input};
 pub use normals::Normals;
 pub use rule::GroundRule;
 
@@ -47,6 +55,7 @@ pub struct Tile {
     imprint: Option<Imprint>,
     lines: Lines,
     sites: Vec<Arc<Site>>,
+    derived: masks::Derived,
 }
 
 /// A vertex as the thesis has it: 32 bytes, local to the tile's centre.
@@ -161,12 +170,18 @@ impl Tile {
             blend
         });
         let (lines, sites) = (Lines::new(), Vec::new());
-        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, sites }
+        let derived = masks::Derived::default();
+        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, sites, derived }
     }
 
     /// Where the tile is in the world.
     pub fn id(&self) -> TileId {
         self.id
+    }
+
+    /// Metres from a vertex to the next.
+    pub fn spacing_m(&self) -> f64 {
+        self.spacing_m
     }
 
     /// The tile's vertices, edges included, pad not.

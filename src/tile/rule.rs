@@ -166,6 +166,13 @@ impl GroundRule {
         self
     }
 
+    /// How far below the tree line a place is, by its height and by how far its normal points south: 1 where trees stand as they
+    /// do anywhere, 0 from where on none does.
+    pub fn below_tree_line(&self, height_m: f32, south: f32) -> f32 {
+        let line = self.forest.tree_line;
+        1.0 - ((height_m - south * self.forest.north_m) * line.scale + line.shift).clamp(0.0, 1.0)
+    }
+
     /// How much of what snow and rock leave is scree, by how much more rubble has come than rock stands there, from none
     /// at 0, and by steepness.
     #[inline(always)]

@@ -14,6 +14,7 @@ mod fluvial;
 mod folders;
 mod golden;
 mod maps;
+mod masks;
 mod meshes;
 mod places;
 mod presets;

@@ -25,7 +25,8 @@ fn every_instruction_set_bakes_the_same_bytes() {
             command.args(["--scale", scale, "--lod", "0,1"]);
             // The hashes are those of all parts of a tile, water, beds and lines among them.
             let exports = "height,blend,normal,map,exr,hashes,vector,geojson,gltf";
-            command.args(["--export", exports, "--out", out.to_str().unwrap()]).args(&light);
+            let exports = format!("{exports},curvature-geotiff,accumulation-geotiff,scatter,instances,splines");
+            command.args(["--export", &exports, "--out", out.to_str().unwrap()]).args(&light);
             let done = command.env(Level::VARIABLE, level.name()).output().unwrap();
             assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
             fs::read_to_string(out.join("bake.json")).unwrap()

@@ -134,7 +134,7 @@ pub(crate) struct GltfSink<'a> {
     whole: bool,
     modeller: Modeller<'a>,
     /// Of the colour, of both halves of the blend map.
-    painters: [(&'static str, Painter); 3],
+    painters: [(&'static str, Painter<'a>); 3],
     names: TileNames,
     out: PathBuf,
     regions: Mutex<Vec<RegionFile>>,

@@ -50,15 +50,20 @@ const STRUCTURE: &str = "GDAL_STRUCTURAL_METADATA_SIZE=000140 bytes\nLAYOUT=IFDS
 const CLASSIC: u64 = u32::MAX as u64;
 
 /// A raster of the whole region.
-pub(crate) struct CogRaster {
-    drawing: Drawing,
+pub(crate) struct CogRaster<'a> {
+    drawing: Drawing<'a>,
     file: RasterFile,
     under_way: Mutex<Option<UnderWay>>,
 }
 
-impl CogRaster {
+impl<'a> CogRaster<'a> {
     /// Begins the raster in the folder of the bake.
-    pub fn create(request: &Request, export: &'static str, image: Image, out: &Path) -> Result<CogRaster, Error> {
+    pub fn create(
+        request: &Request<'a>,
+        export: &'static str,
+        image: Image,
+        out: &Path,
+    ) -> Result<CogRaster<'a>, Error> {
         let drawing = Drawing::new(request, export, image, out);
         let file = RasterFile::of_region(&drawing);
         let blocks = PartFile::create(out.join(format!("{}.blocks", file.path)))?;
@@ -89,7 +94,7 @@ impl CogRaster {
     }
 }
 
-impl Sink for CogRaster {
+impl Sink for CogRaster<'_> {
     fn name(&self) -> &str {
         &self.file.path
     }

@@ -49,12 +49,11 @@ impl Facts {
         let Shown { preset_name, seed, region } = shown;
         let text = |text: String| Fact::Text(text);
         let cells = region.tile_cells();
-        let part = match tile {
-            Some(TileId { x, y }) => format!("tile {x},{y} of {cells} x {cells} cells"),
-            None => {
-                let (TileId { x, y }, cols, rows) = (region.at(), region.cols(), region.rows());
-                format!("{cols} x {rows} tiles of {cells} x {cells} cells from tile {x},{y} on")
-            }
+        let part = if let Some(TileId { x, y }) = tile {
+            format!("tile {x},{y} of {cells} x {cells} cells")
+        } else {
+            let (TileId { x, y }, cols, rows) = (region.at(), region.cols(), region.rows());
+            format!("{cols} x {rows} tiles of {cells} x {cells} cells from tile {x},{y} on")
         };
         let channels = quantity.channels().join("; ");
         let mut facts = vec![

@@ -31,6 +31,7 @@ use crate::export::raster::image::{Beside, Image};
 use crate::export::raster::quantity::Quantity;
 use crate::export::raster::sinks::{RegionRaster, TileRasters};
 use crate::export::raster::writer::Encoding;
+use crate::tile::Growth;
 use crate::world::World;
 
 /// A format of rasters.
@@ -59,6 +60,17 @@ const COLOUR: &[Image] = &[Image::new("colour/colour", Quantity::Colour, Encodin
 const WATER: &[Image] = &[Image::new("water/water", Quantity::Water, Encoding::Png)];
 const DEPTH: &[Image] = &[Image::new("water/depth", Quantity::WaterDepth, Encoding::Exr)];
 const FLOW: &[Image] = &[Image::new("water/flow", Quantity::Flow, Encoding::Exr)];
+const SLOPE: &[Image] = &[Image::new("slope/slope", Quantity::Slope8, Encoding::Png)];
+const CURVATURE: &[Image] = &[Image::new("curvature/curvature", Quantity::Curvature8, Encoding::Png)];
+const ACCUMULATION: &[Image] = &[Image::new("accumulation/accumulation", Quantity::Accumulation8, Encoding::Png)];
+const WETNESS: &[Image] = &[Image::new("wetness/wetness", Quantity::Wetness8, Encoding::Png)];
+/// What programs scatter by: an image a kind, since they take one for each thing that they plant.
+const SCATTER: &[Image] = &[
+    Image::new("scatter/tree", Quantity::Density(Growth::Tree), Encoding::Png),
+    Image::new("scatter/shrub", Quantity::Density(Growth::Shrub), Encoding::Png),
+    Image::new("scatter/grass", Quantity::Density(Growth::Grass), Encoding::Png),
+    Image::new("scatter/rock", Quantity::Density(Growth::Rock), Encoding::Png),
+];
 /// The same as GeoTIFFs.
 const HEIGHT_TIFF: &[Image] = &[Image::new("height/height", Quantity::HeightMetres, Encoding::GeoTiff)];
 const NORMAL_TIFF: &[Image] = &[Image::new("normal/normal", Quantity::Normal, Encoding::GeoTiff)];
@@ -71,6 +83,11 @@ const BLEND_TIFF: &[Image] = &[
     Image::new("blend/blend_ground", Quantity::GroundWeights, Encoding::GeoTiff),
     Image::new("blend/blend_cover", Quantity::CoverWeights, Encoding::GeoTiff),
 ];
+const SLOPE_TIFF: &[Image] = &[Image::new("slope/slope", Quantity::SlopeDegrees, Encoding::GeoTiff)];
+const CURVATURE_TIFF: &[Image] = &[Image::new("curvature/curvature", Quantity::Curvature, Encoding::GeoTiff)];
+const ACCUMULATION_TIFF: &[Image] =
+    &[Image::new("accumulation/accumulation", Quantity::AccumulationM2, Encoding::GeoTiff)];
+const WETNESS_TIFF: &[Image] = &[Image::new("wetness/wetness", Quantity::Wetness, Encoding::GeoTiff)];
 
 const fn region(name: &'static str, about: &'static str, images: &'static [Image]) -> Rasters {
     Rasters { name, about, tiles: false, placed: true, images }
@@ -81,7 +98,7 @@ const fn tiles(name: &'static str, about: &'static str, images: &'static [Image]
 }
 
 /// The rasters that can be asked for by name.
-pub(super) static NAMED: [Rasters; 28] = [
+pub(super) static NAMED: [Rasters; 42] = [
     region("height", "16-bit grey PNG of the region, over the world's height range", HEIGHT),
     tiles("height-tiles", "the same, a PNG a tile", HEIGHT),
     region("exr", "heights in metres as 32-bit float OpenEXR", METRES),
@@ -102,6 +119,16 @@ pub(super) static NAMED: [Rasters; 28] = [
     tiles("depth-tiles", "the same, an EXR a tile", DEPTH),
     region("flow", "discharge of the rivers in m3/s as 32-bit float OpenEXR", FLOW),
     tiles("flow-tiles", "the same, an EXR a tile", FLOW),
+    region("slope", "how steep the ground is, 8-bit grey PNG: 0 level, 255 upright", SLOPE),
+    tiles("slope-tiles", "the same, a PNG a tile", SLOPE),
+    region("curvature", "ridges and hollows, 8-bit grey PNG: 128 flat, lighter on ridges", CURVATURE),
+    tiles("curvature-tiles", "the same, a PNG a tile", CURVATURE),
+    region("accumulation", "how much land drains through each vertex, 8-bit grey PNG of the logarithm", ACCUMULATION),
+    tiles("accumulation-tiles", "the same, a PNG a tile", ACCUMULATION),
+    region("wetness", "topographic wetness index, 8-bit grey PNG: 255 is 20 and open water", WETNESS),
+    tiles("wetness-tiles", "the same, a PNG a tile", WETNESS),
+    region("scatter", "how densely trees, shrubs, grass and rocks stand, an 8-bit grey PNG each", SCATTER),
+    tiles("scatter-tiles", "the same, four PNGs a tile", SCATTER),
     region(
         "geotiff",
         "heights in metres as 32-bit float GeoTIFF for GIS: cloud-optimised, with overviews",
@@ -114,6 +141,10 @@ pub(super) static NAMED: [Rasters; 28] = [
     region("water-geotiff", "where water is, as a GeoTIFF", WATER_TIFF),
     region("depth-geotiff", "depth of the water in metres as 32-bit float GeoTIFF", DEPTH_TIFF),
     region("flow-geotiff", "discharge of the rivers in m3/s as 32-bit float GeoTIFF", FLOW_TIFF),
+    region("slope-geotiff", "slope in degrees as 32-bit float GeoTIFF", SLOPE_TIFF),
+    region("curvature-geotiff", "mean curvature a metre as 32-bit float GeoTIFF", CURVATURE_TIFF),
+    region("accumulation-geotiff", "flow accumulation in m2 as 32-bit float GeoTIFF", ACCUMULATION_TIFF),
+    region("wetness-geotiff", "topographic wetness index as 32-bit float GeoTIFF", WETNESS_TIFF),
 ];
 
 /// A raster of the region that GIS can place.
@@ -122,6 +153,8 @@ pub(super) struct Layer {
     /// In the folder of the bake.
     pub path: String,
     pub channels: usize,
+    /// Its values that are shown black and white, if they are known.
+    pub shown: Option<[f64; 2]>,
 }
 
 /// The rasters of the region that GIS can place among those of some exports: of what several show, the GeoTIFF.
@@ -136,7 +169,12 @@ pub(super) fn layers<'a>(exports: impl Iterator<Item = &'a str>) -> Vec<Layer> {
     images.dedup_by_key(|image| image.stem);
     let layer = |image: &Image| {
         let path = format!("{}.{}", image.stem, image.encoding.extension());
-        Layer { name: file_name(image.stem), path, channels: image.quantity.channels().len() }
+        Layer {
+            name: file_name(image.stem),
+            path,
+            channels: image.quantity.channels().len(),
+            shown: image.quantity.shown(),
+        }
     };
     images.iter().map(layer).collect()
 }
@@ -178,7 +216,15 @@ impl Rasters {
                 _ => 0,
             },
             tile_file_bytes: if image.tiles { file } else { 0 },
-            drawn_a_vertex: if image.quantity == Quantity::Map { DRAWN_BYTES } else { 0 },
+            drawn_a_vertex: match image.quantity {
+                Quantity::Map => DRAWN_BYTES,
+                _ => 0,
+            },
+            accumulation: image.quantity.is_of_accumulation(),
+            work_ns_a_vertex: match image.quantity {
+                Quantity::Density(_) => DENSITY_NS / SCATTER.len() as u64,
+                _ => 0,
+            },
             ..FormatCost::default()
         }
     }
@@ -186,6 +232,9 @@ impl Rasters {
 
 /// What the map of a tile takes while it is drawn, a vertex: a word, four planes of what covers the ground, a canvas and RGB.
 const DRAWN_BYTES: u64 = 4 + 4 * 4 + 4 + 3;
+
+/// How long a thread weighs what grows on a vertex, in nanoseconds: once for all kinds. Measured on alps.
+const DENSITY_NS: u64 = 140;
 
 impl Format for Rasters {
     fn name(&self) -> &'static str {

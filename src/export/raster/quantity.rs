@@ -3,7 +3,7 @@
 use crate::export::raster::writer::{Encoding, Sample};
 use crate::land::{Water, WaterKind};
 use crate::map::{self, MapPainter};
-use crate::tile::{Material, Tile};
+use crate::tile::{Grows, Growth, Material, Tile, WETTEST};
 use crate::world::World;
 
 /// What the pixels of a raster show.
@@ -35,7 +35,35 @@ pub(crate) enum Quantity {
     WaterDepth,
     /// Discharge of the channel in cubic metres a second.
     Flow,
+    /// How steep the ground is, as 256 steps to a right angle.
+    Slope8,
+    /// The same in degrees.
+    SlopeDegrees,
+    /// How the ground is bent, as a grey.
+    Curvature8,
+    /// The same, a metre.
+    Curvature,
+    /// How much land drains through a vertex, as steps of its logarithm.
+    Accumulation8,
+    /// The same in square metres.
+    AccumulationM2,
+    /// The topographic wetness index, as steps.
+    Wetness8,
+    /// The index itself.
+    Wetness,
+    /// How densely something stands.
+    Density(Growth),
 }
+
+/// Grey of flat ground in pictures of curvature, and greys to one side of it.
+const FLAT: f32 = 128.0;
+const BENDS: f32 = 127.0;
+
+/// Curvature times the spacing that is as bright as can be.
+const MOST_BENT: f32 = 0.25;
+
+/// Powers of ten, of vertices' squares, that pictures of accumulation show.
+const MOST_DRAINED: f32 = 7.0;
 
 impl Quantity {
     /// The sample that holds it.
@@ -43,9 +71,18 @@ impl Quantity {
         match self {
             Quantity::Height16 | Quantity::Height16Whole => Sample::Grey16,
             Quantity::HeightMetres | Quantity::Control | Quantity::WaterDepth | Quantity::Flow => Sample::Float32,
+            Quantity::SlopeDegrees | Quantity::Curvature | Quantity::AccumulationM2 | Quantity::Wetness => {
+                Sample::Float32
+            }
             Quantity::GroundWeights | Quantity::CoverWeights => Sample::Rgba8,
             Quantity::Normal | Quantity::Map | Quantity::Colour => Sample::Rgb8,
-            Quantity::Water | Quantity::Weight(_) => Sample::Grey8,
+            Quantity::Water
+            | Quantity::Weight(_)
+            | Quantity::Slope8
+            | Quantity::Curvature8
+            | Quantity::Accumulation8
+            | Quantity::Wetness8
+            | Quantity::Density(_) => Sample::Grey8,
         }
     }
 
@@ -63,6 +100,11 @@ impl Quantity {
             Quantity::Water => "kind of water",
             Quantity::WaterDepth => "depth of the water",
             Quantity::Flow => "discharge",
+            Quantity::Slope8 | Quantity::SlopeDegrees => "slope",
+            Quantity::Curvature8 | Quantity::Curvature => "mean curvature",
+            Quantity::Accumulation8 | Quantity::AccumulationM2 => "flow accumulation",
+            Quantity::Wetness8 | Quantity::Wetness => "topographic wetness index",
+            Quantity::Density(growth) => growth.about(),
         }
     }
 
@@ -76,6 +118,9 @@ impl Quantity {
         match self {
             Quantity::Height16 | Quantity::Height16Whole | Quantity::HeightMetres | Quantity::WaterDepth => Some("m"),
             Quantity::Flow => Some("m3/s"),
+            Quantity::SlopeDegrees => Some("degree"),
+            Quantity::Curvature => Some("1/m"),
+            Quantity::AccumulationM2 => Some("m2"),
             _ => None,
         }
     }
@@ -85,7 +130,9 @@ impl Quantity {
         match self {
             Quantity::Water => Reduction::Commonest,
             // A mean would have rivers fade away, which are a pixel wide.
-            Quantity::WaterDepth | Quantity::Flow => Reduction::Greatest,
+            Quantity::WaterDepth | Quantity::Flow | Quantity::Accumulation8 | Quantity::AccumulationM2 => {
+                Reduction::Greatest
+            }
             _ => Reduction::Mean,
         }
     }
@@ -132,6 +179,35 @@ impl Quantity {
             Quantity::Water => &["water, 0 = none, 64 = river, 128 = lake, 255 = sea"],
             Quantity::WaterDepth => &["depth of the water in metres"],
             Quantity::Flow => &["discharge in cubic metres a second"],
+            Quantity::Slope8 => &["slope, 0 = 0 degrees, 255 = 90 degrees"],
+            Quantity::SlopeDegrees => &["slope in degrees"],
+            Quantity::Curvature8 => &[
+                "mean curvature, 128 = flat, 1 = hollow of -0.25 / spacing_m and more, 255 = ridge of 0.25 / spacing_m",
+            ],
+            Quantity::Curvature => &["mean curvature a metre, above 0 on ridges, below 0 in hollows"],
+            Quantity::Accumulation8 => {
+                &["flow accumulation, 255 / 7 * log10(m2 / spacing_m^2), from within 64 vertices and of rivers whole"]
+            }
+            Quantity::AccumulationM2 => &["flow accumulation in m2, from within 64 vertices and of rivers whole"],
+            Quantity::Wetness8 => &["wetness index ln(a / tan b), 0 = 0 and less, 255 = 20 and open water"],
+            Quantity::Wetness => &["wetness index ln(a / tan b), a in m2 / m; 20 in open water"],
+            Quantity::Density(growth) => growth.channel(),
+        }
+    }
+
+    /// Whether it is made of land far around a tile: of its accumulation.
+    pub fn is_of_accumulation(self) -> bool {
+        let is_mask = |it| matches!(it, Quantity::Accumulation8 | Quantity::AccumulationM2);
+        is_mask(self) || matches!(self, Quantity::Wetness8 | Quantity::Wetness | Quantity::Density(_))
+    }
+
+    /// The values that viewers show as black and white, where they are known before the raster is.
+    pub fn shown(self) -> Option<[f64; 2]> {
+        match self {
+            Quantity::SlopeDegrees => Some([0.0, 60.0]),
+            Quantity::Wetness => Some([0.0, f64::from(WETTEST)]),
+            _ if self.sample() == Sample::Grey8 => Some([0.0, 255.0]),
+            _ => None,
         }
     }
 }
@@ -195,17 +271,21 @@ impl Reduction {
 }
 
 /// Turns tiles into rows of samples.
-pub(crate) struct Painter {
+pub(crate) struct Painter<'a> {
+    world: &'a World,
     quantity: Quantity,
     encoding: Encoding,
     range_m: (f32, f32),
     map: Option<MapPainter>,
+    /// Of densities, what grows where.
+    grows: Option<Grows<'a>>,
 }
 
-impl Painter {
+impl<'a> Painter<'a> {
     /// Paints a quantity as an encoding has it, 16-bit heights as steps over a range.
-    pub fn new(world: &World, quantity: Quantity, encoding: Encoding, range_m: (f32, f32)) -> Painter {
+    pub fn new(world: &'a World, quantity: Quantity, encoding: Encoding, range_m: (f32, f32)) -> Painter<'a> {
         Painter {
+            world,
             quantity,
             encoding,
             range_m: match quantity {
@@ -213,6 +293,7 @@ impl Painter {
                 _ => range_m,
             },
             map: (quantity == Quantity::Map).then(|| MapPainter::new(world)),
+            grows: matches!(quantity, Quantity::Density(_)).then(|| Grows::new(world)),
         }
     }
 
@@ -287,6 +368,31 @@ impl Painter {
             }
             Quantity::WaterDepth => copy_floats(water(tile).depth_m.row(y, x0, x1), row),
             Quantity::Flow => copy_floats(water(tile).flow_m3s.row(y, x0, x1), row),
+            Quantity::Slope8 => put_greys(row, (x0..x1).map(|x| tile.slope_degrees(x, y) * (255.0 / 90.0))),
+            Quantity::SlopeDegrees => put_floats(row, (x0..x1).map(|x| tile.slope_degrees(x, y))),
+            Quantity::Curvature8 => {
+                let scale = tile.spacing_m() as f32 * (BENDS / MOST_BENT);
+                let grey = |bent: f32| FLAT + (bent * scale).clamp(-BENDS, BENDS);
+                put_greys(row, tile.curvatures(y, x0, x1).into_iter().map(grey));
+            }
+            Quantity::Curvature => copy_floats(&tile.curvatures(y, x0, x1), row),
+            Quantity::Accumulation8 => {
+                let square_m2 = (tile.spacing_m() * tile.spacing_m()) as f32;
+                let grey = |m2: &f32| libm::log10f((m2 / square_m2).max(1.0)) * (255.0 / MOST_DRAINED);
+                put_greys(row, tile.accumulation_m2(self.world).row(y, x0, x1).iter().map(grey));
+            }
+            Quantity::AccumulationM2 => copy_floats(tile.accumulation_m2(self.world).row(y, x0, x1), row),
+            Quantity::Wetness8 => {
+                put_greys(row, (x0..x1).map(|x| tile.wetness(self.world, x, y) * (255.0 / WETTEST)));
+            }
+            Quantity::Wetness => put_floats(row, (x0..x1).map(|x| tile.wetness(self.world, x, y))),
+            Quantity::Density(growth) => {
+                let grows = self.grows.as_ref().expect("a painter of densities has their rule");
+                put_greys(
+                    row,
+                    grows.densities(tile).row(y, x0, x1).iter().map(|densities| densities[growth as usize] * 255.0),
+                );
+            }
         }
     }
 
@@ -330,6 +436,20 @@ fn control(weights: [u8; Material::ALL.len()]) -> u32 {
     let both = most + second;
     let blend = (second * 255 + both / 2) / both;
     (order[0] as u32) << 27 | (order[1] as u32) << 22 | blend << 14
+}
+
+/// Greys, rounded and cut off at their ends.
+fn put_greys(row: &mut [u8], greys: impl Iterator<Item = f32>) {
+    for (grey, value) in row.iter_mut().zip(greys) {
+        // The cast saturates.
+        *grey = (value + 0.5) as u8;
+    }
+}
+
+fn put_floats(row: &mut [u8], floats: impl Iterator<Item = f32>) {
+    for (bytes, float) in row.as_chunks_mut().0.iter_mut().zip(floats) {
+        *bytes = float.to_le_bytes();
+    }
 }
 
 fn copy_floats(floats: &[f32], row: &mut [u8]) {

@@ -24,10 +24,10 @@ use crate::tile::Tile;
 use crate::watch::Watch;
 
 /// An image of a format, and what all its files have in common.
-pub(super) struct Drawing {
+pub(super) struct Drawing<'a> {
     export: &'static str,
     pub image: Image,
-    pub painter: Painter,
+    pub painter: Painter<'a>,
     pub region: Region,
     pub plane: Plane,
     shown: Shown,
@@ -36,8 +36,8 @@ pub(super) struct Drawing {
     pub out: PathBuf,
 }
 
-impl Drawing {
-    pub fn new(request: &Request, export: &'static str, image: Image, out: &Path) -> Drawing {
+impl<'a> Drawing<'a> {
+    pub fn new(request: &Request<'a>, export: &'static str, image: Image, out: &Path) -> Drawing<'a> {
         let Request { name, world, region, .. } = *request;
         let shown = Shown { preset_name: name.to_owned(), seed: world.seed(), region };
         Drawing {
@@ -79,8 +79,8 @@ impl Drawing {
 }
 
 /// One raster of the whole region, written strip by strip.
-pub(crate) struct RegionRaster {
-    drawing: Drawing,
+pub(crate) struct RegionRaster<'a> {
+    drawing: Drawing<'a>,
     file: RasterFile,
     under_way: Mutex<Option<UnderWay>>,
 }
@@ -91,9 +91,14 @@ struct UnderWay {
     statistics: Statistics,
 }
 
-impl RegionRaster {
+impl<'a> RegionRaster<'a> {
     /// Begins the raster in the folder of the bake.
-    pub fn create(request: &Request, export: &'static str, image: Image, out: &Path) -> Result<RegionRaster, Error> {
+    pub fn create(
+        request: &Request<'a>,
+        export: &'static str,
+        image: Image,
+        out: &Path,
+    ) -> Result<RegionRaster<'a>, Error> {
         let drawing = Drawing::new(request, export, image, out);
         let file = RasterFile::of_region(&drawing);
         let under_way = UnderWay { writer: file.begin(&drawing)?, statistics: Statistics::default() };
@@ -101,7 +106,7 @@ impl RegionRaster {
     }
 }
 
-impl Sink for RegionRaster {
+impl Sink for RegionRaster<'_> {
     fn name(&self) -> &str {
         &self.file.path
     }
@@ -130,7 +135,7 @@ impl Sink for RegionRaster {
     }
 }
 
-impl Drawing {
+impl Drawing<'_> {
     /// What a raster of the region keeps of a tile: its samples.
     pub fn piece(&self, tile: &Tile, place: Place) -> Kept {
         let (cols, rows) = self.image.owned(&self.region, place);
@@ -161,18 +166,18 @@ impl Drawing {
 }
 
 /// One raster a tile, each written by the thread that made the tile.
-pub(crate) struct TileRasters {
-    drawing: Drawing,
+pub(crate) struct TileRasters<'a> {
+    drawing: Drawing<'a>,
 }
 
-impl TileRasters {
+impl<'a> TileRasters<'a> {
     /// Rasters that will be in the folder of the bake.
-    pub fn create(request: &Request, export: &'static str, image: Image, out: &Path) -> TileRasters {
+    pub fn create(request: &Request<'a>, export: &'static str, image: Image, out: &Path) -> TileRasters<'a> {
         TileRasters { drawing: Drawing::new(request, export, image, out) }
     }
 }
 
-impl Sink for TileRasters {
+impl Sink for TileRasters<'_> {
     fn name(&self) -> &str {
         self.drawing.image.stem
     }

@@ -237,7 +237,11 @@ mod tests {
             let pieces: Vec<&[u8]> = pieces.iter().map(Vec::as_slice).collect();
             let next = (region.at().y + row as i64 + 1) * i64::from(region.tile_cells());
             let next = (row + 1 < region.rows()).then_some(next);
-            contours.put(&pieces, next, |row| Ok::<_, ()>(rows.push(row))).unwrap();
+            let put = |row| {
+                rows.push(row);
+                Ok::<_, ()>(())
+            };
+            contours.put(&pieces, next, put).unwrap();
         }
         assert!(contours.parts.is_empty() && contours.at.is_empty());
         rows
@@ -292,7 +296,11 @@ mod tests {
         let mut contours = Contours::new(&world, None);
         assert!(contours.join(part(0, 5)).is_none() && contours.join(part(8, MOST_POINTS)).is_none());
         let mut rows = 0;
-        contours.put(&[], Some(16), |_| Ok::<_, ()>(rows += 1)).unwrap();
+        let count = |_| {
+            rows += 1;
+            Ok::<_, ()>(())
+        };
+        contours.put(&[], Some(16), count).unwrap();
         assert_eq!((rows, contours.parts.len(), contours.at.len()), (1, 1, 2));
     }
 }

@@ -165,19 +165,16 @@ impl Collection {
             Shape::Polygon => "Polygon",
         };
         let of_part = |text: &mut String, part: &Geometry| add_coordinates(text, shape, part, self.degrees);
-        match parts {
-            [part] => {
-                _ = write!(text, "{name}\",\"coordinates\":");
+        if let [part] = parts {
+            _ = write!(text, "{name}\",\"coordinates\":");
+            of_part(&mut text, part);
+        } else {
+            _ = write!(text, "Multi{name}\",\"coordinates\":[");
+            for (index, part) in parts.iter().enumerate() {
+                text.push_str(if index > 0 { "," } else { "" });
                 of_part(&mut text, part);
             }
-            _ => {
-                _ = write!(text, "Multi{name}\",\"coordinates\":[");
-                for (index, part) in parts.iter().enumerate() {
-                    text.push_str(if index > 0 { "," } else { "" });
-                    of_part(&mut text, part);
-                }
-                text.push(']');
-            }
+            text.push(']');
         }
         text.push_str("}}");
         self.write(&text)

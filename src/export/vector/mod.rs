@@ -18,6 +18,7 @@ mod vectors;
 
 pub(super) use geojson::GeoJson;
 pub(super) use geopackage::{GeoPackage, PATH as GEOPACKAGE};
+pub(super) use store::{FeatureStore, around, bytes_at_most};
 pub(super) use style::LayerStyle;
 
 use crate::features::layer::Shape;

@@ -99,6 +99,7 @@ fn road_bytes_at_most(world: &World, region: &Region) -> f64 {
 /// the region.
 pub(crate) struct FeatureStore<'a> {
     world: &'a World,
+    layers: &'static [&'static dyn AnyLayer],
     /// What features are cut off at, if they are.
     edge: Option<Envelope>,
     /// What some tile has said since rows were put away last, by layer and key.
@@ -110,13 +111,23 @@ impl<'a> FeatureStore<'a> {
     /// The store of a world's features, in the folder in which its file will be.
     pub fn create(request: &Request<'a>, file: &FilePath) -> Result<FeatureStore<'a>, Error> {
         let Request { world, region, vectors, .. } = *request;
+        let edge = vectors.clipped.then(|| around(&region, world.spacing_m()));
+        Ok(FeatureStore { edge, ..FeatureStore::of_layers(world, layers(world), file)? })
+    }
+
+    /// The store of some layers of a world, whose features are whole.
+    pub fn of_layers(
+        world: &'a World,
+        layers: &'static [&'static dyn AnyLayer],
+        file: &FilePath,
+    ) -> Result<FeatureStore<'a>, Error> {
         // Never finished, so it is gone when the store is.
         let mut part = PartFile::create(file.with_extension("features"))?;
         let path = part.lend();
         let open = || {
             let connection = Connection::open(path)?;
             unjournaled(&connection)?;
-            for (number, layer) in layers(world).iter().enumerate() {
+            for (number, layer) in layers.iter().enumerate() {
                 // Columns without types keep values as they are.
                 let columns = (0..layer.heads().len()).map(|column| format!("value_{column}, "));
                 let columns = columns.collect::<Vec<_>>().concat();
@@ -127,15 +138,12 @@ impl<'a> FeatureStore<'a> {
             Ok(connection)
         };
         let connection = open().map_err(Error::sqlite(path))?;
-        let edge = vectors
-            .clipped
-            .then(|| Envelope::of(&[footprint(&region, world.spacing_m(), region.at(), region.cols(), region.rows())]));
-        Ok(FeatureStore { world, edge, said: Mutex::default(), store: Mutex::new((connection, part)) })
+        Ok(FeatureStore { world, layers, edge: None, said: Mutex::default(), store: Mutex::new((connection, part)) })
     }
 
     /// The layers.
     pub fn layers(&self) -> &'static [&'static dyn AnyLayer] {
-        layers(self.world)
+        self.layers
     }
 
     /// The features of a tile, as bytes, but for those that another tile of its row has said.
@@ -224,6 +232,11 @@ impl<'a> FeatureStore<'a> {
         }
         Ok(())
     }
+}
+
+/// The rectangle that a region covers.
+pub(crate) fn around(region: &Region, spacing_m: f64) -> Envelope {
+    Envelope::of(&[footprint(region, spacing_m, region.at(), region.cols(), region.rows())])
 }
 
 /// The corners of a rectangle of tiles, anticlockwise from the south-western one and back to it.

@@ -1,0 +1,237 @@
+//! The knots of a line: so few points of it that a curve through them stays as near to the line as is said.
+//!
+//! The curve is the uniform Catmull-Rom spline: at each knot it runs along the half of the way from the knot before to the knot
+//! after. Based on: E. Catmull, R. Rom, "A class of local interpolating splines", 1974. Beyond the ends it is as if the line
+//! went on as it came: by the mirror image of the second knot.
+//!
+//! A span much shorter than its neighbour would be overshot, so neighbours are never more than [`MOST_RATIO`] as long. Where
+//! the curve is too far off, the span is halved; so curve and line come together, at corners too.
+
+use crate::geometry::come;
+
+/// Metres by which the curve may miss the line, and the line the curve.
+pub(super) const MISS_M: f64 = 0.5;
+
+/// The same while knots are chosen: less, for what lies between the places that are looked at, and for what is rounded.
+const CHOSEN_M: f64 = 0.9 * MISS_M;
+
+/// How many times as long as its neighbour a span may be.
+const MOST_RATIO: f64 = 3.0;
+
+/// Places of a span at which curve and line are compared.
+const LOOKS: u32 = 16;
+
+type Place = [f64; 3];
+
+fn mix(a: Place, b: Place, share: f64) -> Place {
+    [0, 1, 2].map(|axis| a[axis] + (b[axis] - a[axis]) * share)
+}
+
+fn distance(a: Place, b: Place) -> f64 {
+    [0, 1, 2].map(|axis| (a[axis] - b[axis]) * (a[axis] - b[axis])).iter().sum::<f64>().sqrt()
+}
+
+/// The distance from a place to the straight line between two.
+fn distance_to_piece(place: Place, [from, to]: [Place; 2]) -> f64 {
+    let dot = |a: Place, b: Place| (0..3).map(|axis| (a[axis] - from[axis]) * (b[axis] - from[axis])).sum::<f64>();
+    let square = dot(to, to);
+    let share = if square > 0.0 { (dot(place, to) / square).clamp(0.0, 1.0) } else { 0.0 };
+    distance(place, mix(from, to, share))
+}
+
+/// The place of the curve at a share of the span from the second of four knots to the third.
+pub(super) fn on_curve([before, from, to, after]: [Place; 4], share: f64) -> Place {
+    let (square, cube) = (share * share, share * share * share);
+    [0, 1, 2].map(|axis| {
+        let [a, b] = [(to[axis] - before[axis]) / 2.0, (after[axis] - from[axis]) / 2.0];
+        (2.0 * cube - 3.0 * square + 1.0) * from[axis]
+            + (cube - 2.0 * square + share) * a
+            + (3.0 * square - 2.0 * cube) * to[axis]
+            + (cube - square) * b
+    })
+}
+
+/// The four knots that a span's curve is made of.
+pub(super) fn around(knots: &[Place], span: usize) -> [Place; 4] {
+    let mirrored = |of: Place, at: Place| [0, 1, 2].map(|axis| 2.0 * at[axis] - of[axis]);
+    let [from, to] = [knots[span], knots[span + 1]];
+    let before = if span > 0 { knots[span - 1] } else { mirrored(to, from) };
+    let after = knots.get(span + 2).copied().unwrap_or_else(|| mirrored(from, to));
+    [before, from, to, after]
+}
+
+/// A line whose knots are looked for. Places on it are numbers: a whole one is a point, and between two the share of the way.
+struct Thinned<'a> {
+    points: &'a [Place],
+    /// Metres from the start to each point.
+    come_m: Vec<f64>,
+}
+
+impl Thinned<'_> {
+    fn place(&self, at: f64) -> Place {
+        let index = (at as usize).min(self.points.len() - 2);
+        mix(self.points[index], self.points[index + 1], at - index as f64)
+    }
+
+    fn metres(&self, at: f64) -> f64 {
+        let index = (at as usize).min(self.points.len() - 2);
+        self.come_m[index] + (self.come_m[index + 1] - self.come_m[index]) * (at - index as f64)
+    }
+
+    /// The points between two places, with these.
+    fn between(&self, from: f64, to: f64) -> Vec<Place> {
+        let inner = (from.floor() as usize + 1)..(to.ceil() as usize);
+        let inner = inner.map(|index| self.points[index]);
+        std::iter::once(self.place(from)).chain(inner).chain([self.place(to)]).collect()
+    }
+
+    /// The place by which a span is parted: a point of the line about in its middle, or the middle itself.
+    fn middle(&self, from: f64, to: f64) -> f64 {
+        let half_m = f64::midpoint(self.metres(from), self.metres(to));
+        let (first, last) = (from.floor() as usize + 1, to.ceil() as usize);
+        // Points between the ends; none in a straight piece.
+        let nearest = (first..last).min_by(|a, b| {
+            let off = |index: usize| (self.come_m[index] - half_m).abs();
+            off(*a).total_cmp(&off(*b))
+        });
+        let quarter_m = (self.metres(to) - self.metres(from)) / 4.0;
+        // One next to an end would leave nearly all in one half.
+        if let Some(index) = nearest.filter(|index| (self.come_m[*index] - half_m).abs() <= quarter_m) {
+            return index as f64;
+        }
+        let index = (0..self.points.len() - 1).rev().find(|index| self.come_m[*index] <= half_m).unwrap_or(0);
+        let piece_m = self.come_m[index + 1] - self.come_m[index];
+        index as f64 + if piece_m > 0.0 { ((half_m - self.come_m[index]) / piece_m).min(1.0) } else { 0.5 }
+    }
+
+    /// Whether a span's curve and the line are nowhere too far from each other.
+    fn is_near(&self, knots: &[f64], span: usize) -> bool {
+        // The four that its curve is made of.
+        let first = span.saturating_sub(1);
+        let places: Vec<Place> = knots[first..(span + 3).min(knots.len())].iter().map(|at| self.place(*at)).collect();
+        let corners = around(&places, span - first);
+        let curve: Vec<Place> = (0..=LOOKS).map(|look| on_curve(corners, f64::from(look) / f64::from(LOOKS))).collect();
+        let line = self.between(knots[span], knots[span + 1]);
+        let reaches = |places: &[Place], line: &[Place]| {
+            places
+                .iter()
+                .all(|place| line.windows(2).any(|piece| distance_to_piece(*place, [piece[0], piece[1]]) <= CHOSEN_M))
+        };
+        reaches(&curve, &line) && reaches(&line, &curve)
+    }
+}
+
+impl Thinned<'_> {
+    /// Whether a span is more than [`MOST_RATIO`] times as long as one of its neighbours.
+    fn is_too_long(&self, knots: &[f64], span: usize) -> bool {
+        let length_m = |span: usize| Some(self.metres(*knots.get(span + 1)?) - self.metres(knots[span]));
+        let beside = [span.checked_sub(1), Some(span + 1)].into_iter().flatten().filter_map(length_m);
+        length_m(span).is_some_and(|length_m| length_m > MOST_RATIO * beside.fold(f64::INFINITY, f64::min))
+    }
+
+    /// Whether all is well with some spans.
+    fn is_good(&self, knots: &[f64], mut spans: impl Iterator<Item = usize>) -> bool {
+        spans.all(|span| !self.is_too_long(knots, span) && self.is_near(knots, span))
+    }
+
+    /// Halves spans until all is well.
+    fn part(&self, mut knots: Vec<f64>) -> Vec<f64> {
+        loop {
+            let mut parted = vec![knots[0]];
+            for span in 0..knots.len() - 1 {
+                if !self.is_good(&knots, span..=span) {
+                    parted.push(self.middle(knots[span], knots[span + 1]));
+                }
+                parted.push(knots[span + 1]);
+            }
+            if parted.len() == knots.len() {
+                return knots;
+            }
+            knots = parted;
+        }
+    }
+
+    /// Leaves out the knots without which all is well too: halves are smaller than they need be, and of those that bends asked for
+    /// some were in the way of others.
+    fn thin(&self, knots: &mut Vec<f64>, is_fixed: impl Fn(f64) -> bool) {
+        loop {
+            let before = knots.len();
+            let mut at = 1;
+            while at + 1 < knots.len() {
+                if is_fixed(knots[at]) {
+                    at += 1;
+                    continue;
+                }
+                let knot = knots.remove(at);
+                // The span that takes its place, and those two to each side whose curve or neighbour it is.
+                let spans = at.saturating_sub(3)..(at + 2).min(knots.len() - 1);
+                if !self.is_good(knots, spans) {
+                    knots.insert(at, knot);
+                    at += 1;
+                }
+            }
+            if knots.len() == before {
+                return;
+            }
+        }
+    }
+}
+
+/// The knots of a line, as places on it, from its first point to its last; among them those that are `fixed`.
+///
+/// The line has at least two points, and no two in a row are the same.
+pub(super) fn thinned(points: &[Place], fixed: &[bool]) -> Vec<f64> {
+    let come_m = come(points.windows(2).map(|pair| distance(pair[0], pair[1])));
+    let line = Thinned { points, come_m };
+    let last = points.len() - 1;
+    let is_fixed = |index: usize| index == 0 || index == last || fixed[index];
+    let mut knots = line.part((0..=last).filter(|index| is_fixed(*index)).map(|index| index as f64).collect());
+    line.thin(&mut knots, |knot| knot.fract() == 0.0 && is_fixed(knot as usize));
+    knots
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(points: &[Place], knots: &[f64]) -> Vec<Place> {
+        let line = Thinned { points, come_m: come(points.windows(2).map(|pair| distance(pair[0], pair[1]))) };
+        let places: Vec<Place> = knots.iter().map(|at| line.place(*at)).collect();
+        let spans = 0..knots.len() - 1;
+        spans
+            .flat_map(|span| (0..=64).map(move |look| (span, f64::from(look) / 64.0)))
+            .map(|(span, share)| on_curve(around(&places, span), share))
+            .collect()
+    }
+
+    fn furthest(places: &[Place], line: &[Place]) -> f64 {
+        let to_line = |place: &Place| {
+            line.windows(2).map(|pair| distance_to_piece(*place, [pair[0], pair[1]])).fold(f64::INFINITY, f64::min)
+        };
+        places.iter().map(to_line).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_straight_line_has_its_ends() {
+        let points: Vec<Place> = (0..50).map(|index| [f64::from(index) * 20.0, 3.0, f64::from(index)]).collect();
+        assert_eq!(thinned(&points, &[false; 50]), [0.0, 49.0]);
+    }
+
+    #[test]
+    fn the_curve_is_as_near_as_promised_also_at_corners() {
+        let wave = |index: i32| [f64::from(index) * 15.0, 200.0 * (f64::from(index) / 9.0).sin(), f64::from(index % 7)];
+        let corner = |index: i32| [f64::from(index.min(20)) * 30.0, f64::from((index - 20).max(0)) * 30.0, 0.0];
+        // Back the way that it came.
+        let hairpin = |index: i32| [200.0 - f64::from((index - 20).abs()) * 10.0, f64::from(index / 20), 0.0];
+        for line in [wave, corner, hairpin] {
+            let points: Vec<Place> = (0..=40).map(line).collect();
+            let mut fixed = [false; 41];
+            (fixed[7], fixed[8]) = (true, true);
+            let knots = thinned(&points, &fixed);
+            assert!(knots.contains(&7.0) && knots.contains(&8.0) && knots.is_sorted_by(|a, b| a < b));
+            let curve = curve(&points, &knots);
+            let off = [furthest(&curve, &points), furthest(&points, &curve)];
+            assert!(off.iter().all(|off| *off <= MISS_M), "{off:?} m with {} knots", knots.len());
+        }
+    }
+}

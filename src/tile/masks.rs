@@ -1,0 +1,159 @@
+//! Masks: what the land's shape is at a vertex, as numbers that materials, scattering and GIS go by.
+//!
+//! All are functions of the vertex alone: slope and curvature of the heights around it, accumulation of the land within a bounded
+//! way upstream and of the river there, wetness of both.
+
+use std::sync::OnceLock;
+
+use crate::area::{Area, Stride};
+use crate::clock::Clock;
+use crate::grid::Grid;
+use crate::land::{Water, WaterKind};
+use crate::lines::{Imprint, LineKind};
+use crate::tile::Tile;
+use crate::tile::accumulation::{accumulation, input};
+use crate::world::World;
+
+/// Metres up a metre of the least slope that wetness is reckoned with: level ground would have no end of it.
+const LEAST_SLOPE: f32 = 1e-3;
+
+/// The index of wetness of open water, and the most that is told apart.
+pub const WETTEST: f32 = 20.0;
+
+/// The area of land that is made for the accumulation of an area.
+pub fn accumulation_input(area: Area) -> Area {
+    input(area)
+}
+
+/// What of a tile is made when it is asked for first, since several exports show it and most bakes have none of them.
+#[derive(Debug, Default)]
+pub(super) struct Derived {
+    accumulation_m2: OnceLock<Grid<f32>>,
+    pub densities: OnceLock<Grid<[f32; 4]>>,
+}
+
+impl Tile {
+    /// How steep the ground is at a vertex in degrees, 0 to 90.
+    ///
+    /// # Panics
+    /// When it is not one of the tile's.
+    pub fn slope_degrees(&self, x: i64, y: i64) -> f32 {
+        const DEGREES: f32 = 180.0 / std::f32::consts::PI;
+        libm::atanf(self.normals.slope().at(x, y)) * DEGREES
+    }
+
+    /// The mean curvature at the vertices of row `y` at `x0 <= x < x1`, a metre: positive on ridges, negative in hollows, 0 on
+    /// planes; half of the reciprocal of a ridge's radius.
+    ///
+    /// Of second differences over three vertices a side.
+    ///
+    /// # Panics
+    /// When a part of it is outside the tile.
+    pub fn curvatures(&self, y: i64, x0: i64, x1: i64) -> Vec<f32> {
+        let spacing_m = self.spacing_m as f32;
+        let (half, square) = (0.5 / spacing_m, 1.0 / (spacing_m * spacing_m));
+        let rows = [y - 1, y, y + 1].map(|y| self.heights.row(y, x0 - 1, x1 + 1));
+        let curvature = |at: usize| {
+            let [north, middle, south] = rows.map(|row| &row[at - 1..=at + 1]);
+            let [p, q] = [(middle[2] - middle[0]) * half, (south[1] - north[1]) * half];
+            let r = ((middle[2] - middle[1]) - (middle[1] - middle[0])) * square;
+            let t = ((south[1] - middle[1]) - (middle[1] - north[1])) * square;
+            let s = ((south[2] - south[0]) - (north[2] - north[0])) * (0.25 * square);
+            let whole = 1.0 + p * p + q * q;
+            let bent = (1.0 + q * q) * r - 2.0 * p * q * s + (1.0 + p * p) * t;
+            -bent / (2.0 * whole * whole.sqrt())
+        };
+        (1..=(x1 - x0) as usize).map(curvature).collect()
+    }
+
+    /// Square metres of land that drain through each vertex of the tile: of hillsides what comes from within 64 vertices, of
+    /// rivers and lakes their catchment. 0 in the sea.
+    ///
+    /// Roads are left out: water passes beneath them.
+    pub fn accumulation_m2(&self, world: &World) -> &Grid<f32> {
+        self.derived.accumulation_m2.get_or_init(|| {
+            let (levels_m, water) = levels(world, self.area);
+            let mut drained = accumulation(&levels_m, self.area);
+            drop(levels_m);
+            let spacing_m = self.spacing_m as f32;
+            let square_m2 = spacing_m * spacing_m;
+            for drained in drained.values_mut() {
+                *drained *= square_m2;
+            }
+            if let (Some(water), Some(land)) = (&water, world.relief().fluvial()) {
+                add_rivers(&mut drained, water, land.fields().drained_m2(1.0) as f32);
+            }
+            for (x, y) in self.area.vertices().filter(|(x, y)| self.water_at(world, *x, *y) == WaterKind::Sea) {
+                drained.row_mut(y, x, x + 1)[0] = 0.0;
+            }
+            drained
+        })
+    }
+
+    /// The water at a vertex: in worlds whose relief knows of none the sea, where the land lies below its level.
+    ///
+    /// # Panics
+    /// When it is not one of the tile's.
+    pub fn water_at(&self, world: &World, x: i64, y: i64) -> WaterKind {
+        match (&self.water, world.preset().sea_level_m) {
+            (Some(water), _) => water.kind.at(x, y),
+            (None, Some(sea_m)) if self.heights.at(x, y) < sea_m as f32 => WaterKind::Sea,
+            (None, _) => WaterKind::Dry,
+        }
+    }
+
+    /// The topographic wetness index at a vertex, `ln(a / tan b)`: `a` square metres of accumulation a metre of a vertex' width,
+    /// `b` the slope, of at least a thousandth. 20 in open water.
+    ///
+    /// Based on: K. J. Beven, M. J. Kirkby, "A physically based, variable contributing area model of basin hydrology", 1979.
+    ///
+    /// # Panics
+    /// When it is not one of the tile's.
+    pub fn wetness(&self, world: &World, x: i64, y: i64) -> f32 {
+        if self.water_at(world, x, y).is_open() {
+            return WETTEST;
+        }
+        let a = self.accumulation_m2(world).at(x, y) / self.spacing_m as f32;
+        libm::logf(a / self.normals.slope().at(x, y).max(LEAST_SLOPE))
+    }
+}
+
+/// The heights of the surface that water runs over, as far out as the accumulation of an area asks for them; and the water of the
+/// area.
+fn levels(world: &World, area: Area) -> (Grid<f32>, Option<Water>) {
+    let wide = input(area);
+    let land = world.relief().land(wide, &Clock::default());
+    let mut levels_m = land.heights;
+    if let Some(water) = land.water {
+        for (level_m, depth_m) in levels_m.values_mut().iter_mut().zip(water.depth_m.values()) {
+            *level_m += depth_m;
+        }
+        return (levels_m, Some(water));
+    }
+    if world.stride() == Stride::ONE {
+        // Agents' rivers run in the beds that they dig.
+        let lines = world.lines(&wide);
+        let rivers = lines.iter().map(AsRef::as_ref).filter(|line| line.kind == LineKind::River);
+        if let Some(imprint) = Imprint::new(&levels_m, None, rivers) {
+            imprint.shape(&mut levels_m, None);
+        }
+    }
+    // What lies below the sea is level.
+    if let Some(sea_m) = world.preset().sea_level_m {
+        for level_m in levels_m.values_mut() {
+            *level_m = level_m.max(sea_m as f32);
+        }
+    }
+    (levels_m, None)
+}
+
+/// Gives rivers and lakes their catchments, given the square metres that bring a cubic metre a second.
+fn add_rivers(drained: &mut Grid<f32>, water: &Water, m2_a_m3s: f32) {
+    let Area { x0, y0, x1, y1 } = drained.area();
+    for y in y0..y1 {
+        let flows = water.flow_m3s.row(y, x0, x1);
+        for (drained, flow_m3s) in drained.row_mut(y, x0, x1).iter_mut().zip(flows) {
+            *drained = drained.max(flow_m3s * m2_a_m3s);
+        }
+    }
+}
