@@ -118,7 +118,9 @@ impl Builder {
             }
         }
         shares.sort_by(|a, b| a.0.total_cmp(&b.0));
-        shares.iter().for_each(|(_, point)| self.add(*point));
+        for (_, point) in &shares {
+            self.add(*point);
+        }
         for pair in shares.windows(2) {
             let [a, b] = [pair[0].1.place, pair[1].1.place];
             // The one cell that has both; none of what runs along an edge between two.

@@ -1,6 +1,6 @@
 //! The ground of a tile as its mesh has it: vertices of the raster, and with waters the points of their shores and banks.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use spade::handles::{FaceHandle, FixedVertexHandle, InnerTag};
 use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
@@ -60,13 +60,13 @@ impl Ground {
         let side = i64::from(surface.cells) * i64::from(PARTS);
         let points = waters.points();
         // What is too near to a shore would make slivers; on the edge of the tile all stay, or neighbours would not meet.
-        let taken: HashMap<[i64; 2], ()> = points.iter().map(|point| (point.place, ())).collect();
+        let taken: HashSet<[i64; 2]> = points.iter().map(|point| point.place).collect();
         let crowd = Crowd::new(&points);
         let mut vertices: Vec<CutVertex> = Vec::with_capacity(surface.vertices.len() + points.len());
         for at in &surface.vertices {
             let place = at.map(|at| i64::from(at) * i64::from(PARTS));
             let inner = place.iter().all(|at| *at > 0 && *at < side);
-            if taken.contains_key(&place) || inner && crowd.has_near(place) {
+            if taken.contains(&place) || inner && crowd.has_near(place) {
                 continue;
             }
             vertices.push(CutVertex { place, height_m: waters.lowered(*at, height(heights, area, *at)) });

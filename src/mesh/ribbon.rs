@@ -187,7 +187,7 @@ impl RibbonBuilder<'_> {
             let sections = self.needed(sections);
             self.all.push(match kind {
                 RibbonKind::Bridge => deck(&sections),
-                _ => strip(kind, &sections),
+                RibbonKind::Road => strip(kind, &sections),
             });
         }
     }

@@ -5,7 +5,7 @@
 //! shore of standing water crosses the edges of cells where the land rises above its level. Both are as simple as a tolerance allows, and
 //! what of them lies on the edge of a tile follows from what both tiles at it know.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::PARTS;
 use crate::area::Area;
@@ -156,9 +156,9 @@ impl Waterlines {
 
     /// All points, none twice at one place.
     pub fn points(&self) -> Vec<WaterPoint> {
-        let mut known: HashMap<[i64; 2], ()> = HashMap::new();
+        let mut known: HashSet<[i64; 2]> = HashSet::new();
         let all = self.lines.iter().flat_map(|line| &line.points).chain(&self.beds);
-        all.filter(|point| known.insert(point.place, ()).is_none()).copied().collect()
+        all.filter(|point| known.insert(point.place)).copied().collect()
     }
 
     /// The pieces of shores and banks: what each is the edge of, and its ends.
@@ -343,7 +343,7 @@ fn covering(pair: [&CoursePoint; 2], place: [f64; 2], share: f64, less: f64) -> 
     let away = [0, 1].map(|axis| off[axis] - along[axis] * at);
     let half = (from.half + (to.half - from.half) * at) * share - less;
     let inside = half - (away[0] * away[0] + away[1] * away[1]).sqrt();
-    (inside > 0.0).then(|| (inside, from.level_m + (to.level_m - from.level_m) * at as f32))
+    (inside > 0.0).then_some((inside, from.level_m + (to.level_m - from.level_m) * at as f32))
 }
 
 impl Course {

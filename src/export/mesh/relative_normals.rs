@@ -29,13 +29,11 @@ pub(super) fn relative_normals(tile: &Tile, ground: &Ground) -> Vec<u8> {
 /// The normal of a vertex of a ground: the raster's, or between its vertices the mean of those around.
 pub(super) fn normal_at(tile: &Tile, vertex: &GroundVertex) -> [f32; 3] {
     let mixed = super::values::between(tile, vertex.place, |x, y| tile.normals().at(x, y));
-    match vertex.place.iter().all(|at| at % PARTS as u32 == 0) {
-        true => mixed,
-        false => {
-            let length = mixed.iter().map(|axis| axis * axis).sum::<f32>().sqrt();
-            mixed.map(|axis| axis / length)
-        }
+    if vertex.place.iter().all(|at| at % PARTS as u32 == 0) {
+        return mixed;
     }
+    let length = mixed.iter().map(|axis| axis * axis).sum::<f32>().sqrt();
+    mixed.map(|axis| axis / length)
 }
 
 /// Sees the normals under a triangle in the frames of the mesh's.
