@@ -153,6 +153,11 @@ pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(
         }
     };
     let plan = Plan::of_region(&manifest, &world, region)?;
+    if let Some([min_m, max_m]) = manifest.chosen_range_m(&world).filter(|_| manifest.reads("--height-range")) {
+        console.warnings(&[format!(
+            "16-bit heights stay those of {min_m} to {max_m} m: land beyond them is written as they are"
+        )]);
+    }
     carry_out(&plan, Mode::Extend, folder, manner, console)
 }
 

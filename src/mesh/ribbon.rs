@@ -44,6 +44,12 @@ pub struct RibbonVertex {
 /// Chosen by eye.
 const LIFT_M: f64 = 0.12;
 
+/// Pieces of a road a cell: the ground bulges between two sections that are further apart.
+const PIECES_A_CELL: f64 = 3.0;
+
+/// Pieces beside a tunnel's mouth.
+const MOUTH: usize = 6;
+
 /// Metres between roads that lie on each other.
 const STACK_M: f64 = 0.005;
 
@@ -149,21 +155,30 @@ impl RibbonBuilder<'_> {
     /// the land, are not seen.
     fn add(&mut self, line: &[RibbonPoint], kind: impl Fn(usize) -> Option<RibbonKind>) {
         let side = (self.area.width() - 1) as f64;
-        // On the ground a piece is no longer than a cell, so that it follows it.
+        // On the ground a piece is a part of a cell, so that it follows it, and ends where the tile does.
         let (mut points, mut kinds) = (Vec::new(), Vec::new());
         for (piece, pair) in line.windows(2).enumerate() {
             let kind = kind(piece);
-            let cells = length(pair[0].way(&pair[1])).ceil() as usize;
-            let parts = if kind == Some(RibbonKind::Bridge) { 1 } else { cells.max(1) };
-            for part in 0..parts {
-                points.push(pair[0].towards(&pair[1], part as f64 / parts as f64));
-                kinds.push(kind);
+            points.push(pair[0]);
+            kinds.push(kind);
+            if kind == Some(RibbonKind::Bridge) || is_apart([&pair[0], &pair[1]], side) {
+                continue;
             }
+            let parts = (length(pair[0].way(&pair[1])) * PIECES_A_CELL).ceil().max(1.0);
+            let mut inner: Vec<(f64, RibbonPoint)> = (1..parts as usize)
+                .map(|part| part as f64 / parts)
+                .map(|share| (share, pair[0].towards(&pair[1], share)))
+                .collect();
+            inner.extend(at_edges([&pair[0], &pair[1]], side));
+            inner.sort_by(|a, b| a.0.total_cmp(&b.0));
+            kinds.extend(inner.iter().map(|_| kind));
+            points.extend(inner.into_iter().map(|(_, point)| point));
         }
         points.extend(line.last());
         let points = &points[..];
         // Next to a tunnel's mouth the ground rises between two vertices, in front of what is above it.
-        let is_mouth = |index: usize| kinds[index.saturating_sub(2)..(index + 2).min(kinds.len())].contains(&None);
+        let is_mouth =
+            |index: usize| kinds[index.saturating_sub(MOUTH)..(index + MOUTH).min(kinds.len())].contains(&None);
         let is_ours = |piece: usize| {
             let middle = [0, 1].map(|axis| points[piece].place[axis].midpoint(points[piece + 1].place[axis]));
             middle.into_iter().all(|at| (0.0..side).contains(&at))
@@ -243,7 +258,13 @@ impl RibbonBuilder<'_> {
         let up = 1.0 / (1.0 + grade * grade).sqrt();
         let left = [0, 1].map(|axis| point.place[axis] + aside[axis]);
         let right = [0, 1].map(|axis| point.place[axis] - aside[axis]);
-        let under = |place: [f64; 2]| self.ground.between(place) + self.lift_m;
+        // Where tiles meet, both ask for the ground on the edge that they share, for no more of it is the same in both.
+        let side = (self.area.width() - 1) as f64;
+        let on_edge = point.place.map(|at| at == 0.0 || at == side);
+        let under = |place: [f64; 2]| {
+            let place = [0, 1].map(|axis| if on_edge[axis] { point.place[axis] } else { place[axis] });
+            self.ground.between(place) + self.lift_m
+        };
         let height_m = match kind {
             RibbonKind::Road if is_mouth => point.height_m,
             // Between two vertices the land may be higher than at either side of a road or in its middle.
@@ -261,6 +282,32 @@ impl RibbonBuilder<'_> {
             up: [-ahead[0] * grade * up, up, -ahead[1] * grade * up].map(|axis| axis as f32),
         }
     }
+}
+
+/// Whether a piece lies beside the square of a tile, by more than a road is wide.
+fn is_apart([from, to]: [&RibbonPoint; 2], side: f64) -> bool {
+    const BESIDE: f64 = 4.0;
+    (0..2).any(|axis| {
+        let (low, high) = (from.place[axis].min(to.place[axis]), from.place[axis].max(to.place[axis]));
+        high < -BESIDE || low > side + BESIDE
+    })
+}
+
+/// Where a piece crosses the edges of a tile, and at which share of it.
+fn at_edges([from, to]: [&RibbonPoint; 2], side: f64) -> Vec<(f64, RibbonPoint)> {
+    let mut found = Vec::new();
+    for axis in 0..2 {
+        let (start, end) = (from.place[axis], to.place[axis]);
+        for edge in [0.0, side] {
+            if (start < edge) != (end < edge) && start != edge && end != edge {
+                let share = (edge - start) / (end - start);
+                let mut point = from.towards(to, share);
+                point.place[axis] = edge;
+                found.push((share, point));
+            }
+        }
+    }
+    found
 }
 
 /// Of the points of a road that others cover, those from its ends on: what it shares with a road that it crosses is its own.

@@ -6,7 +6,7 @@ use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
 use super::PARTS;
-use super::waterline::Waterlines;
+use super::waterline::{WaterPoint, Waterlines};
 use crate::land::WaterKind;
 
 /// The surface of the water of one kind on a tile.
@@ -25,6 +25,8 @@ pub struct Sheet {
 struct Place {
     place: [i64; 2],
     level_m: f32,
+    /// What it is the edge of, or lies in.
+    kind: WaterKind,
 }
 
 impl HasPosition for Place {
@@ -40,14 +42,24 @@ impl HasPosition for Place {
 /// where shores and banks cross it and at its corners, and so has its neighbour.
 pub fn sheets(waters: &Waterlines) -> Vec<Sheet> {
     let side = waters.cells() as u32;
-    let mut places: Vec<Place> =
-        waters.points().iter().map(|point| Place { place: point.place, level_m: point.level_m }).collect();
+    let shores: HashMap<[i64; 2], WaterKind> = waters
+        .lines()
+        .iter()
+        .filter(|line| line.kind != WaterKind::River)
+        .flat_map(|line| line.points.iter().map(|point| (point.place, line.kind)))
+        .collect();
+    let place = |point: &WaterPoint| Place {
+        place: point.place,
+        level_m: point.level_m,
+        kind: shores.get(&point.place).copied().unwrap_or(WaterKind::River),
+    };
+    let mut places: Vec<Place> = waters.points().iter().map(place).collect();
     let known: HashSet<[i64; 2]> = places.iter().map(|place| place.place).collect();
     for corner in [[0, 0], [side, 0], [0, side], [side, side]] {
         let place = corner.map(|at| i64::from(at) * i64::from(PARTS));
         if !known.contains(&place) {
-            let level_m = waters.at_vertex(corner).map_or(0.0, |(_, level_m)| level_m);
-            places.push(Place { place, level_m });
+            let (kind, level_m) = waters.at_vertex(corner).unwrap_or((WaterKind::Dry, 0.0));
+            places.push(Place { place, level_m, kind });
         }
     }
     let numbers: HashMap<[i64; 2], usize> =
@@ -84,10 +96,15 @@ pub fn sheets(waters: &Waterlines) -> Vec<Sheet> {
         let kind = border.unwrap_or_else(|| inside.or_else(around).or_else(river));
         let Some(kind) = kind else { continue };
         let Some(sheet) = sheets.iter().position(|sheet| sheet.kind == kind) else { continue };
+        let own = corners.map(|corner| *surface.vertex(corner).data()).into_iter().filter(|place| place.kind == kind);
+        let still_m = own.map(|place| place.level_m).reduce(f32::max);
+        let still_m = still_m.or_else(|| waters.standing_level_m(middle)).unwrap_or(0.0);
         let Sheet { vertices, triangles, .. } = &mut sheets[sheet];
         let [a, b, c] = corners.map(|corner| {
             *given[sheet].entry(corner.index()).or_insert_with(|| {
-                let Place { place, level_m } = *surface.vertex(corner).data();
+                let Place { place, level_m, kind: own } = *surface.vertex(corner).data();
+                // Standing water is level up to where a river runs into it.
+                let level_m = if own == kind || kind == WaterKind::River { level_m } else { still_m };
                 vertices.push((place.map(|at| at as u32), level_m));
                 vertices.len() as u32 - 1
             })

@@ -22,8 +22,17 @@ pub const CLEAR_M: f32 = 0.05;
 /// Vertices around a tile in which rivers are looked for: half the width of the widest, and some more.
 const AROUND: usize = 24;
 
-/// How far inside another river a bank must be to be no bank: a share of that one's width, and parts of a cell.
+/// How far inside its own river a bank must be to be no bank: a share of that one's width, and parts of a cell.
 const INSIDE: (f64, f64) = (0.9, 4.0);
+
+/// Parts of a cell by which a bank ends before that of a river that it joins, so that the two do not cross.
+const APART: f64 = 3.0;
+
+/// Parts of a cell beside a river within which what the raster has of rivers is that one.
+const BESIDE: f64 = 1.75 * PARTS as f64;
+
+/// Crossings of edges, the first of them twice, around four vertices: a shorter ring is no river.
+const SCRAP: usize = 9;
 
 /// The least and the most of an edge that lies on the wet side of a shore: so no shore runs through a vertex.
 const SHARE: [f64; 2] = [0.06, 0.94];
@@ -84,13 +93,13 @@ struct CoursePoint {
     bed_m: f32,
 }
 
-/// The pieces of rivers that may cover a place, by squares of the tile.
+/// The pieces of rivers that may cover a place, each with the number of its river, by squares of the tile.
 #[derive(Debug)]
 struct Reaches {
     /// Squares a side.
     side: usize,
     /// Of each square, row by row, in the order of the rivers.
-    squares: Vec<Vec<[CoursePoint; 2]>>,
+    squares: Vec<Vec<(usize, [CoursePoint; 2])>>,
 }
 
 impl Reaches {
@@ -101,8 +110,10 @@ impl Reaches {
         let side = cells.div_ceil(Reaches::SQUARE);
         let mut squares = vec![Vec::new(); side * side];
         let square = (Reaches::SQUARE * PARTS as usize) as f64;
-        for [from, to] in courses.iter().flat_map(Course::pieces) {
-            let half = from.half.max(to.half);
+        let pieces =
+            courses.iter().enumerate().flat_map(|(number, course)| course.pieces().map(move |pair| (number, pair)));
+        for (number, [from, to]) in pieces {
+            let half = from.half.max(to.half) + APART;
             let range = |axis: usize| {
                 let (low, high) = (from.place[axis].min(to.place[axis]), from.place[axis].max(to.place[axis]));
                 let first = ((low as f64 - half) / square).floor().max(0.0) as usize;
@@ -111,14 +122,14 @@ impl Reaches {
             };
             for row in range(1) {
                 for column in range(0) {
-                    squares[row * side + column].push([*from, *to]);
+                    squares[row * side + column].push((number, [*from, *to]));
                 }
             }
         }
         Reaches { side, squares }
     }
 
-    fn around(&self, place: [f64; 2]) -> &[[CoursePoint; 2]] {
+    fn around(&self, place: [f64; 2]) -> &[(usize, [CoursePoint; 2])] {
         let at = |at: f64| ((at / (Reaches::SQUARE * PARTS as usize) as f64) as usize).min(self.side - 1);
         &self.squares[at(place[1]) * self.side + at(place[0])]
     }
@@ -196,7 +207,12 @@ impl Waterlines {
 
     /// What stands at a place in the tile, as far as the vertices around it say.
     pub fn standing_at(&self, place: [f64; 2]) -> Option<WaterKind> {
-        self.standing.between(place)
+        self.standing.between(place).filter(|(_, share)| *share >= 0.5).map(|((kind, _), _)| kind)
+    }
+
+    /// The level of the standing water at a place in the tile or beside it.
+    pub fn standing_level_m(&self, place: [f64; 2]) -> Option<f32> {
+        self.standing.between(place).map(|((_, level_m), _)| level_m)
     }
 
     /// What water there is at a piece of the edge of the tile; `None` of one that does not lie on the edge.
@@ -224,13 +240,21 @@ impl Waterlines {
     /// The level of the river that covers a place with a share of its width less some parts.
     fn river_at(&self, place: [f64; 2], share: f64, less: f64) -> Option<f32> {
         let mut best: Option<(f64, f32)> = None;
-        for [from, to] in self.reaches.around(place) {
+        for (_, [from, to]) in self.reaches.around(place) {
             let Some((inside, level_m)) = covering([from, to], place, share, less) else { continue };
             if best.is_none_or(|(most, _)| inside > most) {
                 best = Some((inside, level_m));
             }
         }
         best.map(|(_, level_m)| level_m)
+    }
+
+    /// Whether a bank of a river ends at a place, or before it: at the bank of another one, or well inside of its own bend.
+    fn is_joined(&self, course: usize, place: [f64; 2]) -> bool {
+        self.reaches.around(place).iter().any(|(other, [from, to])| {
+            let (share, less) = if *other == course { INSIDE } else { (1.0, -APART) };
+            covering([from, to], place, share, less).is_some()
+        })
     }
 
     /// Finds the vertices that rivers cover.
@@ -275,8 +299,11 @@ impl Waterlines {
             let points: Vec<WaterPoint> = chain.iter().map(|edge| self.standing.shore(*edge)).collect();
             let places: Vec<[f64; 2]> = points.iter().map(|point| point.place.map(|at| at as f64)).collect();
             let kept = simplified(&places, tolerance * f64::from(PARTS));
-            // A ring of which nothing but a line would be left is as small as the tolerance.
-            if chain.len() > 3 && chain[0] == chain[chain.len() - 1] && kept.len() < 4 {
+            // A ring of which nothing but a line would be left is as small as the tolerance; one of a vertex or two that the raster
+            // calls a river is what is left of one beside its banks.
+            let is_ring = chain[0] == chain[chain.len() - 1];
+            let is_scrap = self.standing.kind_at(chain[0]) == WaterKind::River && chain.len() < SCRAP;
+            if is_ring && (kept.len() < 4 || is_scrap) {
                 continue;
             }
             let by_place: HashMap<[i64; 2], WaterPoint> = points.iter().map(|point| (point.place, *point)).collect();
@@ -296,10 +323,10 @@ impl Waterlines {
     /// Adds the banks and beds of rivers.
     fn add_rivers(&mut self) {
         let (mut lines, mut beds) = (Vec::new(), Vec::new());
-        for course in &self.courses {
+        for (number, course) in self.courses.iter().enumerate() {
             let is_free = |point: &WaterPoint| {
                 let place = point.place.map(|at| at as f64);
-                self.standing.nearest(place).is_none() && self.river_at(place, INSIDE.0, INSIDE.1).is_none()
+                self.standing.nearest(place).is_none() && !self.is_joined(number, place)
             };
             let in_water = |point: &WaterPoint| self.standing.nearest(point.place.map(|at| at as f64)).is_none();
             for side in course.banks() {
@@ -319,18 +346,52 @@ impl Waterlines {
     }
 }
 
-/// The parts of a line whose points all are as they should be. One point alone stays too: on the edge of a tile the neighbour may
-/// have more of the line.
+/// The parts of a line that are as they should be, up to where that ends. One point alone stays too: on the edge of a tile the
+/// neighbour may have more of the line.
 fn runs(line: impl Iterator<Item = WaterPoint>, is_good: impl Fn(&WaterPoint) -> bool) -> Vec<Vec<WaterPoint>> {
     let mut runs = vec![Vec::new()];
+    let mut before: Option<(WaterPoint, bool)> = None;
     for point in line {
-        match is_good(&point) {
-            true => runs.last_mut().expect("there is one").push(point),
-            false => runs.push(Vec::new()),
+        let good = is_good(&point);
+        if let Some((last, was_good)) = before
+            && was_good != good
+        {
+            let (inside, outside) = if good { (point, last) } else { (last, point) };
+            let end = last_good(inside, outside, &is_good);
+            let run: &mut Vec<WaterPoint> = runs.last_mut().expect("there is one");
+            push(run, end);
+            if !good {
+                runs.push(Vec::new());
+            }
         }
+        if good {
+            push(runs.last_mut().expect("there is one"), point);
+        }
+        before = Some((point, good));
     }
     runs.retain(|run| !run.is_empty());
     runs
+}
+
+/// The last point that is as it should be on the way to one that is not.
+fn last_good(good: WaterPoint, bad: WaterPoint, is_good: &impl Fn(&WaterPoint) -> bool) -> WaterPoint {
+    let between = |share: f64| {
+        let mix = |from: f32, to: f32| from + (to - from) * share as f32;
+        let place =
+            |axis: usize| good.place[axis] + ((bad.place[axis] - good.place[axis]) as f64 * share).round() as i64;
+        WaterPoint {
+            place: [place(0), place(1)],
+            level_m: mix(good.level_m, bad.level_m),
+            ground_m: mix(good.ground_m, bad.ground_m),
+        }
+    };
+    let (mut low, mut high) = (0.0, 1.0);
+    // To a part of a cell on lines of 256 cells.
+    for _ in 0..16 {
+        let middle = f64::midpoint(low, high);
+        if is_good(&between(middle)) { low = middle } else { high = middle }
+    }
+    between(low)
 }
 
 /// How far inside a piece of a river a place is, of a share of its width less some parts, and the level there.
@@ -486,8 +547,8 @@ impl Standing {
     fn leave_out(&mut self, courses: &[Course], tile: Area) {
         let width = self.area.width() as i64;
         for pair in courses.iter().flat_map(Course::pieces) {
-            // What a bank has beside it, up to the next vertex.
-            let reach = pair[0].half.max(pair[1].half) + 1.5 * f64::from(PARTS);
+            // What a bank has beside it, up to the next vertices: the raster's rivers are a little wider, and begin a little before.
+            let reach = pair[0].half.max(pair[1].half) + BESIDE;
             let range = |axis: usize, side: i64| {
                 let (low, high) =
                     (pair[0].place[axis].min(pair[1].place[axis]), pair[0].place[axis].max(pair[1].place[axis]));
@@ -498,7 +559,7 @@ impl Standing {
                 for column in range(0, width) {
                     let index = ((row + 1) * width + column + 1) as usize;
                     let place = [column, row].map(|at| (at * i64::from(PARTS)) as f64);
-                    let beside = covering(pair, place, 1.0, -1.5 * f64::from(PARTS)).is_some();
+                    let beside = covering(pair, place, 1.0, -BESIDE).is_some();
                     if beside && matches!(self.wet[index], Some((WaterKind::River, _))) {
                         self.wet[index] = None;
                     }
@@ -550,8 +611,8 @@ impl Standing {
         along[0] * aside[1] - along[1] * aside[0] > 0
     }
 
-    /// What stands at a place between the vertices.
-    fn between(&self, place: [f64; 2]) -> Option<WaterKind> {
+    /// What stands at the vertices around a place, and how much of what is around it is under water.
+    fn between(&self, place: [f64; 2]) -> Option<((WaterKind, f32), f64)> {
         let last = self.area.width() as i64 - 4;
         let [column, row] = place.map(|at| ((at / f64::from(PARTS)).floor() as i64).clamp(0, last));
         let [u, v] = [place[0] / f64::from(PARTS) - column as f64, place[1] / f64::from(PARTS) - row as f64];
@@ -560,7 +621,7 @@ impl Standing {
         let wet: f64 = corners.iter().zip(shares).filter(|(corner, _)| corner.is_some()).map(|(_, share)| share).sum();
         // The greatest water of the cell, and of one kind the highest.
         let greatest = corners.into_iter().flatten().reduce(|a, b| if b > a { b } else { a });
-        greatest.filter(|_| wet >= 0.5).map(|(kind, _)| kind)
+        greatest.map(|greatest| (greatest, wet))
     }
 
     /// What stands at a place on a line of the raster that runs along an axis.

@@ -41,8 +41,12 @@ fn region(world: &World) -> Region {
 
 /// A bake of some exports in a folder of its own.
 fn bake(world: &World, exports: &str, meshes: MeshOptions) -> (TempDir, Manifest) {
+    bake_region(world, region(world), exports, meshes)
+}
+
+fn bake_region(world: &World, region: Region, exports: &str, meshes: MeshOptions) -> (TempDir, Manifest) {
     let folder = tempfile::tempdir().unwrap();
-    let plan = Plan::new(world, "wet", region(world), Export::parse_list(exports).unwrap()).unwrap();
+    let plan = Plan::new(world, "wet", region, Export::parse_list(exports).unwrap()).unwrap();
     let plan = plan.with_meshes(meshes).unwrap();
     let output = Output::prepare(folder.path(), Mode::Replace, &plan, &plan.cost(2)).unwrap();
     let manifest = plan.run(&output, &Watch::default()).unwrap();
@@ -375,10 +379,18 @@ fn water_lies_level_and_its_tiles_meet() {
 }
 
 #[test]
-fn water_meets_at_the_seams_of_tiles_at_every_level() {
-    let world = wet();
-    for lod in 0..=3 {
-        let (folder, _) = bake(&world, "gltf", lods(&lod.to_string()));
+fn water_and_its_land_meet_at_the_seams_of_tiles_at_every_level() {
+    let wet = wet();
+    // With the thesis' rivers, and with rivers, lakes and a coast of fluvial land.
+    let settled = crate::bakes::settled();
+    let settled_region = Region::new(TileId { x: -2, y: -2 }, 3, 2, settled.tile_cells()).unwrap();
+    for ((world, region), lod) in
+        [(&wet, region(&wet)), (settled, settled_region)].into_iter().flat_map(|it| (0..=3).map(move |lod| (it, lod)))
+    {
+        let (folder, _) = bake_region(world, region, "gltf", lods(&lod.to_string()));
+        let lands: Vec<Part> =
+            (0..6).map(|tile| parts(&glb(&folder, lod, tile % 3, tile / 3)).remove("land").unwrap()).collect();
+        assert_welded(&lands.iter().collect::<Vec<_>>(), &format!("LOD {lod}"));
         let mut edges = BTreeMap::new();
         for tile in 0..6 {
             let all = parts(&glb(&folder, lod, tile % 3, tile / 3));
@@ -388,7 +400,7 @@ fn water_meets_at_the_seams_of_tiles_at_every_level() {
                     |pick: fn(f32, f32) -> f32, first: f32| land.places.iter().map(|it| it[axis]).fold(first, pick);
                 [at(f32::min, f32::INFINITY), at(f32::max, f32::NEG_INFINITY)]
             });
-            for part in ["river", "sea"].into_iter().filter_map(|name| all.get(name)) {
+            for part in ["river", "lake", "sea"].into_iter().filter_map(|name| all.get(name)) {
                 for triangle in &part.triangles {
                     let [a, b, c] = triangle.map(|index| part.places[index]);
                     for (from, to) in [(a, b), (b, c), (c, a)] {

@@ -6,7 +6,7 @@ use gltf_json::mesh::Semantic;
 use super::relative_normals::normal_at;
 
 use crate::area::Area;
-use crate::mesh::{Frame, Ground, PARTS, Ribbon, Sheet};
+use crate::mesh::{Frame, Ground, GroundVertex, PARTS, Ribbon, Sheet};
 use crate::preset::ground::GroundSettings;
 use crate::tile::{Material, Tile};
 
@@ -164,19 +164,33 @@ pub(super) fn of_land(
     }
     attributes.push((Semantic::TexCoords(0), Values::shares(in_tile, quantized)));
     // As the blend map has them, and as Blender reads them: four in a word, for it passes over numbers of one byte alone.
-    let blend = tile.blend();
-    let halves = [("GROUND", blend.ground()), ("COVER", blend.cover())];
-    for ((name, words), materials) in halves.into_iter().zip(Material::ALL.chunks(4)) {
+    let weights: Vec<[u8; 8]> = land.vertices.iter().map(|vertex| weights_at(tile, vertex)).collect();
+    for (half, (name, materials)) in ["GROUND", "COVER"].into_iter().zip(Material::ALL.chunks(4)).enumerate() {
         if materials.iter().any(|material| material.is_of(ground)) {
-            let weights = |x: i64, y: i64| words.at(x, y).to_le_bytes().map(f32::from);
-            let weights = land
-                .vertices
-                .iter()
-                .map(|vertex| between(tile, vertex.place, weights).map(|weight| [(weight + 0.5) as u8]));
-            attributes.push((Semantic::Extras(name.to_owned()), Values::whole(ComponentType::U8, weights)));
+            let of_half = weights.iter().map(|all| [0, 1, 2, 3].map(|channel| [all[4 * half + channel]]));
+            attributes.push((Semantic::Extras(name.to_owned()), Values::whole(ComponentType::U8, of_half)));
         }
     }
     MeshData { attributes, indices: land.triangles.as_flattened().to_vec() }
+}
+
+/// The weights of all materials at a vertex of a ground, whose sum is 255 there too.
+fn weights_at(tile: &Tile, vertex: &GroundVertex) -> [u8; 8] {
+    let blend = tile.blend();
+    let all = |x: i64, y: i64| {
+        let halves = [blend.ground(), blend.cover()].map(|words| words.at(x, y).to_le_bytes());
+        std::array::from_fn::<f32, 8, _>(|channel| f32::from(halves[channel / 4][channel % 4]))
+    };
+    let mixed = between(tile, vertex.place, all);
+    let mut weights = mixed.map(|weight| weight as u8);
+    // What rounding down has left goes to those that lost most by it.
+    let mut order: [usize; 8] = std::array::from_fn(|channel| channel);
+    order.sort_by(|a, b| mixed[*b].fract().total_cmp(&mixed[*a].fract()));
+    let left = 255 - weights.iter().map(|weight| u32::from(*weight)).sum::<u32>().min(255);
+    for channel in order.into_iter().take(left as usize) {
+        weights[channel] += 1;
+    }
+    weights
 }
 
 /// The land of a tile without anything but its shape.
