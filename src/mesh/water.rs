@@ -22,14 +22,14 @@ pub struct Sheet {
 
 /// A place on the water.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct SurfacePoint {
     place: [i64; 2],
     level_m: f32,
     /// What it is the edge of, or lies in.
     kind: WaterKind,
 }
 
-impl HasPosition for Place {
+impl HasPosition for SurfacePoint {
     type Scalar = f64;
 
     fn position(&self) -> Point2<f64> {
@@ -48,18 +48,18 @@ pub fn sheets(waters: &Waterlines) -> Vec<Sheet> {
         .filter(|line| line.kind != WaterKind::River)
         .flat_map(|line| line.points.iter().map(|point| (point.place, line.kind)))
         .collect();
-    let place = |point: &WaterPoint| Place {
+    let place = |point: &WaterPoint| SurfacePoint {
         place: point.place,
         level_m: point.level_m,
         kind: shores.get(&point.place).copied().unwrap_or(WaterKind::River),
     };
-    let mut places: Vec<Place> = waters.points().iter().map(place).collect();
+    let mut places: Vec<SurfacePoint> = waters.points().iter().map(place).collect();
     let known: HashSet<[i64; 2]> = places.iter().map(|place| place.place).collect();
     for corner in [[0, 0], [side, 0], [0, side], [side, side]] {
         let place = corner.map(|at| i64::from(at) * i64::from(PARTS));
         if !known.contains(&place) {
             let (kind, level_m) = waters.at_vertex(corner).unwrap_or((WaterKind::Dry, 0.0));
-            places.push(Place { place, level_m, kind });
+            places.push(SurfacePoint { place, level_m, kind });
         }
     }
     let numbers: HashMap<[i64; 2], usize> =
@@ -69,7 +69,7 @@ pub fn sheets(waters: &Waterlines) -> Vec<Sheet> {
         waters.pieces().map(|(kind, ends)| (ends.map(|end| numbers[&end]), kind)).collect();
     let mut edges: Vec<[usize; 2]> = pieces.keys().copied().filter(|[from, to]| from != to).collect();
     edges.sort_unstable();
-    let surface = ConstrainedDelaunayTriangulation::<Place>::try_bulk_load_cdt(places, edges, |_| {})
+    let surface = ConstrainedDelaunayTriangulation::<SurfacePoint>::try_bulk_load_cdt(places, edges, |_| {})
         .expect("places are whole numbers");
     let mut sheets: Vec<Sheet> = [WaterKind::River, WaterKind::Lake, WaterKind::Sea]
         .map(|kind| Sheet { kind, vertices: Vec::new(), triangles: Vec::new() })
@@ -102,7 +102,7 @@ pub fn sheets(waters: &Waterlines) -> Vec<Sheet> {
         let Sheet { vertices, triangles, .. } = &mut sheets[sheet];
         let [a, b, c] = corners.map(|corner| {
             *given[sheet].entry(corner.index()).or_insert_with(|| {
-                let Place { place, level_m, kind: own } = *surface.vertex(corner).data();
+                let SurfacePoint { place, level_m, kind: own } = *surface.vertex(corner).data();
                 // Standing water is level up to where a river runs into it.
                 let level_m = if own == kind || kind == WaterKind::River { level_m } else { still_m };
                 vertices.push((place.map(|at| at as u32), level_m));
