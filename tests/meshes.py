@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import OpenEXR
+import scipy.ndimage
 import trimesh
 
 from checks import Checks
@@ -34,7 +35,7 @@ class Bake:
         self.region = self.manifest["region"]
         self.spacing_m = self.manifest["spacing_m"]
         self.heights = OpenEXR.File(str(folder / "height/height.exr")).channels()["Y"].pixels
-        self.meshes = [file for file in self.manifest["files"] if file.get("mesh")]
+        self.meshes = [file for file in self.manifest["files"] if file.get("mesh") and file["export"] != "collision"]
 
     def lods(self, ending):
         """The files of tiles with an ending, by level of detail."""
@@ -52,7 +53,31 @@ class Bake:
 def land(path):
     """The land of a GLB as trimesh reads it: places in 32 bits, as a program that draws it has them, and triangles."""
     scene = trimesh.load(path, process=False)
-    node = next(node for node in scene.graph.nodes_geometry if node.startswith("land"))
+    return part(scene, next(node for node in scene.graph.nodes_geometry if node.startswith("land")))
+
+
+def under_water(bake, files):
+    """The vertices of the raster that lie under the water of the meshes, or beside one that does: the ground there is the bed's."""
+    wet = np.zeros(bake.heights.shape, dtype=bool)
+    for file in files:
+        scene = trimesh.load(bake.folder / file["path"], process=False)
+        for node in scene.graph.nodes_geometry:
+            if not node.startswith(("river", "lake", "sea")):
+                continue
+            places, faces = part(scene, node)
+            at = (places[:, [0, 2]].astype(float) - bake.corner()) / bake.spacing_m
+            for a, b, c in at[faces]:
+                low, high = np.floor(np.minimum(np.minimum(a, b), c)).astype(int), np.ceil(np.maximum(np.maximum(a, b), c)).astype(int)
+                x, y = np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1))
+                side = lambda p, q: (q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0])
+                sides = np.array([side(a, b), side(b, c), side(c, a)])
+                inside = (sides >= -1e-9).all(0) | (sides <= 1e-9).all(0)
+                inside &= (x >= 0) & (y >= 0) & (x < wet.shape[1]) & (y < wet.shape[0])
+                wet[y[inside], x[inside]] = True
+    return scipy.ndimage.binary_dilation(wet, iterations=1, structure=np.ones((3, 3)))
+
+
+def part(scene, node):
     matrix, geometry = scene.graph[node]
     mesh = scene.geometry[geometry]
     moved = matrix.astype(np.float32)
@@ -97,12 +122,14 @@ def check_lod(bake, checks, lod, files):
     area = np.abs(np.cross(*(np.diff(welded[faces][:, :, [0, 2]].astype(float), axis=1).transpose(1, 0, 2)))).sum() / 2
     sides = (np.array(bake.heights.shape) - 1) * bake.spacing_m
     checks.check(abs(area / sides.prod() - 1) < 1e-6, f"LOD {lod}: they cover the region once", f"{area / 1e6:.3f} km2")
-    check_heights(bake, checks, lod, welded, faces, files[0]["mesh"]["error_m"])
+    check_heights(bake, checks, lod, welded, faces, files[0]["mesh"]["error_m"], under_water(bake, files))
 
 
-def check_heights(bake, checks, lod, places, faces, error_m):
+def check_heights(bake, checks, lod, places, faces, error_m, wet):
     chance = np.random.default_rng(lod)
     rows, cols = (chance.integers(0, side, POINTS) for side in bake.heights.shape)
+    dry = ~wet[rows, cols]
+    rows, cols = rows[dry], cols[dry]
     east, south = (bake.corner()[:, None] + np.array([cols, rows]) * bake.spacing_m)
     found = height_under(places, faces, east, south)
     off = np.abs(found - bake.heights[rows, cols])
@@ -111,6 +138,8 @@ def check_heights(bake, checks, lod, places, faces, error_m):
     # edge of the mesh crosses, the edge itself may be further off than the corners on either side of it.
     rows, cols = (chance.random(POINTS) * (side - 1) for side in bake.heights.shape)
     i, j = rows.astype(int), cols.astype(int)
+    dry = ~(wet[i, j] | wet[i + 1, j] | wet[i, j + 1] | wet[i + 1, j + 1])
+    rows, cols, i, j = rows[dry], cols[dry], i[dry], j[dry]
     corners = np.array([bake.heights[i + down, j + right] for down in (0, 1) for right in (0, 1)])
     east, south = (bake.corner()[:, None] + np.array([cols, rows]) * bake.spacing_m)
     found = height_under(places, faces, east, south)
@@ -139,6 +168,7 @@ def height_under(places, faces, east, south):
         candidates = corners[tree[(int(np.floor(x / size)), int(np.floor(z / size)))]]
         a, b, c = candidates[:, 0], candidates[:, 1], candidates[:, 2]
         whole = (b[:, 2] - a[:, 2]) * (c[:, 0] - a[:, 0]) - (b[:, 0] - a[:, 0]) * (c[:, 2] - a[:, 2])
+        whole[whole == 0] = np.inf
         u = ((b[:, 2] - z) * (c[:, 0] - x) - (b[:, 0] - x) * (c[:, 2] - z)) / whole
         v = ((c[:, 2] - z) * (a[:, 0] - x) - (c[:, 0] - x) * (a[:, 2] - z)) / whole
         best = np.argmax(np.minimum(np.minimum(u, v), 1 - u - v))

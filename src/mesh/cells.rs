@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
-use super::waterline::{WaterPoint, Waterlines};
+use super::waterline::{WaterPoint, Waterlines, snapped};
 use super::{Ground, GroundVertex, PARTS, Surface};
 use crate::area::Area;
 use crate::grid::Grid;
@@ -18,6 +18,7 @@ pub(super) fn cut(surface: &Surface, heights: &Grid<f32>, area: Area, waters: &W
     let mut ground = Ground::new(surface, heights, area);
     let mut builder = Builder {
         cells: i64::from(surface.cells),
+        grain: waters.grain(),
         numbers: HashMap::new(),
         between: Vec::new(),
         at: HashMap::new(),
@@ -70,6 +71,7 @@ fn cells_at(place: [i64; 2], cells: i64) -> impl Iterator<Item = [i64; 2]> {
 
 struct Builder {
     cells: i64,
+    grain: i64,
     /// The numbers of the vertices of the raster.
     numbers: HashMap<[u32; 2], u32>,
     /// Points between the vertices.
@@ -109,8 +111,7 @@ impl Builder {
             let (low, high) = (from.place[axis].min(to.place[axis]), from.place[axis].max(to.place[axis]));
             for line in low.div_euclid(CELL) + 1..=(high - 1).div_euclid(CELL) {
                 let share = (line * CELL - from.place[axis]) as f64 / along[axis] as f64;
-                let mut place =
-                    [0, 1].map(|axis| (from.place[axis] as f64 + along[axis] as f64 * share).round() as i64);
+                let mut place = [0, 1].map(|axis| from.place[axis] + snapped(along[axis] as f64 * share, self.grain));
                 place[axis] = line * CELL;
                 let mix = |from: f32, to: f32| from + (to - from) * share as f32;
                 let (level_m, ground_m) = (mix(from.level_m, to.level_m), mix(from.ground_m, to.ground_m));

@@ -69,6 +69,14 @@ impl Frame {
         [self.steps(x) - self.steps(area.x0), self.steps(y) - self.steps(area.y0)]
     }
 
+    /// Parts of a cell, a power of two, that are never less than a step: places that are so far apart are apart in the mesh too.
+    pub fn grain(&self) -> i64 {
+        let steps_a_cell = self.spacing_m / self.step_m;
+        let parts = (f64::from(PARTS) / steps_a_cell).max(1.0);
+        let grain = (0..7).map(|power| 1_i64 << power).find(|grain| *grain as f64 >= parts);
+        grain.unwrap_or(i64::from(PARTS) / 2)
+    }
+
     /// Steps from the corner of an area to a place that is given in [parts](PARTS) of a cell from there.
     pub fn steps_between(&self, area: &Area, place: [u32; 2]) -> [i64; 2] {
         let steps = |first: i64, parts: u32| {

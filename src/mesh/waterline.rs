@@ -68,6 +68,8 @@ pub struct Waterline {
 pub struct Waterlines {
     /// Cells a side.
     cells: usize,
+    /// What places are multiples of.
+    grain: i64,
     lines: Vec<Waterline>,
     /// Points of the middles of rivers, for the ground below them.
     beds: Vec<WaterPoint>,
@@ -145,12 +147,13 @@ struct Standing {
 }
 
 impl Waterlines {
-    /// The waters of a tile, by lines that may be off `tolerance` cells to the side. `None` where there is none.
-    pub fn new(world: &World, tile: &Tile, tolerance: f64) -> Option<Waterlines> {
+    /// The waters of a tile, by lines that may be off `tolerance` cells to the side, at places that are multiples of `grain`
+    /// [parts](PARTS) of a cell, which is a power of two: no two of them are nearer to each other. `None` where there is no water.
+    pub fn new(world: &World, tile: &Tile, tolerance: f64, grain: i64) -> Option<Waterlines> {
         let area = tile.area();
         let near = area.padded(AROUND);
         let lines = world.lines_through(LineKind::River, &near);
-        let courses: Vec<Course> = lines.iter().map(|line| Course::new(line, &area, tolerance)).collect();
+        let courses: Vec<Course> = lines.iter().map(|line| Course::new(line, &area, tolerance, grain)).collect();
         let standing = Standing::new(world, tile, &courses);
         if courses.is_empty() && standing.wet.iter().all(Option::is_none) {
             return None;
@@ -158,7 +161,7 @@ impl Waterlines {
         let cells = area.width() - 1;
         let reaches = Reaches::new(&courses, cells);
         let (lines, beds) = (Vec::new(), Vec::new());
-        let mut waters = Waterlines { cells, lines, beds, courses, reaches, standing, covered: HashMap::new() };
+        let mut waters = Waterlines { cells, grain, lines, beds, courses, reaches, standing, covered: HashMap::new() };
         waters.cover();
         waters.add_shores(tolerance);
         waters.add_rivers();
@@ -182,6 +185,11 @@ impl Waterlines {
     /// The lines themselves.
     pub fn lines(&self) -> &[Waterline] {
         &self.lines
+    }
+
+    /// What places are multiples of.
+    pub fn grain(&self) -> i64 {
+        self.grain
     }
 
     /// Cells a side of the tile.
@@ -296,7 +304,7 @@ impl Waterlines {
             }
         }
         for chain in chains(&segments) {
-            let points: Vec<WaterPoint> = chain.iter().map(|edge| self.standing.shore(*edge)).collect();
+            let points: Vec<WaterPoint> = chain.iter().map(|edge| self.standing.shore(*edge, self.grain)).collect();
             let places: Vec<[f64; 2]> = points.iter().map(|point| point.place.map(|at| at as f64)).collect();
             let kept = simplified(&places, tolerance * f64::from(PARTS));
             // A ring of which nothing but a line would be left is as small as the tolerance; one of a vertex or two that the raster
@@ -315,7 +323,7 @@ impl Waterlines {
                 kept.reverse();
             }
             let kind = self.standing.kind_at(chain[0]);
-            let lines = runs(kept.into_iter(), is_shore);
+            let lines = runs(kept.into_iter(), is_shore, self.grain);
             self.lines.extend(lines.into_iter().map(|points| Waterline { kind, points }));
         }
     }
@@ -329,15 +337,15 @@ impl Waterlines {
                 self.standing.nearest(place).is_none() && !self.is_joined(number, place)
             };
             let in_water = |point: &WaterPoint| self.standing.nearest(point.place.map(|at| at as f64)).is_none();
-            for side in course.banks() {
-                for line in clipped(&side, self.cells) {
+            for side in course.banks(self.grain) {
+                for line in clipped(&side, self.cells, self.grain) {
                     // Where a river joins another its banks end, and the ground is a bed there.
                     let joined = line.iter().filter(|point| in_water(point) && !is_free(point));
                     beds.extend(joined.map(|point| WaterPoint { ground_m: point.level_m - 4.0 * CLEAR_M, ..*point }));
-                    lines.extend(runs(line.into_iter(), is_free));
+                    lines.extend(runs(line.into_iter(), is_free, self.grain));
                 }
             }
-            for line in clipped(&course.bed(), self.cells) {
+            for line in clipped(&course.bed(), self.cells, self.grain) {
                 beds.extend(line.into_iter().filter(in_water));
             }
         }
@@ -348,7 +356,11 @@ impl Waterlines {
 
 /// The parts of a line that are as they should be, up to where that ends. One point alone stays too: on the edge of a tile the
 /// neighbour may have more of the line.
-fn runs(line: impl Iterator<Item = WaterPoint>, is_good: impl Fn(&WaterPoint) -> bool) -> Vec<Vec<WaterPoint>> {
+fn runs(
+    line: impl Iterator<Item = WaterPoint>,
+    is_good: impl Fn(&WaterPoint) -> bool,
+    grain: i64,
+) -> Vec<Vec<WaterPoint>> {
     let mut runs = vec![Vec::new()];
     let mut before: Option<(WaterPoint, bool)> = None;
     for point in line {
@@ -357,7 +369,7 @@ fn runs(line: impl Iterator<Item = WaterPoint>, is_good: impl Fn(&WaterPoint) ->
             && was_good != good
         {
             let (inside, outside) = if good { (point, last) } else { (last, point) };
-            let end = last_good(inside, outside, &is_good);
+            let end = last_good(inside, outside, &is_good, grain);
             let run: &mut Vec<WaterPoint> = runs.last_mut().expect("there is one");
             push(run, end);
             if !good {
@@ -374,11 +386,11 @@ fn runs(line: impl Iterator<Item = WaterPoint>, is_good: impl Fn(&WaterPoint) ->
 }
 
 /// The last point that is as it should be on the way to one that is not.
-fn last_good(good: WaterPoint, bad: WaterPoint, is_good: &impl Fn(&WaterPoint) -> bool) -> WaterPoint {
+fn last_good(good: WaterPoint, bad: WaterPoint, is_good: &impl Fn(&WaterPoint) -> bool, grain: i64) -> WaterPoint {
     let between = |share: f64| {
         let mix = |from: f32, to: f32| from + (to - from) * share as f32;
         let place =
-            |axis: usize| good.place[axis] + ((bad.place[axis] - good.place[axis]) as f64 * share).round() as i64;
+            |axis: usize| good.place[axis] + snapped((bad.place[axis] - good.place[axis]) as f64 * share, grain);
         WaterPoint {
             place: [place(0), place(1)],
             level_m: mix(good.level_m, bad.level_m),
@@ -409,12 +421,12 @@ fn covering(pair: [&CoursePoint; 2], place: [f64; 2], share: f64, less: f64) -> 
 
 impl Course {
     /// A river near a tile, as simple as the tolerance allows. The whole of it is looked at, so that each tile has the same.
-    fn new(line: &Line, area: &Area, tolerance: f64) -> Course {
+    fn new(line: &Line, area: &Area, tolerance: f64, grain: i64) -> Course {
         let spacing_m = line.spacing_m;
         let point = |point: &LinePoint| {
             let place = line.place_from([area.x0, area.y0], point);
             CoursePoint {
-                place: place.map(|at| (at * f64::from(PARTS)).round() as i64),
+                place: place.map(|at| snapped(at * f64::from(PARTS), grain)),
                 half: point.half_width_m / spacing_m * f64::from(PARTS),
                 level_m: point.level_m as f32,
                 bed_m: (point.floor_m as f32).min(point.level_m as f32 - 4.0 * CLEAR_M),
@@ -452,9 +464,9 @@ impl Course {
     }
 
     /// Its banks: two, or the ring of a round pool.
-    fn banks(&self) -> Vec<Vec<WaterPoint>> {
+    fn banks(&self, grain: i64) -> Vec<Vec<WaterPoint>> {
         let at = |point: &CoursePoint, [x, y]: [f64; 2]| WaterPoint {
-            place: [point.place[0] + x.round() as i64, point.place[1] + y.round() as i64],
+            place: [point.place[0] + snapped(x, grain), point.place[1] + snapped(y, grain)],
             level_m: point.level_m,
             ground_m: point.level_m - CLEAR_M,
         };
@@ -678,10 +690,10 @@ impl Standing {
     }
 
     /// The point of a shore on an edge between two vertices.
-    fn shore(&self, edge: Edge) -> WaterPoint {
+    fn shore(&self, edge: Edge, grain: i64) -> WaterPoint {
         let (ends, under) = self.ends(edge);
         let (_, level_m) = self.at(ends[under].0, ends[under].1).expect("a shore has water on one side");
-        let along = (self.share(edge) * f64::from(PARTS)).round() as i64;
+        let along = snapped(self.share(edge) * f64::from(PARTS), grain);
         let (column, row, south) = edge;
         let (dx, dy) = if south { (0, along) } else { (along, 0) };
         let place = [column * i64::from(PARTS) + dx, row * i64::from(PARTS) + dy];
@@ -694,13 +706,13 @@ const LEVELS_A_METRE: f32 = 64.0;
 
 /// The parts of a line within a square of so many cells, with points where it crosses its edge. Where these are does not depend on
 /// which side of the edge the square lies.
-fn clipped(line: &[WaterPoint], cells: usize) -> Vec<Vec<WaterPoint>> {
+fn clipped(line: &[WaterPoint], cells: usize, grain: i64) -> Vec<Vec<WaterPoint>> {
     let side = cells as i64 * i64::from(PARTS);
     let is_within = |point: &WaterPoint| point.place.iter().all(|at| (0..=side).contains(at));
     let mut parts: Vec<Vec<WaterPoint>> = vec![Vec::new()];
     for (index, point) in line.iter().enumerate() {
         if index > 0 {
-            let mut crossings = crossings(&line[index - 1], point, side);
+            let mut crossings = crossings(&line[index - 1], point, side, grain);
             crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
             for (_, crossing) in crossings {
                 push(parts.last_mut().expect("there is one"), crossing);
@@ -723,8 +735,14 @@ fn push(part: &mut Vec<WaterPoint>, point: WaterPoint) {
     }
 }
 
+/// The multiple of a grain that is nearest to a number of parts.
+pub(super) fn snapped(parts: f64, grain: i64) -> i64 {
+    // Halves always to the same side, wherever the corner is that they are counted from.
+    (parts / grain as f64 + 0.5).floor() as i64 * grain
+}
+
 /// Where a straight piece crosses the edge of a square, and at which share of it.
-fn crossings(from: &WaterPoint, to: &WaterPoint, side: i64) -> Vec<(f64, WaterPoint)> {
+fn crossings(from: &WaterPoint, to: &WaterPoint, side: i64, grain: i64) -> Vec<(f64, WaterPoint)> {
     let mut found = Vec::new();
     for axis in 0..2 {
         let (start, end) = (from.place[axis], to.place[axis]);
@@ -735,6 +753,7 @@ fn crossings(from: &WaterPoint, to: &WaterPoint, side: i64) -> Vec<(f64, WaterPo
             // In whole numbers, from the same end in both tiles: rounded alike wherever the corner is.
             let (across, along) = (to.place[1 - axis] - from.place[1 - axis], end - start);
             let at = from.place[1 - axis] + (2 * across * (edge - start) + along).div_euclid(2 * along);
+            let at = (at + grain / 2).div_euclid(grain) * grain;
             if !(0..=side).contains(&at) {
                 continue;
             }

@@ -82,7 +82,7 @@ impl<'a> Modeller<'a> {
         let model = |&lod: &u32| {
             // Twice as much as at the level before it, as heights may be off.
             let tolerance = FINEST_LINE * f64::from(lod).exp2();
-            let waterlines = Waterlines::new(self.world, tile, tolerance);
+            let waterlines = Waterlines::new(self.world, tile, tolerance, self.frame.grain());
             let land = self.land(tile, lod, waterlines.as_ref());
             let ground = Drape::new(&land, tile.heights(), tile.area());
             let waters = waterlines.as_ref().map_or_else(Vec::new, sheets);
