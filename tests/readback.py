@@ -45,6 +45,10 @@ FLUVIAL_LAYERS = {
 }
 
 
+# The number of the world's plane among the reference systems.
+PLANE = 100000
+
+
 class Bake:
     """A bake in a folder, with its rasters as numpy arrays: rows from north to south, columns from west to east."""
 
@@ -327,7 +331,7 @@ def parse_geometry(raw):
         at = end
     every = np.concatenate(lines)[:, :2]
     low, high = every.min(axis=0), every.max(axis=0)
-    header = (magic, version, flags, srs, order, at) == (b"GP", 0, 3, -1, 1, len(raw))
+    header = (magic, version, flags, srs, order, at) == (b"GP", 0, 3, PLANE, 1, len(raw))
     return lines, header and [west, south, east, north] == [*low, *high]
 
 
@@ -351,7 +355,7 @@ def check_vectors(bake, checks):
         sound = database.execute("PRAGMA integrity_check").fetchone()[0]
         broken = database.execute("PRAGMA foreign_key_check").fetchall()
         systems = {row[0] for row in database.execute("SELECT srs_id FROM gpkg_spatial_ref_sys")}
-        query = "SELECT table_name, min_x, min_y, max_x, max_y FROM gpkg_contents WHERE srs_id = -1"
+        query = f"SELECT table_name, min_x, min_y, max_x, max_y FROM gpkg_contents WHERE srs_id = {PLANE}"
         bounds = {row[0]: row[1:] for row in database.execute(query)}
         query = "SELECT table_name, geometry_type_name, z FROM gpkg_geometry_columns"
         shapes = {name: (shape, z) for name, shape, z in database.execute(query)}
@@ -362,9 +366,10 @@ def check_vectors(bake, checks):
             # After the row's number and its geometry.
             columns[layer] = [column[0] for column in cursor.description][2:]
             tables[layer] = [(raw, row) for _, raw, *row in cursor]
-    good = header == [0x47504B47, 10300] and (sound, broken) == ("ok", []) and systems >= {-1, 0, 4326}
+    good = header == [0x47504B47, 10300] and (sound, broken) == ("ok", []) and systems == {-1, 0, 4326, PLANE}
     checks.check(good, "version of the GeoPackage, which SQLite finds sound", header[1])
-    expected = {**layers, "tiles": ("POLYGON", 0)}
+    # What contours are is for gis.py to see.
+    expected = {**layers, "contours": ("LINESTRING", 0), "tiles": ("POLYGON", 0)}
     checks.check(shapes == expected and set(bounds) == set(expected), "layers of the GeoPackage", len(shapes))
     side_m, right = bake.cells * bake.manifest["spacing_m"], 0
     for x, y, raw in tiles:
