@@ -25,7 +25,7 @@
 //! so. Each layer is a pure function of the world and of lattice coordinates, and no tile ever looks at a neighbour.
 //!
 //! ```text
-//!   error, area, grid, hash, geometry, stop, clock, watch, memory, device, generator, simd   what all use
+//!   error, area, grid, hash, geometry, contour, stop, clock, watch, memory, device, generator, simd   what all use
 //!      |
 //!   noise/      fractals of simplex noise on the lanes of simd
 //!   recipe/     what an author writes -> a preset or a style; what all settings share: key paths, faults, checks, masks
@@ -44,7 +44,7 @@
 //!               on request: slope, curvature, accumulation, wetness, what grows               input: 65 vertices more
 //!   features/   World, area -> rivers, lakes, coasts, roads, sites, peaks, crossings with typed attributes
 //!   find/       "lake > 2 km2", a place -> the nearest ones, seen from afar first
-//!   mesh/       tile -> triangles: land, water, ribbons
+//!   mesh/       tile -> triangles: land into which banks and shores are cut, water between them, roads      input: rivers 24 vertices around
 //!   map/        World, style, scale -> a sheet: relief, lines, names                          reach: the names around it
 //!               tile -> its plain picture
 //!      |
