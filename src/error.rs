@@ -52,6 +52,14 @@ pub enum Error {
         /// What would do.
         hint: String,
     },
+    /// A device that is asked for and cannot be had.
+    #[error("{message}")]
+    Device {
+        /// Why not.
+        message: String,
+        /// What would do.
+        hint: String,
+    },
     /// A tile registry that is not there or cannot be understood.
     #[error("{}: {message}", path.display())]
     Registry {
@@ -94,6 +102,7 @@ impl Error {
             | Error::Export { hint, .. }
             | Error::Output { hint, .. }
             | Error::Option { hint, .. }
+            | Error::Device { hint, .. }
             | Error::Faulty { hint, .. }
             | Error::Registry { hint, .. } => Some(hint).filter(|hint| !hint.is_empty()).map(String::as_str),
             Error::Io { .. } | Error::Interrupted => None,
@@ -104,7 +113,7 @@ impl Error {
     /// whole.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Error::Io { .. } | Error::Faulty { .. } => 1,
+            Error::Io { .. } | Error::Faulty { .. } | Error::Device { .. } => 1,
             Error::Interrupted => 130,
             _ => 2,
         }

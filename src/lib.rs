@@ -25,7 +25,7 @@
 //! so. Each layer is a pure function of the world and of lattice coordinates, and no tile ever looks at a neighbour.
 //!
 //! ```text
-//!   error, area, grid, hash, geometry, contour, stop, clock, watch, memory, device, generator, simd   what all use
+//!   error, area, grid, hash, geometry, contour, stop, clock, watch, memory, generator, simd   what all use
 //!      |
 //!   noise/      fractals of simplex noise on the lanes of simd
 //!   recipe/     what an author writes -> a preset or a style; what all settings share: key paths, faults, checks, masks
@@ -35,6 +35,7 @@
 //!      |
 //!   fluvial/    rivers first, then the land between them; lakes, coasts, peaks; a survey for those who plan on it
 //!   relief/     World, area -> land: of noise, or fluvial                                     input: the area
+//!   device/     areas -> their land: by the CPU, or by a GPU with the same bits
 //!   places/     survey -> settlements, and roads between them: lines                          reach: 2.5 site cells
 //!   agents/     bare heights -> the thesis' rivers and roads: lines                           reach: the tiles they may cross
 //!      |
@@ -133,7 +134,6 @@ pub mod stop;
 pub mod clock;
 pub mod watch;
 mod memory;
-pub mod device;
 pub mod generator;
 pub mod simd;
 
@@ -144,6 +144,7 @@ pub mod lines;
 pub mod names;
 pub mod fluvial;
 pub mod relief;
+pub mod device;
 pub mod places;
 pub mod agents;
 pub mod preset;

@@ -5,15 +5,17 @@ mod journal;
 
 pub(crate) use journal::Journal;
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use crate::area::{Place, Region, Stride};
+use crate::area::{Area, Place, Region, Stride};
+use crate::device::LandMaker;
 use crate::error::Error;
 pub use crate::file::{FileRecord, MeshRecord};
+use crate::land::Land;
 use crate::stop;
-use crate::tile::Tile;
+use crate::tile::{Tile, TilePlan};
 use crate::watch::Watch;
 use crate::world::World;
 
@@ -62,7 +64,7 @@ pub fn rows_in_flight(region: &Region, threads: usize) -> u64 {
     (TILES_A_THREAD * threads as u64).div_ceil(region.cols()).clamp(1, region.rows())
 }
 
-/// Makes all tiles of a region and hands them to the sinks, on the threads of the current rayon pool.
+/// Makes all tiles of a region, of the land that a maker of the world's land gives, and hands them to the sinks, on the threads of the current rayon pool.
 ///
 /// While the sinks write one batch of rows, the next is made; so two batches of what the sinks keep are held at most,
 /// beside one tile a thread. Memory grows with the width of the region and not with its height. What the journal has from
@@ -71,7 +73,7 @@ pub fn rows_in_flight(region: &Region, threads: usize) -> u64 {
 /// # Errors
 /// The first error of a sink or of the journal.
 pub(crate) fn bake(
-    world: &World,
+    (world, maker): (&World, &dyn LandMaker),
     region: &Region,
     sinks: &[Box<dyn Sink + '_>],
     journal: &Journal,
@@ -86,7 +88,7 @@ pub(crate) fn bake(
         let rows = batch_rows.min(region.rows() - first_row);
         let (written, next) = rayon::join(
             || made.take().map_or(Ok(()), |batch| batch.append(region, sinks, watch)),
-            || Batch::make(world, region, first_row, rows, sinks, journal, watch),
+            || Batch::make((world, maker), region, first_row, rows, sinks, journal, watch),
         );
         written?;
         watch.clock.time(JOURNAL, || journal.save())?;
@@ -121,7 +123,7 @@ struct Batch {
 
 impl Batch {
     fn make(
-        world: &World,
+        (world, maker): (&World, &dyn LandMaker),
         region: &Region,
         first_row: u64,
         rows: u64,
@@ -130,28 +132,49 @@ impl Batch {
         watch: &Watch,
     ) -> Result<Batch, Error> {
         let cols = region.cols();
-        let make = |index: u64| {
-            stop::check();
-            let place = Place { row: first_row + index / cols, col: index % cols };
-            if let Some(pieces) = journal.recall(region.tile(place), sinks.len())? {
-                watch.skip(1);
-                return Ok(pieces);
-            }
+        let clock = &watch.clock;
+        let finish = |place: Place, plan: TilePlan, land: Land, made: Duration| {
             let start = Instant::now();
-            let tile = Tile::timed(world, region.tile(place), &watch.clock);
-            let kept = sinks
-                .iter()
-                .map(|sink| watch.clock.time(&format!("paint {}", sink.name()), || sink.take(&tile, place)));
+            let tile = Tile::of_plan(world, plan, land, clock);
+            let kept =
+                sinks.iter().map(|sink| clock.time(&format!("paint {}", sink.name()), || sink.take(&tile, place)));
             let kept = kept.collect::<Result<Vec<Kept>, Error>>()?;
-            let spent = start.elapsed();
-            let pieces = watch.clock.time(JOURNAL, || journal.record(&tile, kept, spent))?;
+            let spent = made + start.elapsed();
+            let pieces = clock.time(JOURNAL, || journal.record(&tile, kept, spent))?;
             if watch.add(1) == 0 && planning(world).is_some() {
                 watch.go_on(TILES);
             }
             Ok(pieces)
         };
-        let pieces = (0..rows * cols).into_par_iter().map(make).collect::<Result<Vec<_>, Error>>()?;
-        Ok(Batch { first_row, pieces })
+        // Tiles whose land is made together.
+        let make = |indices: &[u64]| {
+            stop::check();
+            let mut pieces = Vec::with_capacity(indices.len());
+            let mut missing = Vec::new();
+            for index in indices {
+                let place = Place { row: first_row + index / cols, col: index % cols };
+                let recalled = journal.recall(region.tile(place), sinks.len())?;
+                match recalled {
+                    Some(_) => _ = watch.skip(1),
+                    None => missing.push((pieces.len(), place)),
+                }
+                pieces.push(recalled.unwrap_or_default());
+            }
+            let start = Instant::now();
+            let plans: Vec<TilePlan> =
+                missing.par_iter().map(|(_, place)| TilePlan::new(world, region.tile(*place), clock)).collect();
+            let lands = maker.lands(&plans.iter().map(|plan| plan.land).collect::<Vec<Area>>(), clock);
+            let made = start.elapsed().div_f64(missing.len().max(1) as f64);
+            let finished = missing.par_iter().zip(plans).zip(lands);
+            let finished = finished.map(|((&(_, place), plan), land)| finish(place, plan, land, made));
+            for ((at, _), made) in missing.iter().zip(finished.collect::<Result<Vec<_>, Error>>()?) {
+                pieces[*at] = made;
+            }
+            Ok(pieces)
+        };
+        let indices: Vec<u64> = (0..rows * cols).collect();
+        let pieces = indices.par_chunks(maker.together()).map(make).collect::<Result<Vec<_>, Error>>()?;
+        Ok(Batch { first_row, pieces: pieces.into_iter().flatten().collect() })
     }
 
     fn append(self, region: &Region, sinks: &[Box<dyn Sink + '_>], watch: &Watch) -> Result<(), Error> {

@@ -8,6 +8,8 @@ use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
 use clap::{Arg, Args, Parser, Subcommand, ValueEnum};
 
 use crate::area::{MAX_COORDINATE, Region, Stride, TileId};
+use crate::cli::console::Console;
+use crate::device::{Device, LandMaker};
 use crate::error::Error;
 use crate::export::{Export, Lods, MeshOptions, Profile, TileNames, VectorOptions};
 use crate::find;
@@ -16,6 +18,7 @@ use crate::map::style::{STYLES, Style};
 use crate::mesh::middle;
 use crate::preset::{BUILT_IN, Preset, Sources};
 use crate::recipe::source;
+use crate::world::World;
 
 /// Bakes endless procedural terrain, offline, into maps and assets.
 #[derive(Parser)]
@@ -70,6 +73,12 @@ pub(super) enum Command {
         #[arg(long)]
         dry_run: bool,
         /// Print one JSON object.
+        #[arg(long)]
+        json: bool,
+    },
+    /// List what can compute land: the CPU and all GPUs, with their limits, and whether they give the same bits.
+    Devices {
+        /// Print one JSON object a line.
         #[arg(long)]
         json: bool,
     },
@@ -280,12 +289,40 @@ pub(super) struct CommonArguments {
     pub manner: Manner,
 }
 
+/// What makes land.
+#[derive(Args)]
+pub(super) struct DeviceArguments {
+    /// What makes land of noise: auto (a GPU where one is there that gives the same bits), cpu or gpu; the bytes are the same.
+    #[arg(long, value_name = "NAME", default_value = "cpu")]
+    #[arg(value_parser = Named(device_names), hide_possible_values = true)]
+    pub device: String,
+    /// Threads to a side of a GPU's groups: 8, 16 or 32.
+    #[arg(long, value_name = "N", default_value = "8", value_parser = ["8", "16", "32"], hide_possible_values = true)]
+    pub workgroup: String,
+}
+
+impl DeviceArguments {
+    /// What makes the land of a world; why it is not a GPU is said.
+    pub fn maker<'a>(&self, world: &'a World, console: &Console) -> Result<Box<dyn LandMaker + 'a>, Error> {
+        let group_side = self.workgroup.parse().expect("one of those that the option takes");
+        let (maker, reason) = self.device.parse::<Device>()?.maker(world.relief(), group_side)?;
+        console.warnings(reason.as_slice());
+        Ok(maker)
+    }
+}
+
+fn device_names() -> Vec<&'static str> {
+    Device::ALL.map(Device::name).to_vec()
+}
+
 /// How a bake goes.
 #[derive(Args)]
 pub(super) struct Manner {
     /// Threads to use [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
+    #[command(flatten)]
+    pub device: DeviceArguments,
     /// Say what would be written, and what it would take, and write nothing.
     #[arg(long)]
     pub dry_run: bool,
@@ -555,6 +592,7 @@ impl Command {
             | Command::Repair { json, .. }
             | Command::Info { json, .. }
             | Command::Clean { json, .. }
+            | Command::Devices { json }
             | Command::Presets { json, .. }
             | Command::Styles { json, .. } => *json,
             Command::Map(MapArguments { style, .. }) | Command::Atlas(AtlasArguments { style, .. }) => style.json,

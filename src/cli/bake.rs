@@ -98,6 +98,7 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
         CommonArguments { add: true, .. } => Mode::Add,
         _ => Mode::New,
     };
+    let plan = on_device(plan, &world, &options.manner, console)?;
     carry_out(&plan, mode, &out, &options.manner, console)
 }
 
@@ -158,6 +159,7 @@ pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(
             "16-bit heights stay those of {min_m} to {max_m} m: land beyond them is written as they are"
         )]);
     }
+    let plan = on_device(plan, &world, manner, console)?;
     carry_out(&plan, Mode::Extend, folder, manner, console)
 }
 
@@ -196,6 +198,14 @@ fn default_folder(name: &str, world: &World, region: &Region) -> PathBuf {
     let scale = world.stride().vertices();
     let scale = if scale == 1 { String::new() } else { format!("-scale{scale}") };
     Path::new("out").join(format!("{name}-seed{seed}-x{x}-y{y}-{cols}x{rows}{scale}"))
+}
+
+/// The plan with what is asked to make its land; a dry run makes none.
+fn on_device<'a>(plan: Plan<'a>, world: &'a World, options: &Manner, console: &Console) -> Result<Plan<'a>, Error> {
+    if options.dry_run {
+        return Ok(plan);
+    }
+    Ok(plan.with_maker(options.device.maker(world, console)?))
 }
 
 /// Bakes a plan into a folder, or says what it would take.
@@ -245,6 +255,9 @@ fn carry_out(plan: &Plan<'_>, mode: Mode, out: &Path, options: &Manner, console:
         }
     })?;
     console.warnings(&output.kept_warnings());
+    if let Some(trouble) = plan.maker().trouble() {
+        console.warnings(&[format!("the CPU has made what was left of the land: {trouble}")]);
+    }
     let elapsed = start.elapsed();
     if options.verbose {
         print_stages(console, &watch)?;

@@ -5,6 +5,7 @@ mod atlas;
 mod bake;
 mod completions;
 mod console;
+mod devices;
 mod experiment;
 mod find;
 mod info;
@@ -75,6 +76,7 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
         Command::Verify(arguments) => verify::run(&arguments, console),
         Command::Repair { folder, threads, .. } => verify::repair(&folder, threads, console),
         Command::Clean { folder, dry_run, .. } => verify::clean(&folder, dry_run, console),
+        Command::Devices { .. } => devices::run(console),
         Command::Experiment(arguments) => experiment::run(arguments, console),
         Command::Presets { name: Some(name), .. } => {
             let text = source::built_in::<Preset>(&name)?;

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::area::Region;
 use crate::bake::rows_in_flight;
+use crate::device::{Cpu, LandMaker};
 use crate::error::Error;
 use crate::export::cost::{Cost, Forecast};
 use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
@@ -24,6 +25,7 @@ pub struct Plan<'a> {
     height_range_m: Option<[f32; 2]>,
     names: TileNames,
     profile: Option<Profile>,
+    maker: Box<dyn LandMaker + 'a>,
 }
 
 /// The program itself, with what the allocator keeps: what a bake of one tile of the thesis' world on one thread was measured
@@ -66,8 +68,9 @@ impl<'a> Plan<'a> {
         let meshes = MeshOptions { origin: Some(default_origin(&region)), ..MeshOptions::default() };
         let vectors = VectorOptions::default();
         let names = TileNames::default();
-        Plan { world, preset_name, region, exports, meshes, vectors, height_range_m: None, names, profile: None }
-            .checked()
+        let maker = Box::new(Cpu { relief: world.relief() });
+        let (height_range_m, profile) = (None, None);
+        Plan { world, preset_name, region, exports, meshes, vectors, height_range_m, names, profile, maker }.checked()
     }
 
     /// The plan with the files of a profile too.
@@ -106,8 +109,8 @@ impl<'a> Plan<'a> {
     }
 
     pub(super) fn request(&self) -> Request<'_> {
-        let Plan { world, preset_name: name, region, ref meshes, ref vectors, names, .. } = *self;
-        Request { name, world, region, meshes, vectors, names, height_range_m: self.height_range_m() }
+        let Plan { world, preset_name: name, region, meshes, vectors, names, .. } = self;
+        Request { name, world, region: *region, meshes, vectors, names: *names, height_range_m: self.height_range_m() }
     }
 
     /// The plan with meshes made in another way.
@@ -149,6 +152,17 @@ impl<'a> Plan<'a> {
     #[must_use]
     pub fn with_names(self, names: TileNames) -> Plan<'a> {
         Plan { names, ..self }
+    }
+
+    /// The plan with the land of its tiles made by another maker: the bytes are the same.
+    #[must_use]
+    pub fn with_maker(self, maker: Box<dyn LandMaker + 'a>) -> Plan<'a> {
+        Plan { maker, ..self }
+    }
+
+    /// What makes the land of its tiles.
+    pub fn maker(&self) -> &dyn LandMaker {
+        &*self.maker
     }
 
     /// Whether any export reads each of some options of the command that only some exports read.

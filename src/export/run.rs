@@ -35,7 +35,7 @@ impl Plan<'_> {
         }
         let mut journal = None;
         let result = stop::catch(|| {
-            let log = output.begin_log(rayon::current_num_threads())?;
+            let log = output.begin_log(rayon::current_num_threads(), self.maker().name())?;
             let journal = journal.insert(output.begin(self)?);
             let result = stop::catch(|| self.bake_into(output, journal, watch));
             let [made, known] = journal.counts();
@@ -67,7 +67,7 @@ impl Plan<'_> {
         }
         self.adopt(output, journal, sinks.len())?;
         // Every tile, to every sink.
-        bake(self.world(), self.region(), &sinks, journal, watch)?;
+        bake((self.world(), self.maker()), self.region(), &sinks, journal, watch)?;
         check_tiles(output, journal)?;
         // The ends of all files, brought to the disk together.
         watch.begin("finishing files", None);

@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 use crate::error::Error;
 use crate::file::{Operation, gate};
 use crate::generator;
-use crate::simd::Level;
 
 /// The file in the folder of the bake: a JSON object a line.
 pub(crate) const PATH: &str = "runs.jsonl";
@@ -57,14 +56,13 @@ pub(super) struct Log {
 
 impl Log {
     /// Notes that a run begins, in the log of a folder.
-    pub fn begin(folder: &Path, mode: &str, threads: usize) -> Result<Log, Error> {
+    pub fn begin(folder: &Path, mode: &str, threads: usize, device: String) -> Result<Log, Error> {
         let log = Log { path: folder.join(PATH), start: Instant::now() };
-        let level = Level::chosen().map_or_else(|_| "scalar".to_owned(), |level| level.name().to_owned());
         log.add(&Run::Begun {
             unix_s: now(),
             mode: mode.to_owned(),
             version: generator::VERSION.to_owned(),
-            device: format!("cpu, {level}"),
+            device,
             threads,
         })?;
         Ok(log)

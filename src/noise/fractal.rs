@@ -15,16 +15,16 @@ use std::ops::Range;
 /// A fractal, ready to fill areas. A pure function of the vertex, the specification and the seed.
 #[derive(Clone, Debug)]
 pub struct Fractal {
-    kind: FractalKind,
-    octaves: Vec<Octave>,
+    pub(super) kind: FractalKind,
+    pub(super) octaves: Vec<Octave>,
     bounds: (f32, f32),
     max_warp_m: f32,
 }
 
 /// Blocks are aligned with the world: that gives a vertex the same bits in every area. So these two numbers are part
 /// of what the noise is. A block's sums stay in the first-level cache.
-const BLOCK_COLUMNS: usize = 64;
-const BLOCK_ROWS: usize = 32;
+pub(super) const BLOCK_COLUMNS: usize = 64;
+pub(super) const BLOCK_ROWS: usize = 32;
 const BLOCK_VERTICES: usize = BLOCK_COLUMNS * BLOCK_ROWS;
 const _: () = assert!(BLOCK_COLUMNS.is_multiple_of(MAX_LANES) && BLOCK_ROWS.is_multiple_of(MAX_LANES));
 
@@ -32,19 +32,19 @@ const _: () = assert!(BLOCK_COLUMNS.is_multiple_of(MAX_LANES) && BLOCK_ROWS.is_m
 const MAX_WARP_CELLS: f64 = 1024.0;
 
 #[derive(Clone, Debug)]
-struct Octave {
-    lattice: Lattice,
-    step: FoldStep,
-    evaluation: Evaluation,
+pub(super) struct Octave {
+    pub lattice: Lattice,
+    pub step: FoldStep,
+    pub evaluation: Evaluation,
     /// For warped areas, and for the shortest waves.
-    simplex: Simplex<BLOCK_COLUMNS>,
+    pub simplex: Simplex<BLOCK_COLUMNS>,
 }
 
 /// How the noise of an octave is computed. All compute the same function, but round differently, so which one an octave
 /// takes depends on its frequency alone and is part of what the noise is.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "a fractal has a handful of octaves")]
-enum Evaluation {
+pub(super) enum Evaluation {
     Splat(Splat<BLOCK_COLUMNS, BLOCK_ROWS>),
     RowWise(RowWise<BLOCK_COLUMNS>),
     Simplex,

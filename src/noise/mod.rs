@@ -24,6 +24,8 @@ mod bounds;
 mod fold;
 mod fractal;
 mod lattice;
+#[cfg(feature = "gpu")]
+pub(crate) mod packed;
 mod rows;
 mod simplex;
 mod spec;

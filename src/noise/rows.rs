@@ -21,9 +21,9 @@ const MOST_VECTORS: usize = 16;
 #[derive(Clone, Debug)]
 pub(super) struct RowWise<const COLUMNS: usize> {
     /// What each column adds to u.
-    columns: [u32; COLUMNS],
+    pub columns: [u32; COLUMNS],
     /// The gradients' components east and south, scaled to fit fractions of u and v.
-    gradients: [[f32; 16]; 2],
+    pub gradients: [[f32; 16]; 2],
 }
 
 /// The gradients of a stretch of a row of points.
@@ -48,6 +48,45 @@ impl PointRows {
             rows: [PointRow { v: 0, first_u: 0, gradient_x: [0.0; POINTS], gradient_y: [0.0; POINTS] }; 2],
             filled: [false; 2],
         }
+    }
+}
+
+/// Where a row of vertices lies between its two rows of points: the northern one, number 0, and the southern one, number 1.
+#[derive(Clone, Copy)]
+struct Between {
+    /// The northern row.
+    v: u32,
+    /// How far south of it the vertices lie, in row distances.
+    below: f64,
+    /// Where the first vertex lies along each, in points: a row is shifted by half a point against the next.
+    along: [u128; 2],
+}
+
+impl Between {
+    #[inline(always)]
+    fn new([u, v]: [u128; 2]) -> Between {
+        const HALF: u128 = 1 << (FRACTION_BITS - 1);
+        let from_north = u.wrapping_sub((v & ((1 << FRACTION_BITS) - 1)) >> 1);
+        Between { v: cell(v), below: fraction(v), along: [from_north, from_north.wrapping_add(HALF)] }
+    }
+
+    /// The number of a row of points.
+    #[inline(always)]
+    fn row(&self, side: usize) -> u32 {
+        self.v.wrapping_add(side as u32)
+    }
+
+    /// From a row of points to the vertices, in row distances.
+    #[inline(always)]
+    fn dv(&self, side: usize) -> f32 {
+        (self.below - side as f64) as f32
+    }
+
+    /// `3/4 (1 - dv^2)`: the height of the bumps' base.
+    #[inline(always)]
+    fn base(&self, side: usize) -> f32 {
+        let dv = self.below - side as f64;
+        (0.75 * (1.0 - dv * dv)) as f32
     }
 }
 
@@ -94,18 +133,13 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
     /// The row of vertices whose first in the block is at `position`.
     #[inline(always)]
     pub fn row<'a, S: Simd>(&self, simd: S, position: [u128; 2], points: &'a mut PointRows) -> VertexRow<'a> {
-        let [u, v] = position;
-        let below = fraction(v);
-        // In units of points along the row: a row is shifted by half a point against the next.
-        const HALF: u128 = 1 << (FRACTION_BITS - 1);
-        let from_north = u.wrapping_sub((v & ((1 << FRACTION_BITS) - 1)) >> 1);
-        let from_south = from_north.wrapping_add(HALF);
-        let north = self.point_row(simd, cell(v), cell(from_north), points);
-        let south = self.point_row(simd, cell(v).wrapping_add(1), cell(from_south), points);
-        let side = |place: usize, along: u128, dv: f64| {
+        let between = Between::new(position);
+        let north = self.point_row(simd, between.row(0), cell(between.along[0]), points);
+        let south = self.point_row(simd, between.row(1), cell(between.along[1]), points);
+        let side = |side: usize, place: usize| {
             // Each vector counts points from one of its own, so that it picks from the first few of a slice.
             let (mut firsts, mut starts) = ([0; MOST_VECTORS], [0; MOST_VECTORS]);
-            let start = lane_fraction(along);
+            let start = lane_fraction(between.along[side]);
             for ((first, from), columns) in firsts.iter_mut().zip(&mut starts).zip(self.columns.chunks_exact(S::LANES))
             {
                 *first = start.wrapping_add(columns[0]) >> LANE_FRACTION_BITS;
@@ -115,11 +149,23 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
                 points: &points.rows[place],
                 first: firsts,
                 start: starts,
-                dv: dv as f32,
-                base: (0.75 * (1.0 - dv * dv)) as f32,
+                dv: between.dv(side),
+                base: between.base(side),
             }
         };
-        VertexRow { north: side(north, from_north, below), south: side(south, from_south, below - 1.0) }
+        VertexRow { north: side(0, north), south: side(1, south) }
+    }
+
+    /// Adds what a row of vertices needs whose first in the block is at `position`, as words: the northern row of points, and for each
+    /// of both the point west of the first vertex, where that is after it, and how far away both rows are.
+    pub fn pack_row(&self, position: [u128; 2], words: &mut Vec<u32>) {
+        let between = Between::new(position);
+        words.push(between.v);
+        for side in 0..2 {
+            let along = between.along[side];
+            words.extend([cell(along), lane_fraction(along)]);
+            words.extend([between.dv(side), between.base(side)].map(f32::to_bits));
+        }
     }
 
     /// Makes the gradients of a row of points, unless they are there already, and returns their place.

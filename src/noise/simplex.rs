@@ -50,6 +50,12 @@ impl RowStart {
             fraction: [lane_fraction(position[0]), lane_fraction(position[1])],
         }
     }
+
+    /// As words.
+    pub fn packed(&self) -> [u32; 4] {
+        let RowStart { cell: [cell_u, cell_v], fraction: [fraction_u, fraction_v] } = *self;
+        [cell_u, cell_v, fraction_u, fraction_v]
+    }
 }
 
 /// The tables of one octave, in lanes.
@@ -77,6 +83,17 @@ impl<const COLUMNS: usize> Simplex<COLUMNS> {
             u_per_metre_east,
             per_metre_south,
         }
+    }
+
+    /// What metres add to u, east, and to u and v, south; and the gradients.
+    pub fn packed(&self) -> ([f32; 3], [[f32; 16]; 2]) {
+        let [south_u, south_v] = self.per_metre_south;
+        ([self.u_per_metre_east, south_u, south_v], self.gradients)
+    }
+
+    /// What each column adds to u.
+    pub fn columns(&self) -> [u32; COLUMNS] {
+        self.columns
     }
 
     #[inline(always)]

@@ -10,10 +10,13 @@
 use super::lattice::{DIRECTIONS, EDGE, Lattice, NORMALISATION, cell, fraction, hash};
 use crate::simd::{MAX_LANES, Simd};
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// The radius of a bump is sqrt(1/2) lattice units. A strip looks a hair further, which is more than positions are rounded by.
 const REACH: f64 = FRAC_1_SQRT_2 + 1e-4;
+
+/// So far from everything that a bump is out of reach, and still with a square that is a number.
+pub(super) const FAR: f32 = 4.6e18;
 
 /// Bumps that can reach a block: for the shortest waves, of 20 vertices, a block of 64 x 32 with the reach around is
 /// 4.57 x 2.97 lattice units: at most five rows of six points.
@@ -30,10 +33,10 @@ const MAX_REACHING: usize = 12;
 #[derive(Clone, Debug)]
 pub(super) struct Splat<const COLUMNS: usize, const ROWS: usize> {
     /// Lattice units from the block's first column to each, and from its first row to each.
-    columns: [f32; COLUMNS],
-    rows: [f32; ROWS],
+    pub columns: [f32; COLUMNS],
+    pub rows: [f32; ROWS],
     /// The gradients, scaled.
-    gradients: [[f32; 2]; 16],
+    pub gradients: [[f32; 2]; 16],
 }
 
 /// The bumps that reach a block.
@@ -46,6 +49,63 @@ pub(super) struct Bumps<const ROWS: usize> {
     base: [[f32; ROWS]; MAX_BUMPS],
     slope: [[f32; ROWS]; MAX_BUMPS],
     count: usize,
+}
+
+/// The lattice points whose bumps reach a block, by their rows and columns as counted from the cell of its first vertex.
+#[derive(Clone, Copy)]
+pub(super) struct Points {
+    cell: [u32; 2],
+    fraction: [f64; 2],
+    /// How far east and south of the first vertex a point may lie, in lattice units.
+    reach: [f64; 2],
+}
+
+impl Points {
+    /// The rows: they are 1 / sqrt(2) apart, as far north and south as their bumps reach into the block.
+    #[inline(always)]
+    pub fn rows(&self) -> RangeInclusive<i32> {
+        let [_, fraction_v] = self.fraction;
+        (fraction_v - REACH * SQRT_2).ceil() as i32..=(fraction_v + self.reach[1] * SQRT_2).floor() as i32
+    }
+
+    /// The columns of a row.
+    #[inline(always)]
+    pub fn columns(&self, row: i32) -> RangeInclusive<i32> {
+        let shift = self.shift(row);
+        (shift - REACH / EDGE).ceil() as i32..=(shift + self.reach[0] / EDGE).floor() as i32
+    }
+
+    /// The column at which a row is as far east as the first vertex: each row begins half a point further west.
+    #[inline(always)]
+    pub fn shift(&self, row: i32) -> f64 {
+        self.fraction[0] + self.v(row) / 2.0
+    }
+
+    /// Rows from the first vertex to a row.
+    #[inline(always)]
+    pub fn v(&self, row: i32) -> f64 {
+        f64::from(row) - self.fraction[1]
+    }
+
+    /// From a point to the block's first vertex, east.
+    #[inline(always)]
+    pub fn dx(&self, column: i32, row: i32) -> f32 {
+        let u = f64::from(column) - self.fraction[0];
+        (EDGE * (self.v(row) / 2.0 - u)) as f32
+    }
+
+    /// From the points of a row to the block's first vertex, south.
+    #[inline(always)]
+    pub fn dy(&self, row: i32) -> f32 {
+        (-self.v(row) * FRAC_1_SQRT_2) as f32
+    }
+
+    /// The number of a point's gradient.
+    #[inline(always)]
+    pub fn gradient(&self, column: i32, row: i32) -> usize {
+        let [of_u, of_v] = [self.cell[0].wrapping_add(column as u32), self.cell[1].wrapping_add(row as u32)];
+        hash::gradient(hash::of_u(of_u), hash::of_v(of_v))
+    }
 }
 
 /// What is done with the noise of the vectors of a strip.
@@ -86,30 +146,30 @@ impl<const COLUMNS: usize, const ROWS: usize> Splat<COLUMNS, ROWS> {
         Splat { columns, rows, gradients }
     }
 
+    /// The lattice points whose bumps reach the block whose first vertex is at `position`.
+    #[inline(always)]
+    pub fn points(&self, position: [u128; 2]) -> Points {
+        Points {
+            cell: [cell(position[0]), cell(position[1])],
+            fraction: [fraction(position[0]), fraction(position[1])],
+            reach: [f64::from(self.columns[COLUMNS - 1]) + REACH, f64::from(self.rows[ROWS - 1]) + REACH],
+        }
+    }
+
     /// Finds the bumps that reach the block whose first vertex is at `position`.
     #[inline(always)]
     pub fn find_bumps<S: Simd>(&self, simd: S, position: [u128; 2], bumps: &mut Bumps<ROWS>) {
-        let (cell_u, cell_v) = (cell(position[0]), cell(position[1]));
-        let (fraction_u, fraction_v) = (fraction(position[0]), fraction(position[1]));
-        let east = f64::from(self.columns[COLUMNS - 1]) + REACH;
-        let south = f64::from(self.rows[ROWS - 1]) + REACH;
+        let points = self.points(position);
         bumps.count = 0;
         // Lanes past the last bump: so far away that they are out of reach, and still with a square that is a number.
-        bumps.dx = [f32::MAX.sqrt() / 4.0; MAX_BUMPS];
-        // Rows of points are 1 / sqrt(2) apart; those as far north and south as their bumps reach into the block.
-        for row in (fraction_v - REACH * SQRT_2).ceil() as i32..=(fraction_v + south * SQRT_2).floor() as i32 {
-            let v = f64::from(row) - fraction_v;
-            let hash_v = hash::of_v(cell_v.wrapping_add(row as u32));
-            // Each row of points begins half a point further west.
-            let shift = fraction_u + v / 2.0;
-            for column in (shift - REACH / EDGE).ceil() as i32..=(shift + east / EDGE).floor() as i32 {
-                let u = f64::from(column) - fraction_u;
-                let hash_u = hash::of_u(cell_u.wrapping_add(column as u32));
-                let [gradient_x, gradient_y] = self.gradients[hash::gradient(hash_u, hash_v)];
+        bumps.dx = [FAR; MAX_BUMPS];
+        for row in points.rows() {
+            for column in points.columns(row) {
+                let [gradient_x, gradient_y] = self.gradients[points.gradient(column, row)];
                 let bump = bumps.count;
                 bumps.count += 1;
-                bumps.dx[bump] = (EDGE * (v / 2.0 - u)) as f32;
-                bumps.dy[bump] = (-v * FRAC_1_SQRT_2) as f32;
+                bumps.dx[bump] = points.dx(column, row);
+                bumps.dy[bump] = points.dy(row);
                 bumps.gradient_x[bump] = gradient_x;
                 // All that a row of vertices has in common for this bump, so that a vertex is left with little.
                 let rows = self.rows.chunks_exact(S::LANES);

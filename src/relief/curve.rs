@@ -1,5 +1,8 @@
 //! Piecewise linear maps of a term's value: plateaus, benches and cliffs.
 
+#[cfg(feature = "gpu")]
+use crate::noise::packed::put;
+
 /// A piecewise linear map, level beyond its ends.
 ///
 /// Written as a sum of ramps, so that there is no search and all lanes do the same.
@@ -35,6 +38,14 @@ impl Curve {
     /// The lowest and the highest output.
     pub(super) fn bounds(&self) -> (f32, f32) {
         self.bounds
+    }
+
+    /// Adds the map as words: where it starts, its bounds, how many ramps there are, and these.
+    #[cfg(feature = "gpu")]
+    pub(super) fn pack(&self, words: &mut Vec<u32>) {
+        put(words, [self.start, self.bounds.0, self.bounds.1]);
+        words.push(self.ramps.len() as u32);
+        put(words, self.ramps.iter().flat_map(|ramp| [ramp.from, ramp.width, ramp.slope]));
     }
 
     /// Replaces each value by what the map makes of it.

@@ -2,10 +2,14 @@
 
 mod curve;
 mod noise;
+#[cfg(feature = "gpu")]
+mod packed;
 mod strided;
 pub mod settings;
 
 pub use noise::NoiseRelief;
+#[cfg(feature = "gpu")]
+pub(crate) use packed::PackedRelief;
 
 use crate::area::Area;
 use crate::clock::{Clock, stage};

@@ -15,34 +15,34 @@ use crate::stop;
 /// Heights are a pure function of the vertex: no pad, any area, the same bits.
 #[derive(Debug)]
 pub struct NoiseRelief {
-    warp: Option<WarpField>,
-    terms: Vec<Term>,
-    land: Option<(Share, f32)>,
+    pub(super) warp: Option<WarpField>,
+    pub(super) terms: Vec<Term>,
+    pub(super) land: Option<(Share, f32)>,
     range_m: (f32, f32),
 }
 
 #[derive(Debug)]
-struct WarpField {
-    east: StridedFractal,
-    south: StridedFractal,
-    distance_m: f32,
+pub(super) struct WarpField {
+    pub east: StridedFractal,
+    pub south: StridedFractal,
+    pub distance_m: f32,
 }
 
 #[derive(Debug)]
-struct Term {
-    fractal: StridedFractal,
-    curve: Option<Curve>,
-    height_m: f32,
-    base_m: f32,
-    mask: Option<Share>,
+pub(super) struct Term {
+    pub fractal: StridedFractal,
+    pub curve: Option<Curve>,
+    pub height_m: f32,
+    pub base_m: f32,
+    pub mask: Option<Share>,
 }
 
 /// A mask, ready to be read: `scale` and `shift` bring its noise from `from..to` to 0..1.
 #[derive(Debug)]
-struct Share {
-    noise: StridedFractal,
-    scale: f32,
-    shift: f32,
+pub(super) struct Share {
+    pub noise: StridedFractal,
+    pub scale: f32,
+    pub shift: f32,
 }
 
 impl NoiseRelief {

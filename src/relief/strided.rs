@@ -6,6 +6,8 @@
 
 use crate::area::{Area, Stride};
 use crate::hash;
+#[cfg(feature = "gpu")]
+use crate::noise::packed::put;
 use crate::noise::{Fractal, FractalSpec};
 
 /// Nodes that a wave is long at least that they show.
@@ -51,6 +53,27 @@ impl StridedFractal {
     /// The bounds of the whole fractal, which its mean does not leave either.
     pub fn bounds(&self) -> (f32, f32) {
         self.bounds
+    }
+
+    /// Adds the fractal as words, the mean before its octaves, and to `block_words` what each block has for itself.
+    #[cfg(feature = "gpu")]
+    pub fn pack(&self, is_warped: bool, words: &mut Vec<u32>, block_words: &mut usize) {
+        words.push(self.mean.is_some().into());
+        let Mean { scale, shift } = self.mean.unwrap_or(Mean { scale: 1.0, shift: 0.0 });
+        put(words, [scale, shift, self.bounds.0, self.bounds.1]);
+        match &self.shown {
+            Some(fractal) => fractal.pack(is_warped, words, block_words),
+            // No octaves.
+            None => words.extend([0, 0]),
+        }
+    }
+
+    /// Adds what the block has for itself whose first vertex is given.
+    #[cfg(feature = "gpu")]
+    pub fn pack_block(&self, is_warped: bool, first: (i64, i64), words: &mut Vec<u32>) {
+        if let Some(fractal) = &self.shown {
+            fractal.pack_block(is_warped, first, words);
+        }
     }
 
     /// Fills `out` with the values at the nodes of an area, displaced by metres if that is asked for.

@@ -58,6 +58,36 @@ pub struct Tile {
     derived: masks::Derived,
 }
 
+/// What is known of a tile before there is any land: what stands on it, and how much land it is made of.
+#[derive(Debug)]
+pub(crate) struct TilePlan {
+    id: TileId,
+    lines: Lines,
+    sites: Vec<Arc<Site>>,
+    /// The area of bare land that the tile is made of.
+    pub land: Area,
+}
+
+impl TilePlan {
+    /// The plan of the tile at `id`, with the time of each stage booked on `clock`.
+    pub fn new(world: &World, id: TileId, clock: &Clock) -> TilePlan {
+        let cells = id.area(world.tile_cells());
+        let shaped = shaped_input(world, cells);
+        let wide = Imprint::input(shaped);
+        // Rivers, settlements, and the roads between them: none from afar, for there they do nothing to the land.
+        let (lines, sites) = match world.stride() {
+            Stride::ONE => {
+                let near = sites_input(normals::input(cells));
+                clock.time(stage::LINES, || (world.lines(&wide), world.sites(&near)))
+            }
+            _ => Default::default(),
+        };
+        // More of it where water must find its way through built roads.
+        let is_built = lines.iter().any(|line| matches!(line.bed, Bed::Built { .. }));
+        TilePlan { id, lines, sites, land: if is_built { wide } else { shaped } }
+    }
+}
+
 /// A vertex as the thesis has it: 32 bytes, local to the tile's centre.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -81,29 +111,32 @@ impl Tile {
 
     /// As [`new`](Tile::new), with the time of each stage booked on `clock`.
     pub fn timed(world: &World, id: TileId, clock: &Clock) -> Tile {
-        let shaped = shaped_input(world, id.area(world.tile_cells()));
-        let wide = Imprint::input(shaped);
-        // The vertices whose heights are seen on the tile, as slopes are: what lies further away does not concern it.
-        let near = normals::input(id.area(world.tile_cells()));
-        // Rivers, settlements, and the roads between them: none from afar, for there they do nothing to the land.
-        let (lines, sites) = match world.stride() {
-            Stride::ONE => clock.time(stage::LINES, || (world.lines(&wide), world.sites(&sites_input(near)))),
-            _ => Default::default(),
-        };
-        // The bare heights and the water on them: more of them where water must find its way through built roads.
-        let is_built = lines.iter().any(|line| matches!(line.bed, Bed::Built { .. }));
-        let mut land = world.relief().land(if is_built { wide } else { shaped }, clock);
+        let plan = TilePlan::new(world, id, clock);
+        let land = world.relief().land(plan.land, clock);
+        Tile::of_plan(world, plan, land, clock)
+    }
+
+    /// The tile of a plan and of the land that it asks for, with the time of each stage booked on `clock`.
+    ///
+    /// # Panics
+    /// When `land` is not of the area that the plan asks for.
+    pub(crate) fn of_plan(world: &World, plan: TilePlan, mut land: Land, clock: &Clock) -> Tile {
+        let TilePlan { id, mut lines, sites, land: wide } = plan;
+        let cells = id.area(world.tile_cells());
+        let shaped = shaped_input(world, cells);
         // What the lines do to the land.
-        let imprint = clock.time(stage::IMPRINT, || {
+        let mut imprint = clock.time(stage::IMPRINT, || {
             let imprint = Imprint::new(&land.heights, land.water.as_ref(), lines.iter().map(AsRef::as_ref))?;
             imprint.shape(&mut land.heights, land.water.as_ref());
             Some(imprint)
         });
-        if is_built {
+        if wide != shaped {
             land = land.part(shaped);
+            imprint = imprint.map(|imprint| imprint.part(shaped));
         }
-        let imprint = imprint.map(|imprint| if is_built { imprint.part(shaped) } else { imprint });
-        let lines = lines.into_iter().filter(|line| line.concerns(&near)).collect();
+        // The vertices whose heights are seen on the tile, as slopes are: what lies further away does not concern it.
+        let near = normals::input(cells);
+        lines.retain(|line| line.concerns(&near));
         Tile { lines, sites, ..Tile::of_shaped(world, id, land, imprint, clock) }
     }
 

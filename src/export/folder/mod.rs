@@ -229,14 +229,14 @@ impl Output {
     }
 
     /// Begins the log of a run, which goes on from that of the bake that it changes.
-    pub(super) fn begin_log(&self, threads: usize) -> Result<Log, Error> {
+    pub(super) fn begin_log(&self, threads: usize, device: String) -> Result<Log, Error> {
         let work = self.path.join(WORK);
         make_folder(&work)?;
         let log = self.path.join(runs::PATH);
         if self.mode != Mode::Replace && log.is_file() && !work.join(runs::PATH).exists() {
             copy(&log, &work.join(runs::PATH))?;
         }
-        Log::begin(&work, self.mode.name(), threads)
+        Log::begin(&work, self.mode.name(), threads, device)
     }
 
     /// Whether there is a bake to go on with.

@@ -1,0 +1,13 @@
+// Arithmetic as fast as it comes: products and sums may be fused and reordered.
+
+fn add(a: f32, b: f32) -> f32 {
+    return a + b;
+}
+
+fn sub(a: f32, b: f32) -> f32 {
+    return a - b;
+}
+
+fn mul(a: f32, b: f32) -> f32 {
+    return a * b;
+}

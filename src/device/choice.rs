@@ -1,0 +1,105 @@
+//! Which device a bake computes on, of those that are asked for and there.
+
+use std::str::FromStr;
+#[cfg(feature = "gpu")]
+use std::sync::Arc;
+
+#[cfg(feature = "gpu")]
+use super::gpu::{Adapter, Arithmetic, Gpu, GpuMaker, adapters};
+use super::{Cpu, LandMaker};
+use crate::error::{Error, nearest};
+use crate::relief::Relief;
+use crate::simd::Level;
+
+/// What is asked to compute.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Device {
+    /// A GPU if one is there, makes the land in question, and gives the bits of the CPU; else the CPU.
+    Auto,
+    /// The CPU.
+    #[default]
+    Cpu,
+    /// A GPU, or a program that does as if it were one.
+    Gpu,
+}
+
+impl Device {
+    /// All of them.
+    pub const ALL: [Device; 3] = [Device::Auto, Device::Cpu, Device::Gpu];
+
+    /// The name, as the command knows it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Device::Auto => "auto",
+            Device::Cpu => "cpu",
+            Device::Gpu => "gpu",
+        }
+    }
+
+    /// The CPU's instructions that are used.
+    pub fn cpu_name() -> String {
+        let level = Level::chosen().map_or_else(|_| "scalar".to_owned(), |level| level.name().to_owned());
+        format!("cpu, {level}")
+    }
+
+    /// What makes the land of a relief on this device, in groups of `group_side` by `group_side` threads where it is a GPU; and for
+    /// [`Auto`](Device::Auto), why that is not a GPU.
+    ///
+    /// # Errors
+    /// When a GPU is asked for, and none is there or can be used.
+    pub fn maker(self, relief: &Relief, group_side: u32) -> Result<(Box<dyn LandMaker + '_>, Option<String>), Error> {
+        let cpu = Box::new(Cpu { relief });
+        match self {
+            Device::Cpu => Ok((cpu, None)),
+            Device::Auto => Ok(match gpu_maker(relief, group_side, false) {
+                Ok(maker) => (maker, None),
+                Err(reason) => (cpu, Some(format!("the CPU makes the land: {reason}"))),
+            }),
+            Device::Gpu => match gpu_maker(relief, group_side, true) {
+                Ok(maker) => Ok((maker, None)),
+                Err(message) => Err(Error::Device { message, hint: "--device auto takes the CPU then".into() }),
+            },
+        }
+    }
+}
+
+#[cfg(feature = "gpu")]
+fn gpu_maker(relief: &Relief, group_side: u32, takes_software: bool) -> Result<Box<dyn LandMaker + '_>, String> {
+    let Relief::Noise(noise) = relief else {
+        return Err("GPUs make land of noise, not land with rivers".into());
+    };
+    let adapters = adapters();
+    let is_taken = |adapter: &&Adapter| takes_software || !adapter.is_software();
+    let Some(adapter) = adapters.iter().find(is_taken) else {
+        return Err(match adapters.first() {
+            Some(adapter) => format!("{} is no GPU, but a program for the CPU", adapter.name()),
+            None => "no GPU is there, or no driver of it can be reached".into(),
+        });
+    };
+    let maker = GpuMaker::new(Arc::new(Gpu::open(adapter, group_side, Arithmetic::Exact)?), noise);
+    maker.probe()?;
+    Ok(Box::new(maker))
+}
+
+#[cfg(not(feature = "gpu"))]
+fn gpu_maker(_: &Relief, _: u32, _: bool) -> Result<Box<dyn LandMaker>, String> {
+    Err("this terrane was built without GPUs (feature gpu)".into())
+}
+
+impl FromStr for Device {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Device, Error> {
+        Device::ALL.into_iter().find(|device| device.name() == name).ok_or_else(|| {
+            let names = || Device::ALL.into_iter().map(Device::name);
+            let list = names().collect::<Vec<_>>().join(", ");
+            Error::Option {
+                message: format!("there is no device named {name:?}"),
+                hint: match nearest(name, names()) {
+                    Some(meant) => format!("did you mean {meant}? devices: {list}"),
+                    None => format!("devices: {list}"),
+                },
+            }
+        })
+    }
+}

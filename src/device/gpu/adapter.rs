@@ -1,0 +1,182 @@
+//! GPUs: which there are, and one of them opened, with the kernel compiled for it.
+
+use std::num::NonZeroU64;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use pollster::block_on;
+use wgpu::{
+    BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry, BindingType, BufferBindingType, ComputePipeline,
+    ComputePipelineDescriptor, Device, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, Limits,
+    PipelineCompilationOptions, PipelineLayoutDescriptor, Queue, ShaderModuleDescriptor, ShaderSource, ShaderStages,
+};
+
+/// How a GPU computes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arithmetic {
+    /// With the bits of the CPU.
+    Exact,
+    /// As fast as it can: products and sums may be fused and reordered.
+    Approximate,
+}
+
+impl Arithmetic {
+    /// The shader that says what a sum and a product are.
+    fn source(self) -> &'static str {
+        match self {
+            Arithmetic::Exact => include_str!("../../../shaders/exact.wgsl"),
+            Arithmetic::Approximate => include_str!("../../../shaders/approximate.wgsl"),
+        }
+    }
+}
+
+/// A GPU that is there, or what does as if it were one.
+#[derive(Clone, Debug)]
+pub struct Adapter(wgpu::Adapter);
+
+/// All GPUs that can be reached, the best first.
+pub fn adapters() -> Vec<Adapter> {
+    let instance = Instance::new(InstanceDescriptor::new_without_display_handle());
+    let mut adapters: Vec<Adapter> =
+        block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY)).into_iter().map(Adapter).collect();
+    // Stable: those that are as good stay in the system's order.
+    adapters.sort_by_key(|adapter| match adapter.0.get_info().device_type {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Other => 3,
+        DeviceType::Cpu => 4,
+    });
+    adapters
+}
+
+impl Adapter {
+    /// Its name.
+    pub fn name(&self) -> String {
+        self.0.get_info().name
+    }
+
+    /// Its driver, and how that is reached.
+    pub fn driver(&self) -> String {
+        let info = self.0.get_info();
+        let words = [info.driver, info.driver_info].into_iter().filter(|word| !word.is_empty());
+        let driver = words.collect::<Vec<_>>().join(" ");
+        format!("{:?}, {driver}", info.backend)
+    }
+
+    /// Whether it is a program for the CPU, which is slower than the CPU's own.
+    pub fn is_software(&self) -> bool {
+        self.0.get_info().device_type == DeviceType::Cpu
+    }
+
+    /// The largest buffer that a kernel can read or write, in bytes.
+    pub fn buffer_bytes(&self) -> u64 {
+        storage_bytes(&self.0.limits())
+    }
+
+    /// The most threads of a group.
+    pub fn group_threads(&self) -> u32 {
+        group_threads(&self.0.limits())
+    }
+}
+
+/// A GPU that is ready to compute.
+#[derive(Debug)]
+pub struct Gpu {
+    pub(super) name: String,
+    pub(super) device: Device,
+    pub(super) queue: Queue,
+    pub(super) layout: BindGroupLayout,
+    pub(super) pipeline: ComputePipeline,
+    pub(super) group_side: u32,
+    /// The largest buffer that it takes, in bytes.
+    pub(super) storage_bytes: u64,
+    trouble: Arc<Mutex<Option<String>>>,
+}
+
+impl Gpu {
+    /// Opens a GPU, in groups of so many by so many threads: 8, 16 or 32 to a side.
+    ///
+    /// # Errors
+    /// A sentence that says what the GPU does not take.
+    pub fn open(adapter: &Adapter, group_side: u32, arithmetic: Arithmetic) -> Result<Gpu, String> {
+        let name = adapter.name();
+        let limits = adapter.0.limits();
+        let (threads, most) = (group_side * group_side, group_threads(&limits));
+        if threads > most || group_side > limits.max_compute_workgroup_size_x.min(limits.max_compute_workgroup_size_y) {
+            return Err(format!("{name} takes groups of at most {most} threads, not {group_side} x {group_side}"));
+        }
+        let descriptor = DeviceDescriptor { required_limits: limits.clone(), ..DeviceDescriptor::default() };
+        let opened = block_on(adapter.0.request_device(&descriptor));
+        let (device, queue) = opened.map_err(|error| format!("{name} cannot be opened: {error}"))?;
+        // Whatever goes wrong from here on is kept, and the CPU goes on.
+        let trouble = Arc::new(Mutex::new(None));
+        let keep = |trouble: &Mutex<Option<String>>, message: String| {
+            trouble.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
+        };
+        let kept = Arc::clone(&trouble);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&kept, first_line(&error))));
+        let kept = Arc::clone(&trouble);
+        device.set_device_lost_callback(move |_, message| keep(&kept, message));
+        let source = format!("{}\n{}", arithmetic.source(), include_str!("../../../shaders/relief.wgsl"));
+        let module = device.create_shader_module(ShaderModuleDescriptor {
+            label: Some("relief"),
+            source: ShaderSource::Wgsl(source.into()),
+        });
+        let binding = |binding: u32, ty: BufferBindingType, bytes: u64| BindGroupLayoutEntry {
+            binding,
+            visibility: ShaderStages::COMPUTE,
+            ty: BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: NonZeroU64::new(bytes) },
+            count: None,
+        };
+        let layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor {
+            label: None,
+            entries: &[
+                binding(0, BufferBindingType::Uniform, 8),
+                binding(1, BufferBindingType::Storage { read_only: true }, 4),
+                binding(2, BufferBindingType::Storage { read_only: true }, 4),
+                binding(3, BufferBindingType::Storage { read_only: false }, 4),
+            ],
+        });
+        let pipeline_layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = device.create_compute_pipeline(&ComputePipelineDescriptor {
+            label: Some("relief"),
+            layout: Some(&pipeline_layout),
+            module: &module,
+            entry_point: Some("fill"),
+            compilation_options: PipelineCompilationOptions {
+                constants: &[("SIDE", f64::from(group_side))],
+                zero_initialize_workgroup_memory: false,
+            },
+            cache: None,
+        });
+        let storage_bytes = storage_bytes(&limits);
+        let gpu = Gpu { name, device, queue, layout, pipeline, group_side, storage_bytes, trouble };
+        gpu.trouble().map_or(Ok(gpu), Err)
+    }
+
+    /// What went wrong first, if anything did: then nothing that it computed is to be used.
+    pub(super) fn trouble(&self) -> Option<String> {
+        self.trouble
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .as_ref()
+            .map(|what| format!("{}: {what}", self.name))
+    }
+}
+
+fn storage_bytes(limits: &Limits) -> u64 {
+    limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+}
+
+fn group_threads(limits: &Limits) -> u32 {
+    limits.max_compute_invocations_per_workgroup
+}
+
+/// What an error says of itself: further lines tell where in wgpu it was.
+fn first_line(error: &wgpu::Error) -> String {
+    error.to_string().lines().next().unwrap_or_default().to_owned()
+}

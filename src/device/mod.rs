@@ -1,0 +1,63 @@
+//! What computes land: the CPU, which is the reference, or a GPU that gives the same bytes.
+//!
+//! ```text
+//!   choice.rs    which device is taken, of those that are asked for and there
+//!   profile.rs   whose arithmetic the bytes of a bake have
+//!   gpu/         the land of noise on a GPU, by the shaders in shaders/
+//! ```
+//!
+//! A bake is handed a [`LandMaker`] beside its world, and asks it for the land of several tiles at once. Whatever else asks for
+//! land, as agents do, asks the world itself: it makes no difference, byte for byte.
+
+mod choice;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+mod profile;
+
+use std::fmt::Debug;
+
+pub use choice::Device;
+pub use profile::DeviceProfile;
+
+use crate::area::Area;
+use crate::clock::Clock;
+use crate::land::Land;
+use crate::relief::Relief;
+
+/// What makes the land of areas, as it is before any line shapes it.
+pub trait LandMaker: Debug + Sync {
+    /// What it computes on, in a few words.
+    fn name(&self) -> String;
+
+    /// For how many tiles it would rather be asked at once.
+    fn together(&self) -> usize;
+
+    /// The land of each area, with the time of each stage booked on `clock`.
+    fn lands(&self, areas: &[Area], clock: &Clock) -> Vec<Land>;
+
+    /// What went wrong with it, if anything did: what it could not make itself was made by the CPU.
+    fn trouble(&self) -> Option<String> {
+        None
+    }
+}
+
+/// The CPU as a maker of land.
+#[derive(Clone, Copy, Debug)]
+pub struct Cpu<'a> {
+    /// Whose land it makes.
+    pub relief: &'a Relief,
+}
+
+impl LandMaker for Cpu<'_> {
+    fn name(&self) -> String {
+        Device::cpu_name()
+    }
+
+    fn together(&self) -> usize {
+        1
+    }
+
+    fn lands(&self, areas: &[Area], clock: &Clock) -> Vec<Land> {
+        areas.iter().map(|area| self.relief.land(*area, clock)).collect()
+    }
+}
