@@ -9,7 +9,7 @@ pub mod settings;
 
 pub use noise::NoiseRelief;
 #[cfg(feature = "gpu")]
-pub(crate) use packed::PackedRelief;
+pub(crate) use packed::{Block, PackedRelief};
 
 use crate::area::Area;
 use crate::clock::{Clock, stage};

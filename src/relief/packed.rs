@@ -15,6 +15,29 @@ pub(crate) struct PackedRelief {
     pub block_words: usize,
 }
 
+/// A block of vertices, as the kernels compute it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Block {
+    /// Its first vertex.
+    first: (i64, i64),
+    /// The area of which it computes a part.
+    area: Area,
+    /// Where the area's heights begin among those of several areas.
+    heights: u32,
+}
+
+impl Block {
+    /// The blocks in which an area lies, whose heights begin at `heights`.
+    pub fn of(area: Area, heights: u32) -> impl Iterator<Item = Block> {
+        let [columns, rows] = BLOCK.map(|side| side as i64);
+        let firsts = |from: i64, to: i64, side: i64| {
+            (from.div_euclid(side)..=(to - 1).div_euclid(side)).map(move |at| at * side)
+        };
+        let across = move |y| firsts(area.x0, area.x1, columns).map(move |x| Block { first: (x, y), area, heights });
+        firsts(area.y0, area.y1, rows).flat_map(across)
+    }
+}
+
 /// Words that say where a block lies.
 const AREA_WORDS: usize = 5;
 
@@ -22,7 +45,7 @@ const AREA_WORDS: usize = 5;
 const TERM_WORDS: usize = 5;
 
 impl NoiseRelief {
-    /// The relief as words, and what [`pack_blocks`](NoiseRelief::pack_blocks) adds a block.
+    /// The relief as words, and how many [`pack_block`](NoiseRelief::pack_block) adds.
     pub(crate) fn pack(&self) -> PackedRelief {
         let mut packed = PackedRelief { words: vec![0; 6 + TERM_WORDS * self.terms.len()], block_words: AREA_WORDS };
         // Offset 0 is where the words begin, and says that something is not there.
@@ -52,23 +75,14 @@ impl NoiseRelief {
         packed
     }
 
-    /// Adds the words of the blocks in which an area lies, whose heights are to begin at `first` of those of several areas; returns
-    /// how many blocks there are.
-    pub(crate) fn pack_blocks(&self, area: Area, first: u32, words: &mut Vec<u32>) -> usize {
-        let [columns, rows] = BLOCK.map(|side| side as i64);
-        let is_warped = self.warp.is_some();
-        let mut count = 0;
-        for y in (area.y0.div_euclid(rows)..=(area.y1 - 1).div_euclid(rows)).map(|y| y * rows) {
-            for x in (area.x0.div_euclid(columns)..=(area.x1 - 1).div_euclid(columns)).map(|x| x * columns) {
-                let at = [x - area.x0, y - area.y0].map(|at| at as i32 as u32);
-                words.extend([at[0], at[1], area.width() as u32, area.height() as u32, first]);
-                for (fractal, is_warped) in self.fractals(is_warped) {
-                    fractal.pack_block(is_warped, (x, y), words);
-                }
-                count += 1;
-            }
+    /// Adds the words of a block.
+    pub(crate) fn pack_block(&self, block: &Block, words: &mut Vec<u32>) {
+        let Block { first: (x, y), area, heights } = *block;
+        let at = [x - area.x0, y - area.y0].map(|at| at as i32 as u32);
+        words.extend([at[0], at[1], area.width() as u32, area.height() as u32, heights]);
+        for (fractal, is_warped) in self.fractals(self.warp.is_some()) {
+            fractal.pack_block(is_warped, (x, y), words);
         }
-        count
     }
 
     /// All fractals in the order in which they are packed, and whether they are read at warped places.

@@ -117,10 +117,9 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&kept, first_line(&error))));
         let kept = Arc::clone(&trouble);
         device.set_device_lost_callback(move |_, message| keep(&kept, message));
-        let source = format!("{}\n{}", arithmetic.source(), include_str!("../../../shaders/relief.wgsl"));
         let module = device.create_shader_module(ShaderModuleDescriptor {
             label: Some("relief"),
-            source: ShaderSource::Wgsl(source.into()),
+            source: ShaderSource::Wgsl(relief_shader(arithmetic).into()),
         });
         let binding = |binding: u32, ty: BufferBindingType, bytes: u64| BindGroupLayoutEntry {
             binding,
@@ -158,6 +157,12 @@ impl Gpu {
         gpu.trouble().map_or(Ok(gpu), Err)
     }
 
+    /// Loses the GPU, as it is lost when its driver is.
+    #[cfg(test)]
+    pub(super) fn lose(&self) {
+        self.device.destroy();
+    }
+
     /// What went wrong first, if anything did: then nothing that it computed is to be used.
     pub(super) fn trouble(&self) -> Option<String> {
         self.trouble
@@ -166,6 +171,11 @@ impl Gpu {
             .as_ref()
             .map(|what| format!("{}: {what}", self.name))
     }
+}
+
+/// The shader that makes heights of noise.
+pub(super) fn relief_shader(arithmetic: Arithmetic) -> String {
+    format!("{}\n{}", arithmetic.source(), include_str!("../../../shaders/relief.wgsl"))
 }
 
 fn storage_bytes(limits: &Limits) -> u64 {

@@ -1,13 +1,14 @@
 //! The land of areas, made on a GPU in bands of rows: several bands a submission, several submissions under way.
 
-use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{
-    BindGroupDescriptor, BindGroupEntry, Buffer, BufferAsyncError, BufferDescriptor, BufferUsages,
-    CommandEncoderDescriptor, ComputePassDescriptor, MapMode, PollType, SubmissionIndex,
+    BindGroup, BindGroupDescriptor, BindGroupEntry, Buffer, BufferAsyncError, BufferDescriptor, BufferUsages,
+    CommandBuffer, CommandEncoderDescriptor, ComputePassDescriptor, MapMode, PollType, SubmissionIndex,
 };
 
 use super::adapter::Gpu;
@@ -17,7 +18,7 @@ use crate::device::LandMaker;
 use crate::grid::Grid;
 use crate::land::Land;
 use crate::noise::packed::BLOCK;
-use crate::relief::{NoiseRelief, PackedRelief};
+use crate::relief::{Block, NoiseRelief, PackedRelief};
 
 /// A GPU as a maker of a world's land.
 #[derive(Debug)]
@@ -25,17 +26,27 @@ pub struct GpuMaker<'a> {
     pub(super) gpu: Arc<Gpu>,
     pub(super) relief: &'a NoiseRelief,
     packed: PackedRelief,
+    /// What is the same for all blocks.
     words: Buffer,
+    job: Buffer,
+    /// Bytes of heights in a slot, and of words.
+    slot_bytes: u64,
+    /// Slots that nothing is under way in.
+    slots: Mutex<Vec<Slot>>,
 }
 
 /// Tiles that are asked for at once: enough to keep a GPU busy while the CPU encodes the last ones.
 const TOGETHER: usize = 4;
 
-/// Bytes of heights of a submission, at most, and of what its blocks have for themselves.
-const SUBMISSION_BYTES: u64 = 64 << 20;
+/// Bytes of heights of a submission at most, and of what its blocks have for themselves: so little that the next is made ready while
+/// one is under way, and so much that what a submission costs does not count.
+const SUBMISSION_BYTES: u64 = 8 << 20;
 
 /// The most groups along an axis, which all adapters take.
-const MOST_GROUPS: u64 = 65_535;
+const MOST_BLOCKS: u64 = 65_535;
+
+/// Heights that a thread copies at a time.
+const COPIED: usize = 1 << 16;
 
 /// Some rows of an area.
 #[derive(Clone, Copy, Debug)]
@@ -45,10 +56,21 @@ struct Band {
     rows: Area,
 }
 
+/// The buffers of a submission, kept for the next one: to make them takes longer than to fill them.
+#[derive(Debug)]
+struct Slot {
+    /// What blocks have for themselves.
+    words: Buffer,
+    heights: Buffer,
+    /// Heights where the CPU can read them.
+    back: Buffer,
+    group: BindGroup,
+}
+
 /// A submission under way.
 struct UnderWay {
     bands: Vec<Band>,
-    heights: Buffer,
+    slot: Slot,
     index: SubmissionIndex,
     mapped: Receiver<Result<(), BufferAsyncError>>,
 }
@@ -57,29 +79,33 @@ impl<'a> GpuMaker<'a> {
     /// A maker of the land of a relief.
     pub fn new(gpu: Arc<Gpu>, relief: &'a NoiseRelief) -> GpuMaker<'a> {
         let packed = relief.pack();
-        let words = gpu.device.create_buffer_init(&BufferInitDescriptor {
-            label: Some("relief"),
-            contents: bytemuck::cast_slice(&packed.words),
-            usage: BufferUsages::STORAGE,
-        });
-        GpuMaker { gpu, relief, packed, words }
+        let initial = |words: &[u32], usage: BufferUsages| {
+            let contents = bytemuck::cast_slice(words);
+            gpu.device.create_buffer_init(&BufferInitDescriptor { label: Some("relief"), contents, usage })
+        };
+        let words = initial(&packed.words, BufferUsages::STORAGE);
+        let job = initial(&[0, packed.block_words as u32], BufferUsages::UNIFORM);
+        let slot_bytes = SUBMISSION_BYTES.min(gpu.storage_bytes);
+        GpuMaker { gpu, relief, packed, words, job, slot_bytes, slots: Mutex::default() }
     }
 
     /// The heights of each area, or `None` when something went wrong.
     pub(super) fn heights(&self, areas: &[Area]) -> Option<Vec<Grid<f32>>> {
-        let mut grids: Vec<Grid<f32>> = areas.iter().map(|area| Grid::filled(*area, 0.0)).collect();
         // All are under way before the first is waited for.
+        let submissions = self.submissions(areas);
         let under_way: Vec<UnderWay> =
-            self.submissions(areas).into_iter().map(|bands| self.submit(bands)).collect::<Option<_>>()?;
+            submissions.into_iter().map(|bands| self.submit(bands)).collect::<Option<_>>()?;
+        let mut grids: Vec<Grid<f32>> = areas.iter().map(|area| Grid::filled(*area, 0.0)).collect();
+        // What is left to be filled of each: bands come from north to south.
+        let mut left: Vec<&mut [f32]> = grids.iter_mut().map(Grid::values_mut).collect();
         for submission in under_way {
-            self.read(submission, &mut grids)?;
+            self.read(submission, &mut left)?;
         }
         self.gpu.trouble().is_none().then_some(grids)
     }
 
     /// The areas in bands of whole rows of blocks, as many together as a submission takes.
     fn submissions(&self, areas: &[Area]) -> Vec<Vec<Band>> {
-        let most_bytes = SUBMISSION_BYTES.min(self.gpu.storage_bytes);
         let rows = BLOCK[1] as i64;
         let mut submissions: Vec<Vec<Band>> = Vec::new();
         let (mut blocks, mut vertices) = (u64::MAX, 0);
@@ -89,9 +115,9 @@ impl<'a> GpuMaker<'a> {
                 let y1 = ((y0.div_euclid(rows) + 1) * rows).min(area.y1);
                 let row = Area { y0, y1, ..*area };
                 let row_blocks = (area.width() / BLOCK[0] + 2) as u64;
-                let is_full = blocks.saturating_add(row_blocks) > MOST_GROUPS
-                    || (blocks + row_blocks) * self.packed.block_words as u64 * 4 > most_bytes
-                    || (vertices + row.len() as u64) * 4 > most_bytes;
+                let is_full = blocks.saturating_add(row_blocks) > MOST_BLOCKS
+                    || (blocks + row_blocks) * self.packed.block_words as u64 * 4 > self.slot_bytes
+                    || (vertices + row.len() as u64) * 4 > self.slot_bytes;
                 if is_full {
                     submissions.push(Vec::new());
                     (blocks, vertices) = (0, 0);
@@ -109,84 +135,119 @@ impl<'a> GpuMaker<'a> {
         submissions
     }
 
-    /// Hands bands to the GPU.
-    fn submit(&self, bands: Vec<Band>) -> Option<UnderWay> {
-        let Gpu { device, queue, layout, pipeline, group_side, .. } = &*self.gpu;
-        // Where each band's heights begin.
-        let mut vertices = 0;
-        let firsts: Vec<(Band, usize)> = bands
-            .iter()
-            .map(|band| {
-                vertices += band.rows.len();
-                (*band, vertices - band.rows.len())
-            })
-            .collect();
-        let packed: Vec<(Vec<u32>, usize)> = firsts
-            .par_iter()
-            .map(|(band, first)| {
-                let mut words = Vec::new();
-                let blocks = self.relief.pack_blocks(band.rows, *first as u32, &mut words);
-                (words, blocks)
-            })
-            .collect();
-        let blocks: usize = packed.iter().map(|(_, blocks)| blocks).sum();
-        let words: Vec<u32> = packed.into_iter().flat_map(|(words, _)| words).collect();
-        let bytes = vertices as u64 * 4;
-        let buffer = |usage: BufferUsages| {
-            device.create_buffer(&BufferDescriptor {
-                label: Some("heights"),
-                size: bytes,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
-        let initial = |words: &[u32], usage: BufferUsages| {
-            device.create_buffer_init(&BufferInitDescriptor {
-                label: None,
-                contents: bytemuck::cast_slice(words),
-                usage,
-            })
-        };
-        let job = initial(&[0, self.packed.block_words as u32], BufferUsages::UNIFORM);
-        let words = initial(&words, BufferUsages::STORAGE);
-        let made = buffer(BufferUsages::STORAGE | BufferUsages::COPY_SRC);
-        let heights = buffer(BufferUsages::COPY_DST | BufferUsages::MAP_READ);
-        let entries = [&job, &self.words, &words, &made];
-        let entries: Vec<BindGroupEntry<'_>> = (0..)
-            .zip(entries)
-            .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let group = device.create_bind_group(&BindGroupDescriptor { label: None, layout, entries: &entries });
-        let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
-        {
-            let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &group, &[]);
-            let [columns, rows] = BLOCK.map(|side| side as u32 / group_side);
-            pass.dispatch_workgroups(columns, rows, blocks as u32);
-        }
-        encoder.copy_buffer_to_buffer(&made, 0, &heights, 0, bytes);
-        let index = queue.submit([encoder.finish()]);
-        let (tell, mapped) = mpsc::channel();
-        // Nobody listens any more where something else went wrong.
-        heights.map_async(MapMode::Read, .., move |result| _ = tell.send(result));
-        self.gpu.trouble().is_none().then_some(UnderWay { bands, heights, index, mapped })
+    /// A slot that is free, or a new one.
+    fn slot(&self) -> Slot {
+        let free = self.slots.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        free.unwrap_or_else(|| {
+            let device = &self.gpu.device;
+            let buffer = |label: &str, usage: BufferUsages| {
+                let size = self.slot_bytes;
+                device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
+            };
+            let words = buffer("blocks", BufferUsages::STORAGE | BufferUsages::COPY_DST);
+            let heights = buffer("heights", BufferUsages::STORAGE | BufferUsages::COPY_SRC);
+            let back = buffer("heights read back", BufferUsages::COPY_DST | BufferUsages::MAP_READ);
+            let entries: Vec<BindGroupEntry<'_>> = (0..)
+                .zip([&self.job, &self.words, &words, &heights])
+                .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+                .collect();
+            let descriptor = BindGroupDescriptor { label: None, layout: &self.gpu.layout, entries: &entries };
+            let group = device.create_bind_group(&descriptor);
+            Slot { words, heights, back, group }
+        })
     }
 
-    /// Waits for a submission, and puts its heights where they belong.
-    fn read(&self, submission: UnderWay, grids: &mut [Grid<f32>]) -> Option<()> {
-        let UnderWay { bands, heights, index, mapped } = submission;
+    /// Writes into a slot what the kernel needs for some bands, and says how many blocks they have.
+    fn load(&self, bands: &[Band], slot: &Slot) -> u32 {
+        let mut blocks: Vec<Block> = Vec::new();
+        let mut vertices = 0;
+        for band in bands {
+            blocks.extend(Block::of(band.rows, vertices));
+            vertices += band.rows.len() as u32;
+        }
+        let mut words = vec![0; blocks.len() * self.packed.block_words];
+        let pack = |scratch: &mut Vec<u32>, (words, block): (&mut [u32], &Block)| {
+            scratch.clear();
+            self.relief.pack_block(block, scratch);
+            words.copy_from_slice(scratch);
+        };
+        words.par_chunks_exact_mut(self.packed.block_words).zip(&blocks).for_each_init(Vec::new, pack);
+        self.gpu.queue.write_buffer(&slot.words, 0, bytemuck::cast_slice(&words));
+        blocks.len() as u32
+    }
+
+    /// The commands that compute so many blocks of a slot, so many times, and then copy heights where the CPU can read them, if any.
+    fn commands(&self, slot: &Slot, blocks: u32, times: u32, vertices: usize) -> CommandBuffer {
+        let mut encoder = self.gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+            pass.set_pipeline(&self.gpu.pipeline);
+            pass.set_bind_group(0, &slot.group, &[]);
+            let [columns, rows] = BLOCK.map(|side| side as u32 / self.gpu.group_side);
+            for _ in 0..times {
+                pass.dispatch_workgroups(columns, rows, blocks);
+            }
+        }
+        if vertices > 0 {
+            encoder.copy_buffer_to_buffer(&slot.heights, 0, &slot.back, 0, 4 * vertices as u64);
+        }
+        encoder.finish()
+    }
+
+    /// Hands bands to the GPU.
+    fn submit(&self, bands: Vec<Band>) -> Option<UnderWay> {
+        let slot = self.slot();
+        let blocks = self.load(&bands, &slot);
+        let vertices = bands.iter().map(|band| band.rows.len()).sum::<usize>();
+        let index = self.gpu.queue.submit([self.commands(&slot, blocks, 1, vertices)]);
+        let (tell, mapped) = mpsc::channel();
+        // Nobody listens any more where something else went wrong.
+        slot.back.map_async(MapMode::Read, ..4 * vertices as u64, move |result| _ = tell.send(result));
+        self.gpu.trouble().is_none().then_some(UnderWay { bands, slot, index, mapped })
+    }
+
+    /// How long the kernel takes for an area, without what goes to the GPU and comes from it: for benchmarks. The area must fit one
+    /// submission.
+    pub fn kernel_time(&self, area: Area, times: u32) -> Option<Duration> {
+        let submissions = self.submissions(&[area]);
+        let [bands] = &submissions[..] else { return None };
+        let slot = self.slot();
+        let blocks = self.load(bands, &slot);
+        let spent = |times: u32| {
+            let commands = self.commands(&slot, blocks, times, 0);
+            let start = Instant::now();
+            let submission_index = Some(self.gpu.queue.submit([commands]));
+            self.gpu.device.poll(PollType::Wait { submission_index, timeout: None }).ok()?;
+            Some(start.elapsed())
+        };
+        // What a submission costs is in both.
+        spent(times)?;
+        let once = spent(times)?;
+        Some(spent(2 * times)?.saturating_sub(once) / times)
+    }
+
+    /// Waits for a submission, and puts its heights where they belong: into the first that are left of each area.
+    fn read(&self, submission: UnderWay, left: &mut [&mut [f32]]) -> Option<()> {
+        let UnderWay { bands, slot, index, mapped } = submission;
         self.gpu.device.poll(PollType::Wait { submission_index: Some(index), timeout: None }).ok()?;
         mapped.recv().ok()?.ok()?;
-        let bytes = heights.get_mapped_range(..).ok()?;
-        let mut values: &[f32] = bytemuck::cast_slice(&bytes);
-        for Band { index, rows } in bands {
-            let (band, rest) = values.split_at(rows.len());
-            values = rest;
-            let grid = &mut grids[index];
-            let first = (rows.y0 - grid.area().y0) as usize * rows.width();
-            grid.values_mut()[first..first + band.len()].copy_from_slice(band);
+        {
+            let vertices = bands.iter().map(|band| band.rows.len()).sum::<usize>();
+            let bytes = slot.back.get_mapped_range(..4 * vertices as u64).ok()?;
+            let mut values: &[f32] = bytemuck::cast_slice(&bytes);
+            let mut copies = Vec::with_capacity(bands.len());
+            for Band { index, rows } in bands {
+                let (band, rest) = values.split_at(rows.len());
+                values = rest;
+                copies.push((left[index].split_off_mut(..rows.len()).expect("a band is a part of its area"), band));
+            }
+            // Fresh memory is slow to be written for the first time.
+            copies.into_par_iter().for_each(|(to, band)| {
+                to.par_chunks_mut(COPIED).zip(band.par_chunks(COPIED)).for_each(|(to, band)| to.copy_from_slice(band));
+            });
         }
+        slot.back.unmap();
+        self.slots.lock().unwrap_or_else(PoisonError::into_inner).push(slot);
         Some(())
     }
 }

@@ -12,7 +12,11 @@
 mod adapter;
 mod maker;
 mod probe;
+#[cfg(test)]
+mod tests;
 
+#[cfg(test)]
+use adapter::relief_shader;
 pub use adapter::{Adapter, Arithmetic, Gpu, adapters};
 pub use maker::GpuMaker;
 pub use probe::probe;
