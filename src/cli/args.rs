@@ -3,6 +3,7 @@
 use std::ffi::OsStr;
 use std::io;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
 use clap::{Arg, Args, Parser, Subcommand, ValueEnum};
@@ -297,18 +298,22 @@ pub(super) struct DeviceArguments {
     #[arg(value_parser = Named(device_names), hide_possible_values = true)]
     pub device: String,
     /// Threads to a side of a GPU's groups: 8, 16 or 32.
-    #[arg(long, value_name = "N", default_value = "8", value_parser = ["8", "16", "32"], hide_possible_values = true)]
-    pub workgroup: String,
+    #[arg(long, value_name = "N", default_value = "8", value_parser = parse_group_side)]
+    pub workgroup: u32,
 }
 
 impl DeviceArguments {
     /// What makes the land of a world; why it is not a GPU is said.
-    pub fn maker<'a>(&self, world: &'a World, console: &Console) -> Result<Box<dyn LandMaker + 'a>, Error> {
-        let group_side = self.workgroup.parse().expect("one of those that the option takes");
-        let (maker, reason) = self.device.parse::<Device>()?.maker(world.relief(), group_side)?;
+    pub fn maker<'a>(&self, world: &'a World, console: &Console) -> Result<Arc<dyn LandMaker + 'a>, Error> {
+        let (maker, reason) = self.device.parse::<Device>()?.maker(world.relief(), self.workgroup)?;
         console.warnings(reason.as_slice());
         Ok(maker)
     }
+}
+
+fn parse_group_side(text: &str) -> Result<u32, String> {
+    let side = text.trim().parse().ok().filter(|side| [8, 16, 32].contains(side));
+    side.ok_or_else(|| format!("expected 8, 16 or 32, found {text:?}"))
 }
 
 fn device_names() -> Vec<&'static str> {
@@ -548,9 +553,12 @@ pub(super) struct ExperimentArguments {
     /// Metres a second that the camera goes; enough for a hundred expansions of 512-metre tiles in five minutes.
     #[arg(long, value_name = "V", default_value_t = 128.0, allow_negative_numbers = true)]
     pub speed: f64,
-    /// What makes the tiles: cpu.
-    #[arg(long, value_name = "NAME", default_value = "cpu")]
-    pub device: String,
+    /// What makes the land of tiles: cpu, gpu, or both side by side.
+    #[arg(long, value_name = "LIST", default_value = "cpu", value_delimiter = ',')]
+    pub device: Vec<String>,
+    /// Threads to a side of a GPU's groups, 8, 16 or 32, with commas between.
+    #[arg(long, value_name = "LIST", default_value = "8", value_delimiter = ',', value_parser = parse_group_side)]
+    pub workgroup: Vec<u32>,
     /// Whether to measure the thesis' plain method too, for the speed-up.
     #[arg(long, value_name = "ON|OFF", default_value = "on")]
     pub baseline: Switch,

@@ -10,8 +10,9 @@ use serde_json::json;
 use crate::cli::args::{ExperimentArguments, Switch};
 use crate::cli::console::Console;
 use crate::cli::{thread_count, thread_pool};
+use crate::device::Device;
 use crate::error::Error;
-use crate::experiment::{self, FILES, Options, Report};
+use crate::experiment::{self, Engine, FILES, Options, Report};
 use crate::stop;
 
 /// Measures what the command line asks for.
@@ -22,7 +23,7 @@ pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(
         agents: arguments.agents.into_iter().map(Switch::is_on).collect(),
         minutes: arguments.minutes,
         speed_m_s: arguments.speed,
-        device: arguments.device.parse()?,
+        engines: engines(&arguments.device, &arguments.workgroup)?,
         baseline: arguments.baseline.is_on(),
     };
     options.sizes.sort_unstable();
@@ -41,6 +42,30 @@ pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(
         _ = fs::remove_dir(&out);
     }
     result
+}
+
+/// What is measured of what the command names.
+fn engines(devices: &[String], group_sides: &[u32]) -> Result<Vec<Engine>, Error> {
+    let mut engines = Vec::new();
+    // One that is named twice is measured once.
+    let mut add = |engine| {
+        if !engines.contains(&engine) {
+            engines.push(engine);
+        }
+    };
+    for name in devices {
+        match name.parse::<Device>()? {
+            Device::Cpu => add(Engine::Cpu),
+            Device::Gpu => group_sides.iter().for_each(|group_side| add(Engine::Gpu { group_side: *group_side })),
+            Device::Auto => {
+                return Err(Error::Option {
+                    message: "what is measured must be known: auto may be either device".into(),
+                    hint: "give cpu, gpu, or cpu,gpu for both side by side".into(),
+                });
+            }
+        }
+    }
+    Ok(engines)
 }
 
 fn measure(

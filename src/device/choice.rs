@@ -1,7 +1,6 @@
 //! Which device a bake computes on, of those that are asked for and there.
 
 use std::str::FromStr;
-#[cfg(feature = "gpu")]
 use std::sync::Arc;
 
 #[cfg(feature = "gpu")]
@@ -47,8 +46,8 @@ impl Device {
     ///
     /// # Errors
     /// When a GPU is asked for, and none is there or can be used.
-    pub fn maker(self, relief: &Relief, group_side: u32) -> Result<(Box<dyn LandMaker + '_>, Option<String>), Error> {
-        let cpu = Box::new(Cpu { relief });
+    pub fn maker(self, relief: &Relief, group_side: u32) -> Result<(Arc<dyn LandMaker + '_>, Option<String>), Error> {
+        let cpu = Arc::new(Cpu { relief });
         match self {
             Device::Cpu => Ok((cpu, None)),
             Device::Auto => Ok(match gpu_maker(relief, group_side, false) {
@@ -64,7 +63,7 @@ impl Device {
 }
 
 #[cfg(feature = "gpu")]
-fn gpu_maker(relief: &Relief, group_side: u32, takes_software: bool) -> Result<Box<dyn LandMaker + '_>, String> {
+fn gpu_maker(relief: &Relief, group_side: u32, takes_software: bool) -> Result<Arc<dyn LandMaker + '_>, String> {
     let Relief::Noise(noise) = relief else {
         return Err("GPUs make land of noise, not land with rivers".into());
     };
@@ -78,11 +77,11 @@ fn gpu_maker(relief: &Relief, group_side: u32, takes_software: bool) -> Result<B
     };
     let maker = GpuMaker::new(Arc::new(Gpu::open(adapter, group_side, Arithmetic::Exact)?), noise);
     maker.probe()?;
-    Ok(Box::new(maker))
+    Ok(Arc::new(maker))
 }
 
 #[cfg(not(feature = "gpu"))]
-fn gpu_maker(_: &Relief, _: u32, _: bool) -> Result<Box<dyn LandMaker>, String> {
+fn gpu_maker(_: &Relief, _: u32, _: bool) -> Result<Arc<dyn LandMaker>, String> {
     Err("this terrane was built without GPUs (feature gpu)".into())
 }
 

@@ -16,6 +16,8 @@ mod profile;
 
 use std::fmt::Debug;
 
+use rayon::prelude::*;
+
 pub use choice::Device;
 pub use profile::DeviceProfile;
 
@@ -25,7 +27,7 @@ use crate::land::Land;
 use crate::relief::Relief;
 
 /// What makes the land of areas, as it is before any line shapes it.
-pub trait LandMaker: Debug + Sync {
+pub trait LandMaker: Debug + Send + Sync {
     /// What it computes on, in a few words.
     fn name(&self) -> String;
 
@@ -58,6 +60,6 @@ impl LandMaker for Cpu<'_> {
     }
 
     fn lands(&self, areas: &[Area], clock: &Clock) -> Vec<Land> {
-        areas.iter().map(|area| self.relief.land(*area, clock)).collect()
+        areas.par_iter().map(|area| self.relief.land(*area, clock)).collect()
     }
 }

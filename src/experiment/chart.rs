@@ -16,7 +16,7 @@ const RIGHT: f64 = 96.0;
 
 /// A bar: what it shows, its colour, its height, and where 99 of 100 values lie.
 struct Bar {
-    name: &'static str,
+    name: String,
     colour: &'static str,
     value_ms: f64,
     percentile_99_ms: Option<f64>,
@@ -83,21 +83,28 @@ pub(super) fn chart(report: &Report) -> String {
 fn bars(report: &Report, tile_cells: u32) -> Vec<Bar> {
     let measured = report.configurations().filter(|(cells, record)| *cells == tile_cells && record.milliseconds.n > 0);
     let measured = measured.map(|(_, record)| Bar {
-        name: match record.method {
-            Method::Agents => "terrane, agents",
-            Method::NoAgents => "terrane, no agents",
-            Method::Baseline => "baseline here, 1 thread",
+        name: match record.configuration.method {
+            Method::Baseline => "baseline here, 1 thread".into(),
+            _ => format!("terrane, {}", record.configuration.name()),
         },
-        colour: record.method.colour(),
+        colour: record.configuration.colour(),
         value_ms: record.milliseconds.mean,
         percentile_99_ms: Some(record.milliseconds.percentile_99),
     });
     let told = ThesisRow::of(tile_cells).into_iter().flat_map(|row| {
-        let bar = |name, colour, value_ms| Bar { name, colour, value_ms, percentile_99_ms: None };
-        [
+        let bar = |name: &str, colour, value_ms| Bar { name: name.into(), colour, value_ms, percentile_99_ms: None };
+        let cpu = [
             bar("thesis CPU, agents", "#5b5b5b", row.cpu_ms),
             bar("thesis CPU, no agents", "#a8a8a8", row.cpu_without_agents_ms),
-        ]
+        ];
+        // Beside a GPU of ours alone.
+        let gpu = report.gpu.as_ref().map(|_| {
+            [
+                bar("thesis GPU, agents", "#3c3c3c", row.gpu_ms()),
+                bar("thesis GPU, no agents", "#8a8a8a", row.gpu_without_agents_ms),
+            ]
+        });
+        cpu.into_iter().chain(gpu.into_iter().flatten())
     });
     measured.chain(told).collect()
 }
@@ -152,6 +159,6 @@ fn draw_legend(svg: &mut String, groups: &[(u32, Vec<Bar>)]) {
         let (x, y) = (LEFT + (index % 3) as f64 * 170.0, 44.0 + (index / 3) as f64 * 18.0);
         write!(svg, "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"11\" height=\"11\" fill=\"{}\"/>", bar.colour)
             .expect(TAKES_ALL);
-        draw_text(svg, [x + 16.0, y + 10.0], "", bar.name);
+        draw_text(svg, [x + 16.0, y + 10.0], "", &bar.name);
     }
 }

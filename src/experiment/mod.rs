@@ -31,13 +31,14 @@ pub use thesis::{FRAME_RATES, THESIS, ThesisRow};
 
 use std::collections::BTreeMap;
 use std::hint::black_box;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::clock::Clock;
-use crate::device::DeviceProfile;
+use crate::device::{Device, LandMaker};
 use crate::error::Error;
 use crate::preset::{Preset, TILE_CELLS};
 use crate::walker::{Walker, WalkerOptions};
@@ -58,8 +59,8 @@ pub struct Options {
     /// The thesis does not tell its own. At 128 m/s five minutes cross about 100 edges of tiles of 512 m, enough for a
     /// 99th percentile, and about 820 of tiles of 64 m.
     pub speed_m_s: f64,
-    /// What computes the tiles. Default: the CPU.
-    pub device: DeviceProfile,
+    /// What computes the land of tiles. Default: the CPU.
+    pub engines: Vec<Engine>,
     /// Whether the baseline is measured too. Default: true.
     pub baseline: bool,
 }
@@ -71,7 +72,7 @@ impl Default for Options {
             agents: vec![true, false],
             minutes: 5.0,
             speed_m_s: 128.0,
-            device: DeviceProfile::Cpu,
+            engines: vec![Engine::Cpu],
             baseline: true,
         }
     }
@@ -96,7 +97,7 @@ impl Options {
                 format!("give sizes from {} to {}, such as 64,128,256,512", TILE_CELLS.start(), TILE_CELLS.end()),
             );
         }
-        if self.sizes.is_empty() || (self.agents.is_empty() && !self.baseline) {
+        if self.sizes.is_empty() || self.configurations().is_empty() {
             return refuse("there is nothing to measure".into(), "give sizes such as 64,128, and agents on,off".into());
         }
         if !(self.minutes > 0.0 && self.minutes <= Options::MOST_MINUTES) {
@@ -117,16 +118,58 @@ impl Options {
         Ok(())
     }
 
-    /// The worlds' methods that are measured, in the order of the tables.
-    fn methods(&self) -> Vec<Method> {
-        [
-            (Method::Agents, self.agents.contains(&true)),
-            (Method::NoAgents, self.agents.contains(&false)),
-            (Method::Baseline, self.baseline),
-        ]
-        .into_iter()
-        .filter_map(|(method, asked)| asked.then_some(method))
-        .collect()
+    /// What is measured, in the order of the tables.
+    fn configurations(&self) -> Vec<Configuration> {
+        let methods = [(Method::Agents, true), (Method::NoAgents, false)];
+        let ours = methods
+            .into_iter()
+            .filter(|(_, agents)| self.agents.contains(agents))
+            .flat_map(|(method, _)| self.engines.iter().map(move |engine| Configuration { method, engine: *engine }));
+        let baseline = Configuration { method: Method::Baseline, engine: Engine::Cpu };
+        ours.chain(self.baseline.then_some(baseline)).collect()
+    }
+}
+
+/// What computes the land of tiles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Engine {
+    /// The CPU.
+    Cpu,
+    /// A GPU, in groups of so many by so many threads.
+    Gpu {
+        /// 8, 16 or 32.
+        group_side: u32,
+    },
+}
+
+impl Engine {
+    /// What makes a world's land.
+    fn maker(self, world: &World) -> Result<Arc<dyn LandMaker + '_>, Error> {
+        let (device, group_side) = match self {
+            Engine::Cpu => (Device::Cpu, 0),
+            Engine::Gpu { group_side } => (Device::Gpu, group_side),
+        };
+        device.maker(world.relief(), group_side).map(|(maker, _)| maker)
+    }
+}
+
+/// What is measured beside others: how tiles are made, and on what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Configuration {
+    /// How tiles are made.
+    pub method: Method,
+    /// What computes their land.
+    pub engine: Engine,
+}
+
+impl Configuration {
+    /// What tables call it.
+    pub fn name(self) -> String {
+        match self.engine {
+            Engine::Cpu => self.method.name().to_owned(),
+            Engine::Gpu { group_side } => format!("{} gpu {group_side}x{group_side}", self.method.name()),
+        }
     }
 }
 
@@ -167,8 +210,8 @@ pub struct Timing {
 /// All expansions of one configuration.
 #[derive(Debug)]
 pub struct Series {
-    /// How its tiles are made.
-    pub method: Method,
+    /// How its tiles are made, and on what.
+    pub configuration: Configuration,
     /// The expansions, in order.
     pub timings: Vec<Timing>,
     /// Where its time goes: the processor time of each stage over all expansions.
@@ -182,15 +225,17 @@ pub struct Walk {
     pub tile_cells: u32,
     /// The configurations.
     pub series: Vec<Series>,
+    /// The GPU that has computed some of them.
+    pub gpu: Option<String>,
     picture: Picture,
 }
 
 /// Walks over tiles of one size and measures all configurations, on the threads of the current rayon pool.
 ///
-/// It holds the tiles around the camera once for each of ours: about 45 bytes a vertex, nine tiles, twice.
+/// It holds the tiles around the camera once for each of ours: about 45 bytes a vertex, nine tiles, for each configuration.
 ///
 /// # Errors
-/// When an option is out of its range.
+/// When an option is out of its range, or a GPU is asked for that cannot be had.
 pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
     options.check()?;
     let world = world(tile_cells)?;
@@ -198,19 +243,23 @@ pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
     let camera = Camera::new([side_m / 2.0; 2], options.speed_m_s);
     let frames = (options.minutes * 60.0 * FRAMES_A_SECOND).round() as u64;
     let place = |frame: u64| camera.position_m(frame as f64 / FRAMES_A_SECOND);
-    let series = |method| Series { method, timings: Vec::new(), stages: Vec::new() };
-    let mut series: Vec<Series> = options.methods().into_iter().map(series).collect();
+    let series = |configuration| Series { configuration, timings: Vec::new(), stages: Vec::new() };
+    let mut series: Vec<Series> = options.configurations().into_iter().map(series).collect();
     // The tiles around the start are there before the first step.
-    let walker = |method| {
-        let agents = method == Method::Agents;
-        (method, Walker::new(&world, WalkerOptions { agents, device: options.device, ..WalkerOptions::default() }))
+    let makers = options.engines.iter().map(|engine| Ok((*engine, engine.maker(&world)?)));
+    let makers = makers.collect::<Result<Vec<_>, Error>>()?;
+    let walker = |configuration: Configuration| {
+        let of = makers.iter().find(|(engine, _)| *engine == configuration.engine);
+        let maker = of.map_or_else(|| Engine::Cpu.maker(&world), |(_, maker)| Ok(Arc::clone(maker)))?;
+        let agents = configuration.method == Method::Agents;
+        let walker_options = WalkerOptions { agents, ..WalkerOptions::default() };
+        Ok((configuration, Walker::with_maker(&world, walker_options, maker)))
     };
-    let is_ours = |series: &&Series| series.method != Method::Baseline;
-    let mut walkers: Vec<(Method, Walker)> =
-        series.iter().filter(is_ours).map(|series| walker(series.method)).collect();
+    let ours = series.iter().map(|series| series.configuration).filter(|it| it.method != Method::Baseline);
+    let mut walkers = ours.map(walker).collect::<Result<Vec<(Configuration, Walker)>, Error>>()?;
     if walkers.is_empty() {
         // Somebody must know which tiles the baseline makes.
-        walkers.push(walker(Method::NoAgents));
+        walkers.push(walker(Configuration { method: Method::NoAgents, engine: Engine::Cpu })?);
     }
     let stages_at_start: Vec<_> = walkers.iter().map(|(_, walker)| walker.clock().stages()).collect();
     let baseline_clock = Clock::default();
@@ -225,10 +274,10 @@ pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
         // The first one after the baseline finds the caches cold, so that is another one each time.
         for turn in 0..walkers.len() {
             let index = (turn + count) % walkers.len();
-            let (method, walker) = &mut walkers[index];
+            let (configuration, walker) = &mut walkers[index];
             let expansion = walker.move_to(east_m, south_m).filter(|expansion| !expansion.entered.is_empty());
             let Some(expansion) = expansion else { continue };
-            if let Some(series) = series.iter_mut().find(|series| series.method == *method) {
+            if let Some(series) = series.iter_mut().find(|series| series.configuration == *configuration) {
                 let elapsed_ms = expansion.elapsed.as_secs_f64() * 1e3;
                 series.timings.push(Timing { time_s, tiles: expansion.entered.len(), elapsed_ms });
             }
@@ -241,6 +290,7 @@ pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
         if entered.is_empty() {
             continue;
         }
+        // The last in the tables.
         if let (Some(baseline), Some(series)) = (&baseline, series.last_mut()) {
             let start = Instant::now();
             for id in &entered {
@@ -252,15 +302,20 @@ pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
         }
         count += 1;
     }
+    if let Some(message) = makers.iter().find_map(|(_, maker)| maker.trouble()) {
+        return Err(Error::Device { message, hint: "measure without it: --device cpu".into() });
+    }
     // Where the time has gone since the start.
     for series in &mut series {
-        let walked = walkers.iter().zip(&stages_at_start).find(|((method, _), _)| *method == series.method);
+        let walked =
+            walkers.iter().zip(&stages_at_start).find(|((configuration, _), _)| *configuration == series.configuration);
         series.stages = match walked {
             Some(((_, walker), before)) => since(before, walker.clock().stages()),
             None => baseline_clock.stages(),
         };
     }
-    Ok(Walk { tile_cells, series, picture })
+    let gpu = makers.iter().find(|(engine, _)| *engine != Engine::Cpu).map(|(_, maker)| maker.name());
+    Ok(Walk { tile_cells, series, gpu, picture })
 }
 
 /// What was booked between two looks at a clock, the longest first.
@@ -306,9 +361,9 @@ mod tests {
         let steps =
             |series: &Series| -> Vec<_> { series.timings.iter().map(|timing| (timing.time_s, timing.tiles)).collect() };
         for series in &walk.series {
-            assert_eq!(steps(series), steps(&walk.series[0]), "{:?}", series.method);
+            assert_eq!(steps(series), steps(&walk.series[0]), "{:?}", series.configuration);
             assert!(series.timings.iter().all(|timing| timing.elapsed_ms > 0.0));
-            assert!(!series.stages.is_empty(), "{:?}", series.method);
+            assert!(!series.stages.is_empty(), "{:?}", series.configuration);
         }
         // 768 m at thirty degrees cross (cos + sin) * 768 / 16 edges, a corner counting once.
         let expansions = walk.series[0].timings.len();
@@ -340,7 +395,7 @@ mod tests {
         let methods = |agents: &[bool], baseline| {
             let options = Options { agents: agents.to_vec(), baseline, ..short(&[32]) };
             let walk = walk(&options, 32).unwrap();
-            walk.series.iter().map(|series| (series.method, series.timings.len())).collect::<Vec<_>>()
+            walk.series.iter().map(|series| (series.configuration.method, series.timings.len())).collect::<Vec<_>>()
         };
         let count = methods(&[true], false)[0].1;
         assert_eq!(methods(&[true], false), [(Method::Agents, count)]);

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::error::Error;
 use crate::experiment::chart::chart;
-use crate::experiment::{FRAME_RATES, Method, MethodRecord, Report, ThesisRow, Walk};
+use crate::experiment::{Configuration, Engine, FRAME_RATES, Method, MethodRecord, Report, ThesisRow, Walk};
 use crate::file::{remove_unfinished, sync_folder, write_whole};
 
 /// The names of all files that an experiment leaves.
@@ -35,7 +35,7 @@ fn expansions_csv(walks: &[Walk]) -> String {
     for walk in walks {
         for series in &walk.series {
             for (index, timing) in series.timings.iter().enumerate() {
-                let (cells, method) = (walk.tile_cells, series.method.name());
+                let (cells, method) = (walk.tile_cells, series.configuration.name());
                 let (time_s, tiles, elapsed_ms) = (timing.time_s, timing.tiles, timing.elapsed_ms);
                 writeln!(csv, "{cells},{method},{index},{time_s:.3},{tiles},{elapsed_ms:.6}").expect(TAKES_ALL);
             }
@@ -61,8 +61,8 @@ impl Report {
         let parts = [
             (
                 "Milliseconds an expansion",
-                "The thesis' figures are those of its CPU (Core i7-2600K, table 6.3), with agents beside `agents` and \
-                 without beside the others. `x baseline` is the baseline's mean divided by the row's, `x median` the \
+                "The thesis' figures are those of its CPU (Core i7-2600K) or GPU (GeForce GTX 460), tables 6.1 to 6.4, with \
+                 agents beside `agents` and without beside the others; without agents it tells no groups of its GPU. `x baseline` is the baseline's mean divided by the row's, `x median` the \
                  same of medians.",
                 self.timings(),
             ),
@@ -92,10 +92,11 @@ impl Report {
     /// Under which conditions it was measured, in one sentence.
     fn conditions(&self) -> String {
         format!(
-            "terrane {} on {} ({}, {} threads; baseline 1 thread): {} minutes at {} m/s with a turn of 90 degrees each \
+            "terrane {} on {}{} ({}, {} threads; baseline 1 thread): {} minutes at {} m/s with a turn of 90 degrees each \
              minute",
             self.terrane,
             self.processor.as_deref().unwrap_or("an unknown processor"),
+            self.gpu.as_ref().map_or_else(String::new, |gpu| format!(" and {gpu}")),
             self.simd,
             self.threads,
             self.minutes,
@@ -115,7 +116,7 @@ impl Report {
             let summary = &record.milliseconds;
             vec![
                 format!("{cells}x{cells}"),
-                record.method.name().into(),
+                record.configuration.name(),
                 summary.n.to_string(),
                 number(record.tiles, 2),
                 number(summary.mean, 3),
@@ -140,7 +141,7 @@ impl Report {
                 (false, true) => "mean".to_owned(),
                 (false, false) => "no".to_owned(),
             });
-            [format!("{cells}x{cells}"), record.method.name().into()].into_iter().chain(verdict).collect()
+            [format!("{cells}x{cells}"), record.configuration.name()].into_iter().chain(verdict).collect()
         };
         Table::new(&header, self.configurations().map(row))
     }
@@ -154,8 +155,8 @@ impl Report {
                 let cells = walk.tile_cells;
                 vec![
                     format!("{cells}x{cells}"),
-                    comparison.first.name().into(),
-                    comparison.second.name().into(),
+                    comparison.first.name(),
+                    comparison.second.name(),
                     number(welch.map(|test| test.t), 2),
                     number(welch.map(|test| test.freedom), 1),
                     probability(welch.map(|test| test.p)),
@@ -173,7 +174,7 @@ impl Report {
             record.stages.iter().map(move |stage| {
                 vec![
                     format!("{cells}x{cells}"),
-                    record.method.name().to_owned(),
+                    record.configuration.name(),
                     stage.stage.clone(),
                     number(stage.milliseconds, 3),
                     number(stage.share * 100.0, 1),
@@ -184,13 +185,19 @@ impl Report {
     }
 }
 
-impl Method {
+impl Configuration {
     /// The colour of its bars.
     pub(super) fn colour(self) -> &'static str {
-        match self {
-            Method::Agents => "#1f6f8b",
-            Method::NoAgents => "#7fb7be",
-            Method::Baseline => "#b5483a",
+        match (self.method, self.engine) {
+            (Method::Agents, Engine::Cpu) => "#1f6f8b",
+            (Method::NoAgents, Engine::Cpu) => "#7fb7be",
+            (Method::Agents, Engine::Gpu { group_side: 8 }) => "#4b3f87",
+            (Method::Agents, Engine::Gpu { group_side: 16 }) => "#65559f",
+            (Method::Agents, Engine::Gpu { .. }) => "#8273b8",
+            (Method::NoAgents, Engine::Gpu { group_side: 8 }) => "#a68bc9",
+            (Method::NoAgents, Engine::Gpu { group_side: 16 }) => "#bba6d8",
+            (Method::NoAgents, Engine::Gpu { .. }) => "#d2c4e6",
+            (Method::Baseline, _) => "#b5483a",
         }
     }
 }

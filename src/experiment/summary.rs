@@ -5,8 +5,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use crate::device::DeviceProfile;
-use crate::experiment::{FRAME_RATES, Method, Options, Series, Summary, TTest, ThesisRow, Walk};
+use crate::experiment::{Configuration, FRAME_RATES, Method, Options, Series, Summary, TTest, ThesisRow, Walk};
 use crate::simd::Level;
 
 /// All results of an experiment.
@@ -14,8 +13,8 @@ use crate::simd::Level;
 pub struct Report {
     /// The version of terrane.
     pub terrane: &'static str,
-    /// What has made the tiles.
-    pub device: DeviceProfile,
+    /// What has computed the land of tiles besides the CPU.
+    pub gpu: Option<String>,
     /// The processor's name, where the system tells it.
     pub processor: Option<String>,
     /// The instruction set of the kernels.
@@ -44,13 +43,14 @@ pub struct WalkRecord {
 /// The results of a configuration.
 #[derive(Clone, Debug, Serialize)]
 pub struct MethodRecord {
-    /// How tiles were made.
-    pub method: Method,
+    /// How tiles were made, and on what.
+    #[serde(flatten)]
+    pub configuration: Configuration,
     /// Tiles an expansion, on average.
     pub tiles: f64,
     /// Milliseconds an expansion.
     pub milliseconds: Summary,
-    /// What the thesis measured for the like on its CPU, in milliseconds an expansion.
+    /// What the thesis measured for the like, in milliseconds an expansion.
     pub thesis_ms: Option<f64>,
     /// The baseline's mean divided by this one.
     pub speedup: Option<f64>,
@@ -90,9 +90,9 @@ pub struct StageRecord {
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Comparison {
     /// The first configuration.
-    pub first: Method,
+    pub first: Configuration,
     /// The second one.
-    pub second: Method,
+    pub second: Configuration,
     /// Student's test, as in the thesis; none where it says nothing.
     pub student: Option<TTest>,
     /// Welch's test; none where it says nothing.
@@ -104,7 +104,7 @@ impl Report {
     pub fn new(options: &Options, threads: usize, walks: &[Walk]) -> Report {
         Report {
             terrane: env!("CARGO_PKG_VERSION"),
-            device: options.device,
+            gpu: walks.iter().find_map(|walk| walk.gpu.clone()),
             processor: processor(),
             simd: Level::chosen().map_or("unknown", Level::name),
             threads,
@@ -117,16 +117,21 @@ impl Report {
 
 impl WalkRecord {
     fn new(walk: &Walk) -> WalkRecord {
-        let baseline = walk.series.iter().find(|series| series.method == Method::Baseline).map(summary_of);
+        let baseline =
+            walk.series.iter().find(|series| series.configuration.method == Method::Baseline).map(summary_of);
         let methods: Vec<MethodRecord> =
             walk.series.iter().map(|series| MethodRecord::new(series, walk.tile_cells, baseline.as_ref())).collect();
-        // Each pair once, in the order of the tables.
+        // Each pair once that differs in one thing, in the order of the tables; and all beside the baseline.
         let pairs = (0..methods.len()).flat_map(|a| (a + 1..methods.len()).map(move |b| (a, b)));
+        let pairs = pairs.filter(|(a, b)| {
+            let [first, second] = [a, b].map(|index| methods[*index].configuration);
+            first.engine == second.engine || first.method == second.method || second.method == Method::Baseline
+        });
         let comparisons = pairs.map(|(a, b)| {
             let (first, second) = (&methods[a], &methods[b]);
             Comparison {
-                first: first.method,
-                second: second.method,
+                first: first.configuration,
+                second: second.configuration,
                 student: TTest::student(&first.milliseconds, &second.milliseconds),
                 welch: TTest::welch(&first.milliseconds, &second.milliseconds),
             }
@@ -139,7 +144,7 @@ impl MethodRecord {
     fn new(series: &Series, tile_cells: u32, baseline: Option<&Summary>) -> MethodRecord {
         let milliseconds = summary_of(series);
         // The baseline is no faster than itself, and what was not measured has no speed.
-        let baseline = baseline.filter(|_| series.method != Method::Baseline && milliseconds.n > 0);
+        let baseline = baseline.filter(|_| series.configuration.method != Method::Baseline && milliseconds.n > 0);
         let real_time = |(frames_a_second, frame_ms)| RealTime {
             frames_a_second,
             frame_ms,
@@ -153,13 +158,10 @@ impl MethodRecord {
             milliseconds: spent.as_secs_f64() * 1e3 / milliseconds.n.max(1) as f64,
             share: spent.as_secs_f64() / total_s,
         };
-        let thesis_ms = ThesisRow::of(tile_cells).map(|row| match series.method {
-            Method::Agents => row.cpu_ms,
-            Method::NoAgents | Method::Baseline => row.cpu_without_agents_ms,
-        });
+        let thesis_ms = ThesisRow::of(tile_cells).map(|row| row.milliseconds(series.configuration));
         let tiles: usize = series.timings.iter().map(|timing| timing.tiles).sum();
         MethodRecord {
-            method: series.method,
+            configuration: series.configuration,
             tiles: tiles as f64 / series.timings.len() as f64,
             milliseconds,
             thesis_ms,

@@ -1,6 +1,7 @@
 //! The plan of a bake: what it will leave and need, checked before anything is written.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use crate::area::Region;
 use crate::bake::rows_in_flight;
@@ -25,7 +26,7 @@ pub struct Plan<'a> {
     height_range_m: Option<[f32; 2]>,
     names: TileNames,
     profile: Option<Profile>,
-    maker: Box<dyn LandMaker + 'a>,
+    maker: Arc<dyn LandMaker + 'a>,
 }
 
 /// The program itself, with what the allocator keeps: what a bake of one tile of the thesis' world on one thread was measured
@@ -68,7 +69,7 @@ impl<'a> Plan<'a> {
         let meshes = MeshOptions { origin: Some(default_origin(&region)), ..MeshOptions::default() };
         let vectors = VectorOptions::default();
         let names = TileNames::default();
-        let maker = Box::new(Cpu { relief: world.relief() });
+        let maker = Arc::new(Cpu { relief: world.relief() });
         let (height_range_m, profile) = (None, None);
         Plan { world, preset_name, region, exports, meshes, vectors, height_range_m, names, profile, maker }.checked()
     }
@@ -156,7 +157,7 @@ impl<'a> Plan<'a> {
 
     /// The plan with the land of its tiles made by another maker: the bytes are the same.
     #[must_use]
-    pub fn with_maker(self, maker: Box<dyn LandMaker + 'a>) -> Plan<'a> {
+    pub fn with_maker(self, maker: Arc<dyn LandMaker + 'a>) -> Plan<'a> {
         Plan { maker, ..self }
     }
 

@@ -7,6 +7,7 @@
 //! runs along an edge ends there, with a steep bank.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
@@ -17,7 +18,7 @@ use crate::agents::Direction;
 use crate::agents::record::{Records, TileRecord};
 use crate::area::{Area, MAX_COORDINATE, TileId};
 use crate::clock::{Clock, stage};
-use crate::device::DeviceProfile;
+use crate::device::{Cpu, LandMaker};
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::hash::{self, Stream};
@@ -40,19 +41,11 @@ pub struct WalkerOptions {
     /// Whether a step makes one missing tile at most, the nearest first, instead of all. The walker may outrun it; then
     /// it stands where there is no tile for some steps. Default: false.
     pub one_tile_a_step: bool,
-    /// What computes the tiles. Default: the CPU.
-    pub device: DeviceProfile,
 }
 
 impl Default for WalkerOptions {
     fn default() -> WalkerOptions {
-        WalkerOptions {
-            start: TileId { x: 0, y: 0 },
-            agents: true,
-            layers: 1,
-            one_tile_a_step: false,
-            device: DeviceProfile::Cpu,
-        }
+        WalkerOptions { start: TileId { x: 0, y: 0 }, agents: true, layers: 1, one_tile_a_step: false }
     }
 }
 
@@ -89,6 +82,7 @@ pub struct Expansion {
 #[derive(Debug)]
 pub struct Walker<'w> {
     world: &'w World,
+    maker: Arc<dyn LandMaker + 'w>,
     options: WalkerOptions,
     position_m: [f64; 2],
     tile: TileId,
@@ -112,7 +106,15 @@ impl<'w> Walker<'w> {
     /// # Panics
     /// When there are no layers, or when a vertex would lie more than [`MAX_COORDINATE`] from the origin.
     pub fn new(world: &'w World, options: WalkerOptions) -> Walker<'w> {
-        Walker::begin(world, options, Records::default())
+        Walker::with_maker(world, options, Arc::new(Cpu { relief: world.relief() }))
+    }
+
+    /// As [`new`](Walker::new), with the land of its tiles made by a maker of the world's land: the tiles are the same.
+    ///
+    /// # Panics
+    /// As [`new`](Walker::new).
+    pub fn with_maker(world: &'w World, options: WalkerOptions, maker: Arc<dyn LandMaker + 'w>) -> Walker<'w> {
+        Walker::begin(world, maker, options, Records::default())
     }
 
     /// A walker that knows tiles from an earlier walk: where it comes upon one of them, it is as it was.
@@ -142,14 +144,15 @@ impl<'w> Walker<'w> {
             }
         }
         let records = Records::new(records).map_err(|id| refuse(format!("tile {id} has two records")))?;
-        Ok(Walker::begin(world, options, records))
+        Ok(Walker::begin(world, Arc::new(Cpu { relief: world.relief() }), options, records))
     }
 
-    fn begin(world: &'w World, options: WalkerOptions, records: Records) -> Walker<'w> {
+    fn begin(world: &'w World, maker: Arc<dyn LandMaker + 'w>, options: WalkerOptions, records: Records) -> Walker<'w> {
         assert!(options.layers > 0, "a walker has at least one layer of tiles around its own");
         let side_m = world.tile_cells() as f64 * world.spacing_m();
         let mut walker = Walker {
             world,
+            maker,
             options,
             position_m: [options.start.x, options.start.y].map(|tile| (tile as f64 + 0.5) * side_m),
             tile: options.start,
@@ -309,23 +312,28 @@ impl<'w> Walker<'w> {
 
     /// The bare heights of tiles, with their pad.
     fn bare_heights(&self, ids: &[TileId]) -> Vec<Grid<f32>> {
-        let DeviceProfile::Cpu = self.options.device;
         // Bands instead of tiles, so that no thread waits while another makes the last of three tiles.
-        const BAND_ROWS: usize = 32;
+        const BAND_ROWS: i64 = 32;
         let area = |id: &TileId| tile::shaped_input(self.world, id.area(self.world.tile_cells()));
-        let mut heights: Vec<Grid<f32>> = ids.iter().map(|id| Grid::filled(area(id), 0.0)).collect();
-        let bands: Vec<(Area, &mut [f32])> = heights
-            .iter_mut()
-            .flat_map(|grid| {
-                let area = grid.area();
-                let rows = (area.y0..).step_by(BAND_ROWS).zip(grid.values_mut().chunks_mut(BAND_ROWS * area.width()));
-                rows.map(move |(y0, band)| (Area::new(area.x0, y0, area.width(), band.len() / area.width()), band))
-            })
-            .collect();
-        bands.into_par_iter().for_each(|(area, band)| {
-            self.clock.time(stage::RELIEF, || band.copy_from_slice(self.world.relief().heights(area).values()));
-        });
-        heights
+        let bands_of = |area: Area| {
+            let edges = move |y0: i64| (y0.max(area.y0), (y0 + BAND_ROWS).min(area.y1));
+            let first = area.y0.div_euclid(BAND_ROWS) * BAND_ROWS;
+            (first..area.y1).step_by(BAND_ROWS as usize).map(edges).map(move |(y0, y1)| Area { y0, y1, ..area })
+        };
+        let bands: Vec<Area> = ids.iter().map(area).flat_map(bands_of).collect();
+        let mut made = self.maker.lands(&bands, &self.clock).into_iter();
+        let joined = |id: &TileId| {
+            let mut heights = Grid::filled(area(id), 0.0);
+            let mut left = heights.values_mut();
+            for _ in bands_of(area(id)) {
+                let band = made.next().expect("a land for each band").heights;
+                left.split_off_mut(..band.values().len())
+                    .expect("bands make up the area")
+                    .copy_from_slice(band.values());
+            }
+            heights
+        };
+        ids.iter().map(joined).collect()
     }
 }
 

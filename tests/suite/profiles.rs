@@ -52,6 +52,7 @@ impl Bake {
         assert_eq!(manifest.files.len() as u64 + 1, cost.files, "the plan counts all files");
         let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
         assert!(bytes <= cost.disk_bytes, "{bytes} > {}", cost.disk_bytes);
+        drop((output, plan));
         Bake { folder, world, region, manifest }
     }
 
