@@ -73,8 +73,11 @@ fn touching<'a>(pieces: &'a [RoadPiece<'a>], ground: &Ground) -> Vec<(&'a RoadPi
     let mut pairs = Vec::new();
     for (number, triangle) in ground.triangles.iter().enumerate() {
         let corners = corners_of(triangle);
-        let near = squares.near(bounds(&corners));
-        pairs.extend(near.filter(|piece| overlap(&pieces[*piece].outline, &corners)).map(|piece| (piece, number)));
+        squares.for_each_near(bounds(&corners), |piece| {
+            if overlap(&pieces[piece].outline, &corners) {
+                pairs.push((piece, number));
+            }
+        });
     }
     // A piece and a triangle may share several squares.
     pairs.sort_unstable();

@@ -81,7 +81,8 @@ pub(super) fn footprint(patches: &[RoadPatch], cells: u32) -> Vec<RoadPiece<'_>>
     for (number, patch) in patches.iter().enumerate() {
         let extent = bounds(&patch.outline);
         if overlap(&patch.outline, &tile) {
-            let mut above: Vec<usize> = squares.near(extent).collect();
+            let mut above = Vec::new();
+            squares.for_each_near(extent, |number| above.push(number));
             above.sort_unstable();
             above.dedup();
             let mut outlines = vec![patch.outline.clone()];
@@ -117,20 +118,24 @@ impl Squares {
         Squares { side, numbers: vec![Vec::new(); (side * side) as usize] }
     }
 
-    /// The squares that a rectangle touches.
-    fn touched(&self, [low, high]: [Place; 2]) -> impl Iterator<Item = usize> + use<> {
-        let side = self.side;
-        let square = move |at: i64| at.div_euclid(Squares::CELLS * UNITS).clamp(0, side - 1);
-        let range = move |axis: usize| square(low[axis])..=square(high[axis]);
-        range(1).flat_map(move |row| range(0).map(move |column| (row * side + column) as usize))
+    /// Calls with each square that a rectangle touches.
+    fn for_each_touched(&self, [low, high]: [Place; 2], mut call: impl FnMut(usize)) {
+        let square = |at: i64| at.div_euclid(Squares::CELLS * UNITS).clamp(0, self.side - 1);
+        for row in square(low[1])..=square(high[1]) {
+            for column in square(low[0])..=square(high[0]) {
+                call((row * self.side + column) as usize);
+            }
+        }
     }
 
     pub fn put(&mut self, number: usize, bounds: [Place; 2]) {
-        self.touched(bounds).for_each(|square| self.numbers[square].push(number));
+        let mut touched = Vec::new();
+        self.for_each_touched(bounds, |square| touched.push(square));
+        touched.into_iter().for_each(|square| self.numbers[square].push(number));
     }
 
-    /// The numbers of what may overlap a rectangle; some more than once.
-    pub fn near(&self, bounds: [Place; 2]) -> impl Iterator<Item = usize> {
-        self.touched(bounds).flat_map(|square| &self.numbers[square]).copied()
+    /// Calls with the numbers of what may overlap a rectangle; with some more than once.
+    pub fn for_each_near(&self, bounds: [Place; 2], mut call: impl FnMut(usize)) {
+        self.for_each_touched(bounds, |square| self.numbers[square].iter().for_each(|number| call(*number)));
     }
 }

@@ -208,6 +208,11 @@ impl Waterlines {
         self.at_vertex([column, row]).is_some()
     }
 
+    /// The vertices of the tile that rivers cover, in any order.
+    pub fn covered(&self) -> impl Iterator<Item = [u32; 2]> {
+        self.covered.keys().copied()
+    }
+
     /// The height of the ground at a vertex of the tile: below the river that covers it, if one does.
     pub fn lowered(&self, at: [u32; 2], height_m: f32) -> f32 {
         self.covered.get(&at).map_or(height_m, |level_m| height_m.min(level_m - 2.0 * CLEAR_M))
