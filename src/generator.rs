@@ -24,7 +24,7 @@ pub const LAYERS: [(&str, u32); 9] = [
     ("lines", 1),
     ("tile", 1),
     ("features", 1),
-    ("mesh", 2),
+    ("mesh", 3),
     ("map", 1),
 ];
 

@@ -45,7 +45,7 @@
 //!               on request: slope, curvature, accumulation, wetness, what grows               input: 65 vertices more
 //!   features/   World, area -> rivers, lakes, coasts, roads, sites, peaks, crossings with typed attributes
 //!   find/       "lake > 2 km2", a place -> the nearest ones, seen from afar first
-//!   mesh/       tile -> triangles: land into which banks and shores are cut, water between them, roads      input: rivers 24 vertices around
+//!   mesh/       tile -> triangles: land into which banks and shores are cut, water between them, roads      input: lines some 24 vertices around
 //!   map/        World, style, scale -> a sheet: relief, lines, names                          reach: the names around it
 //!               tile -> its plain picture
 //!      |

@@ -16,17 +16,23 @@ const CELL: i64 = PARTS as i64;
 /// The ground of a surface with every vertex.
 pub(super) fn cut(surface: &Surface, heights: &Grid<f32>, area: Area, waters: &Waterlines) -> Ground {
     let mut ground = Ground::new(surface, heights, area);
+    let side = surface.cells as usize + 1;
     let mut builder = Builder {
         cells: i64::from(surface.cells),
         grain: waters.grain(),
-        numbers: HashMap::new(),
         between: Vec::new(),
         at: HashMap::new(),
         touched: BTreeMap::new(),
     };
-    for (number, (vertex, at)) in (0..).zip(ground.vertices.iter_mut().zip(&surface.vertices)) {
-        vertex.height_m = waters.lowered(*at, vertex.height_m);
-        builder.numbers.insert(*at, number);
+    // The numbers of the vertices of the raster, row by row.
+    let mut numbers = vec![0; side * side];
+    for (number, [column, row]) in (0..).zip(&surface.vertices) {
+        numbers[*row as usize * side + *column as usize] = number;
+    }
+    let number_at = |[column, row]: [i64; 2]| numbers[row as usize * side + column as usize];
+    for at in waters.covered() {
+        let vertex = &mut ground.vertices[number_at(at.map(i64::from)) as usize];
+        vertex.height_m = waters.lowered(at, vertex.height_m);
     }
     for point in waters.points() {
         builder.add(point);
@@ -35,7 +41,7 @@ pub(super) fn cut(surface: &Surface, heights: &Grid<f32>, area: Area, waters: &W
         line.points.windows(2).for_each(|pair| builder.add_piece(&pair[0], &pair[1]));
     }
     // What a cell has on its edges its neighbours have too.
-    let Builder { cells, numbers, between, mut touched, .. } = builder;
+    let Builder { cells, between, mut touched, .. } = builder;
     let first = ground.vertices.len() as u32;
     for (number, point) in (first..).zip(&between) {
         for cell in cells_at(point.place, cells) {
@@ -50,10 +56,14 @@ pub(super) fn cut(surface: &Surface, heights: &Grid<f32>, area: Area, waters: &W
         let corners = triangle.map(|corner| surface.vertices[corner as usize]);
         [0, 1].map(|axis| i64::from(corners[0][axis].min(corners[1][axis]).min(corners[2][axis])))
     };
-    ground.triangles.retain(|triangle| !touched.contains_key(&cell_of(triangle)));
+    let mut is_touched = vec![false; side * side];
+    touched.keys().for_each(|[column, row]| is_touched[*row as usize * side + *column as usize] = true);
+    ground.triangles.retain(|triangle| {
+        let [column, row] = cell_of(triangle);
+        !is_touched[row as usize * side + column as usize]
+    });
     for ([column, row], touched) in &touched {
-        let corners =
-            [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[dx, dy]| numbers[&[column + dx, row + dy].map(|at| at as u32)]);
+        let corners = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[dx, dy]| number_at([column + dx, row + dy]));
         touched.triangulate(corners, &mut ground);
     }
     ground
@@ -72,8 +82,6 @@ fn cells_at(place: [i64; 2], cells: i64) -> impl Iterator<Item = [i64; 2]> {
 struct Builder {
     cells: i64,
     grain: i64,
-    /// The numbers of the vertices of the raster.
-    numbers: HashMap<[u32; 2], u32>,
     /// Points between the vertices.
     between: Vec<WaterPoint>,
     /// Which of them lies at a place.

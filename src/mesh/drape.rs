@@ -1,94 +1,90 @@
-//! The ground that roads lie on: its height at any place of the tile.
+//! Roads on the ground: each piece is cut where triangles of the ground meet, and lies on them.
 
-use super::Ground;
-use crate::area::Area;
-use crate::grid::Grid;
+use std::collections::HashMap;
 
-/// The heights of a tile's ground at all vertices of the raster, which between them are as good as its triangles.
-#[derive(Debug)]
-pub struct Drape {
-    cells: usize,
-    heights_m: Vec<f32>,
+use super::footprint::{RoadPiece, Squares};
+use super::polygon::{Place, UNITS, bounds, common, doubled_area, overlap};
+use super::ribbon::{Ribbon, RibbonKind, RibbonVertex};
+use super::{Ground, PARTS};
+
+/// A triangle of the ground.
+struct Slope {
+    corners: [Place; 3],
+    heights_m: [f64; 3],
 }
 
-impl Drape {
-    /// The heights of a ground. One that has every vertex has those of `heights` there, but below waters.
-    ///
-    /// # Panics
-    /// When `heights` does not hold the area.
-    pub fn new(ground: &Ground, heights: &Grid<f32>, area: Area) -> Drape {
-        let side = area.width();
-        let mut heights_m = Vec::with_capacity(area.len());
-        for y in area.y0..area.y1 {
-            heights_m.extend_from_slice(heights.row(y, area.x0, area.x1));
-        }
-        // With every vertex a surface is the raster itself.
-        if ground.vertices.len() == heights_m.len() {
-            return Drape { cells: side - 1, heights_m };
-        }
-        for (facet, triangle) in ground.facets().zip(&ground.triangles) {
-            let corners_m = triangle.map(|corner| f64::from(ground.vertices[corner as usize].height_m));
-            let whole = facet.whole() as f64;
-            for span in facet.spans() {
-                let start = span.row * side + span.column;
-                let (shares, growth) = (span.shares.map(|share| share as f64), span.growth.map(|growth| growth as f64));
-                // Corners keep their height, since all shares are theirs; the others are mixed from those alone.
-                for (offset, height_m) in (0_i32..).zip(&mut heights_m[start..start + span.count]) {
-                    let share = |corner: usize| shares[corner] + growth[corner] * f64::from(offset);
-                    let sum = share(0) * corners_m[0] + share(1) * corners_m[1] + share(2) * corners_m[2];
-                    *height_m = (sum / whole) as f32;
-                }
+impl Slope {
+    /// The height in metres at a place.
+    fn height_m(&self, place: Place) -> f64 {
+        let [a, b, c] = self.corners;
+        let shares = [[place, b, c], [a, place, c], [a, b, place]].map(doubled_area);
+        // On an edge the two corners at it say all: so it is the same from both sides, be they on two tiles.
+        if let Some(across) = shares.iter().position(|share| *share == 0) {
+            let [mut from, mut to] = [(across + 1) % 3, (across + 2) % 3];
+            if self.corners[from] > self.corners[to] {
+                (from, to) = (to, from);
             }
+            let way = |axis: usize| self.corners[to][axis] - self.corners[from][axis];
+            let axis = usize::from(way(1).abs() > way(0).abs());
+            let share = (place[axis] - self.corners[from][axis]) as f64 / way(axis) as f64;
+            return self.heights_m[from] * (1.0 - share) + self.heights_m[to] * share;
         }
-        Drape { cells: side - 1, heights_m }
-    }
-
-    /// The height in metres at a vertex of the tile.
-    pub fn at(&self, column: u32, row: u32) -> f32 {
-        self.heights_m[row as usize * (self.cells + 1) + column as usize]
-    }
-
-    /// The height in metres at a place in vertices from the tile's north-western corner, or at the place of the tile that is
-    /// nearest to it: that of the land's triangles, or a little more.
-    pub fn between(&self, place: [f64; 2]) -> f64 {
-        // A bridge or a bank may stick out of the tile.
-        let [x, y] = place.map(|at| at.clamp(0.0, self.cells as f64));
-        let (column, row) = ((x as usize).min(self.cells - 1), (y as usize).min(self.cells - 1));
-        let (u, v) = (x - column as f64, y - row as f64);
-        let height =
-            |east: usize, south: usize| f64::from(self.heights_m[(row + south) * (self.cells + 1) + column + east]);
-        let [nw, ne, sw, se] = [height(0, 0), height(1, 0), height(0, 1), height(1, 1)];
-        // Either diagonal may be an edge of the land's triangles: the higher one shows.
-        let falling = if u > v { nw + (ne - nw) * u + (se - ne) * v } else { nw + (sw - nw) * v + (se - sw) * u };
-        let rising = match u + v <= 1.0 {
-            true => nw + (ne - nw) * u + (sw - nw) * v,
-            false => se + (sw - se) * (1.0 - u) + (ne - se) * (1.0 - v),
-        };
-        falling.max(rising)
+        let sum: f64 = shares.iter().zip(self.heights_m).map(|(share, height_m)| *share as f64 * height_m).sum();
+        sum / doubled_area(self.corners) as f64
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mesh::Surface;
-
-    #[test]
-    fn it_lies_on_the_triangles() {
-        let area = Area::new(-3, 7, 9, 9);
-        let mut heights = Grid::filled(area, 0.0);
-        for y in area.y0..area.y1 {
-            for x in area.x0..area.x1 {
-                heights.row_mut(y, x, x + 1)[0] = ((x * 7 + y * 5) % 11) as f32;
-            }
-        }
-        let full = Drape::new(&Ground::new(&Surface::full(8), &heights, area), &heights, area);
-        assert_eq!((full.at(3, 2), full.between([3.0, 2.0])), (heights.at(0, 9), f64::from(heights.at(0, 9))));
-        let two =
-            Surface { cells: 8, vertices: vec![[0, 0], [0, 8], [8, 8], [8, 0]], triangles: vec![[0, 1, 2], [0, 2, 3]] };
-        let flat = Drape::new(&Ground::new(&two, &heights, area), &heights, area);
-        let corner = |column: i64, row: i64| f64::from(heights.at(area.x0 + column, area.y0 + row));
-        assert_eq!(f64::from(flat.at(4, 4)), f64::midpoint(corner(0, 0), corner(8, 8)));
-        assert_eq!(flat.between([-5.0, 4.0]), f64::midpoint(corner(0, 0), corner(0, 8)));
+/// Pieces of roads as one ribbon that lies so many metres above the ground.
+pub(super) fn draped(pieces: &[RoadPiece<'_>], ground: &Ground, lift_m: f64) -> Ribbon {
+    let mut ribbon = Ribbon { kind: RibbonKind::Road, vertices: Vec::new(), triangles: Vec::new() };
+    let mut given: HashMap<(usize, Place), u32> = HashMap::new();
+    for (piece, slope) in touching(pieces, ground) {
+        let outline = common(&piece.outline, &slope.corners);
+        let corners: Vec<u32> = outline
+            .into_iter()
+            .map(|place| {
+                *given.entry((piece.patch.road, place)).or_insert_with(|| {
+                    let corner = piece.patch.at(place);
+                    ribbon.vertices.push(RibbonVertex {
+                        place: place.map(|at| at as f64 / UNITS as f64),
+                        height_m: slope.height_m(place) + lift_m,
+                        normal: corner.normal,
+                        texture: corner.texture,
+                    });
+                    ribbon.vertices.len() as u32 - 1
+                })
+            })
+            .collect();
+        ribbon.triangles.extend((2..corners.len()).map(|at| [corners[0], corners[at - 1], corners[at]]));
     }
+    ribbon
+}
+
+/// Each piece with each triangle of the ground below it, along the pieces.
+fn touching<'a>(pieces: &'a [RoadPiece<'a>], ground: &Ground) -> Vec<(&'a RoadPiece<'a>, Slope)> {
+    let mut squares = Squares::new(ground.cells);
+    for (number, piece) in pieces.iter().enumerate() {
+        squares.put(number, bounds(&piece.outline));
+    }
+    let corners_of = |triangle: &[u32; 3]| {
+        triangle
+            .map(|corner| ground.vertices[corner as usize].place.map(|at| i64::from(at) * (UNITS / i64::from(PARTS))))
+    };
+    let mut pairs = Vec::new();
+    for (number, triangle) in ground.triangles.iter().enumerate() {
+        let corners = corners_of(triangle);
+        squares.for_each_near(bounds(&corners), |piece| {
+            if overlap(&pieces[piece].outline, &corners) {
+                pairs.push((piece, number));
+            }
+        });
+    }
+    // A piece and a triangle may share several squares.
+    pairs.sort_unstable();
+    pairs.dedup();
+    let slope = |triangle: &[u32; 3]| Slope {
+        corners: corners_of(triangle),
+        heights_m: triangle.map(|corner| f64::from(ground.vertices[corner as usize].height_m)),
+    };
+    pairs.into_iter().map(|(piece, number)| (&pieces[piece], slope(&ground.triangles[number]))).collect()
 }

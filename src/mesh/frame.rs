@@ -93,8 +93,16 @@ impl Frame {
     }
 
     /// Metres from the corner of an area, east and south, to a place that is given in vertices from there.
-    pub fn local_m(&self, place: [f64; 2]) -> [f64; 2] {
-        place.map(|vertices| vertices * self.spacing_m)
+    pub fn local_m(&self, area: &Area, place: [f64; 2]) -> [f64; 2] {
+        let metres = |first: i64, at: f64| {
+            // On the edge of the tile it is where the neighbour has it.
+            let before = at.floor();
+            let at_vertex = |vertex: i64| self.steps(vertex) - self.steps(first);
+            let start = at_vertex(first + before as i64);
+            let cell = at_vertex(first + before as i64 + 1) - start;
+            (start as f64 + cell as f64 * (at - before)) * self.step_m
+        };
+        [metres(area.x0, place[0]), metres(area.y0, place[1])]
     }
 
     /// Steps up from the corner's height; for frames of quantised meshes.

@@ -8,9 +8,10 @@
 //!   greedy.rs     heights, bound -> border, then the vertex furthest off, again and again
 //!   waterline.rs  rivers, levels of water -> banks and shores      water.rs   these -> flat sheets
 //!   ground.rs     surface, banks and shores -> the ground; cells.rs, that with every vertex
-//!   ribbon.rs     roads -> strips, decks
 //!   facet.rs      triangle -> the vertices of the raster in it, in spans of rows
-//!   drape.rs      ground -> what roads lie on
+//!   ribbon.rs     roads -> strips, decks
+//!   footprint.rs  strips, ends of roads -> roads as seen from above, none on another      polygon.rs   what that takes
+//!   drape.rs      these, ground -> roads on the ground
 //!   frame.rs      where meshes have their origin, and the steps of positions
 //! ```
 
@@ -19,20 +20,21 @@ mod cells;
 mod delaunay;
 mod drape;
 mod facet;
+mod footprint;
 mod frame;
 mod greedy;
 mod ground;
+mod polygon;
 mod ribbon;
 mod steps;
 mod water;
 mod waterline;
 mod worst;
 
-pub use drape::Drape;
 pub use facet::{Facet, Span};
 pub use frame::{Frame, default_origin, middle};
 pub use ground::{Ground, GroundVertex, PARTS};
-pub use ribbon::{Ribbon, RibbonKind, RibbonVertex, ribbons};
+pub use ribbon::{Ribbon, RibbonKind, RibbonVertex, ribbons, roads_near};
 pub use steps::{MAX_CELLS, MAX_HEIGHT_M};
 pub use water::{Sheet, sheets};
 pub use waterline::{WaterPoint, Waterline, Waterlines};

@@ -208,6 +208,11 @@ impl Waterlines {
         self.at_vertex([column, row]).is_some()
     }
 
+    /// The vertices of the tile that rivers cover, in any order.
+    pub fn covered(&self) -> impl Iterator<Item = [u32; 2]> {
+        self.covered.keys().copied()
+    }
+
     /// The height of the ground at a vertex of the tile: below the river that covers it, if one does.
     pub fn lowered(&self, at: [u32; 2], height_m: f32) -> f32 {
         self.covered.get(&at).map_or(height_m, |level_m| height_m.min(level_m - 2.0 * CLEAR_M))
@@ -303,6 +308,7 @@ impl Waterlines {
                 self.standing.cross(column, row, &mut segments);
             }
         }
+        let mut left_out: Vec<Vec<Edge>> = Vec::new();
         for chain in chains(&segments) {
             let points: Vec<WaterPoint> = chain.iter().map(|edge| self.standing.shore(*edge, self.grain)).collect();
             let places: Vec<[f64; 2]> = points.iter().map(|point| point.place.map(|at| at as f64)).collect();
@@ -312,6 +318,7 @@ impl Waterlines {
             let is_ring = chain[0] == chain[chain.len() - 1];
             let is_scrap = self.standing.kind_at(chain[0]) == WaterKind::River && chain.len() < SCRAP;
             if is_ring && (kept.len() < 4 || is_scrap) {
+                left_out.push(chain);
                 continue;
             }
             let by_place: HashMap<[i64; 2], WaterPoint> = points.iter().map(|point| (point.place, *point)).collect();
@@ -326,6 +333,8 @@ impl Waterlines {
             let lines = runs(kept.into_iter(), is_shore, self.grain);
             self.lines.extend(lines.into_iter().map(|points| Waterline { kind, points }));
         }
+        // What has no shore is no water for banks either.
+        left_out.iter().for_each(|ring| self.standing.dry(ring));
     }
 
     /// Adds the banks and beds of rivers.
@@ -614,6 +623,21 @@ impl Standing {
         self.at(ends[under].0, ends[under].1).expect("a shore has water on one side").0
     }
 
+    /// Dries the water within a ring of edges that its shore crosses; a ring around land leaves it as it is.
+    fn dry(&mut self, ring: &[Edge]) {
+        // The northernmost edge to the south comes from outside.
+        let Some(first) = ring.iter().filter(|(_, _, south)| *south).min_by_key(|(_, row, _)| *row) else { return };
+        let ([_, inside], 1) = self.ends(*first) else { return };
+        let mut open = vec![inside];
+        while let Some((column, row)) = open.pop() {
+            let index = ((row + 1) * self.area.width() as i64 + column + 1) as usize;
+            if self.wet[index].take().is_some() {
+                // Waters that meet at a corner are one.
+                open.extend((-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (column + dx, row + dy))));
+            }
+        }
+    }
+
     /// Whether the water is on the left of a shore that begins on an edge.
     fn is_left(&self, edge: Edge, [first, second]: [&WaterPoint; 2]) -> bool {
         let (ends, under) = self.ends(edge);
@@ -769,4 +793,57 @@ fn crossings(from: &WaterPoint, to: &WaterPoint, side: i64, grain: i64) -> Vec<(
         }
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CELLS: usize = 16;
+
+    /// Standing water of a kind at some vertices of a tile without rivers, half a metre deep between ground of 7 m.
+    fn standing(kind: WaterKind, at: impl Fn(i64, i64) -> bool) -> Waterlines {
+        let area = Area::new(0, 0, CELLS + 1, CELLS + 1).padded(1);
+        let places = || (area.y0..area.y1).flat_map(|y| (area.x0..area.x1).map(move |x| (x, y)));
+        let wet = places().map(|(x, y)| at(x, y).then_some((kind, 6.0))).collect();
+        let heights_m = places().map(|(x, y)| if at(x, y) { 5.5 } else { 7.0 }).collect();
+        let mut waters = Waterlines {
+            cells: CELLS,
+            grain: 1,
+            lines: Vec::new(),
+            beds: Vec::new(),
+            courses: Vec::new(),
+            reaches: Reaches::new(&[], CELLS),
+            standing: Standing { area, wet, heights_m },
+            covered: HashMap::new(),
+        };
+        waters.add_shores(FINEST);
+        waters
+    }
+
+    fn is_wet(waters: &Waterlines, column: u32, row: u32) -> bool {
+        let place = [column, row].map(|at| f64::from(at) * f64::from(PARTS));
+        assert_eq!(waters.standing.nearest(place).is_some(), waters.covers([column, row]));
+        waters.covers([column, row])
+    }
+
+    #[test]
+    fn water_without_a_shore_is_none() {
+        // A scrap of a river beside what is none, and a lake as small as it.
+        let is_scrap = |x, y| (x, y) == (4, 5) || (x, y) == (5, 5);
+        let scrap = standing(WaterKind::River, |x, y| is_scrap(x, y) || (9..14).contains(&x) && (3..9).contains(&y));
+        assert_eq!(scrap.lines.len(), 1);
+        assert!(!is_wet(&scrap, 4, 5) && !is_wet(&scrap, 5, 5) && is_wet(&scrap, 9, 3) && is_wet(&scrap, 13, 8));
+        let lake = standing(WaterKind::Lake, is_scrap);
+        assert_eq!(lake.lines.len(), 1);
+        assert!(is_wet(&lake, 4, 5) && is_wet(&lake, 5, 5));
+    }
+
+    #[test]
+    fn an_island_without_a_shore_leaves_its_water() {
+        let pool = |x: i64, y: i64| (3..13).contains(&x) && (3..13).contains(&y) && (x, y) != (7, 8);
+        let waters = standing(WaterKind::River, pool);
+        assert_eq!(waters.lines.len(), 1);
+        assert!(is_wet(&waters, 7, 7) && is_wet(&waters, 3, 12) && !is_wet(&waters, 7, 8));
+    }
 }

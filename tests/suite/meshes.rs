@@ -440,37 +440,88 @@ fn water_and_its_land_meet_at_the_seams_of_tiles_at_every_level() {
 }
 
 #[test]
-fn roads_are_whole_across_tiles() {
-    let world = wet();
-    let (folder, _) = bake(&world, "gltf", lods("0"));
-    let all = parts(&folder.path().join("mesh/region.gltf"));
-    let mut crossings = 0;
-    for name in ["road"] {
-        let ribbon = &all[name];
-        assert!(ribbon.triangles.len() > 10, "{name}");
-        for triangle in &ribbon.triangles {
-            let [a, b, c] = triangle.map(|index| ribbon.places[index]);
-            let up = (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2]);
-            assert!(up > -1e-2, "{name} faces up: {a:?} {b:?} {c:?}");
+fn roads_lie_on_the_land_and_meet_where_tiles_do_at_every_level() {
+    let wet = wet();
+    // Agents' roads, and roads between settlements beside rivers.
+    let settled = crate::bakes::settled();
+    let settled_region = Region::new(TileId { x: -2, y: -2 }, 3, 2, settled.tile_cells()).unwrap();
+    for ((world, region), lod) in
+        [(&wet, region(&wet)), (settled, settled_region)].into_iter().flat_map(|it| (0..=3).map(move |lod| (it, lod)))
+    {
+        let (folder, _) = bake_region(world, region, "gltf", lods(&lod.to_string()));
+        let side_m = f64::from(world.tile_cells()) * world.spacing_m();
+        let (mut seams, mut tried) = (BTreeMap::new(), 0);
+        for tile in 0..6 {
+            let all = parts(&glb(&folder, lod, tile % 3, tile / 3));
+            let Some(road) = all.get("road") else { continue };
+            let land = &all["land"];
+            let edges = [0, 2].map(|axis| {
+                let places = || land.places.iter().map(|place| place[axis]);
+                [places().fold(f32::INFINITY, f32::min), places().fold(f32::NEG_INFINITY, f32::max)]
+            });
+            for triangle in &road.triangles {
+                let corners = triangle.map(|index| road.places[index]);
+                let up = doubled_area(corners.map(|corner| corner.map(f64::from)));
+                assert!(up > -1e-2, "LOD {lod}: a road faces up: {corners:?}");
+                for corner in corners {
+                    let is_within = |(axis, [low, high]): (usize, [f32; 2])| (low..=high).contains(&corner[axis]);
+                    assert!([0, 2].into_iter().zip(edges).all(is_within), "LOD {lod}: {corner:?} is on no land");
+                }
+                let middle =
+                    [0, 1, 2].map(|axis| corners.iter().map(|corner| f64::from(corner[axis])).sum::<f64>() / 3.0);
+                let above_m = middle[1] - height_m(land, [middle[0], middle[2]]);
+                assert!((0.1..0.14).contains(&above_m), "LOD {lod}: {above_m} m above the land at {middle:?}");
+                tried += 1;
+                for (from, to) in [(0, 1), (1, 2), (2, 0)].map(|(from, to)| (corners[from], corners[to])) {
+                    let on_edge = [(0, 0), (2, 1)]
+                        .iter()
+                        .any(|&(axis, side)| from[axis] == to[axis] && edges[side].contains(&from[axis]));
+                    if on_edge {
+                        let edge = if bits(from) < bits(to) { (bits(from), bits(to)) } else { (bits(to), bits(from)) };
+                        seams.entry(edge).or_insert((0, [from, to])).0 += 1;
+                    }
+                }
+            }
         }
-        // Two triangles a piece: from the line across its start to that across its end, which is the next piece's start.
-        let middle =
-            |a: usize, b: usize| [0, 2].map(|axis| f32::midpoint(ribbon.places[a][axis], ribbon.places[b][axis]));
-        let pieces = ribbon.triangles.as_chunks::<2>().0;
-        let starts: Vec<_> = pieces.iter().map(|[first, _]| middle(first[0], first[1])).collect();
-        let ends: Vec<_> = pieces.iter().map(|[first, second]| middle(first[2], second[2])).collect();
-        let is_near = |a: &[f32; 2], b: &[f32; 2]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.02);
-        let open = ends.iter().filter(|end| !starts.iter().any(|start| is_near(start, end)));
-        // From the region's middle: its tiles meet at these distances.
-        let (side, cell) = (32.0 * 3.3, 3.3);
-        let at_seam = |[east, south]: &[f32; 2]| {
-            [-0.5, 0.5].iter().any(|tile| (east - tile * side).abs() < cell) || south.abs() < cell
-        };
-        crossings += ends.iter().filter(|end| at_seam(end)).count();
-        let cut: Vec<_> = open.filter(|end| at_seam(end)).collect();
-        assert!(cut.is_empty(), "{name} ends at a seam: {cut:?}");
+        // What lies on the outer edge of the region is there once.
+        let corner = parts(&glb(&folder, lod, 0, 0)).remove("land").unwrap();
+        let first = [0, 2].map(|axis| corner.places.iter().map(|place| place[axis]).fold(f32::INFINITY, f32::min));
+        let mut inner = 0;
+        for (count, [from, to]) in seams.into_values() {
+            let is_outer = [(0, 0, 3.0), (2, 1, 2.0)].iter().any(|&(axis, side, tiles)| {
+                let outer = [0.0, tiles].map(|tiles| f64::from(first[side]) + tiles * side_m);
+                from[axis] == to[axis] && outer.iter().any(|at| (f64::from(from[axis]) - at).abs() < 0.01)
+            });
+            assert!(is_outer || count == 2, "LOD {lod}: the edge {from:?} {to:?} has {count} triangles");
+            inner += usize::from(!is_outer);
+        }
+        // None of the few roads of the first world goes from tile to tile.
+        assert!(inner > 1 || std::ptr::eq(world, &wet), "LOD {lod}: {inner} edges of roads lie where tiles meet");
+        assert!(tried > 20, "LOD {lod}: {tried} triangles prove little");
     }
-    assert!(crossings > 0, "no piece ends where tiles meet");
+}
+
+/// Twice the area of a triangle seen from above, positive if it faces up.
+fn doubled_area([a, b, c]: [[f64; 3]; 3]) -> f64 {
+    (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2])
+}
+
+/// The height of a land at a place that lies on it.
+fn height_m(land: &Part, [east, south]: [f64; 2]) -> f64 {
+    let at = [east, 0.0, south];
+    let shares = |triangle: &[usize; 3]| {
+        let corners = triangle.map(|index| land.places[index].map(f64::from));
+        let [a, b, c] = corners;
+        let whole = doubled_area(corners);
+        let shares = [[at, b, c], [a, at, c], [a, b, at]].map(|part| doubled_area(part) / whole);
+        (
+            shares.into_iter().fold(f64::INFINITY, f64::min),
+            (0..3).map(|corner| shares[corner] * corners[corner][1]).sum(),
+        )
+    };
+    // Of the triangles at an edge, whichever it is most in.
+    let best = land.triangles.iter().map(shares).max_by(|a: &(f64, f64), b| a.0.total_cmp(&b.0));
+    best.expect("a land has triangles").1
 }
 
 #[test]

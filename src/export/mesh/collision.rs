@@ -99,7 +99,7 @@ impl Sink for CollisionSink<'_> {
             let decks = model.ribbons.iter().filter(|ribbon| ribbon.kind == RibbonKind::Bridge).cloned();
             let decks: Vec<_> = decks.collect();
             if !decks.is_empty() {
-                let mut deck = of_ribbons(&decks, frame);
+                let mut deck = of_ribbons(&decks, frame, &tile.area());
                 deck.attributes.truncate(1);
                 let mesh = glb.mesh(&named("bridge"), deck, None);
                 children.push(glb.root.push(node(&named("bridge"), Some(mesh))));

@@ -194,7 +194,7 @@ impl<'a> GltfSink<'a> {
             add(&mut glb, &mut children, substance, &named(substance.name), of_sheet(sheet, frame, &area));
         }
         for (substance, ribbons) in by_substance(&model.ribbons) {
-            add(&mut glb, &mut children, substance, &named(substance.name), of_ribbons(ribbons, frame));
+            add(&mut glb, &mut children, substance, &named(substance.name), of_ribbons(ribbons, frame, &area));
         }
         let extras = extras(&json!({ "tile_x": tile.id().x, "tile_y": tile.id().y, "lod": lod }));
         // The tile stands at its corner, and so its own numbers are small.

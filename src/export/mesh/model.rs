@@ -7,7 +7,7 @@ use crate::bake::MeshRecord;
 use crate::export::options::MeshOptions;
 use crate::land::WaterKind;
 use crate::mesh::{
-    Drape, Frame, Ground, GroundVertex, PARTS, Ribbon, RibbonKind, Sheet, Surface, Waterlines, ribbons, sheets,
+    Frame, Ground, GroundVertex, PARTS, Ribbon, RibbonKind, Sheet, Surface, Waterlines, ribbons, roads_near, sheets,
 };
 use crate::tile::Tile;
 use crate::world::World;
@@ -79,14 +79,14 @@ impl<'a> Modeller<'a> {
 
     /// The models of a tile, one for each level of detail.
     pub fn models(&self, tile: &Tile) -> Vec<(u32, Model)> {
+        let roads = roads_near(self.world, &tile.area());
         let model = |&lod: &u32| {
             // Twice as much as at the level before it, as heights may be off.
             let tolerance = FINEST_LINE * f64::from(lod).exp2();
             let waterlines = Waterlines::new(self.world, tile, tolerance, self.frame.grain());
             let land = self.land(tile, lod, waterlines.as_ref());
-            let ground = Drape::new(&land, tile.heights(), tile.area());
             let waters = waterlines.as_ref().map_or_else(Vec::new, sheets);
-            let ribbons = ribbons(tile, self.world.spacing_m(), &ground, tolerance);
+            let ribbons = ribbons(&tile.area(), &roads, &land, tolerance);
             (lod, Model { land, waters, ribbons })
         };
         self.options.lods.all().iter().map(model).collect()

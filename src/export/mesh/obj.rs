@@ -186,7 +186,7 @@ impl<'a> ObjSink<'a> {
                     substance.name,
                     &ribbon.triangles,
                     ribbon.vertices.iter().map(|vertex| {
-                        let [east, south] = frame.local_m(vertex.place);
+                        let [east, south] = frame.local_m(&area, vertex.place);
                         let place = [corner_east + east, vertex.height_m, corner_south + south].map(thousandths);
                         (place, vertex.texture.map(f64::from), vertex.normal)
                     }),

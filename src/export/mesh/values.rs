@@ -235,10 +235,10 @@ pub(super) fn of_sheet(sheet: &Sheet, frame: &Frame, area: &Area) -> MeshData {
 }
 
 /// Some ribbons as one mesh.
-pub(super) fn of_ribbons(ribbons: &[Ribbon], frame: &Frame) -> MeshData {
+pub(super) fn of_ribbons(ribbons: &[Ribbon], frame: &Frame, area: &Area) -> MeshData {
     let vertices = || ribbons.iter().flat_map(|ribbon| &ribbon.vertices);
     let places = vertices().map(|vertex| {
-        let [east, south] = frame.local_m(vertex.place);
+        let [east, south] = frame.local_m(area, vertex.place);
         [east as f32, vertex.height_m as f32, south as f32]
     });
     let attributes = vec![

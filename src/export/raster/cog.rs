@@ -7,21 +7,15 @@
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
-use std::path::Path;
-use std::sync::Mutex;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
 
-use crate::area::Place;
-use crate::bake::{FileRecord, Kept, Sink};
+use crate::bake::FileRecord;
 use crate::error::Error;
-use crate::export::format::Request;
-use crate::export::locked;
-use crate::export::raster::image::Image;
 use crate::export::raster::quantity::Reduction;
-use crate::export::raster::sinks::{Drawing, RasterFile};
+use crate::export::raster::sinks::{Drawing, RasterFile, RegionWriter};
 use crate::export::raster::statistics::Statistics;
 use crate::export::raster::tiff::{Directory, Values, head};
 use crate::export::raster::writer::Sample;
@@ -29,8 +23,6 @@ use crate::export::svg::escaped;
 use crate::file::{Finished, PartFile};
 use crate::generator;
 use crate::stop;
-use crate::tile::Tile;
-use crate::watch::Watch;
 
 /// Pixels a side of a block.
 pub(super) const BLOCK: usize = 512;
@@ -49,35 +41,38 @@ const STRUCTURE: &str = "GDAL_STRUCTURAL_METADATA_SIZE=000140 bytes\nLAYOUT=IFDS
 /// Bytes at the end of a classic TIFF's reach.
 const CLASSIC: u64 = u32::MAX as u64;
 
-/// A raster of the whole region.
-pub(crate) struct CogRaster<'a> {
-    drawing: Drawing<'a>,
-    file: RasterFile,
-    under_way: Mutex<Option<UnderWay>>,
+/// What writes such a raster.
+pub(super) struct CogWriter {
+    sample: Sample,
+    reduction: Reduction,
+    levels: Vec<Level>,
+    /// Where blocks wait. Never finished, so it is gone when the raster is.
+    blocks: PartFile,
+    written: u64,
 }
 
-impl<'a> CogRaster<'a> {
-    /// Begins the raster in the folder of the bake.
-    pub fn create(
-        request: &Request<'a>,
-        export: &'static str,
-        image: Image,
-        out: &Path,
-    ) -> Result<CogRaster<'a>, Error> {
-        let drawing = Drawing::new(request, export, image, out);
-        let file = RasterFile::of_region(&drawing);
-        let blocks = PartFile::create(out.join(format!("{}.blocks", file.path)))?;
-        let under_way = UnderWay {
-            sample: image.quantity.sample(),
-            reduction: image.quantity.reduction(),
+impl RegionWriter for CogWriter {
+    fn begin(drawing: &Drawing, file: &RasterFile) -> Result<CogWriter, Error> {
+        Ok(CogWriter {
+            sample: drawing.image.quantity.sample(),
+            reduction: drawing.image.quantity.reduction(),
             levels: Level::all(file.width as usize, file.height as usize),
-            blocks,
+            blocks: PartFile::create(drawing.out.join(format!("{}.blocks", file.path)))?,
             written: 0,
-            statistics: Statistics::default(),
-        };
-        Ok(CogRaster { drawing, file, under_way: Mutex::new(Some(under_way)) })
+        })
     }
 
+    fn write_line(&mut self, line: &[u8]) -> Result<(), Error> {
+        self.push(0, line)
+    }
+
+    fn end(self, drawing: &Drawing, file: &RasterFile, statistics: &Statistics) -> Result<Vec<FileRecord>, Error> {
+        let finished = self.finish(drawing, file, statistics)?;
+        Ok(vec![drawing.record(file, finished)])
+    }
+}
+
+impl CogWriter {
     /// The bytes that are held of a raster of that width while it is written, beside those of its tiles: the rows of a block of the
     /// raster, of half its size and so on, and blocks that are compressed.
     pub fn held_bytes(width: u64, sample: Sample) -> u64 {
@@ -91,33 +86,6 @@ impl<'a> CogRaster<'a> {
         let blocks = levels.iter().map(Level::count).fold(0, u64::saturating_add);
         // What cannot be compressed is a little longer; offset, size and its copies stand beside each.
         blocks.saturating_mul(2 * (BLOCK * BLOCK * sample.bytes()) as u64 + 512 + 64).saturating_add(1 << 16)
-    }
-}
-
-impl Sink for CogRaster<'_> {
-    fn name(&self) -> &str {
-        &self.file.path
-    }
-
-    fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
-        Ok(self.drawing.piece(tile, place))
-    }
-
-    fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
-        let mut under_way = locked(&self.under_way);
-        let under_way = under_way.as_mut().expect("rows come before the end");
-        self.drawing.lines(row, pieces, |line| {
-            if under_way.sample.is_grey() {
-                under_way.statistics.add(line, under_way.sample);
-            }
-            under_way.push(0, line)
-        })
-    }
-
-    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
-        let under_way = locked(&self.under_way).take().expect("a sink ends once");
-        let finished = under_way.finish(&self.drawing, &self.file)?;
-        Ok(vec![self.drawing.record(&self.file, finished)])
     }
 }
 
@@ -152,18 +120,7 @@ impl Level {
     }
 }
 
-/// What is written of a raster.
-struct UnderWay {
-    sample: Sample,
-    reduction: Reduction,
-    levels: Vec<Level>,
-    /// Where blocks wait. Never finished, so it is gone when the raster is.
-    blocks: PartFile,
-    written: u64,
-    statistics: Statistics,
-}
-
-impl UnderWay {
+impl CogWriter {
     /// Appends a row to a level.
     fn push(&mut self, number: usize, row: &[u8]) -> Result<(), Error> {
         let level = &mut self.levels[number];
@@ -208,7 +165,7 @@ impl UnderWay {
     }
 
     /// Puts all in order.
-    fn finish(mut self, drawing: &Drawing, file: &RasterFile) -> Result<Finished, Error> {
+    fn finish(mut self, drawing: &Drawing, file: &RasterFile, statistics: &Statistics) -> Result<Finished, Error> {
         let path = drawing.out.join(&file.path);
         let failed = || Error::io(&path);
         self.blocks.flush().map_err(failed())?;
@@ -218,7 +175,7 @@ impl UnderWay {
             let starts: Vec<u64> = (0..self.levels.len())
                 .map(|level| {
                     let start = at;
-                    at += self.directory(level, drawing, 0).encoded(big, start, false).len() as u64;
+                    at += self.directory(level, drawing, statistics, 0).encoded(big, start, false).len() as u64;
                     start
                 })
                 .collect();
@@ -240,7 +197,7 @@ impl UnderWay {
         write(STRUCTURE.as_bytes())?;
         for (level, (start, first)) in starts.iter().zip(&firsts).enumerate() {
             let is_last = level + 1 == self.levels.len();
-            write(&self.directory(level, drawing, *first).encoded(big, *start, is_last))?;
+            write(&self.directory(level, drawing, statistics, *first).encoded(big, *start, is_last))?;
         }
         let mut blocks = File::open(self.blocks.lend()).map_err(failed())?;
         let mut block = Vec::new();
@@ -260,7 +217,7 @@ impl UnderWay {
     }
 
     /// The directory of a level whose first block begins at a place.
-    fn directory(&self, number: usize, drawing: &Drawing, first: u64) -> Directory {
+    fn directory(&self, number: usize, drawing: &Drawing, statistics: &Statistics, first: u64) -> Directory {
         let level = &self.levels[number];
         let quantity = drawing.image.quantity;
         let channels = quantity.channels().len();
@@ -320,7 +277,7 @@ impl UnderWay {
                 (33922, Values::Doubles(vec![0.0, 0.0, 0.0, east, north, 0.0])),
                 (34735, Values::Shorts(geo_keys(plane))),
                 (34737, Values::Text(format!("{plane}|"))),
-                (42112, Values::Text(self.metadata(drawing, &facts))),
+                (42112, Values::Text(self.metadata(drawing, statistics, &facts))),
             ]);
             tags.sort_by_key(|(tag, _)| *tag);
         }
@@ -331,7 +288,7 @@ impl UnderWay {
     }
 
     /// What GDAL reads of what TIFF has no tags for.
-    fn metadata(&self, drawing: &Drawing, facts: &[(&str, String)]) -> String {
+    fn metadata(&self, drawing: &Drawing, statistics: &Statistics, facts: &[(&str, String)]) -> String {
         use std::fmt::Write;
         let quantity = drawing.image.quantity;
         let mut text = String::from("<GDALMetadata>");
@@ -350,7 +307,7 @@ impl UnderWay {
             _ = write!(text, "<Item name=\"UNITTYPE\" sample=\"0\" role=\"unittype\">{unit}</Item>");
         }
         if self.sample.is_grey() {
-            for (key, value) in self.statistics.items() {
+            for (key, value) in statistics.items() {
                 _ = write!(text, "<Item name=\"{key}\" sample=\"0\">{value}</Item>");
             }
         }

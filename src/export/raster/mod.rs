@@ -26,11 +26,11 @@ use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Lack, RECORD_BYTES, Request, file_name, folder};
 use crate::export::options::TileNames;
-use crate::export::raster::cog::CogRaster;
+use crate::export::raster::cog::CogWriter;
 use crate::export::raster::image::{Beside, Image};
 use crate::export::raster::quantity::Quantity;
 use crate::export::raster::sinks::{RegionRaster, TileRasters};
-use crate::export::raster::writer::Encoding;
+use crate::export::raster::writer::{Encoding, RasterWriter};
 use crate::tile::Growth;
 use crate::world::World;
 
@@ -200,7 +200,7 @@ impl Rasters {
         };
         let samples = width.saturating_mul(height).saturating_mul(image.encoding.copies());
         let file = match image.encoding {
-            Encoding::GeoTiff => CogRaster::disk_bytes((width, height), image.quantity.sample()),
+            Encoding::GeoTiff => CogWriter::disk_bytes((width, height), image.quantity.sample()),
             _ => encoded_at_most(samples.saturating_mul(bytes), height),
         };
         // One is about as long as its entry in the manifest, or four times that.
@@ -212,7 +212,7 @@ impl Rasters {
             // it.
             kept_a_vertex: if image.tiles { 0 } else { bytes },
             held_bytes: match image.encoding {
-                Encoding::GeoTiff => CogRaster::held_bytes(width, image.quantity.sample()),
+                Encoding::GeoTiff => CogWriter::held_bytes(width, image.quantity.sample()),
                 _ => 0,
             },
             tile_file_bytes: if image.tiles { file } else { 0 },
@@ -306,9 +306,11 @@ impl Format for Rasters {
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
         let sink = |image: Image| -> Result<Box<dyn Sink + 'a>, Error> {
             match (image.encoding, image.tiles) {
-                (Encoding::GeoTiff, _) => Ok(Box::new(CogRaster::create(request, self.name, image, out)?)),
+                (Encoding::GeoTiff, _) => {
+                    Ok(Box::new(RegionRaster::<CogWriter>::create(request, self.name, image, out)?))
+                }
                 (_, true) => Ok(Box::new(TileRasters::create(request, self.name, image, out))),
-                (_, false) => Ok(Box::new(RegionRaster::create(request, self.name, image, out)?)),
+                (_, false) => Ok(Box::new(RegionRaster::<RasterWriter>::create(request, self.name, image, out)?)),
             }
         };
         self.images().map(sink).collect()

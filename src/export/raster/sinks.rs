@@ -17,7 +17,7 @@ use crate::export::raster::facts::{Facts, Shown};
 use crate::export::raster::image::{Beside, Image, RowOrder};
 use crate::export::raster::quantity::Painter;
 use crate::export::raster::statistics::Statistics;
-use crate::export::raster::writer::{Form, RasterWriter};
+use crate::export::raster::writer::{Encoding, Form, RasterWriter};
 use crate::file::{Finished, write_whole};
 use crate::stop;
 use crate::tile::Tile;
@@ -78,35 +78,47 @@ impl<'a> Drawing<'a> {
     }
 }
 
-/// One raster of the whole region, written strip by strip.
-pub(crate) struct RegionRaster<'a> {
+/// What writes a region's file, line by line from north to south.
+pub(super) trait RegionWriter: Send + Sized {
+    /// Begins the file in the folder of the bake.
+    fn begin(drawing: &Drawing, file: &RasterFile) -> Result<Self, Error>;
+
+    /// Writes the next line of samples.
+    fn write_line(&mut self, line: &[u8]) -> Result<(), Error>;
+
+    /// Ends the file, of which it is known by now what it shows, and writes those that stand beside it.
+    fn end(self, drawing: &Drawing, file: &RasterFile, statistics: &Statistics) -> Result<Vec<FileRecord>, Error>;
+}
+
+/// One raster of the whole region.
+pub(super) struct RegionRaster<'a, W> {
     drawing: Drawing<'a>,
     file: RasterFile,
-    under_way: Mutex<Option<UnderWay>>,
+    under_way: Mutex<Option<UnderWay<W>>>,
 }
 
 /// What of it is written, and what that has shown.
-struct UnderWay {
-    writer: RasterWriter,
+struct UnderWay<W> {
+    writer: W,
     statistics: Statistics,
 }
 
-impl<'a> RegionRaster<'a> {
+impl<'a, W: RegionWriter> RegionRaster<'a, W> {
     /// Begins the raster in the folder of the bake.
     pub fn create(
         request: &Request<'a>,
         export: &'static str,
         image: Image,
         out: &Path,
-    ) -> Result<RegionRaster<'a>, Error> {
+    ) -> Result<RegionRaster<'a, W>, Error> {
         let drawing = Drawing::new(request, export, image, out);
         let file = RasterFile::of_region(&drawing);
-        let under_way = UnderWay { writer: file.begin(&drawing)?, statistics: Statistics::default() };
+        let under_way = UnderWay { writer: W::begin(&drawing, &file)?, statistics: Statistics::default() };
         Ok(RegionRaster { drawing, file, under_way: Mutex::new(Some(under_way)) })
     }
 }
 
-impl Sink for RegionRaster<'_> {
+impl<W: RegionWriter> Sink for RegionRaster<'_, W> {
     fn name(&self) -> &str {
         &self.file.path
     }
@@ -118,37 +130,47 @@ impl Sink for RegionRaster<'_> {
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
         let mut under_way = locked(&self.under_way);
         let UnderWay { writer, statistics } = under_way.as_mut().expect("rows come before the end");
-        let quantity = self.drawing.image.quantity;
+        let image = &self.drawing.image;
+        let sample = image.quantity.sample();
         // What looks at a raster alone stretches its greys over their range, and would measure it.
-        let is_measured = !self.drawing.image.beside().is_empty() && quantity.sample().is_grey();
+        let is_told = image.encoding == Encoding::GeoTiff || !image.beside().is_empty();
         self.drawing.lines(row, pieces, |line| {
-            if is_measured {
-                statistics.add(line, quantity.sample());
+            if is_told && sample.is_grey() {
+                statistics.add(line, sample);
             }
-            writer.write_rows(line)
+            writer.write_line(line)
         })
     }
 
     fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let UnderWay { writer, statistics } = locked(&self.under_way).take().expect("a sink ends once");
-        self.file.end(&self.drawing, writer, Some(&statistics))
+        writer.end(&self.drawing, &self.file, &statistics)
+    }
+}
+
+impl RegionWriter for RasterWriter {
+    fn begin(drawing: &Drawing, file: &RasterFile) -> Result<RasterWriter, Error> {
+        file.begin(drawing)
+    }
+
+    fn write_line(&mut self, line: &[u8]) -> Result<(), Error> {
+        self.write_rows(line)
+    }
+
+    fn end(self, drawing: &Drawing, file: &RasterFile, statistics: &Statistics) -> Result<Vec<FileRecord>, Error> {
+        file.end(drawing, self, Some(statistics))
     }
 }
 
 impl Drawing<'_> {
     /// What a raster of the region keeps of a tile: its samples.
-    pub fn piece(&self, tile: &Tile, place: Place) -> Kept {
+    fn piece(&self, tile: &Tile, place: Place) -> Kept {
         let (cols, rows) = self.image.owned(&self.region, place);
         Kept { piece: self.painter.paint(tile, cols, rows), files: Vec::new() }
     }
 
     /// Calls with each line of samples of a row of tiles, given the pieces of these.
-    pub fn lines(
-        &self,
-        row: u64,
-        pieces: &[&[u8]],
-        mut call: impl FnMut(&[u8]) -> Result<(), Error>,
-    ) -> Result<(), Error> {
+    fn lines(&self, row: u64, pieces: &[&[u8]], mut call: impl FnMut(&[u8]) -> Result<(), Error>) -> Result<(), Error> {
         let (_, rows) = self.image.owned(&self.region, Place { row, col: 0 });
         let mut line = Vec::new();
         for y in 0..rows {

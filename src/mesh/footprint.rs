@@ -1,0 +1,141 @@
+//! Roads on the ground as seen from above: strips, and round joins where several end at one place, none of them on another.
+
+use super::polygon::{Place, UNITS, bounds, doubled_area, overlap, without};
+
+/// A corner of a road.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RoadCorner {
+    pub place: Place,
+    /// Unit normal: east, up, south.
+    pub normal: [f32; 3],
+    /// Across the road from 0 to 1 from left to right, and along it, once a width.
+    pub texture: [f32; 2],
+}
+
+/// A convex part of a road as it would be without others.
+#[derive(Clone, Debug)]
+pub(super) struct RoadPatch {
+    /// The number of its road, or of a join.
+    pub road: usize,
+    pub outline: Vec<Place>,
+    /// Three corners that say what all others have.
+    pub corners: [RoadCorner; 3],
+}
+
+/// A part of a patch on which no other road lies: a convex polygon.
+#[derive(Clone, Debug)]
+pub(super) struct RoadPiece<'a> {
+    pub patch: &'a RoadPatch,
+    pub outline: Vec<Place>,
+}
+
+impl RoadPatch {
+    /// A triangle between three corners.
+    pub fn triangle(road: usize, corners: [RoadCorner; 3]) -> RoadPatch {
+        RoadPatch { road, outline: corners.map(|corner| corner.place).to_vec(), corners }
+    }
+
+    /// The round join of roads that end at a place, as a road of its own. It is as wide as the widest of them, and fills what they
+    /// leave open between their edges.
+    pub fn join(road: usize, middle: Place, radius: f64) -> RoadPatch {
+        let corner = |share: [f64; 2]| RoadCorner {
+            place: [0, 1].map(|axis| middle[axis] + (share[axis] * radius).round() as i64),
+            normal: [0.0, 1.0, 0.0],
+            texture: share.map(|axis| (0.5 + 0.5 * axis) as f32),
+        };
+        let around = |side: usize| {
+            let angle = side as f64 / SIDES as f64 * std::f64::consts::TAU;
+            corner([libm::cos(angle), -libm::sin(angle)]).place
+        };
+        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, -1.0]].map(corner);
+        RoadPatch { road, outline: (0..SIDES).map(around).collect(), corners }
+    }
+
+    /// The corner that it would have at a place.
+    pub fn at(&self, place: Place) -> RoadCorner {
+        let [a, b, c] = self.corners.map(|corner| corner.place);
+        let whole = doubled_area([a, b, c]) as f64;
+        let shares = [[place, b, c], [a, place, c], [a, b, place]].map(|part| doubled_area(part) as f64 / whole);
+        let mix = |value: &dyn Fn(&RoadCorner) -> f32| -> f64 {
+            self.corners.iter().zip(shares).map(|(corner, share)| f64::from(value(corner)) * share).sum()
+        };
+        let normal = [0, 1, 2].map(|axis| mix(&|corner| corner.normal[axis]));
+        let length = (normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]).sqrt();
+        RoadCorner {
+            place,
+            normal: normal.map(|axis| (axis / length) as f32),
+            texture: [0, 1].map(|axis| mix(&|corner| corner.texture[axis]) as f32),
+        }
+    }
+}
+
+/// The sides of a round join.
+const SIDES: usize = 12;
+
+/// The patches that lie on a tile of so many cells a side, without what of each lies below those before it.
+pub(super) fn footprint(patches: &[RoadPatch], cells: u32) -> Vec<RoadPiece<'_>> {
+    let side = i64::from(cells) * UNITS;
+    let tile = [[0, 0], [0, side], [side, side], [side, 0]];
+    let mut squares = Squares::new(cells);
+    let mut pieces = Vec::new();
+    for (number, patch) in patches.iter().enumerate() {
+        let extent = bounds(&patch.outline);
+        if overlap(&patch.outline, &tile) {
+            let mut above = Vec::new();
+            squares.for_each_near(extent, |number| above.push(number));
+            above.sort_unstable();
+            above.dedup();
+            let mut outlines = vec![patch.outline.clone()];
+            for other in above.into_iter().map(|other| &patches[other].outline) {
+                if overlap(&patch.outline, other) {
+                    let left = |outline: Vec<Place>| match overlap(&outline, other) {
+                        true => without(&outline, other),
+                        false => vec![outline],
+                    };
+                    outlines = outlines.into_iter().flat_map(left).collect();
+                }
+            }
+            pieces.extend(outlines.into_iter().map(|outline| RoadPiece { patch, outline }));
+        }
+        squares.put(number, extent);
+    }
+    pieces
+}
+
+/// What lies where on a tile, by squares of some cells; what lies outside of it is as if it were at its edge.
+pub(super) struct Squares {
+    side: i64,
+    /// What touches each square, row by row.
+    numbers: Vec<Vec<usize>>,
+}
+
+impl Squares {
+    /// Cells a side of a square.
+    const CELLS: i64 = 4;
+
+    pub fn new(cells: u32) -> Squares {
+        let side = i64::from(cells) / Squares::CELLS + 1;
+        Squares { side, numbers: vec![Vec::new(); (side * side) as usize] }
+    }
+
+    /// Calls with each square that a rectangle touches.
+    fn for_each_touched(&self, [low, high]: [Place; 2], mut call: impl FnMut(usize)) {
+        let square = |at: i64| at.div_euclid(Squares::CELLS * UNITS).clamp(0, self.side - 1);
+        for row in square(low[1])..=square(high[1]) {
+            for column in square(low[0])..=square(high[0]) {
+                call((row * self.side + column) as usize);
+            }
+        }
+    }
+
+    pub fn put(&mut self, number: usize, bounds: [Place; 2]) {
+        let mut touched = Vec::new();
+        self.for_each_touched(bounds, |square| touched.push(square));
+        touched.into_iter().for_each(|square| self.numbers[square].push(number));
+    }
+
+    /// Calls with the numbers of what may overlap a rectangle; with some more than once.
+    pub fn for_each_near(&self, bounds: [Place; 2], mut call: impl FnMut(usize)) {
+        self.for_each_touched(bounds, |square| self.numbers[square].iter().for_each(|number| call(*number)));
+    }
+}
