@@ -110,9 +110,6 @@ impl Gpu {
         let (device, queue) = opened.map_err(|error| format!("{name} cannot be opened: {error}"))?;
         // Whatever goes wrong from here on is kept, and the CPU goes on.
         let trouble = Arc::new(Mutex::new(None));
-        let keep = |trouble: &Mutex<Option<String>>, message: String| {
-            trouble.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
-        };
         let kept = Arc::clone(&trouble);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&kept, first_line(&error))));
         let kept = Arc::clone(&trouble);
@@ -163,6 +160,11 @@ impl Gpu {
         self.device.destroy();
     }
 
+    /// Notes that it cannot be used any more, and why, unless that is known.
+    pub(super) fn give_up(&self, why: &str) {
+        keep(&self.trouble, why.into());
+    }
+
     /// What went wrong first, if anything did: then nothing that it computed is to be used.
     pub(super) fn trouble(&self) -> Option<String> {
         self.trouble
@@ -171,6 +173,11 @@ impl Gpu {
             .as_ref()
             .map(|what| format!("{}: {what}", self.name))
     }
+}
+
+/// Keeps what went wrong, if it is the first.
+fn keep(trouble: &Mutex<Option<String>>, what: String) {
+    trouble.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(what);
 }
 
 /// The shader that makes heights of noise.

@@ -59,7 +59,9 @@ struct Band {
 /// The buffers of a submission, kept for the next one: to make them takes longer than to fill them.
 #[derive(Debug)]
 struct Slot {
-    /// What blocks have for themselves.
+    /// What blocks have for themselves, on the CPU, where it can be copied from, and where the kernel reads it.
+    packed: Vec<u32>,
+    up: Buffer,
     words: Buffer,
     heights: Buffer,
     /// Heights where the CPU can read them.
@@ -72,6 +74,7 @@ struct UnderWay {
     bands: Vec<Band>,
     slot: Slot,
     index: SubmissionIndex,
+    /// Whether the CPU can read the heights, and write into the slot again.
     mapped: Receiver<Result<(), BufferAsyncError>>,
 }
 
@@ -141,9 +144,10 @@ impl<'a> GpuMaker<'a> {
         free.unwrap_or_else(|| {
             let device = &self.gpu.device;
             let buffer = |label: &str, usage: BufferUsages| {
-                let size = self.slot_bytes;
-                device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
+                let (size, mapped_at_creation) = (self.slot_bytes, usage.contains(BufferUsages::MAP_WRITE));
+                device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation })
             };
+            let up = buffer("blocks on their way", BufferUsages::MAP_WRITE | BufferUsages::COPY_SRC);
             let words = buffer("blocks", BufferUsages::STORAGE | BufferUsages::COPY_DST);
             let heights = buffer("heights", BufferUsages::STORAGE | BufferUsages::COPY_SRC);
             let back = buffer("heights read back", BufferUsages::COPY_DST | BufferUsages::MAP_READ);
@@ -153,32 +157,36 @@ impl<'a> GpuMaker<'a> {
                 .collect();
             let descriptor = BindGroupDescriptor { label: None, layout: &self.gpu.layout, entries: &entries };
             let group = device.create_bind_group(&descriptor);
-            Slot { words, heights, back, group }
+            Slot { packed: Vec::new(), up, words, heights, back, group }
         })
     }
 
-    /// Writes into a slot what the kernel needs for some bands, and says how many blocks they have.
-    fn load(&self, bands: &[Band], slot: &Slot) -> u32 {
+    /// Writes into a slot what the kernel needs for some bands, and says how many blocks they have; `None` when something went wrong.
+    fn load(&self, bands: &[Band], slot: &mut Slot) -> Option<u32> {
         let mut blocks: Vec<Block> = Vec::new();
         let mut vertices = 0;
         for band in bands {
             blocks.extend(Block::of(band.rows, vertices));
             vertices += band.rows.len() as u32;
         }
-        let mut words = vec![0; blocks.len() * self.packed.block_words];
+        slot.packed.resize(blocks.len() * self.packed.block_words, 0);
         let pack = |scratch: &mut Vec<u32>, (words, block): (&mut [u32], &Block)| {
             scratch.clear();
             self.relief.pack_block(block, scratch);
             words.copy_from_slice(scratch);
         };
-        words.par_chunks_exact_mut(self.packed.block_words).zip(&blocks).for_each_init(Vec::new, pack);
-        self.gpu.queue.write_buffer(&slot.words, 0, bytemuck::cast_slice(&words));
-        blocks.len() as u32
+        slot.packed.par_chunks_exact_mut(self.packed.block_words).zip(&blocks).for_each_init(Vec::new, pack);
+        let bytes: &[u8] = bytemuck::cast_slice(&slot.packed);
+        slot.up.get_mapped_range_mut(..bytes.len() as u64).ok()?.copy_from_slice(bytes);
+        slot.up.unmap();
+        Some(blocks.len() as u32)
     }
 
-    /// The commands that compute so many blocks of a slot, so many times, and then copy heights where the CPU can read them, if any.
+    /// The commands that compute the blocks that were written into a slot, so many times, and then copy heights where the CPU can read
+    /// them, if any.
     fn commands(&self, slot: &Slot, blocks: u32, times: u32, vertices: usize) -> CommandBuffer {
         let mut encoder = self.gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(&slot.up, 0, &slot.words, 0, 4 * slot.packed.len() as u64);
         {
             let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
             pass.set_pipeline(&self.gpu.pipeline);
@@ -196,13 +204,15 @@ impl<'a> GpuMaker<'a> {
 
     /// Hands bands to the GPU.
     fn submit(&self, bands: Vec<Band>) -> Option<UnderWay> {
-        let slot = self.slot();
-        let blocks = self.load(&bands, &slot);
+        let mut slot = self.slot();
+        let blocks = self.load(&bands, &mut slot)?;
         let vertices = bands.iter().map(|band| band.rows.len()).sum::<usize>();
         let index = self.gpu.queue.submit([self.commands(&slot, blocks, 1, vertices)]);
         let (tell, mapped) = mpsc::channel();
+        let told = tell.clone();
         // Nobody listens any more where something else went wrong.
         slot.back.map_async(MapMode::Read, ..4 * vertices as u64, move |result| _ = tell.send(result));
+        slot.up.map_async(MapMode::Write, .., move |result| _ = told.send(result));
         self.gpu.trouble().is_none().then_some(UnderWay { bands, slot, index, mapped })
     }
 
@@ -211,8 +221,8 @@ impl<'a> GpuMaker<'a> {
     pub fn kernel_time(&self, area: Area, times: u32) -> Option<Duration> {
         let submissions = self.submissions(&[area]);
         let [bands] = &submissions[..] else { return None };
-        let slot = self.slot();
-        let blocks = self.load(bands, &slot);
+        let mut slot = self.slot();
+        let blocks = self.load(bands, &mut slot)?;
         let spent = |times: u32| {
             let commands = self.commands(&slot, blocks, times, 0);
             let start = Instant::now();
@@ -230,7 +240,9 @@ impl<'a> GpuMaker<'a> {
     fn read(&self, submission: UnderWay, left: &mut [&mut [f32]]) -> Option<()> {
         let UnderWay { bands, slot, index, mapped } = submission;
         self.gpu.device.poll(PollType::Wait { submission_index: Some(index), timeout: None }).ok()?;
-        mapped.recv().ok()?.ok()?;
+        for result in mapped {
+            result.ok()?;
+        }
         {
             let vertices = bands.iter().map(|band| band.rows.len()).sum::<usize>();
             let bytes = slot.back.get_mapped_range(..4 * vertices as u64).ok()?;
@@ -264,6 +276,9 @@ impl LandMaker for GpuMaker<'_> {
     fn lands(&self, areas: &[Area], clock: &Clock) -> Vec<Land> {
         let heights = clock.time(stage::RELIEF, || {
             let made = if self.gpu.trouble().is_none() { self.heights(areas) } else { None };
+            if made.is_none() {
+                self.gpu.give_up("gave no heights");
+            }
             made.unwrap_or_else(|| areas.iter().map(|area| self.relief.heights(*area)).collect())
         });
         heights.into_iter().map(|heights| Land { heights, water: None }).collect()
