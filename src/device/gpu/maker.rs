@@ -45,6 +45,9 @@ const SUBMISSION_BYTES: u64 = 8 << 20;
 /// The most groups along an axis, which all adapters take.
 const MOST_BLOCKS: u64 = 65_535;
 
+/// Blocks that a thread writes at a time: an even number, so that their bytes begin where mapped ranges may.
+const PACKED: usize = 64;
+
 /// Heights that a thread copies at a time.
 const COPIED: usize = 1 << 16;
 
@@ -59,8 +62,7 @@ struct Band {
 /// The buffers of a submission, kept for the next one: to make them takes longer than to fill them.
 #[derive(Debug)]
 struct Slot {
-    /// What blocks have for themselves, on the CPU, where it can be copied from, and where the kernel reads it.
-    packed: Vec<u32>,
+    /// What blocks have for themselves, where the CPU writes it, and where the kernel reads it.
     up: Buffer,
     words: Buffer,
     heights: Buffer,
@@ -157,27 +159,31 @@ impl<'a> GpuMaker<'a> {
                 .collect();
             let descriptor = BindGroupDescriptor { label: None, layout: &self.gpu.layout, entries: &entries };
             let group = device.create_bind_group(&descriptor);
-            Slot { packed: Vec::new(), up, words, heights, back, group }
+            Slot { up, words, heights, back, group }
         })
     }
 
     /// Writes into a slot what the kernel needs for some bands, and says how many blocks they have; `None` when something went wrong.
-    fn load(&self, bands: &[Band], slot: &mut Slot) -> Option<u32> {
+    fn load(&self, bands: &[Band], slot: &Slot) -> Option<u32> {
         let mut blocks: Vec<Block> = Vec::new();
         let mut vertices = 0;
         for band in bands {
             blocks.extend(Block::of(band.rows, vertices));
             vertices += band.rows.len() as u32;
         }
-        slot.packed.resize(blocks.len() * self.packed.block_words, 0);
-        let pack = |scratch: &mut Vec<u32>, (words, block): (&mut [u32], &Block)| {
-            scratch.clear();
-            self.relief.pack_block(block, scratch);
-            words.copy_from_slice(scratch);
-        };
-        slot.packed.par_chunks_exact_mut(self.packed.block_words).zip(&blocks).for_each_init(Vec::new, pack);
-        let bytes: &[u8] = bytemuck::cast_slice(&slot.packed);
-        slot.up.get_mapped_range_mut(..bytes.len() as u64).ok()?.copy_from_slice(bytes);
+        let block_bytes = 4 * self.packed.block_words;
+        let mut views = Vec::new();
+        for (number, blocks) in blocks.chunks(PACKED).enumerate() {
+            let first = (number * PACKED * block_bytes) as u64;
+            views.push((slot.up.get_mapped_range_mut(first..first + (blocks.len() * block_bytes) as u64).ok()?, blocks));
+        }
+        views.into_par_iter().for_each_init(Vec::new, |words, (mut view, blocks)| {
+            for (number, block) in blocks.iter().enumerate() {
+                words.clear();
+                self.relief.pack_block(block, words);
+                view.slice(number * block_bytes..).slice(..block_bytes).copy_from_slice(bytemuck::cast_slice(words));
+            }
+        });
         slot.up.unmap();
         Some(blocks.len() as u32)
     }
@@ -186,7 +192,8 @@ impl<'a> GpuMaker<'a> {
     /// them, if any.
     fn commands(&self, slot: &Slot, blocks: u32, times: u32, vertices: usize) -> CommandBuffer {
         let mut encoder = self.gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(&slot.up, 0, &slot.words, 0, 4 * slot.packed.len() as u64);
+        let bytes = u64::from(blocks) * 4 * self.packed.block_words as u64;
+        encoder.copy_buffer_to_buffer(&slot.up, 0, &slot.words, 0, bytes);
         {
             let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
             pass.set_pipeline(&self.gpu.pipeline);
@@ -204,8 +211,8 @@ impl<'a> GpuMaker<'a> {
 
     /// Hands bands to the GPU.
     fn submit(&self, bands: Vec<Band>) -> Option<UnderWay> {
-        let mut slot = self.slot();
-        let blocks = self.load(&bands, &mut slot)?;
+        let slot = self.slot();
+        let blocks = self.load(&bands, &slot)?;
         let vertices = bands.iter().map(|band| band.rows.len()).sum::<usize>();
         let index = self.gpu.queue.submit([self.commands(&slot, blocks, 1, vertices)]);
         let (tell, mapped) = mpsc::channel();
@@ -221,8 +228,8 @@ impl<'a> GpuMaker<'a> {
     pub fn kernel_time(&self, area: Area, times: u32) -> Option<Duration> {
         let submissions = self.submissions(&[area]);
         let [bands] = &submissions[..] else { return None };
-        let mut slot = self.slot();
-        let blocks = self.load(bands, &mut slot)?;
+        let slot = self.slot();
+        let blocks = self.load(bands, &slot)?;
         let spent = |times: u32| {
             let commands = self.commands(&slot, blocks, times, 0);
             let start = Instant::now();
