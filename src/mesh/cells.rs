@@ -57,7 +57,9 @@ pub(super) fn cut(surface: &Surface, heights: &Grid<f32>, area: Area, waters: &W
         [0, 1].map(|axis| i64::from(corners[0][axis].min(corners[1][axis]).min(corners[2][axis])))
     };
     let mut is_touched = vec![false; side * side];
-    touched.keys().for_each(|[column, row]| is_touched[*row as usize * side + *column as usize] = true);
+    for [column, row] in touched.keys() {
+        is_touched[*row as usize * side + *column as usize] = true;
+    }
     ground.triangles.retain(|triangle| {
         let [column, row] = cell_of(triangle);
         !is_touched[row as usize * side + column as usize]

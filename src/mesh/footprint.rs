@@ -131,7 +131,9 @@ impl Squares {
     pub fn put(&mut self, number: usize, bounds: [Place; 2]) {
         let mut touched = Vec::new();
         self.for_each_touched(bounds, |square| touched.push(square));
-        touched.into_iter().for_each(|square| self.numbers[square].push(number));
+        for square in touched {
+            self.numbers[square].push(number);
+        }
     }
 
     /// Calls with the numbers of what may overlap a rectangle; with some more than once.

@@ -334,7 +334,9 @@ impl Waterlines {
             self.lines.extend(lines.into_iter().map(|points| Waterline { kind, points }));
         }
         // What has no shore is no water for banks either.
-        left_out.iter().for_each(|ring| self.standing.dry(ring));
+        for ring in &left_out {
+            self.standing.dry(ring);
+        }
     }
 
     /// Adds the banks and beds of rivers.
