@@ -33,7 +33,9 @@ fn main() {
         let Relief::Noise(relief) = world.relief() else { continue };
         println!("\n{name}");
         cpu(relief);
-        adapters.iter().for_each(|adapter| gpu(adapter, relief));
+        for adapter in &adapters {
+            gpu(adapter, relief);
+        }
     }
 }
 

@@ -155,7 +155,7 @@ impl Batch {
                 let place = Place { row: first_row + index / cols, col: index % cols };
                 let recalled = journal.recall(region.tile(place), sinks.len())?;
                 match recalled {
-                    Some(_) => _ = watch.skip(1),
+                    Some(_) => watch.skip(1),
                     None => missing.push((pieces.len(), place)),
                 }
                 pieces.push(recalled.unwrap_or_default());

@@ -5,6 +5,7 @@
 //! computed here for each block; all else is the same for all of them.
 
 use super::fractal::{BLOCK_COLUMNS, BLOCK_ROWS, Evaluation, Fractal, Octave};
+use super::rows::pack_row;
 use super::simplex::RowStart;
 use super::spec::FractalKind;
 use super::splat::{FAR, Splat};
@@ -104,9 +105,9 @@ impl Fractal {
             let end = words.len() + way.block_words();
             match (way, &octave.evaluation) {
                 (Way::Splat, Evaluation::Splat(splat)) => pack_points(splat, position, words),
-                (Way::RowWise, Evaluation::RowWise(rows)) => {
+                (Way::RowWise, _) => {
                     for _ in 0..BLOCK_ROWS {
-                        rows.pack_row(position, words);
+                        pack_row(position, words);
                         position = octave.lattice.south_of(position);
                     }
                 }

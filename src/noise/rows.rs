@@ -110,6 +110,19 @@ pub(super) struct VertexRow<'a> {
     south: RowSide<'a>,
 }
 
+/// Adds what a row of vertices needs whose first in the block is at `position`, as words: the northern row of points, and for each
+/// of both the point west of the first vertex, where that is after it, and how far away both rows are.
+#[cfg(feature = "gpu")]
+pub(super) fn pack_row(position: [u128; 2], words: &mut Vec<u32>) {
+    let between = Between::new(position);
+    words.push(between.v);
+    for side in 0..2 {
+        let along = between.along[side];
+        words.extend([cell(along), lane_fraction(along)]);
+        words.extend([between.dv(side), between.base(side)].map(f32::to_bits));
+    }
+}
+
 impl<const COLUMNS: usize> RowWise<COLUMNS> {
     /// The highest frequency for which a vector of points, or eight, serves a vector of vertices: the last of `n`
     /// vertices is `(n - 1) sqrt(3/2) frequency` points after the first, that is up to one after the first of the points, and
@@ -154,18 +167,6 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
             }
         };
         VertexRow { north: side(0, north), south: side(1, south) }
-    }
-
-    /// Adds what a row of vertices needs whose first in the block is at `position`, as words: the northern row of points, and for each
-    /// of both the point west of the first vertex, where that is after it, and how far away both rows are.
-    pub fn pack_row(&self, position: [u128; 2], words: &mut Vec<u32>) {
-        let between = Between::new(position);
-        words.push(between.v);
-        for side in 0..2 {
-            let along = between.along[side];
-            words.extend([cell(along), lane_fraction(along)]);
-            words.extend([between.dv(side), between.base(side)].map(f32::to_bits));
-        }
     }
 
     /// Makes the gradients of a row of points, unless they are there already, and returns their place.

@@ -52,6 +52,7 @@ impl RowStart {
     }
 
     /// As words.
+    #[cfg(feature = "gpu")]
     pub fn packed(&self) -> [u32; 4] {
         let RowStart { cell: [cell_u, cell_v], fraction: [fraction_u, fraction_v] } = *self;
         [cell_u, cell_v, fraction_u, fraction_v]
@@ -86,12 +87,14 @@ impl<const COLUMNS: usize> Simplex<COLUMNS> {
     }
 
     /// What metres add to u, east, and to u and v, south; and the gradients.
+    #[cfg(feature = "gpu")]
     pub fn packed(&self) -> ([f32; 3], [[f32; 16]; 2]) {
         let [south_u, south_v] = self.per_metre_south;
         ([self.u_per_metre_east, south_u, south_v], self.gradients)
     }
 
     /// What each column adds to u.
+    #[cfg(feature = "gpu")]
     pub fn columns(&self) -> [u32; COLUMNS] {
         self.columns
     }

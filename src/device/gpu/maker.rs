@@ -175,7 +175,8 @@ impl<'a> GpuMaker<'a> {
         let mut views = Vec::new();
         for (number, blocks) in blocks.chunks(PACKED).enumerate() {
             let first = (number * PACKED * block_bytes) as u64;
-            views.push((slot.up.get_mapped_range_mut(first..first + (blocks.len() * block_bytes) as u64).ok()?, blocks));
+            views
+                .push((slot.up.get_mapped_range_mut(first..first + (blocks.len() * block_bytes) as u64).ok()?, blocks));
         }
         views.into_par_iter().for_each_init(Vec::new, |words, (mut view, blocks)| {
             for (number, block) in blocks.iter().enumerate() {
