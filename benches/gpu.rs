@@ -71,7 +71,7 @@ fn areas(side: usize, count: usize) -> Vec<Area> {
     (0..count).map(|index| Area::new(1024 + (index * side) as i64, -3072, side, side)).collect()
 }
 
-fn gpu(adapter: &Adapter, relief: &NoiseRelief) {
+fn gpu(adapter: &Adapter, relief: &Arc<NoiseRelief>) {
     println!("  {}, {}", adapter.name(), adapter.driver());
     let rounds = if adapter.is_software() { 1 } else { ROUNDS };
     for (name, arithmetic) in [("exact", Arithmetic::Exact), ("approximate", Arithmetic::Approximate)] {
@@ -84,7 +84,7 @@ fn gpu(adapter: &Adapter, relief: &NoiseRelief) {
                     continue;
                 }
             };
-            let maker = GpuMaker::new(gpu, relief);
+            let maker = GpuMaker::new(gpu, Arc::clone(relief));
             let times = if adapter.is_software() { 1 } else { 200 };
             let kernel = (0..rounds).filter_map(|_| maker.kernel_time(Area::new(1024, -3072, SIDE, SIDE), times)).min();
             let kernel = kernel.map_or_else(|| "failed".into(), |time| rate(SIDE * SIDE, time));

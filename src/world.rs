@@ -58,10 +58,10 @@ impl World {
         let places = preset.places.as_ref().map(settle).transpose()?;
         let names = places.as_ref().map(|places| Names::new(seed, places.site_side()));
         let relief = if let Some(settings) = &preset.fluvial {
-            Relief::Fluvial(Box::new(Fluvial::strided(settings, (spacing_m, stride), sea_level_m, seed, names.clone())))
+            Relief::Fluvial(Arc::new(Fluvial::strided(settings, (spacing_m, stride), sea_level_m, seed, names.clone())))
         } else {
             let (warp, land) = (preset.warp.as_ref(), preset.land.as_ref());
-            Relief::Noise(Box::new(NoiseRelief::new(&preset.noise, warp, land, (spacing_m, stride), seed)))
+            Relief::Noise(Arc::new(NoiseRelief::new(&preset.noise, warp, land, (spacing_m, stride), seed)))
         };
         let is_whole = stride == Stride::ONE;
         let places = places.filter(|_| is_whole);

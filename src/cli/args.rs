@@ -19,7 +19,7 @@ use crate::map::style::{STYLES, Style};
 use crate::mesh::middle;
 use crate::preset::{BUILT_IN, Preset, Sources};
 use crate::recipe::source;
-use crate::world::World;
+use crate::relief::Relief;
 
 /// Bakes endless procedural terrain, offline, into maps and assets.
 #[derive(Parser)]
@@ -303,9 +303,9 @@ pub(super) struct DeviceArguments {
 }
 
 impl DeviceArguments {
-    /// What makes the land of a world; why it is not a GPU is said.
-    pub fn maker<'a>(&self, world: &'a World, console: &Console) -> Result<Arc<dyn LandMaker + 'a>, Error> {
-        let (maker, reason) = self.device.parse::<Device>()?.maker(world.relief(), self.workgroup)?;
+    /// What makes the land of a relief; why it is not a GPU is said.
+    pub fn maker(&self, relief: &Relief, console: &Console) -> Result<Arc<dyn LandMaker>, Error> {
+        let (maker, reason) = self.device.parse::<Device>()?.maker(relief, self.workgroup)?;
         console.warnings(reason.as_slice());
         Ok(maker)
     }
@@ -407,6 +407,8 @@ pub(super) struct MapArguments {
     /// Metres that a pixel shows.
     #[arg(long, value_name = "METRES", value_parser = parse_positive, help_heading = "Scale")]
     pub metres_per_pixel: Option<f64>,
+    #[command(flatten)]
+    pub device: DeviceArguments,
     #[command(flatten)]
     pub style: StyleArguments,
 }

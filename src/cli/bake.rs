@@ -13,6 +13,7 @@ use crate::cli::args::{AskedRange, BakeArguments, CommonArguments, ExtendArgumen
 use crate::cli::console::Console;
 use crate::cli::progress::{Reporter, Tiles};
 use crate::cli::{thread_count, thread_pool};
+use crate::device::LandMaker;
 use crate::error::Error;
 use crate::export::{
     Bytes, Cost, Forecast, HeightRange, Limit, Manifest, Mode, Output, Plan, Profile, look, measured_range_m,
@@ -98,7 +99,7 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
         CommonArguments { add: true, .. } => Mode::Add,
         _ => Mode::New,
     };
-    let plan = on_device(plan, &world, &options.manner, console)?;
+    let plan = on_device(plan, &options.manner, console)?;
     carry_out(&plan, mode, &out, &options.manner, console)
 }
 
@@ -159,7 +160,7 @@ pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(
             "16-bit heights stay those of {min_m} to {max_m} m: land beyond them is written as they are"
         )]);
     }
-    let plan = on_device(plan, &world, manner, console)?;
+    let plan = on_device(plan, manner, console)?;
     carry_out(&plan, Mode::Extend, folder, manner, console)
 }
 
@@ -201,11 +202,18 @@ fn default_folder(name: &str, world: &World, region: &Region) -> PathBuf {
 }
 
 /// The plan with what is asked to make its land; a dry run makes none.
-fn on_device<'a>(plan: Plan<'a>, world: &'a World, options: &Manner, console: &Console) -> Result<Plan<'a>, Error> {
+fn on_device<'a>(plan: Plan<'a>, options: &Manner, console: &Console) -> Result<Plan<'a>, Error> {
     if options.dry_run {
         return Ok(plan);
     }
-    Ok(plan.with_maker(options.device.maker(world, console)?))
+    let maker = options.device.maker(plan.world().relief(), console)?;
+    Ok(plan.with_maker(maker))
+}
+
+/// A sentence about what went wrong with a maker of land, if anything did.
+pub(super) fn trouble(maker: &dyn LandMaker) -> Vec<String> {
+    let sentence = |trouble| format!("the CPU has made what was left of the land: {trouble}");
+    maker.trouble().map(sentence).into_iter().collect()
 }
 
 /// Bakes a plan into a folder, or says what it would take.
@@ -255,9 +263,7 @@ fn carry_out(plan: &Plan<'_>, mode: Mode, out: &Path, options: &Manner, console:
         }
     })?;
     console.warnings(&output.kept_warnings());
-    if let Some(trouble) = plan.maker().trouble() {
-        console.warnings(&[format!("the CPU has made what was left of the land: {trouble}")]);
-    }
+    console.warnings(&trouble(plan.maker()));
     let elapsed = start.elapsed();
     if options.verbose {
         print_stages(console, &watch)?;

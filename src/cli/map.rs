@@ -9,6 +9,7 @@ use serde_json::json;
 
 use crate::area::Area;
 use crate::cli::args::{MapArguments, StyleArguments, sources};
+use crate::cli::bake::trouble;
 use crate::cli::console::Console;
 use crate::cli::progress::Reporter;
 use crate::cli::{thread_count, thread_pool};
@@ -47,10 +48,13 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
         let _reporter = Reporter::start(scope, console, &watch, None);
         pool.install(|| {
             watch.begin("finding what is drawn", None);
-            let chart = Chart::new(&preset, Some(seed), style, scale)?;
+            let world = Chart::world(&preset, Some(seed))?;
+            let chart = Chart::made_by(|relief| arguments.device.maker(relief, console), &world, style, scale)?;
             let picture = chart.picture(area);
             watch.begin("drawing", Some((page.height() as u64, "rows")));
-            file.write(&Sheet::new(&picture, &captions), scale, &texts, &watch)
+            let written = file.write(&Sheet::new(&picture, &captions), scale, &texts, &watch);
+            console.warnings(&trouble(chart.maker()));
+            written
         })
     })?;
     let seconds = start.elapsed().as_secs_f64();

@@ -46,8 +46,8 @@ impl Device {
     ///
     /// # Errors
     /// When a GPU is asked for, and none is there or can be used.
-    pub fn maker(self, relief: &Relief, group_side: u32) -> Result<(Arc<dyn LandMaker + '_>, Option<String>), Error> {
-        let cpu = Arc::new(Cpu { relief });
+    pub fn maker(self, relief: &Relief, group_side: u32) -> Result<(Arc<dyn LandMaker>, Option<String>), Error> {
+        let cpu = Cpu::maker(relief);
         match self {
             Device::Cpu => Ok((cpu, None)),
             Device::Auto => Ok(match gpu_maker(relief, group_side, false) {
@@ -63,7 +63,7 @@ impl Device {
 }
 
 #[cfg(feature = "gpu")]
-fn gpu_maker(relief: &Relief, group_side: u32, takes_software: bool) -> Result<Arc<dyn LandMaker + '_>, String> {
+fn gpu_maker(relief: &Relief, group_side: u32, takes_software: bool) -> Result<Arc<dyn LandMaker>, String> {
     let Relief::Noise(noise) = relief else {
         return Err("GPUs make land of noise, not land with rivers".into());
     };
@@ -75,7 +75,7 @@ fn gpu_maker(relief: &Relief, group_side: u32, takes_software: bool) -> Result<A
             None => "no GPU is there, or no driver of it can be reached".into(),
         });
     };
-    let maker = GpuMaker::new(Arc::new(Gpu::open(adapter, group_side, Arithmetic::Exact)?), noise);
+    let maker = GpuMaker::new(Arc::new(Gpu::open(adapter, group_side, Arithmetic::Exact)?), Arc::clone(noise));
     maker.probe()?;
     Ok(Arc::new(maker))
 }

@@ -15,6 +15,7 @@ pub mod gpu;
 mod profile;
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -44,13 +45,19 @@ pub trait LandMaker: Debug + Send + Sync {
 }
 
 /// The CPU as a maker of land.
-#[derive(Clone, Copy, Debug)]
-pub struct Cpu<'a> {
-    /// Whose land it makes.
-    pub relief: &'a Relief,
+#[derive(Clone, Debug)]
+pub struct Cpu {
+    relief: Relief,
 }
 
-impl LandMaker for Cpu<'_> {
+impl Cpu {
+    /// A maker of the land of a relief.
+    pub fn maker(relief: &Relief) -> Arc<dyn LandMaker> {
+        Arc::new(Cpu { relief: relief.clone() })
+    }
+}
+
+impl LandMaker for Cpu {
     fn name(&self) -> String {
         Device::cpu_name()
     }

@@ -145,7 +145,7 @@ pub enum Engine {
 
 impl Engine {
     /// What makes a world's land.
-    fn maker(self, world: &World) -> Result<Arc<dyn LandMaker + '_>, Error> {
+    fn maker(self, world: &World) -> Result<Arc<dyn LandMaker>, Error> {
         let (device, group_side) = match self {
             Engine::Cpu => (Device::Cpu, 0),
             Engine::Gpu { group_side } => (Device::Gpu, group_side),

@@ -26,7 +26,7 @@ pub struct Plan<'a> {
     height_range_m: Option<[f32; 2]>,
     names: TileNames,
     profile: Option<Profile>,
-    maker: Arc<dyn LandMaker + 'a>,
+    maker: Arc<dyn LandMaker>,
 }
 
 /// The program itself, with what the allocator keeps: what a bake of one tile of the thesis' world on one thread was measured
@@ -69,7 +69,7 @@ impl<'a> Plan<'a> {
         let meshes = MeshOptions { origin: Some(default_origin(&region)), ..MeshOptions::default() };
         let vectors = VectorOptions::default();
         let names = TileNames::default();
-        let maker = Arc::new(Cpu { relief: world.relief() });
+        let maker = Cpu::maker(world.relief());
         let (height_range_m, profile) = (None, None);
         Plan { world, preset_name, region, exports, meshes, vectors, height_range_m, names, profile, maker }.checked()
     }
@@ -157,7 +157,7 @@ impl<'a> Plan<'a> {
 
     /// The plan with the land of its tiles made by another maker: the bytes are the same.
     #[must_use]
-    pub fn with_maker(self, maker: Arc<dyn LandMaker + 'a>) -> Plan<'a> {
+    pub fn with_maker(self, maker: Arc<dyn LandMaker>) -> Plan<'a> {
         Plan { maker, ..self }
     }
 

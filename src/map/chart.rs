@@ -8,6 +8,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::area::{Area, Stride};
+use crate::device::{Cpu, LandMaker};
 use crate::error::Error;
 use crate::features::sites::SiteFeature;
 use crate::lines::RoadClass;
@@ -95,6 +96,19 @@ impl Chart {
     /// # Errors
     /// When a value of the preset is out of its range at the scale.
     pub fn of_world(world: &Arc<World>, style: Style, scale: Scale) -> Result<Arc<Chart>, Error> {
+        Chart::made_by(|relief| Ok(Cpu::maker(relief)), world, style, scale)
+    }
+
+    /// The maps of such a [world](Chart::world), with the land that is lit made by what is given for its relief.
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range at the scale, or nothing is given.
+    pub fn made_by(
+        maker: impl FnOnce(&crate::relief::Relief) -> Result<Arc<dyn LandMaker>, Error>,
+        world: &Arc<World>,
+        style: Style,
+        scale: Scale,
+    ) -> Result<Arc<Chart>, Error> {
         let preset = world.preset();
         let strided = match scale.stride(preset.spacing_m) {
             Stride::ONE => Arc::clone(world),
@@ -107,8 +121,14 @@ impl Chart {
         let summits = is_fluvial.then(|| Summits::new(Arc::clone(world), scale)).transpose()?.map(Arc::new);
         let has_ranges = is_fluvial && Afar::is_of_use(world, scale);
         let afar = has_ranges.then(|| Afar::new(world, scale)).transpose()?.map(Arc::new);
-        let terrain = Arc::new(Terrain::new(strided, scale));
+        let maker = maker(strided.relief())?;
+        let terrain = Arc::new(Terrain::new(strided, maker, scale));
         Ok(Chart::drawn(Arc::clone(world), terrain, (summits, afar), style, scale))
+    }
+
+    /// What makes the land that is lit.
+    pub fn maker(&self) -> &dyn LandMaker {
+        self.terrain.maker()
     }
 
     /// The maps of the same world in the same scale in another style.

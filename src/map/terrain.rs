@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::area::{Area, TileId};
+use crate::device::LandMaker;
 use crate::geometry::length;
 use crate::grid::Grid;
 use crate::map::rows::weigh;
@@ -30,6 +31,8 @@ const LOOKS_AT_ONCE: usize = 4;
 pub(super) struct Terrain {
     /// The world at the nodes of the scale's stride, in tiles that are patches.
     world: Arc<World>,
+    /// What makes its land.
+    maker: Arc<dyn LandMaker>,
     scale: Scale,
     patches: Memory<TileId, Patch>,
 }
@@ -56,14 +59,19 @@ impl Terrain {
     /// Cells that a tile of its world has a side.
     pub const TILE_CELLS: u32 = PATCH as u32;
 
-    /// The land of a world that was made for the stride of a scale, in tiles of so many cells.
-    pub fn new(world: Arc<World>, scale: Scale) -> Terrain {
-        Terrain { world, scale, patches: Memory::new(REMEMBERED) }
+    /// The land of a world that was made for the stride of a scale, in tiles of so many cells, by a maker of that land.
+    pub fn new(world: Arc<World>, maker: Arc<dyn LandMaker>, scale: Scale) -> Terrain {
+        Terrain { world, maker, scale, patches: Memory::new(REMEMBERED) }
     }
 
     /// The world at the nodes that the land is made at.
     pub fn world(&self) -> &World {
         &self.world
+    }
+
+    /// What makes its land.
+    pub fn maker(&self) -> &dyn LandMaker {
+        &*self.maker
     }
 
     /// How many metres the steeper land of the world rises a metre ahead, by looks at it here and there: the same for all maps
@@ -129,7 +137,7 @@ impl Terrain {
 
     fn patch(&self, id: TileId) -> Arc<Patch> {
         self.patches.get(id, || {
-            let tile = Tile::without_lines(&self.world, id);
+            let tile = Tile::without_lines(&self.world, &*self.maker, id);
             let area = Area::new(id.x * PATCH, id.y * PATCH, PATCH as usize, PATCH as usize);
             Patch {
                 heights: tile.heights().part(area).values().to_vec(),

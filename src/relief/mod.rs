@@ -11,19 +11,21 @@ pub use noise::NoiseRelief;
 #[cfg(feature = "gpu")]
 pub(crate) use packed::{Block, PackedRelief};
 
+use std::sync::Arc;
+
 use crate::area::Area;
 use crate::clock::{Clock, stage};
 use crate::fluvial::Fluvial;
 use crate::grid::Grid;
 use crate::land::Land;
 
-/// A world's relief. Heights are a pure function of the vertex: any area, the same bits.
-#[derive(Debug)]
+/// A world's relief, which its copies share. Heights are a pure function of the vertex: any area, the same bits.
+#[derive(Clone, Debug)]
 pub enum Relief {
     /// Fractal noise, as in the thesis.
-    Noise(Box<NoiseRelief>),
+    Noise(Arc<NoiseRelief>),
     /// Land that water made.
-    Fluvial(Box<Fluvial>),
+    Fluvial(Arc<Fluvial>),
 }
 
 impl Relief {

@@ -25,6 +25,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::area::{Area, Stride, TileId};
 use crate::clock::{Clock, stage};
+use crate::device::LandMaker;
 use crate::grid::Grid;
 use crate::land::{Land, Water};
 use crate::lines::{Bed, Imprint, Line, Lines};
@@ -140,10 +141,10 @@ impl Tile {
         Tile { lines, sites, ..Tile::of_shaped(world, id, land, imprint, clock) }
     }
 
-    /// The tile at `id` of land that no line has shaped: for pictures, which draw lines themselves.
-    pub(crate) fn without_lines(world: &World, id: TileId) -> Tile {
+    /// The tile at `id` of land that a maker gives and no line has shaped: for pictures, which draw lines themselves.
+    pub(crate) fn without_lines(world: &World, maker: &dyn LandMaker, id: TileId) -> Tile {
         let clock = Clock::default();
-        let land = world.relief().land(shaped_input(world, id.area(world.tile_cells())), &clock);
+        let land = maker.lands(&[shaped_input(world, id.area(world.tile_cells()))], &clock).remove(0);
         Tile::of_shaped(world, id, land, None, &clock)
     }
 

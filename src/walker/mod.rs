@@ -82,7 +82,7 @@ pub struct Expansion {
 #[derive(Debug)]
 pub struct Walker<'w> {
     world: &'w World,
-    maker: Arc<dyn LandMaker + 'w>,
+    maker: Arc<dyn LandMaker>,
     options: WalkerOptions,
     position_m: [f64; 2],
     tile: TileId,
@@ -106,14 +106,14 @@ impl<'w> Walker<'w> {
     /// # Panics
     /// When there are no layers, or when a vertex would lie more than [`MAX_COORDINATE`] from the origin.
     pub fn new(world: &'w World, options: WalkerOptions) -> Walker<'w> {
-        Walker::with_maker(world, options, Arc::new(Cpu { relief: world.relief() }))
+        Walker::with_maker(world, options, Cpu::maker(world.relief()))
     }
 
     /// As [`new`](Walker::new), with the land of its tiles made by a maker of the world's land: the tiles are the same.
     ///
     /// # Panics
     /// As [`new`](Walker::new).
-    pub fn with_maker(world: &'w World, options: WalkerOptions, maker: Arc<dyn LandMaker + 'w>) -> Walker<'w> {
+    pub fn with_maker(world: &'w World, options: WalkerOptions, maker: Arc<dyn LandMaker>) -> Walker<'w> {
         Walker::begin(world, maker, options, Records::default())
     }
 
@@ -144,10 +144,10 @@ impl<'w> Walker<'w> {
             }
         }
         let records = Records::new(records).map_err(|id| refuse(format!("tile {id} has two records")))?;
-        Ok(Walker::begin(world, Arc::new(Cpu { relief: world.relief() }), options, records))
+        Ok(Walker::begin(world, Cpu::maker(world.relief()), options, records))
     }
 
-    fn begin(world: &'w World, maker: Arc<dyn LandMaker + 'w>, options: WalkerOptions, records: Records) -> Walker<'w> {
+    fn begin(world: &'w World, maker: Arc<dyn LandMaker>, options: WalkerOptions, records: Records) -> Walker<'w> {
         assert!(options.layers > 0, "a walker has at least one layer of tiles around its own");
         let side_m = world.tile_cells() as f64 * world.spacing_m();
         let mut walker = Walker {

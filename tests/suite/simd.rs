@@ -1,4 +1,4 @@
-//! The same bytes from every instruction set that this machine has, through the whole command.
+//! The same bytes from every instruction set that this machine has, and from its GPU, through the whole command.
 
 use std::fs;
 use std::process::Command;
@@ -8,8 +8,44 @@ use terrane::simd::Level;
 
 use crate::worlds::{is_tried, lighten_always};
 
+/// What can make a bake: instruction sets of the CPU, the first of them the reference, and the GPU.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Backend {
+    Cpu(Level),
+    Gpu,
+}
+
+impl Backend {
+    /// All that this machine has.
+    fn available() -> Vec<Backend> {
+        let mut all: Vec<Backend> = Level::available().into_iter().map(Backend::Cpu).collect();
+        let devices = Command::new(env!("CARGO_BIN_EXE_terrane")).args(["devices", "--json"]).output().unwrap();
+        match String::from_utf8(devices.stdout).unwrap().contains("\"driver\"") {
+            true => all.push(Backend::Gpu),
+            false => eprintln!("SKIPPED: no GPU, and no program that does as if it were one"),
+        }
+        all
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Backend::Cpu(level) => level.name(),
+            Backend::Gpu => "gpu",
+        }
+    }
+
+    /// Lets a command compute on it.
+    fn is_used_by(self, command: &mut Command) {
+        match self {
+            Backend::Cpu(level) => command.env(Level::VARIABLE, level.name()),
+            Backend::Gpu => command.args(["--device", "gpu"]),
+        };
+    }
+}
+
 #[test]
-fn every_instruction_set_bakes_the_same_bytes() {
+fn every_backend_bakes_the_same_bytes() {
+    let all = Backend::available();
     let folder = tempfile::tempdir().unwrap();
     // Roads have no kernels of their own.
     let presets = BUILT_IN.iter().filter(|(name, _)| is_tried(name));
@@ -17,8 +53,8 @@ fn every_instruction_set_bakes_the_same_bytes() {
         let preset = folder.path().join("small.toml");
         fs::write(&preset, small_tiles(text)).unwrap();
         let light = settings(text);
-        let listed = |level: Level, scale: &str| {
-            let out = folder.path().join(format!("{name}-{}-{}", level.name(), scale.len()));
+        let listed = |backend: Backend, scale: &str| {
+            let out = folder.path().join(format!("{name}-{}-{}", backend.name(), scale.len()));
             let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
             command.args(["bake", preset.to_str().unwrap(), "--at", "-2,1000000000", "--size", "2x2", "--quiet"]);
             // Coarse meshes have normal maps of their own.
@@ -27,18 +63,40 @@ fn every_instruction_set_bakes_the_same_bytes() {
             let exports = "height,blend,normal,map,exr,hashes,vector,geojson,gltf";
             let exports = format!("{exports},curvature-geotiff,accumulation-geotiff,scatter,instances,splines");
             command.args(["--export", &exports, "--out", out.to_str().unwrap()]).args(&light);
-            let done = command.env(Level::VARIABLE, level.name()).output().unwrap();
+            backend.is_used_by(&mut command);
+            let done = command.output().unwrap();
             assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
             fs::read_to_string(out.join("bake.json")).unwrap()
         };
-        let levels = Level::available();
+        // A GPU makes land of noise alone.
+        let is_fluvial = Preset::parse(name, text).unwrap().fluvial.is_some();
+        let backends: Vec<Backend> = all.iter().copied().filter(|it| !is_fluvial || *it != Backend::Gpu).collect();
         for scale in ["1", "1/16"] {
-            let reference = listed(levels[0], scale);
-            for &level in &levels[1..] {
-                let [one, other] = [level, levels[0]].map(Level::name);
-                assert_eq!(listed(level, scale), reference, "{name} at {scale}: {one} differs from {other}");
+            let reference = listed(backends[0], scale);
+            for &backend in &backends[1..] {
+                let [one, other] = [backend, backends[0]].map(Backend::name);
+                assert_eq!(listed(backend, scale), reference, "{name} at {scale}: {one} differs from {other}");
             }
         }
+    }
+}
+
+#[test]
+fn maps_of_noise_are_the_same_on_every_backend() {
+    let folder = tempfile::tempdir().unwrap();
+    let drawn = |backend: Backend| {
+        let out = folder.path().join(format!("{}.png", backend.name()));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
+        command.args(["map", "mountains", "--around=40,-30,12", "--width", "180", "--out", out.to_str().unwrap()]);
+        backend.is_used_by(&mut command);
+        let done = command.output().unwrap();
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        fs::read(out).unwrap()
+    };
+    let all = Backend::available();
+    let reference = drawn(all[0]);
+    for backend in &all[1..] {
+        assert!(drawn(*backend) == reference, "{backend:?}");
     }
 }
 

@@ -22,9 +22,9 @@ use crate::relief::{Block, NoiseRelief, PackedRelief};
 
 /// A GPU as a maker of a world's land.
 #[derive(Debug)]
-pub struct GpuMaker<'a> {
+pub struct GpuMaker {
     pub(super) gpu: Arc<Gpu>,
-    pub(super) relief: &'a NoiseRelief,
+    pub(super) relief: Arc<NoiseRelief>,
     packed: PackedRelief,
     /// What is the same for all blocks.
     words: Buffer,
@@ -80,9 +80,9 @@ struct UnderWay {
     mapped: Receiver<Result<(), BufferAsyncError>>,
 }
 
-impl<'a> GpuMaker<'a> {
+impl GpuMaker {
     /// A maker of the land of a relief.
-    pub fn new(gpu: Arc<Gpu>, relief: &'a NoiseRelief) -> GpuMaker<'a> {
+    pub fn new(gpu: Arc<Gpu>, relief: Arc<NoiseRelief>) -> GpuMaker {
         let packed = relief.pack();
         let initial = |words: &[u32], usage: BufferUsages| {
             let contents = bytemuck::cast_slice(words);
@@ -272,7 +272,7 @@ impl<'a> GpuMaker<'a> {
     }
 }
 
-impl LandMaker for GpuMaker<'_> {
+impl LandMaker for GpuMaker {
     fn name(&self) -> String {
         format!("gpu, {}", self.gpu.name)
     }

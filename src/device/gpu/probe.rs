@@ -20,7 +20,7 @@ const SIDES: [usize; 2] = [200, 100];
 /// A sentence that says what differs first, or what the GPU does not take.
 pub fn probe(adapter: &Adapter) -> Result<(), String> {
     let gpu = Arc::new(Gpu::open(adapter, 8, Arithmetic::Exact)?);
-    probed().iter().try_for_each(|relief| GpuMaker::new(Arc::clone(&gpu), relief).probe())
+    probed().into_iter().try_for_each(|relief| GpuMaker::new(Arc::clone(&gpu), Arc::new(relief)).probe())
 }
 
 /// Land with all that the kernel knows.
@@ -43,7 +43,7 @@ fn probed() -> Vec<NoiseRelief> {
     probed.relief.into_iter().map(relief).collect()
 }
 
-impl GpuMaker<'_> {
+impl GpuMaker {
     /// Compares the heights of some areas, near and far, with those of the CPU.
     ///
     /// # Errors

@@ -33,9 +33,9 @@ fn worlds() -> Vec<World> {
         .collect()
 }
 
-fn noise(world: &World) -> &NoiseRelief {
+fn noise(world: &World) -> Arc<NoiseRelief> {
     match world.relief() {
-        Relief::Noise(noise) => noise,
+        Relief::Noise(noise) => Arc::clone(noise),
         Relief::Fluvial(_) => panic!("a world of noise"),
     }
 }
