@@ -8,8 +8,8 @@
 
 use crate::agents::heuristic::{RiverHeuristic, RoadHeuristic};
 use crate::agents::record::{Passage, Records, TileRecord};
-use crate::agents::search::{Heuristic, Node, Trace, TraceEnd, resume, search};
-use crate::agents::{Direction, Terrain, bed};
+use crate::agents::search::{Heuristic, Node, Trace, TraceEnd, resume, rings, search};
+use crate::agents::{Direction, Terrain, bed, highest, margin_cells};
 use crate::area::{Area, TileId};
 use crate::grid::Grid;
 use crate::hash::{self, Stream};
@@ -19,11 +19,6 @@ use crate::world::World;
 /// Nodes that an agent may have in one tile, per cell of the tile's side: one that has more walks in circles. Times
 /// the largest tile's cells, it fits the 16 bits of a record.
 const NODES_A_CELL: usize = 8;
-
-/// Cells from a tile's edge within which agents go across it or back, but not along it: a bed that lies on an edge would
-/// be cut off there, since a tile that stands never changes. The thesis has no such rule, and its beds end so. In small
-/// tiles it is an eighth of the side.
-const MARGIN_CELLS: u32 = 12;
 
 /// Cells over which a line of one tile fades towards the tile's edge: little, so that what crosses the edge and is not
 /// faded closes the gap.
@@ -123,7 +118,8 @@ impl<'a> TileAgents<'a> {
         farthest
     }
 
-    /// The agent that starts in the tile, if the hash gives it one: a river at the highest vertex, a road in the middle.
+    /// The agent that starts in the tile, if the hash gives it one and it would not in the sea: a river at the highest
+    /// vertex, a road in the middle or at the nearest place to it where there is a way on.
     fn started(&self, kind: LineKind, direction: Direction) -> Option<Leg> {
         let preset = self.world.preset();
         let density = match kind {
@@ -135,33 +131,22 @@ impl<'a> TileAgents<'a> {
         if hash::share(hash::lattice(stream, self.id.x, self.id.y)) >= density {
             return None;
         }
-        let start = match kind {
-            LineKind::River => self.highest(),
-            LineKind::Road => {
-                let half = self.world.tile_cells() as i64 / 2;
-                (self.area.x0 + half, self.area.y0 + half)
+        let leg = |start| Leg { start, behind: None, direction, before_cells: 0, lowest_m: self.height_m(start) };
+        let is_dry = |start| !self.ground().is_under_water(start);
+        match kind {
+            LineKind::River => {
+                Some(highest(self.heights, self.area, self.margin_cells())).filter(|start| is_dry(*start)).map(leg)
             }
-        };
-        let lowest_m = self.height_m(start);
-        let leg = Leg { start, behind: None, direction, before_cells: 0, lowest_m };
-        (!self.ground().is_under_water(start)).then_some(leg)
-    }
-
-    /// The tile's highest vertex beyond the margin, of several the first.
-    fn highest(&self) -> Node {
-        let margin = self.margin_cells();
-        let Area { x0, y0, x1, y1 } = self.area;
-        // Within the margin it could only go straight across. The margin is an eighth at most, so something is left.
-        let (x0, y0, x1, y1) = (x0 + margin, y0 + margin, x1 - margin, y1 - margin);
-        let mut highest = (f32::NEG_INFINITY, (x0, y0));
-        for y in y0..y1 {
-            for (x, height_m) in (x0..).zip(self.heights.row(y, x0, x1)) {
-                if *height_m > highest.0 {
-                    highest = (*height_m, (x, y));
-                }
+            LineKind::Road => {
+                let (half, stride) = (self.world.tile_cells() as i64 / 2, self.stride(kind));
+                let middle = (self.area.x0 + half, self.area.y0 + half);
+                let dry = rings(middle, stride, (half - self.margin_cells()) / stride).filter(|start| is_dry(*start));
+                dry.map(leg).find(|leg| {
+                    let Trace { nodes, end } = self.trace(kind, *leg, 2);
+                    nodes.len() > 1 || matches!(end, TraceEnd::Edge(_))
+                })
             }
         }
-        highest.1
     }
 
     /// The way of an agent that comes here for the first time; `None` when nothing of it is left.
@@ -242,9 +227,10 @@ impl<'a> TileAgents<'a> {
         }
     }
 
+    /// Cells from the tile's edge within which agents go across it or back, but not along it: a bed that lies on an edge
+    /// would be cut off there, since a tile that stands never changes. The thesis has no such rule, and its beds end so.
     fn margin_cells(&self) -> i64 {
-        // In the smallest tiles agents still need room to turn.
-        MARGIN_CELLS.min(self.world.tile_cells() / 8) as i64
+        margin_cells(self.world.tile_cells())
     }
 
     /// The bed of a passage, from the last node before the tile to the first one after it.
@@ -502,6 +488,30 @@ mod tests {
 
     /// Metres that a floor may rise where a river goes from one of its lines to the next.
     const RISE_M: f64 = 0.05;
+
+    #[test]
+    fn roads_start_where_there_is_a_way_on() {
+        let mut preset = Preset::load("thesis").unwrap().1;
+        preset.tile_cells = 64;
+        preset.roads.as_mut().unwrap().density = 1.0;
+        let world = World::new(preset, Some(7)).unwrap();
+        let (mut middle, mut beside, mut none) = (0, 0, 0);
+        // A quarter of these tiles is a mountain's flank, all of it too steep.
+        for id in (0..12).flat_map(|y| (0..12).map(move |x| TileId { x, y })) {
+            let heights = world.relief().heights(tile::shaped_input(&world, id.area(64)));
+            let agents = TileAgents::new(&world, id, &heights);
+            match agents.started(LineKind::Road, Direction::South) {
+                Some(leg) if leg.start == (id.x * 64 + 32, id.y * 64 + 32) => middle += 1,
+                Some(leg) => {
+                    let trace = agents.trace(LineKind::Road, leg, 2);
+                    assert!(trace.nodes.len() > 1 || trace.end != TraceEnd::Refused, "tile {id}");
+                    beside += 1;
+                }
+                None => none += 1,
+            }
+        }
+        assert!(beside > 20 && none < 50, "{middle} start in the middle, {beside} beside it and {none} not at all");
+    }
 
     #[test]
     fn no_floor_rises_downstream_across_an_edge() {

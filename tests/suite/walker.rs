@@ -302,7 +302,7 @@ fn neighbours_agree_on_their_shared_vertices_with_agents_too() {
 }
 
 #[test]
-fn rivers_start_on_the_highest_vertex_and_roads_in_the_middle() {
+fn rivers_start_on_the_highest_vertex_and_roads_near_the_middle() {
     let world = world();
     let mut walker = Walker::new(&world, WalkerOptions::default());
     walk(&mut walker, &LOOP);
@@ -323,7 +323,8 @@ fn rivers_start_on_the_highest_vertex_and_roads_in_the_middle() {
                 rivers += 1;
             }
             LineKind::Road => {
-                assert_eq!(passage.start, [16, 16], "{tile}");
+                // In it, or a step beside it where it is too steep to go on.
+                assert!(passage.start.iter().all(|side| [9, 16, 23].contains(side)), "{:?} of {tile}", passage.start);
                 roads += 1;
             }
         }
