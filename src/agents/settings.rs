@@ -9,7 +9,7 @@ use crate::recipe::fault::{Fault, KeyPath};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RiverAgents {
-    /// Share of the tiles that own a river, 0 to 1. Default: 0.5.
+    /// Share of the tiles that own a river in bakes, 0 to 1; around a walker it has no say. Default: 0.5.
     #[schemars(range(min = 0, max = 1))]
     pub density: f64,
     /// Tile edges that a river may cross, 0 to 8: its reach. Default: 3.
@@ -81,7 +81,7 @@ pub enum Ending {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RoadAgents {
-    /// Share of the tiles that own a road, 0 to 1. Default: 0.3.
+    /// Share of the tiles that own a road in bakes, 0 to 1; around a walker it has no say. Default: 0.3.
     #[schemars(range(min = 0, max = 1))]
     pub density: f64,
     /// Tile edges that a road may cross, 0 to 8: its reach. Default: 3.

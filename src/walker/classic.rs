@@ -54,13 +54,17 @@ impl<'a> TileAgents<'a> {
     }
 
     /// The record and the lines of the tile when it is made for the first time, the terrain growing in `growth`.
+    ///
+    /// A tile that nobody waits at starts a river, a road or both, as in the thesis. Nothing is left of an agent that would
+    /// start in the sea, of a road where all is too steep, and of one that comes upon a tile which stands before it has
+    /// left its own.
     pub fn settle(&self, records: &Records, growth: Direction) -> (TileRecord, Vec<Line>) {
         let kinds = self.kinds();
         // Whoever waits at the edges goes on; a tile starts agents of its own only when nobody does.
-        let waiting = kinds.clone().filter_map(|kind| Some((kind, self.waiting(kind, records)?)));
+        let waiting = kinds.filter_map(|kind| Some((kind, self.waiting(kind, records)?)));
         let mut legs: Vec<(LineKind, Leg)> = waiting.collect();
         if legs.is_empty() {
-            legs = kinds.filter_map(|kind| Some((kind, self.started(kind, growth)?))).collect();
+            legs = self.own_kinds().filter_map(|kind| Some((kind, self.started(kind, growth)?))).collect();
         }
         let mut record = TileRecord { id: self.id, river: None, road: None };
         let mut lines = Vec::new();
@@ -95,6 +99,20 @@ impl<'a> TileAgents<'a> {
         [river, road].into_iter().flatten()
     }
 
+    /// The kinds that the tile starts itself: of two one or the other or both, by its hash, and always an only one.
+    ///
+    /// Densities are for bakes: by chance most tiles would start none, and the thesis knows no such tile.
+    fn own_kinds(&self) -> impl Iterator<Item = LineKind> + use<> {
+        let stream = hash::stream(self.world.seed(), Stream::WalkerAgent);
+        let left_out = match hash::lattice(stream, self.id.x, self.id.y) % 3 {
+            0 => Some(LineKind::Road),
+            1 => Some(LineKind::River),
+            _ => None,
+        };
+        let is_only = self.kinds().count() == 1;
+        self.kinds().filter(move |kind| is_only || Some(*kind) != left_out)
+    }
+
     /// The agent that waits at one of the tile's edges, and of several the one that has come farthest.
     fn waiting(&self, kind: LineKind, records: &Records) -> Option<Leg> {
         let stride = self.stride(kind);
@@ -118,19 +136,9 @@ impl<'a> TileAgents<'a> {
         farthest
     }
 
-    /// The agent that starts in the tile, if the hash gives it one and it would not in the sea: a river at the highest
-    /// vertex, a road in the middle or at the nearest place to it where there is a way on.
+    /// The agent that starts in the tile, unless it would in the sea: a river at the highest vertex, a road in the middle
+    /// or at the nearest place to it where there is a way on.
     fn started(&self, kind: LineKind, direction: Direction) -> Option<Leg> {
-        let preset = self.world.preset();
-        let density = match kind {
-            LineKind::River => preset.rivers.as_ref()?.density,
-            LineKind::Road => preset.roads.as_ref()?.density,
-        };
-        // A stream a kind: with one for both, tiles with rivers would be the tiles with roads.
-        let stream = hash::stream(self.world.seed(), Stream::WalkerAgent.of(kind as u64));
-        if hash::share(hash::lattice(stream, self.id.x, self.id.y)) >= density {
-            return None;
-        }
         let leg = |start| Leg { start, behind: None, direction, before_cells: 0, lowest_m: self.height_m(start) };
         let is_dry = |start| !self.ground().is_under_water(start);
         match kind {
@@ -493,7 +501,6 @@ mod tests {
     fn roads_start_where_there_is_a_way_on() {
         let mut preset = Preset::load("thesis").unwrap().1;
         preset.tile_cells = 64;
-        preset.roads.as_mut().unwrap().density = 1.0;
         let world = World::new(preset, Some(7)).unwrap();
         let (mut middle, mut beside, mut none) = (0, 0, 0);
         // A quarter of these tiles is a mountain's flank, all of it too steep.
