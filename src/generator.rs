@@ -20,7 +20,7 @@ pub const LAYERS: [(&str, u32); 9] = [
     ("noise", 1),
     ("fluvial", 1),
     ("places", 1),
-    ("agents", 1),
+    ("agents", 2),
     ("lines", 1),
     ("tile", 1),
     ("features", 1),

@@ -116,8 +116,8 @@ register! {
     Roughness = 12 << 32, 1;
     /// Layers of rock.
     Strata = 13 << 32, 1;
-    /// Which tiles around a walker have an agent, by its kind.
-    WalkerAgent = 14 << 32, PARTS;
+    /// Which agents a tile around a walker starts.
+    WalkerAgent = 14 << 32, 1;
     /// To which side the first tile around a walker grows.
     WalkerGrowth = 15 << 32, 1;
     /// Where tongues are at home.

@@ -47,7 +47,10 @@ impl<G: Terrain> Heuristic for RiverHeuristic<'_, G> {
     }
 }
 
-/// A road goes in its direction, and where it can choose, over level ground; never back.
+/// A road goes in its direction, and where it can choose, over level ground; never back, and never where it is too steep.
+///
+/// The thesis has no such limit. As a rule that stops the road it would end half of the roads of mountains at their first
+/// step, so it closes the way instead: a road goes around, and ends where all ways on are too steep.
 pub struct RoadHeuristic<'a, G> {
     ground: &'a mut G,
     agents: &'a RoadAgents,
@@ -72,6 +75,9 @@ impl<G: Terrain> Heuristic for RoadHeuristic<'_, G> {
         }
         let along = step.along(self.direction) as f32;
         let steepness = self.ground.steepness(to);
+        if steepness > self.agents.max_steepness as f32 {
+            return None;
+        }
         Some(self.agents.steepness_weight as f32 * steepness - self.agents.direction_weight as f32 * along)
     }
 

@@ -15,6 +15,34 @@ pub mod record;
 pub mod settings;
 
 use crate::agents::search::Node;
+use crate::area::Area;
+use crate::grid::Grid;
+
+/// Cells from a tile's edge within which no river starts: a slope is highest at the edge of a tile, where a river would
+/// begin on its border. In small tiles it is an eighth of the side.
+const MARGIN_CELLS: u32 = 12;
+
+/// The cells of [`MARGIN_CELLS`] in tiles of so many cells a side.
+pub(crate) fn margin_cells(tile_cells: u32) -> i64 {
+    // In the smallest tiles agents still need room to turn.
+    MARGIN_CELLS.min(tile_cells / 8) as i64
+}
+
+/// The highest vertex of a tile's ground beyond so many cells of margin, where its river starts; of several the first, row
+/// by row.
+pub(crate) fn highest(heights: &Grid<f32>, tile: Area, margin_cells: i64) -> Node {
+    // The margin is an eighth at most, so something is left.
+    let (x0, x1) = (tile.x0 + margin_cells, tile.x1 - margin_cells);
+    let mut highest = (f32::NEG_INFINITY, (x0, tile.y0 + margin_cells));
+    for y in tile.y0 + margin_cells..tile.y1 - margin_cells {
+        for (x, height_m) in (x0..).zip(heights.row(y, x0, x1)) {
+            if *height_m > highest.0 {
+                highest = (*height_m, (x, y));
+            }
+        }
+    }
+    highest.1
+}
 
 /// One of the four directions along the axes of the lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -13,9 +13,9 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::agents::heuristic::{RiverHeuristic, RoadHeuristic};
-use crate::agents::search::{Node, Trace, search};
+use crate::agents::search::{Node, Trace, rings, search};
 use crate::agents::settings::{Aim, Ending, RiverAgents, RoadAgents};
-use crate::agents::{Direction, Terrain, bed};
+use crate::agents::{Direction, Terrain, bed, highest, margin_cells};
 use crate::area::{Area, TileId};
 use crate::grid::Grid;
 use crate::hash::{self, Stream};
@@ -232,11 +232,11 @@ impl Agents {
         })
     }
 
-    /// The trace of a tile's river, from its highest vertex to the sea or to where it can go no further.
+    /// The trace of a tile's river, from its highest vertex beyond the margin to the sea or to where it can go no further.
     fn trace_river(&self, relief: &Relief, owner: TileId, agents: &RiverAgents, hash: u64) -> Option<TracedRiver> {
         let area = owner.area(self.cells as u32);
         let heights = relief.heights(area);
-        let start = highest(&heights);
+        let start = highest(&heights, area, margin_cells(self.cells as u32));
         let direction = match agents.aim {
             Aim::Hash => Direction::ALL[(hash & 3) as usize],
             Aim::Slope => downhill(&heights),
@@ -271,18 +271,22 @@ impl Agents {
         }
     }
 
-    /// A tile's road, from its middle on.
+    /// A tile's road, from its middle on, or from the nearest place to it where there is a way on.
     fn road(&self, relief: &Relief, owner: TileId, agents: &RoadAgents) -> Option<Line> {
         let hash = self.owns(Stream::AgentRoad, owner, agents.density)?;
         let area = owner.area(self.cells as u32);
-        let start = ((area.x0 + area.x1 - 1) / 2, (area.y0 + area.y1 - 1) / 2);
-        let mut ground = self.ground(relief);
-        // The search asks only of nodes that it goes to, never of its start.
-        if ground.is_under_water(start) {
-            return None;
-        }
-        let mut heuristic = RoadHeuristic::new(&mut ground, agents, Direction::ALL[(hash & 3) as usize]);
+        let middle = ((area.x0 + area.x1 - 1) / 2, (area.y0 + area.y1 - 1) / 2);
+        let direction = Direction::ALL[(hash & 3) as usize];
         let bounds = area.padded((self.cells * agents.max_tiles as i64) as usize);
+        let mut ground = self.ground(relief);
+        let stride = agents.step_cells as i64;
+        let start = rings(middle, stride, (self.cells / 2 - 1) / stride).find(|start| {
+            // The search asks only of nodes that it goes to, never of its start.
+            let goes_on =
+                |ground| search(&mut RoadHeuristic::new(ground, agents, direction), *start, bounds, 2).nodes.len() > 1;
+            !ground.is_under_water(*start) && goes_on(&mut ground)
+        })?;
+        let mut heuristic = RoadHeuristic::new(&mut ground, agents, direction);
         // As long a way as a river's, in fewer and longer steps.
         let most = self.most_nodes(agents.max_tiles) / agents.step_cells as usize;
         let Trace { mut nodes, .. } = search(&mut heuristic, start, bounds, most);
@@ -340,18 +344,6 @@ fn bounds_of(nodes: &[Node]) -> Area {
         x1: area.x1.max(x + 1),
         y1: area.y1.max(y + 1),
     })
-}
-
-/// The highest vertex; of several the first, row by row.
-pub(crate) fn highest(heights: &Grid<f32>) -> Node {
-    let mut best = (f32::NEG_INFINITY, 0);
-    for (index, height_m) in heights.values().iter().enumerate() {
-        if *height_m > best.0 {
-            best = (*height_m, index);
-        }
-    }
-    let width = heights.area().width();
-    (heights.area().x0 + (best.1 % width) as i64, heights.area().y0 + (best.1 / width) as i64)
 }
 
 /// The direction in which an area falls on the whole: from the corners and edges' middles, which see its large form.

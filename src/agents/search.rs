@@ -60,6 +60,16 @@ pub fn resume(heuristic: &mut impl Heuristic, behind: Node, start: Node, bounds:
     trace(heuristic, start, HashSet::from_iter([behind, start]), bounds, most)
 }
 
+/// Places to start from, of which an agent takes the first that it gets away from: `middle` and the vertices up to so
+/// many steps of `stride` beside it, ring by ring outwards and each row by row.
+pub fn rings(middle: Node, stride: i64, rings: i64) -> impl Iterator<Item = Node> {
+    let around = (0..=rings).flat_map(|ring| {
+        let square = (-ring..=ring).flat_map(move |south| (-ring..=ring).map(move |east| (east, south)));
+        square.filter(move |(east, south)| east.abs().max(south.abs()) == ring)
+    });
+    around.map(move |(east, south)| (middle.0 + east * stride, middle.1 + south * stride))
+}
+
 fn trace(
     heuristic: &mut impl Heuristic,
     start: Node,
@@ -135,6 +145,13 @@ mod tests {
         let around = search(&mut Eastward { wall: 3 }, (0, 0), bounds, 100);
         assert!(around.nodes.contains(&(5, -3)), "{around:?}");
         assert_eq!(around.end, TraceEnd::Refused);
+    }
+
+    #[test]
+    fn rings_go_outwards_and_leave_out_nothing() {
+        let places: Vec<Node> = rings((10, 20), 7, 2).collect();
+        assert_eq!((places.len(), places[0], places[1], places[8]), (25, (10, 20), (3, 13), (17, 27)));
+        assert_eq!(places.iter().collect::<HashSet<_>>().len(), 25);
     }
 
     #[test]

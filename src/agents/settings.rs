@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::recipe::fault::{Fault, KeyPath};
 
-/// The thesis' river agents: a greedy search downhill, from the highest vertex of the tile that owns the river.
+/// The thesis' river agents: a greedy search downhill, from the highest vertex of the tile that owns the river, off its borders.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RiverAgents {
-    /// Share of the tiles that own a river, 0 to 1. Default: 0.5.
+    /// Share of the tiles that own a river in bakes, 0 to 1; around a walker it has no say. Default: 0.5.
     #[schemars(range(min = 0, max = 1))]
     pub density: f64,
     /// Tile edges that a river may cross, 0 to 8: its reach. Default: 3.
@@ -76,11 +76,12 @@ pub enum Ending {
     Pond,
 }
 
-/// The thesis' road agents: a greedy search over level ground, from the middle of the tile that owns the road.
+/// The thesis' road agents: a greedy search over level ground, from the middle of the tile that owns the road, or from the
+/// nearest place to it where there is a way on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RoadAgents {
-    /// Share of the tiles that own a road, 0 to 1. Default: 0.3.
+    /// Share of the tiles that own a road in bakes, 0 to 1; around a walker it has no say. Default: 0.3.
     #[schemars(range(min = 0, max = 1))]
     pub density: f64,
     /// Tile edges that a road may cross, 0 to 8: its reach. Default: 3.
@@ -95,7 +96,7 @@ pub struct RoadAgents {
     /// What full steepness costs, 0 to 1000. Default: 10.
     #[schemars(range(min = 0, max = 1000))]
     pub steepness_weight: f64,
-    /// Steepness at which a road ends, 0 to 1. Default: 0.9.
+    /// Steepness above which no road goes, 0 to 1: it goes around, and ends where all ways on are steeper. Default: 0.9.
     #[schemars(range(min = 0, max = 1))]
     pub max_steepness: f64,
     /// Width of the road in metres, 0.1 to 10,000 and at most a quarter of a tile's side. Default: 5.

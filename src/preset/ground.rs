@@ -9,8 +9,9 @@ use crate::recipe::fault::{Fault, KeyPath};
 /// Which ground lies where: grass, with dirt and rock by slope, sand by height, snow by height and aspect; and where an
 /// author asks for them scree beneath rock, forest up to a tree line, and wet ground beside water.
 ///
-/// Slope enters as the thesis has it, `slope_scale * (1 - n.up)` for the normal n, cut off at 1. With the thesis' scale
-/// of 5, steepness 0.1 is a slope of 11 degrees, 0.5 is 26 and 1 is 37.
+/// Slope enters as steepness, `slope_scale * (1 - n.up)` for the normal n, cut off at 1. With the thesis' scale of 5,
+/// steepness 0.1 is a slope of 11 degrees, 0.5 is 26 and 1 is 37. The thesis words it the other way about, as five times
+/// `n.up`; but that is 5 on level ground and more than 1 up to 78 degrees, so cut off it would tell no slopes apart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GroundSettings {

@@ -6,12 +6,10 @@
 //! A tile holds at most one river and one road, as its record does. When several wait at its edges, the one that has
 //! come farthest goes on, and the others end behind the edge.
 
-use std::cmp::Ordering;
-
 use crate::agents::heuristic::{RiverHeuristic, RoadHeuristic};
 use crate::agents::record::{Passage, Records, TileRecord};
-use crate::agents::search::{Heuristic, Node, Trace, TraceEnd, resume, search};
-use crate::agents::{Direction, Terrain, bed};
+use crate::agents::search::{Heuristic, Node, Trace, TraceEnd, resume, rings, search};
+use crate::agents::{Direction, Terrain, bed, highest, margin_cells};
 use crate::area::{Area, TileId};
 use crate::grid::Grid;
 use crate::hash::{self, Stream};
@@ -21,11 +19,6 @@ use crate::world::World;
 /// Nodes that an agent may have in one tile, per cell of the tile's side: one that has more walks in circles. Times
 /// the largest tile's cells, it fits the 16 bits of a record.
 const NODES_A_CELL: usize = 8;
-
-/// Cells from a tile's edge within which agents go across it or back, but not along it: a bed that lies on an edge would
-/// be cut off there, since a tile that stands never changes. The thesis has no such rule, and its beds end so. In small
-/// tiles it is an eighth of the side.
-const MARGIN_CELLS: u32 = 12;
 
 /// Cells over which a line of one tile fades towards the tile's edge: little, so that what crosses the edge and is not
 /// faded closes the gap.
@@ -61,13 +54,17 @@ impl<'a> TileAgents<'a> {
     }
 
     /// The record and the lines of the tile when it is made for the first time, the terrain growing in `growth`.
+    ///
+    /// A tile that nobody waits at starts a river, a road or both, as in the thesis. Nothing is left of an agent that would
+    /// start in the sea, of a road where all is too steep, and of one that comes upon a tile which stands before it has
+    /// left its own.
     pub fn settle(&self, records: &Records, growth: Direction) -> (TileRecord, Vec<Line>) {
         let kinds = self.kinds();
         // Whoever waits at the edges goes on; a tile starts agents of its own only when nobody does.
-        let waiting = kinds.clone().filter_map(|kind| Some((kind, self.waiting(kind, records)?)));
+        let waiting = kinds.filter_map(|kind| Some((kind, self.waiting(kind, records)?)));
         let mut legs: Vec<(LineKind, Leg)> = waiting.collect();
         if legs.is_empty() {
-            legs = kinds.filter_map(|kind| Some((kind, self.started(kind, growth)?))).collect();
+            legs = self.own_kinds().filter_map(|kind| Some((kind, self.started(kind, growth)?))).collect();
         }
         let mut record = TileRecord { id: self.id, river: None, road: None };
         let mut lines = Vec::new();
@@ -102,6 +99,20 @@ impl<'a> TileAgents<'a> {
         [river, road].into_iter().flatten()
     }
 
+    /// The kinds that the tile starts itself: of two one or the other or both, by its hash, and always an only one.
+    ///
+    /// Densities are for bakes: by chance most tiles would start none, and the thesis knows no such tile.
+    fn own_kinds(&self) -> impl Iterator<Item = LineKind> + use<> {
+        let stream = hash::stream(self.world.seed(), Stream::WalkerAgent);
+        let left_out = match hash::lattice(stream, self.id.x, self.id.y) % 3 {
+            0 => Some(LineKind::Road),
+            1 => Some(LineKind::River),
+            _ => None,
+        };
+        let is_only = self.kinds().count() == 1;
+        self.kinds().filter(move |kind| is_only || Some(*kind) != left_out)
+    }
+
     /// The agent that waits at one of the tile's edges, and of several the one that has come farthest.
     fn waiting(&self, kind: LineKind, records: &Records) -> Option<Leg> {
         let stride = self.stride(kind);
@@ -125,45 +136,25 @@ impl<'a> TileAgents<'a> {
         farthest
     }
 
-    /// The agent that starts in the tile, if the hash gives it one: a river at the highest vertex, a road in the middle.
+    /// The agent that starts in the tile, unless it would in the sea: a river at the highest vertex, a road in the middle
+    /// or at the nearest place to it where there is a way on.
     fn started(&self, kind: LineKind, direction: Direction) -> Option<Leg> {
-        let preset = self.world.preset();
-        let density = match kind {
-            LineKind::River => preset.rivers.as_ref()?.density,
-            LineKind::Road => preset.roads.as_ref()?.density,
-        };
-        // A stream a kind: with one for both, tiles with rivers would be the tiles with roads.
-        let stream = hash::stream(self.world.seed(), Stream::WalkerAgent.of(kind as u64));
-        if hash::share(hash::lattice(stream, self.id.x, self.id.y)) >= density {
-            return None;
-        }
-        let start = match kind {
-            LineKind::River => self.highest(),
+        let leg = |start| Leg { start, behind: None, direction, before_cells: 0, lowest_m: self.height_m(start) };
+        let is_dry = |start| !self.ground().is_under_water(start);
+        match kind {
+            LineKind::River => {
+                Some(highest(self.heights, self.area, self.margin_cells())).filter(|start| is_dry(*start)).map(leg)
+            }
             LineKind::Road => {
-                let half = self.world.tile_cells() as i64 / 2;
-                (self.area.x0 + half, self.area.y0 + half)
-            }
-        };
-        let lowest_m = self.height_m(start);
-        let leg = Leg { start, behind: None, direction, before_cells: 0, lowest_m };
-        (!self.ground().is_under_water(start)).then_some(leg)
-    }
-
-    /// The tile's highest vertex beyond the margin, of several the first.
-    fn highest(&self) -> Node {
-        let margin = self.margin_cells();
-        let Area { x0, y0, x1, y1 } = self.area;
-        // Within the margin it could only go straight across. The margin is an eighth at most, so something is left.
-        let (x0, y0, x1, y1) = (x0 + margin, y0 + margin, x1 - margin, y1 - margin);
-        let mut highest = (f32::NEG_INFINITY, (x0, y0));
-        for y in y0..y1 {
-            for (x, height_m) in (x0..).zip(self.heights.row(y, x0, x1)) {
-                if *height_m > highest.0 {
-                    highest = (*height_m, (x, y));
-                }
+                let (half, stride) = (self.world.tile_cells() as i64 / 2, self.stride(kind));
+                let middle = (self.area.x0 + half, self.area.y0 + half);
+                let dry = rings(middle, stride, (half - self.margin_cells()) / stride).filter(|start| is_dry(*start));
+                dry.map(leg).find(|leg| {
+                    let Trace { nodes, end } = self.trace(kind, *leg, 2);
+                    nodes.len() > 1 || matches!(end, TraceEnd::Edge(_))
+                })
             }
         }
-        highest.1
     }
 
     /// The way of an agent that comes here for the first time; `None` when nothing of it is left.
@@ -244,9 +235,10 @@ impl<'a> TileAgents<'a> {
         }
     }
 
+    /// Cells from the tile's edge within which agents go across it or back, but not along it: a bed that lies on an edge
+    /// would be cut off there, since a tile that stands never changes. The thesis has no such rule, and its beds end so.
     fn margin_cells(&self) -> i64 {
-        // In the smallest tiles agents still need room to turn.
-        MARGIN_CELLS.min(self.world.tile_cells() / 8) as i64
+        margin_cells(self.world.tile_cells())
     }
 
     /// The bed of a passage, from the last node before the tile to the first one after it.
@@ -255,25 +247,25 @@ impl<'a> TileAgents<'a> {
         // Also one that still waits: the tile beyond may be made much later, and this one does not change then.
         let beyond = passage.exit.map(|exit| step(vertex(self.area, passage.last), exit, self.stride(kind)));
         let line: Vec<Node> = leg.behind.map(|(node, _)| node).into_iter().chain(nodes).chain(beyond).collect();
-        // The floor never rises, across edges too.
-        let level = |at: usize, height_m: f32| if at == 0 { height_m.min(leg.lowest_m) } else { height_m };
-        self.bed(kind, &line, level, leg.before_cells)
+        let mut heights: Vec<f32> = line.iter().map(|node| self.height_m(*node)).collect();
+        if kind == LineKind::River {
+            // The floor never rises, across edges too.
+            heights[0] = heights[0].min(leg.lowest_m);
+        }
+        self.bed(kind, &line, &heights, leg.before_cells)
     }
 
-    /// The bed along nodes, of an agent that has come some way before the first of them; `level` makes the ground that a
-    /// river has come to of the height of a node.
-    fn bed(&self, kind: LineKind, line: &[Node], level: impl Fn(usize, f32) -> f32, before_cells: u32) -> Line {
+    /// The bed along nodes and the heights of the ground there, of an agent that has come some way before the first.
+    fn bed(&self, kind: LineKind, line: &[Node], heights: &[f32], before_cells: u32) -> Line {
         let (preset, spacing_m) = (self.world.preset(), self.world.spacing_m());
         let id = LineId::Agent { kind, owner: self.id };
-        let mut heights: Vec<f32> = line.iter().map(|node| self.height_m(*node)).collect();
         match (kind, &preset.rivers, &preset.roads) {
             (LineKind::River, Some(rivers), _) => {
-                heights.iter_mut().enumerate().for_each(|(at, height_m)| *height_m = level(at, *height_m));
                 // It may go further, and then keeps its width; up to there it grows as an order-free one does.
                 let reach_cells = (rivers.max_tiles + 1) as f32 * self.world.tile_cells() as f32;
-                bed::river(id, line, &heights, rivers, spacing_m, [before_cells as f32, reach_cells])
+                bed::river(id, line, heights, rivers, spacing_m, [before_cells as f32, reach_cells])
             }
-            (LineKind::Road, _, Some(roads)) => bed::road(id, line, &heights, roads, spacing_m),
+            (LineKind::Road, _, Some(roads)) => bed::road(id, line, heights, roads, spacing_m),
             _ => unreachable!("only kinds that the world has leave a bed"),
         }
     }
@@ -327,20 +319,37 @@ impl<'a> TileAgents<'a> {
                 // Straight, for of the nodes before the last one the neighbour's record tells nothing.
                 let nodes = (-CROSSING_CELLS..=1 + CROSSING_CELLS).map(|cells| step(last, exit, cells));
                 let line: Vec<Node> = nodes.collect();
-                // Upstream the river has not yet come to its lowest ground.
-                let level = |at: usize, height_m: f32| match (at as i64).cmp(&CROSSING_CELLS) {
-                    Ordering::Less => height_m.max(passage.lowest_m),
-                    Ordering::Equal => height_m.min(passage.lowest_m),
-                    Ordering::Greater => height_m,
-                };
+                let mut heights: Vec<f32> = line.iter().map(|node| self.height_m(*node)).collect();
+                let (above, below) = heights.split_at_mut(CROSSING_CELLS as usize);
+                self.levels_above(passage, last, exit, above);
+                below[0] = below[0].min(passage.lowest_m);
                 // The line begins before the last node; a river may not have come so far yet.
-                self.bed(kind, &line, level, end_cells.saturating_sub(CROSSING_CELLS as u32))
+                self.bed(kind, &line, &heights, end_cells.saturating_sub(CROSSING_CELLS as u32))
             }
             LineKind::Road => {
                 // Within the margin a road goes straight: so it came, and so it goes on.
                 let straight = if stride > self.margin_cells() { 0..=1 } else { -1..=2 };
                 let line: Vec<Node> = straight.map(|steps| step(last, exit, steps * stride)).collect();
-                self.bed(kind, &line, |_, height_m| height_m, end_cells)
+                let heights: Vec<f32> = line.iter().map(|node| self.height_m(*node)).collect();
+                self.bed(kind, &line, &heights, end_cells)
+            }
+        }
+    }
+
+    /// Lowers the heights of the nodes above the `last` one of a passage to the ground that its river has come to there,
+    /// as far as its record tells.
+    fn levels_above(&self, passage: &Passage, last: Node, exit: Direction, heights: &mut [f32]) {
+        // Through the margin it has come straight.
+        let straight = -self.margin_cells().max(CROSSING_CELLS)..=0;
+        let ground: Vec<f32> = straight.map(|cells| self.height_m(step(last, exit, cells))).collect();
+        let lowest_m = ground.iter().copied().fold(f32::INFINITY, f32::min);
+        // With none of them as low as it has been, it cuts through a bump. Else it comes down to its lowest here.
+        let mut level_m = if lowest_m > passage.lowest_m { passage.lowest_m } else { f32::INFINITY };
+        let before = ground.len() - 1 - heights.len();
+        for (at, height_m) in ground[..ground.len() - 1].iter().enumerate() {
+            level_m = level_m.min(*height_m);
+            if at >= before {
+                heights[at - before] = level_m;
             }
         }
     }
@@ -475,5 +484,84 @@ impl Terrain for TileTerrain<'_> {
     fn is_under_water(&mut self, node: Node) -> bool {
         let (x, y) = self.nearest(node);
         self.sea_level_m.is_some_and(|level_m| self.heights.at(x, y) < level_m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::preset::Preset;
+    use crate::tile;
+    use crate::walker::{Walker, WalkerOptions};
+
+    /// Metres that a floor may rise where a river goes from one of its lines to the next.
+    const RISE_M: f64 = 0.05;
+
+    #[test]
+    fn roads_start_where_there_is_a_way_on() {
+        let mut preset = Preset::load("thesis").unwrap().1;
+        preset.tile_cells = 64;
+        let world = World::new(preset, Some(7)).unwrap();
+        let (mut middle, mut beside, mut none) = (0, 0, 0);
+        // A quarter of these tiles is a mountain's flank, all of it too steep.
+        for id in (0..12).flat_map(|y| (0..12).map(move |x| TileId { x, y })) {
+            let heights = world.relief().heights(tile::shaped_input(&world, id.area(64)));
+            let agents = TileAgents::new(&world, id, &heights);
+            match agents.started(LineKind::Road, Direction::South) {
+                Some(leg) if leg.start == (id.x * 64 + 32, id.y * 64 + 32) => middle += 1,
+                Some(leg) => {
+                    let trace = agents.trace(LineKind::Road, leg, 2);
+                    assert!(trace.nodes.len() > 1 || trace.end != TraceEnd::Refused, "tile {id}");
+                    beside += 1;
+                }
+                None => none += 1,
+            }
+        }
+        assert!(beside > 20 && none < 50, "{middle} start in the middle, {beside} beside it and {none} not at all");
+    }
+
+    #[test]
+    fn no_floor_rises_downstream_across_an_edge() {
+        let mut preset = Preset::load("thesis").unwrap().1;
+        preset.tile_cells = 64;
+        preset.roads = None;
+        let world = World::new(preset, Some(7)).unwrap();
+        let mut walker = Walker::new(&world, WalkerOptions::default());
+        for step in 1..400 {
+            let (east, south) = (step % 40, step / 40);
+            let east = if south % 2 == 0 { east } else { 40 - east };
+            walker.move_to(64.0 * (east as f64 + 0.5), 64.0 * (3 * south) as f64 + 32.0);
+        }
+        let bare = |id: TileId| world.relief().heights(tile::shaped_input(&world, id.area(64)));
+        let (mut crossed, mut worst_m, mut risen) = (0, 0f64, 0);
+        for record in walker.records() {
+            let Some((passage, exit)) = record.river.and_then(|river| Some((river, river.exit?))) else { continue };
+            let heights = bare(record.id);
+            let agents = TileAgents::new(&world, record.id, &heights);
+            let crossing = agents.crossing(LineKind::River, record.id, &passage, exit);
+            // The other tile knows the same.
+            let other = neighbour(record.id, exit);
+            let beyond = bare(other);
+            let theirs = TileAgents::new(&world, other, &beyond).crossing(LineKind::River, record.id, &passage, exit);
+            assert_eq!(crossing.points, theirs.points, "out of {} to the {}", record.id, exit.name());
+            // Cells on the way out, from the tile's own line to the crossing.
+            let (east, south) = exit.step();
+            let cells = |line: &Line, place: [f64; 2]| {
+                let [x, y] = [line.origin[0] as f64 + place[0], line.origin[1] as f64 + place[1]];
+                x * east as f64 + y * south as f64
+            };
+            let own = &agents.lines(record)[0];
+            for point in &crossing.points {
+                let at = cells(&crossing, point.place);
+                let above = own.points.iter().rev().find(|above| cells(own, above.place) <= at);
+                let Some(above) = above else { continue };
+                let rise_m = point.floor_m - above.floor_m;
+                risen += usize::from(rise_m > RISE_M);
+                worst_m = worst_m.max(rise_m);
+            }
+            crossed += 1;
+        }
+        assert!(crossed > 100, "{crossed} rivers cross edges");
+        assert!(worst_m <= RISE_M, "{risen} of {crossed} floors rise, by {worst_m} m at most");
     }
 }
