@@ -1,5 +1,6 @@
 //! The land of areas, made on a GPU in bands of rows: several bands a submission, several submissions under way.
 
+use std::collections::VecDeque;
 use std::sync::mpsc::{self, Receiver};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -41,6 +42,9 @@ const TOGETHER: usize = 4;
 /// Bytes of heights of a submission at most, and of what its blocks have for themselves: so little that the next is made ready while
 /// one is under way, and so much that what a submission costs does not count.
 const SUBMISSION_BYTES: u64 = 8 << 20;
+
+/// Submissions of one call that are under way at most: each has its buffers.
+const UNDER_WAY: usize = 4;
 
 /// The most groups along an axis, which all adapters take.
 const MOST_BLOCKS: u64 = 65_535;
@@ -96,14 +100,18 @@ impl GpuMaker {
 
     /// The heights of each area, or `None` when something went wrong.
     pub(super) fn heights(&self, areas: &[Area]) -> Option<Vec<Grid<f32>>> {
-        // All are under way before the first is waited for.
-        let submissions = self.submissions(areas);
-        let under_way: Vec<UnderWay> =
-            submissions.into_iter().map(|bands| self.submit(bands)).collect::<Option<_>>()?;
         let mut grids: Vec<Grid<f32>> = areas.iter().map(|area| Grid::filled(*area, 0.0)).collect();
         // What is left to be filled of each: bands come from north to south.
         let mut left: Vec<&mut [f32]> = grids.iter_mut().map(Grid::values_mut).collect();
-        for submission in under_way {
+        // The next are under way while the first is waited for.
+        let mut under_way = VecDeque::with_capacity(UNDER_WAY);
+        for bands in self.submissions(areas) {
+            if under_way.len() == UNDER_WAY {
+                self.read(under_way.pop_front()?, &mut left)?;
+            }
+            under_way.push_back(self.submit(bands)?);
+        }
+        while let Some(submission) = under_way.pop_front() {
             self.read(submission, &mut left)?;
         }
         self.gpu.trouble().is_none().then_some(grids)
