@@ -64,7 +64,8 @@ pub fn rows_in_flight(region: &Region, threads: usize) -> u64 {
     (TILES_A_THREAD * threads as u64).div_ceil(region.cols()).clamp(1, region.rows())
 }
 
-/// Makes all tiles of a region, of the land that a maker of the world's land gives, and hands them to the sinks, on the threads of the current rayon pool.
+/// Makes all tiles of a region, of the land that a maker of the world's land gives, and hands them to the sinks, on the
+/// threads of the current rayon pool.
 ///
 /// While the sinks write one batch of rows, the next is made; so two batches of what the sinks keep are held at most,
 /// beside one tile a thread. Memory grows with the width of the region and not with its height. What the journal has from
