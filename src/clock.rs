@@ -34,6 +34,8 @@ pub mod stage {
     pub const LINES: &str = "lines";
     /// The land, shaped to the beds of lines.
     pub const IMPRINT: &str = "imprint";
+    /// Land, what lines do to it, normals and blend weights, all by a GPU.
+    pub const TILES: &str = "tiles";
     /// Normals.
     pub const NORMALS: &str = "normals";
     /// Blend weights.

@@ -206,7 +206,7 @@ fn on_device<'a>(plan: Plan<'a>, options: &Manner, console: &Console) -> Result<
     if options.dry_run {
         return Ok(plan);
     }
-    let maker = options.device.maker(plan.world().relief(), console)?;
+    let maker = options.device.maker(plan.world(), console)?;
     Ok(plan.with_maker(maker))
 }
 

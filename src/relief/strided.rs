@@ -50,6 +50,13 @@ impl StridedFractal {
         StridedFractal { shown: (octaves > 0).then(|| Fractal::new(&spec, node_m, seed)), mean, bounds }
     }
 
+    /// A fractal all of whose octaves show.
+    #[cfg(feature = "gpu")]
+    pub fn of(fractal: Fractal) -> StridedFractal {
+        let bounds = fractal.bounds();
+        StridedFractal { shown: Some(fractal), mean: None, bounds }
+    }
+
     /// The bounds of the whole fractal, which its mean does not leave either.
     pub fn bounds(&self) -> (f32, f32) {
         self.bounds

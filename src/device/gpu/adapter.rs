@@ -1,4 +1,4 @@
-//! GPUs: which there are, and one of them opened, with the kernel compiled for it.
+//! GPUs: which there are, and one of them opened, with the kernels compiled for it.
 
 use std::num::NonZeroU64;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -7,8 +7,11 @@ use pollster::block_on;
 use wgpu::{
     BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry, BindingType, BufferBindingType, ComputePipeline,
     ComputePipelineDescriptor, Device, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, Limits,
-    PipelineCompilationOptions, PipelineLayoutDescriptor, Queue, ShaderModuleDescriptor, ShaderSource, ShaderStages,
+    PipelineCompilationOptions, PipelineLayoutDescriptor, Queue, ShaderModule, ShaderModuleDescriptor, ShaderSource,
+    ShaderStages,
 };
+
+use crate::tile::{RUBBLE_REACH, RUBBLE_STEPS};
 
 /// How a GPU computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +24,7 @@ pub enum Arithmetic {
 
 impl Arithmetic {
     /// The shader that says what a sum and a product are.
-    fn source(self) -> &'static str {
+    pub(super) fn source(self) -> &'static str {
         match self {
             Arithmetic::Exact => include_str!("../../../shaders/exact.wgsl"),
             Arithmetic::Approximate => include_str!("../../../shaders/approximate.wgsl"),
@@ -79,6 +82,20 @@ impl Adapter {
     }
 }
 
+/// The kernels, in the order in which a tile is made by them.
+#[derive(Debug)]
+pub(super) struct Kernels {
+    /// Heights of noise.
+    pub fill: ComputePipeline,
+    /// What lines do to them.
+    pub carve: ComputePipeline,
+    /// Rock, and the rounds in which rubble comes down from it, which reach so many vertices past the tile.
+    pub rock: (ComputePipeline, usize),
+    pub spread: Vec<(ComputePipeline, usize)>,
+    /// Normals, slopes and what the ground is made of.
+    pub surface: ComputePipeline,
+}
+
 /// A GPU that is ready to compute.
 #[derive(Debug)]
 pub struct Gpu {
@@ -86,7 +103,7 @@ pub struct Gpu {
     pub(super) device: Device,
     pub(super) queue: Queue,
     pub(super) layout: BindGroupLayout,
-    pub(super) pipeline: ComputePipeline,
+    pub(super) kernels: Kernels,
     pub(super) group_side: u32,
     /// The largest buffer that it takes, in bytes.
     pub(super) storage_bytes: u64,
@@ -114,10 +131,6 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&kept, first_line(&error))));
         let kept = Arc::clone(&trouble);
         device.set_device_lost_callback(move |_, message| keep(&kept, message));
-        let module = device.create_shader_module(ShaderModuleDescriptor {
-            label: Some("relief"),
-            source: ShaderSource::Wgsl(relief_shader(arithmetic).into()),
-        });
         let binding = |binding: u32, ty: BufferBindingType, bytes: u64| BindGroupLayoutEntry {
             binding,
             visibility: ShaderStages::COMPUTE,
@@ -127,7 +140,7 @@ impl Gpu {
         let layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor {
             label: None,
             entries: &[
-                binding(0, BufferBindingType::Uniform, 8),
+                binding(0, BufferBindingType::Uniform, 12),
                 binding(1, BufferBindingType::Storage { read_only: true }, 4),
                 binding(2, BufferBindingType::Storage { read_only: true }, 4),
                 binding(3, BufferBindingType::Storage { read_only: false }, 4),
@@ -138,19 +151,41 @@ impl Gpu {
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
-        let pipeline = device.create_compute_pipeline(&ComputePipelineDescriptor {
-            label: Some("relief"),
-            layout: Some(&pipeline_layout),
-            module: &module,
-            entry_point: Some("fill"),
-            compilation_options: PipelineCompilationOptions {
-                constants: &[("SIDE", f64::from(group_side))],
-                zero_initialize_workgroup_memory: false,
-            },
-            cache: None,
-        });
+        let module = |shader: Shader| {
+            let source = ShaderSource::Wgsl(shader.source(arithmetic).into());
+            device.create_shader_module(ShaderModuleDescriptor { label: Some(shader.name()), source })
+        };
+        let kernel = |module: &ShaderModule, entry: &str, numbers: &[(&str, f64)]| {
+            let constants: Vec<(&str, f64)> =
+                [("SIDE", f64::from(group_side))].iter().chain(numbers).copied().collect();
+            device.create_compute_pipeline(&ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: Some(&pipeline_layout),
+                module,
+                entry_point: Some(entry),
+                compilation_options: PipelineCompilationOptions {
+                    constants: &constants,
+                    zero_initialize_workgroup_memory: false,
+                },
+                cache: None,
+            })
+        };
+        let [relief, tile] = Shader::ALL.map(module);
+        let mut left = RUBBLE_REACH;
+        let spread = |(number, step): (usize, usize)| {
+            left -= step;
+            let numbers = [("STEP", step as f64), ("LEFT", left as f64), ("ROUND", number as f64)];
+            (kernel(&tile, "spread", &numbers), left)
+        };
+        let kernels = Kernels {
+            spread: RUBBLE_STEPS.into_iter().enumerate().map(spread).collect(),
+            fill: kernel(&relief, "fill", &[]),
+            carve: kernel(&tile, "carve", &[]),
+            rock: (kernel(&tile, "rock", &[]), RUBBLE_REACH),
+            surface: kernel(&tile, "surface", &[]),
+        };
         let storage_bytes = storage_bytes(&limits);
-        let gpu = Gpu { name, device, queue, layout, pipeline, group_side, storage_bytes, trouble };
+        let gpu = Gpu { name, device, queue, layout, kernels, group_side, storage_bytes, trouble };
         gpu.trouble().map_or(Ok(gpu), Err)
     }
 
@@ -180,9 +215,31 @@ fn keep(trouble: &Mutex<Option<String>>, what: String) {
     trouble.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(what);
 }
 
-/// The shader that makes heights of noise.
-pub(super) fn relief_shader(arithmetic: Arithmetic) -> String {
-    format!("{}\n{}", arithmetic.source(), include_str!("../../../shaders/relief.wgsl"))
+/// A shader, of one or more kernels.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Shader {
+    Relief,
+    Tile,
+}
+
+impl Shader {
+    pub const ALL: [Shader; 2] = [Shader::Relief, Shader::Tile];
+
+    fn name(self) -> &'static str {
+        match self {
+            Shader::Relief => "relief",
+            Shader::Tile => "tile",
+        }
+    }
+
+    /// All that is compiled for it.
+    pub fn source(self, arithmetic: Arithmetic) -> String {
+        let kernels = match self {
+            Shader::Relief => include_str!("../../../shaders/relief.wgsl"),
+            Shader::Tile => include_str!("../../../shaders/tile.wgsl"),
+        };
+        [include_str!("../../../shaders/job.wgsl"), arithmetic.source(), kernels].join("\n")
+    }
 }
 
 fn storage_bytes(limits: &Limits) -> u64 {
