@@ -24,6 +24,8 @@ const AREAS: usize = 8;
 const ROUNDS: usize = 5;
 
 fn main() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    keep_memory();
     let adapters = adapters();
     if adapters.is_empty() {
         println!("no GPU, or no driver of one");
@@ -38,6 +40,17 @@ fn main() {
         for adapter in &adapters {
             gpu(adapter, &world);
         }
+    }
+}
+
+/// Makes the allocator keep what is given back, as the command does (`src/main.rs`).
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[allow(unsafe_code, reason = "there is no safe way to set up the C library's allocator")]
+fn keep_memory() {
+    // SAFETY: no other thread runs yet, and both are parameters that it knows.
+    unsafe {
+        libc::mallopt(libc::M_MMAP_THRESHOLD, 32 << 20);
+        libc::mallopt(libc::M_TRIM_THRESHOLD, 512 << 20);
     }
 }
 
@@ -120,6 +133,10 @@ fn gpu(adapter: &Adapter, world: &World) {
                 let wide = World::new(world.preset().clone(), None).expect("it is sound").with_tile_cells(SIDE as u32);
                 let back = best(rounds, || drop(black_box(maker.tiles(&wide, plans(&wide, AREAS), &clock))));
                 println!("  {:44} {}", format!("{name}, tiles read back"), rate(AREAS * (SIDE + 1).pow(2), back));
+                let clock = Clock::default();
+                let whole = best(1, || drop(black_box(maker.tiles(&wide, plans(&wide, AREAS), &clock))));
+                let stages = clock.stages().into_iter().map(|(stage, spent)| format!("{stage} {spent:.1?}"));
+                println!("    of {whole:.1?}: {}", stages.collect::<Vec<_>>().join(", "));
             }
         }
     }

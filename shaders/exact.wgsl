@@ -27,8 +27,8 @@ fn significand(bits: u32) -> u32 {
     return (bits & FRACTION) | LEADING;
 }
 
-// A quotient, which a GPU may round to one of several numbers nearby. Of normal numbers whose quotient is one or 0; where a number
-// is 0 or infinite, or the quotient is none of these, what the GPU makes of it.
+// A quotient, which a GPU may round to one of several numbers nearby. Of normal numbers whose quotient is greater than the
+// least of them, or of 0; of others what the GPU makes of it.
 //
 // What is left of the dividend once the divisor was taken from it so many times is a whole number of few bits, so it is right
 // whatever is lost above 32, and tells by how much the quotient is off.

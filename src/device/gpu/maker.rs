@@ -125,16 +125,16 @@ impl GpuMaker {
     }
 
     /// What becomes of each job, or `None`: when something went wrong, which is a [trouble](Gpu::trouble) then, or a job is too large.
-    pub(super) fn make(&self, jobs: &[Job]) -> Option<Vec<Made>> {
+    pub(super) fn make(&self, jobs: &[Job], clock: &Clock) -> Option<Vec<Made>> {
         let submissions = submissions(jobs, self.looks, &self.slots, self.block_words)?;
-        let made = self.make_all(jobs, submissions);
+        let made = self.make_all(jobs, submissions, clock);
         if made.is_none() {
             self.gpu.give_up("gave nothing back");
         }
         made.filter(|_| self.gpu.trouble().is_none())
     }
 
-    fn make_all(&self, jobs: &[Job], submissions: Vec<Vec<Band>>) -> Option<Vec<Made>> {
+    fn make_all(&self, jobs: &[Job], submissions: Vec<Vec<Band>>, clock: &Clock) -> Option<Vec<Made>> {
         let mut made: Vec<Made> = jobs.iter().map(Made::room).collect();
         // What is left to be filled of each plane: bands come from north to south.
         let mut left: Vec<Vec<&mut [u32]>> = made.iter_mut().map(Made::planes_mut).collect();
@@ -142,12 +142,12 @@ impl GpuMaker {
         let mut under_way = VecDeque::with_capacity(UNDER_WAY);
         for bands in submissions {
             if under_way.len() == UNDER_WAY {
-                self.read(under_way.pop_front()?, &mut left)?;
+                self.read(under_way.pop_front()?, &mut left, clock)?;
             }
-            under_way.push_back(self.submit(jobs, bands)?);
+            under_way.push_back(clock.time(stage::GPU_LOADS, || self.submit(jobs, bands))?);
         }
         while let Some(submission) = under_way.pop_front() {
-            self.read(submission, &mut left)?;
+            self.read(submission, &mut left, clock)?;
         }
         Some(made)
     }
@@ -296,13 +296,13 @@ impl GpuMaker {
     }
 
     /// Waits for a submission, and puts its values where they belong: into the first that are left of each plane.
-    fn read(&self, submission: UnderWay, left: &mut [Vec<&mut [u32]>]) -> Option<()> {
+    fn read(&self, submission: UnderWay, left: &mut [Vec<&mut [u32]>], clock: &Clock) -> Option<()> {
         let UnderWay { bands, slot, index, mapped } = submission;
-        self.gpu.device.poll(PollType::Wait { submission_index: Some(index), timeout: None }).ok()?;
-        for result in mapped {
-            result.ok()?;
-        }
-        {
+        clock.time(stage::GPU_WAITS, || {
+            self.gpu.device.poll(PollType::Wait { submission_index: Some(index), timeout: None }).ok()?;
+            mapped.into_iter().all(|result| result.is_ok()).then_some(())
+        })?;
+        clock.time(stage::GPU_READS, || {
             let words = bands.iter().map(Band::back_words).sum::<usize>();
             let bytes = slot.back.get_mapped_range(..4 * words as u64).ok()?;
             let mut values: &[u32] = cast_slice(&bytes);
@@ -324,7 +324,8 @@ impl GpuMaker {
                     .zip(plane.par_chunks(COPIED))
                     .for_each(|(to, plane)| to.copy_from_slice(plane));
             });
-        }
+            Some(())
+        })?;
         slot.back.unmap();
         self.slots.give_back(slot);
         Some(())
@@ -402,14 +403,14 @@ impl LandMaker for GpuMaker {
     }
 
     fn lands(&self, areas: &[Area], clock: &Clock) -> Vec<Land> {
-        let heights = clock.time(stage::RELIEF, || {
-            let jobs: Vec<Job> = areas.iter().map(|area| Job { land: *area, cells: None, lines: Vec::new() }).collect();
-            let made = if self.gpu.trouble().is_none() { self.make(&jobs) } else { None };
-            match made {
-                Some(made) => made.into_iter().map(|made| made.heights).collect(),
-                None => areas.iter().map(|area| self.relief.heights(*area)).collect::<Vec<_>>(),
+        let jobs: Vec<Job> = areas.iter().map(|area| Job { land: *area, cells: None, lines: Vec::new() }).collect();
+        let made = if self.gpu.trouble().is_none() { self.make(&jobs, clock) } else { None };
+        let heights = match made {
+            Some(made) => made.into_iter().map(|made| made.heights).collect(),
+            None => {
+                clock.time(stage::RELIEF, || areas.iter().map(|area| self.relief.heights(*area)).collect::<Vec<_>>())
             }
-        });
+        };
         heights.into_iter().map(|heights| Land { heights, water: None }).collect()
     }
 
@@ -417,7 +418,7 @@ impl LandMaker for GpuMaker {
         let job = |plan: &TilePlan| GpuMaker::tile_job(plan.cells(world), plan.land, plan.lines());
         let jobs =
             if self.gpu.trouble().is_none() { plans.iter().map(job).collect::<Option<Vec<Job>>>() } else { None };
-        let made = jobs.and_then(|jobs| clock.time(stage::TILES, || self.make(&jobs)));
+        let made = jobs.and_then(|jobs| self.make(&jobs, clock));
         let Some(made) = made else { return self.tiles_of_lands(world, plans, clock) };
         let tile = |(plan, made): (TilePlan, Made)| {
             let (heights, surface) = made.into_parts(plan.lines());

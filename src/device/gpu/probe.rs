@@ -131,7 +131,7 @@ impl GpuMaker {
     fn compare(&self, tiles: &[Compared]) -> Result<(), String> {
         let jobs: Vec<Job> = tiles.iter().map(Compared::job).collect();
         let nothing = || self.gpu.trouble().unwrap_or_else(|| format!("{}: does not take tiles", self.gpu.name));
-        for (tile, made) in tiles.iter().zip(self.make(&jobs).ok_or_else(nothing)?) {
+        for (tile, made) in tiles.iter().zip(self.make(&jobs, &Clock::default()).ok_or_else(nothing)?) {
             let mut heights = self.relief.heights(tile.land());
             let imprint = Imprint::new(&heights, None, &tile.lines);
             if let Some(imprint) = &imprint {
