@@ -126,8 +126,7 @@ impl Cost {
 
     fn fits(self, slots: &Slots, block_words: usize) -> bool {
         let own = BANDS * BAND_WORDS + self.blocks * block_words + self.lines + 1;
-        let words = (slots.bytes / 4) as usize;
-        self.blocks <= MOST_BLOCKS && own.max(self.back).max(self.left) <= words
+        self.blocks <= MOST_BLOCKS && own.max(self.back).max(self.left) <= slots.words
     }
 }
 

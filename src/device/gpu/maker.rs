@@ -2,20 +2,16 @@
 
 use std::collections::VecDeque;
 use std::sync::Arc;
-use std::sync::mpsc::{self, Receiver};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use bytemuck::{cast_slice, cast_slice_mut};
 use rayon::prelude::*;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
-use wgpu::{
-    Buffer, BufferAsyncError, BufferUsages, CommandBuffer, CommandEncoderDescriptor, ComputePass,
-    ComputePassDescriptor, ComputePipeline, MapMode, PollType, SubmissionIndex,
-};
+use wgpu::{Buffer, BufferUsages, ComputePass, ComputePipeline};
 
 use super::adapter::Gpu;
 use super::job::{BAND_WORDS, BANDS, Band, IMPRINT_PLANES, Job, LooksAround, SURFACE_PLANES, submissions};
-use super::slot::{Slot, Slots};
+use super::slot::{Slot, Slots, UnderWay, Words};
 use crate::area::Area;
 use crate::clock::{Clock, stage};
 use crate::device::LandMaker;
@@ -60,21 +56,11 @@ const PACKED: usize = 64;
 /// Values that a thread copies at a time.
 const COPIED: usize = 1 << 16;
 
-/// A submission under way.
-struct UnderWay {
-    bands: Vec<Band>,
-    slot: Slot,
-    index: SubmissionIndex,
-    /// Whether the CPU can read what comes back, and write into the slot again.
-    mapped: Receiver<Result<(), BufferAsyncError>>,
-}
-
 /// What a submission computes, once its slot was loaded.
 struct Loaded {
     blocks: u32,
     bands: u32,
-    own_bytes: u64,
-    back_bytes: u64,
+    words: Words,
     /// The most vertices across and down of the land of a band that lines shape, and of the vertices of a tile.
     carved: [usize; 2],
     cells: [usize; 2],
@@ -96,7 +82,7 @@ impl GpuMaker {
         let mut block_words = packed.block_words;
         let ragged = rule.ragged();
         let rough = ragged.and_then(|(noise, _)| noise).map(|noise| {
-            let noise = NoiseRelief::of_fractal(noise);
+            let noise = NoiseRelief::of_fractal(noise, 1.0);
             let begins = noise.pack(&mut packed);
             block_words = block_words.max(packed.block_words);
             (begins, noise)
@@ -110,7 +96,7 @@ impl GpuMaker {
         };
         let same = initial(&packed.words, BufferUsages::STORAGE);
         let job = initial(&[0, block_words as u32, rule_at as u32], BufferUsages::UNIFORM);
-        let slots = Slots::new(SUBMISSION_BYTES.min(gpu.storage_bytes / 2));
+        let slots = Slots::new(&gpu, SUBMISSION_BYTES);
         GpuMaker { gpu, relief, rule, rough, looks, block_words, same, job, slots }
     }
 
@@ -144,7 +130,8 @@ impl GpuMaker {
             if under_way.len() == UNDER_WAY {
                 self.read(under_way.pop_front()?, &mut left, clock)?;
             }
-            under_way.push_back(clock.time(stage::GPU_LOADS, || self.submit(jobs, bands))?);
+            let submission = clock.time(stage::GPU_LOADS, || self.submit(jobs, &bands))?;
+            under_way.push_back((bands, submission));
         }
         while let Some(submission) = under_way.pop_front() {
             self.read(submission, &mut left, clock)?;
@@ -210,17 +197,14 @@ impl GpuMaker {
             }
             widen(&mut cells, band.cells);
         }
-        let view = |first: usize, words: usize| {
-            slot.up.get_mapped_range_mut(4 * first as u64..4 * (first + words) as u64).ok()
-        };
-        view(0, table.len())?.copy_from_slice(cast_slice(&table));
+        slot.view(0, table.len())?.copy_from_slice(cast_slice(&table));
         if !lines.is_empty() {
-            view(lines_at, lines.len())?.copy_from_slice(cast_slice(&lines));
+            slot.view(lines_at, lines.len())?.copy_from_slice(cast_slice(&lines));
         }
         let mut views = Vec::new();
         for (number, blocks) in blocks.chunks(PACKED).enumerate() {
             let first = BANDS * BAND_WORDS + number * PACKED * self.block_words;
-            views.push((view(first, blocks.len() * self.block_words)?, blocks));
+            views.push((slot.view(first, blocks.len() * self.block_words)?, blocks));
         }
         let block_bytes = 4 * self.block_words;
         views.into_par_iter().for_each_init(Vec::new, |words, (mut view, blocks)| {
@@ -232,39 +216,21 @@ impl GpuMaker {
                 view.slice(number * block_bytes..).slice(..block_bytes).copy_from_slice(cast_slice(words));
             }
         });
-        slot.up.unmap();
         Some(Loaded {
             blocks: blocks.len() as u32,
             bands: bands.len() as u32,
-            own_bytes: 4 * (lines_at + lines.len()) as u64,
-            back_bytes: 4 * back as u64,
+            words: Words { own: lines_at + lines.len(), back },
             carved,
             cells,
         })
     }
 
-    /// The commands that compute what was loaded into a slot, so many times, and then copy it where the CPU can read it, if that is
-    /// asked for.
-    fn commands(&self, slot: &Slot, loaded: &Loaded, times: u32, is_read: bool) -> CommandBuffer {
-        let mut encoder = self.gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(&slot.up, 0, &slot.own, 0, loaded.own_bytes);
-        {
-            let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-            pass.set_bind_group(0, &slot.group, &[]);
-            (0..times).for_each(|_| self.compute(&mut pass, loaded));
-        }
-        if is_read {
-            encoder.copy_buffer_to_buffer(&slot.planes, 0, &slot.back, 0, loaded.back_bytes);
-        }
-        encoder.finish()
-    }
-
     /// Kernel after kernel.
     fn compute(&self, pass: &mut ComputePass<'_>, loaded: &Loaded) {
-        let kernels = &self.gpu.kernels;
+        let kernels = self.gpu.kernels();
         let side = self.gpu.group_side;
         let [columns, rows] = BLOCK.map(|vertices| vertices as u32 / side);
-        pass.set_pipeline(&kernels.fill);
+        pass.set_pipeline(self.gpu.fill());
         pass.dispatch_workgroups(columns, rows, loaded.blocks);
         let mut over = |kernel: &ComputePipeline, vertices: [usize; 2]| {
             if vertices[0] > 0 {
@@ -283,28 +249,23 @@ impl GpuMaker {
     }
 
     /// Hands bands to the GPU.
-    fn submit(&self, jobs: &[Job], bands: Vec<Band>) -> Option<UnderWay> {
+    fn submit(&self, jobs: &[Job], bands: &[Band]) -> Option<UnderWay> {
         let slot = self.slots.take(&self.gpu, [&self.job, &self.same]);
-        let loaded = self.load(jobs, &bands, &slot)?;
-        let index = self.gpu.queue.submit([self.commands(&slot, &loaded, 1, true)]);
-        let (tell, mapped) = mpsc::channel();
-        let told = tell.clone();
-        // Nobody listens any more where something else went wrong.
-        slot.back.map_async(MapMode::Read, ..loaded.back_bytes, move |result| _ = tell.send(result));
-        slot.up.map_async(MapMode::Write, .., move |result| _ = told.send(result));
-        self.gpu.trouble().is_none().then_some(UnderWay { bands, slot, index, mapped })
+        let loaded = self.load(jobs, bands, &slot)?;
+        let submission = slot.submit(&self.gpu, loaded.words, |pass| self.compute(pass, &loaded));
+        self.gpu.trouble().is_none().then_some(submission)
     }
 
-    /// Waits for a submission, and puts its values where they belong: into the first that are left of each plane.
-    fn read(&self, submission: UnderWay, left: &mut [Vec<&mut [u32]>], clock: &Clock) -> Option<()> {
-        let UnderWay { bands, slot, index, mapped } = submission;
-        clock.time(stage::GPU_WAITS, || {
-            self.gpu.device.poll(PollType::Wait { submission_index: Some(index), timeout: None }).ok()?;
-            mapped.into_iter().all(|result| result.is_ok()).then_some(())
-        })?;
+    /// Waits for the submission of some bands, and puts its values where they belong: into the first that are left of each plane.
+    fn read(
+        &self,
+        (bands, submission): (Vec<Band>, UnderWay),
+        left: &mut [Vec<&mut [u32]>],
+        clock: &Clock,
+    ) -> Option<()> {
+        clock.time(stage::GPU_WAITS, || submission.wait(&self.gpu))?;
         clock.time(stage::GPU_READS, || {
-            let words = bands.iter().map(Band::back_words).sum::<usize>();
-            let bytes = slot.back.get_mapped_range(..4 * words as u64).ok()?;
+            let bytes = submission.values()?;
             let mut values: &[u32] = cast_slice(&bytes);
             let mut copies = Vec::with_capacity(bands.len());
             for band in bands {
@@ -326,8 +287,7 @@ impl GpuMaker {
             });
             Some(())
         })?;
-        slot.back.unmap();
-        self.slots.give_back(slot);
+        self.slots.give_back(submission);
         Some(())
     }
 
@@ -339,17 +299,7 @@ impl GpuMaker {
         let [bands] = &submissions[..] else { return None };
         let slot = self.slots.take(&self.gpu, [&self.job, &self.same]);
         let loaded = self.load(&jobs, bands, &slot)?;
-        let spent = |times: u32| {
-            let commands = self.commands(&slot, &loaded, times, false);
-            let start = Instant::now();
-            let submission_index = Some(self.gpu.queue.submit([commands]));
-            self.gpu.device.poll(PollType::Wait { submission_index, timeout: None }).ok()?;
-            Some(start.elapsed())
-        };
-        // What a submission costs is in both.
-        spent(times)?;
-        let once = spent(times)?;
-        Some(spent(2 * times)?.saturating_sub(once) / times)
+        slot.time(&self.gpu, loaded.words.own, times, |pass, times| (0..times).for_each(|_| self.compute(pass, &loaded)))
     }
 }
 

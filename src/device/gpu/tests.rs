@@ -12,7 +12,7 @@ use wgpu::{
 
 use super::*;
 use crate::area::{Area, MAX_COORDINATE, Stride, TileId};
-use crate::clock::Clock;
+use crate::clock::{Clock, stage};
 use crate::device::{Device, LandMaker};
 use crate::hash;
 use crate::preset::Preset;
@@ -48,6 +48,14 @@ fn maker(gpu: Arc<Gpu>, world: &World) -> GpuMaker {
         Relief::Noise(noise) => GpuMaker::new(gpu, Arc::clone(noise), GroundRule::of(world)),
         Relief::Fluvial(_) => panic!("a world of noise"),
     }
+}
+
+/// Nothing was left to the CPU that the GPU can make.
+fn assert_made_there(clock: &Clock) {
+    let stages: Vec<String> = clock.stages().into_iter().map(|(stage, _)| stage).collect();
+    assert!(stages.iter().any(|name| name == stage::GPU_READS), "{stages:?}");
+    let own = [stage::RELIEF, stage::VALLEYS, stage::GULLIES, stage::NORMALS];
+    assert!(!stages.iter().any(|name| own.contains(&name.as_str())), "{stages:?}");
 }
 
 /// Areas of all forms: smaller than a block, across many, at the ends of the world.
@@ -156,8 +164,10 @@ fn tiles_have_the_bits_of_the_cpu() {
         let maker = maker(Arc::clone(&gpu), &world);
         let ids: Vec<TileId> = (-3..3).flat_map(|x| [-1, 40_000_000].map(|y| TileId { x, y })).collect();
         let plan = |id: &TileId| TilePlan::new(&world, *id, &Clock::default());
-        let tiles = maker.tiles(&world, ids.iter().map(plan).collect(), &Clock::default());
+        let clock = Clock::default();
+        let tiles = maker.tiles(&world, ids.iter().map(plan).collect(), &clock);
         assert_eq!(maker.trouble(), None);
+        assert_made_there(&clock);
         for (id, tile) in ids.into_iter().zip(tiles) {
             let reference = Tile::new(&world, id);
             shaped += usize::from(tile.imprint().is_some());
@@ -170,6 +180,34 @@ fn tiles_have_the_bits_of_the_cpu() {
         }
     }
     assert!(shaped > 2, "{shaped} tiles with lines");
+}
+
+#[test]
+fn valleys_and_gullies_have_the_bits_of_the_cpu() {
+    let Some(adapter) = adapter() else { return };
+    let gpu = Arc::new(Gpu::open(&adapter, 8, Arithmetic::Exact).expect("a GPU that can be opened"));
+    // Terraces and levees, rills and patches, barriers and the sea, between them.
+    for (name, seed, stride) in
+        [("alps", 3, 1), ("plains", 5, 1), ("archipelago", 9, 1), ("highlands", 2, 1), ("badlands", 4, 1), ("alps", 3, 2)]
+    {
+        let stride = Stride::new(stride).expect("a power of two");
+        let Ok((_, preset)) = Preset::load(name) else { continue };
+        let world = World::strided(preset, Some(seed), stride).expect("it is sound");
+        let Relief::Fluvial(fluvial) = world.relief() else { panic!("{name} has rivers") };
+        let Some(maker) = FluvialMaker::new(Arc::clone(&gpu), Arc::clone(fluvial)) else { panic!("{name} {stride:?}") };
+        let areas = [Area::new(-33, 70, 65, 65), Area::new(5000, -3001, 90, 40), Area::new(7, 7, 1, 1)];
+        let clock = Clock::default();
+        let lands = maker.lands(&areas, &clock);
+        assert_eq!(maker.trouble(), None);
+        assert_made_there(&clock);
+        for (area, land) in areas.into_iter().zip(lands) {
+            let reference = fluvial.land(area, &Clock::default());
+            let differ = area.vertices().filter(|(x, y)| land.heights.at(*x, *y) != reference.heights.at(*x, *y));
+            let differ: Vec<_> = differ.collect();
+            assert!(differ.is_empty(), "{name}, {area:?}: {} differ, {:?}", differ.len(), differ.first());
+            assert!(land.water == reference.water, "{name}, {area:?}: water");
+        }
+    }
 }
 
 /// Quotients and roots of pairs of numbers, by a GPU.
