@@ -19,6 +19,8 @@ const SLOPES: u32 = 11u;
 const SEGMENTS: u32 = 12u;
 const LISTS: u32 = 13u;
 const STRIPES: u32 = 14u;
+// Whether brooks are not seen: then slopes are followed by the two numbers of rest.rs at each node.
+const HAS_REST: u32 = 20u;
 
 // The planes, in their order: those first that come back.
 const EAST: u32 = 0u;
@@ -84,7 +86,7 @@ fn put_node(plane: u32, node: u32, value: f32) {
 
 // valley_side.rs: a segment in its words.
 
-const SEGMENT_WORDS: u32 = 22u;
+const SEGMENT_WORDS: u32 = 23u;
 const ALONG: u32 = 0u;
 const PER_SQUARE: u32 = 2u;
 const LEVEL: u32 = 3u;
@@ -98,8 +100,10 @@ const BED_CHANGE: u32 = 17u;
 const FLOOR_CHANGE: u32 = 18u;
 const CROSS_CHANGE: u32 = 19u;
 const SEGMENT_REACH: u32 = 20u;
-const CHANNEL: u32 = 21u;
+const POOL: u32 = 21u;
+const CHANNEL: u32 = 22u;
 
+const LEAST_M: f32 = 1e-3;
 const CROSS_FALL: f32 = 0.02;
 const FLOOR_FALL: f32 = 0.001;
 const FAR: f32 = 0.8;
@@ -174,6 +178,22 @@ fn side(segment: u32, begin: vec2<f32>, at: vec2<f32>) -> Side {
     return Side(along(segment + LEVEL, share), rise, cross, floor, bed, off, distance, share);
 }
 
+// rest.rs: metres that the land rises beside a channel where its side alone would rise so many, and so many lie under water.
+
+fn risen_m(slope: f32, height_m: f32, open: f32, risen: f32) -> f32 {
+    let above = mul(max(sub(risen, open), 0.0), sub(1.0, slope));
+    return sub(risen, div(mul(above, above), add(add(above, height_m), LEAST_M)));
+}
+
+// What a side rises at a node whose slopes are given, over a segment's water at a level.
+fn risen(segment: u32, level: f32, slopes: vec3<f32>, rise: f32) -> f32 {
+    let side = mul(slopes.x, rise);
+    if own[HAS_REST] == 0u {
+        return side;
+    }
+    return risen_m(slopes.y, slopes.z, max(sub(own_f32(segment + POOL), level), 0.0), side);
+}
+
 // valley.rs
 
 const PATCH: u32 = 8u;
@@ -182,9 +202,9 @@ const BLOCK_PATCHES: u32 = 4u;
 const NONE: u32 = 0xffffffffu;
 const MOST: f32 = 3.40282347e+38;
 
-// The least and the most of where the nodes of a patch are once warped, and of how steep their hills are.
-var<workgroup> least: array<array<f32, 3>, 64>;
-var<workgroup> most: array<array<f32, 3>, 64>;
+// The least and the most of where the nodes of a patch are once warped, and of how steep their hills are: of the three slopes.
+var<workgroup> least: array<array<f32, 5>, 64>;
+var<workgroup> most: array<array<f32, 5>, 64>;
 // The highest that the lowest side can be.
 var<workgroup> highest: array<f32, 64>;
 // Which of so many segments may be lowest, and these in their order.
@@ -210,7 +230,7 @@ fn begin_of(entry: u32) -> vec2<f32> {
 
 // A little wider than the CPU's: what they leave out changes nothing, so they need not be the same bits. What is left of the reach
 // must be.
-fn measure(entry: u32, middle: vec2<f32>, radius_m: f32, slopes: vec2<f32>) -> Limits {
+fn measure(entry: u32, middle: vec2<f32>, radius_m: f32, gentle: vec3<f32>, steep: vec3<f32>) -> Limits {
     let segment = listed(entry);
     let side = side(segment, begin_of(entry), middle);
     let radius = radius_m * (1.002 + 1.11 * CROSS_FALL) + 0.02;
@@ -219,10 +239,17 @@ fn measure(entry: u32, middle: vec2<f32>, radius_m: f32, slopes: vec2<f32>) -> L
     let across = select(1.0, 1.0 + FAR_STEEPER, reach * FAR < side.distance + radius);
     let cross = own_f32(segment + CROSS);
     let steepest = max(max(cross, cross + own_f32(segment + CROSS + 1u)), 1.0);
-    let steep = slopes.y * (across + own_f32(segment + FLOOR_CHANGE) + turned) * steepest;
-    let slack = (own_f32(segment + BED_CHANGE) + steep) * radius * 1.001 + 0.02;
-    let high = side.level + slopes.y * side.rise + slack;
-    let low = side.level + slopes.x * side.rise - slack;
+    let change = steep.x * (across + own_f32(segment + FLOOR_CHANGE) + turned) * steepest;
+    let slack = (own_f32(segment + BED_CHANGE) + change) * radius * 1.001 + 0.02;
+    var high = steep.x * side.rise + slack;
+    var low = gentle.x * side.rise - slack;
+    if own[HAS_REST] != 0u {
+        let open = max(own_f32(segment + POOL) - side.level, 0.0);
+        high = risen_m(steep.y, steep.z, open, high) + 0.02;
+        low = risen_m(gentle.y, gentle.z, open, low) - 0.02;
+    }
+    high += side.level;
+    low += side.level;
     return Limits(low, high, sub(reach, side.distance));
 }
 
@@ -258,13 +285,18 @@ fn valleys(
         add(mul(f32(from_corner.x), spacing_m), node_f32(EAST, node)),
         add(mul(f32(from_corner.y), spacing_m), node_f32(SOUTH, node)),
     );
-    let slope = own_f32(own[SLOPES] + node);
-    least[thread] = array(at.x, at.y, slope);
+    var slopes = vec3(own_f32(own[SLOPES] + node), 0.0, 0.0);
+    if own[HAS_REST] != 0u {
+        slopes.y = own_f32(own[SLOPES] + nodes() + node);
+        slopes.z = own_f32(own[SLOPES] + 2u * nodes() + node);
+    }
+    let slope = slopes.x;
+    least[thread] = array(at.x, at.y, slopes.x, slopes.y, slopes.z);
     most[thread] = least[thread];
     workgroupBarrier();
     for (var step = THREADS / 2u; step > 0u; step = step >> 1u) {
         if thread < step {
-            for (var part = 0u; part < 3u; part += 1u) {
+            for (var part = 0u; part < 5u; part += 1u) {
                 least[thread][part] = min(least[thread][part], least[thread + step][part]);
                 most[thread][part] = max(most[thread][part], most[thread + step][part]);
             }
@@ -274,11 +306,12 @@ fn valleys(
     let half = vec2(mul(sub(most[0][0], least[0][0]), 0.5), mul(sub(most[0][1], least[0][1]), 0.5));
     let middle = vec2(add(least[0][0], half.x), add(least[0][1], half.y));
     let radius = sqrt(half.x * half.x + half.y * half.y) * 1.0001;
-    let slopes = vec2(least[0][2], most[0][2]);
+    let gentle = vec3(least[0][2], least[0][3], least[0][4]);
+    let steep = vec3(most[0][2], most[0][3], most[0][4]);
     // The highest that the lowest can be.
     var lowest_high = MOST;
     for (var number = thread; number < count; number += THREADS) {
-        let limits = measure(first + 3u * number, middle, radius, slopes);
+        let limits = measure(first + 3u * number, middle, radius, gentle, steep);
         if limits.left >= 0.0 {
             lowest_high = min(lowest_high, limits.high);
         }
@@ -302,7 +335,7 @@ fn valleys(
         let number = start + thread;
         var is_chosen = 0u;
         if number < count {
-            let limits = measure(first + 3u * number, middle, radius, slopes);
+            let limits = measure(first + 3u * number, middle, radius, gentle, steep);
             is_chosen = select(0u, 1u, limits.left >= 0.0 && limits.low <= limit);
         }
         may_be[thread] = is_chosen;
@@ -323,7 +356,7 @@ fn valleys(
             let entry = chosen[index];
             let segment = listed(entry);
             let side = side(segment, begin_of(entry), at);
-            let height = add(side.level, mul(slope, side.rise));
+            let height = add(side.level, risen(segment, side.level, slopes, side.rise));
             let own_channel = own[segment + CHANNEL];
             let lower = height < best;
             let rest = select(height, best, lower);
@@ -350,8 +383,7 @@ fn valleys(
     let over = max(sub(round, gap), 0.0);
     let lowered = div(mul(over, over), mul(max(round, 1e-3), 5.0));
     let steepness = mul(min(div(gap, max(round, 1e-3)), 1.0), owner.floor);
-    let steep = mul(slope, owner.cross);
-    let across = div(mul(steep, owner.floor), max(owner.distance, 1e-3));
+    let across = div(mul(mul(slope, owner.cross), owner.floor), max(owner.distance, 1e-3));
     let rise = vec2(add(mul(owner.off.x, across), owner.bed.x), add(mul(owner.off.y, across), owner.bed.y));
     let steepest = root(add(mul(rise.x, rise.x), mul(rise.y, rise.y)));
     let per_rise = div(1.0, max(steepest, 1e-6));
@@ -421,7 +453,6 @@ fn smooth_planes(@builtin(global_invocation_id) id: vec3<u32>) {
 
 const CREST_DEPTHS: f32 = 4.0;
 const FLOOR_DEPTHS: f32 = 0.5;
-const LEAST_M: f32 = 1e-3;
 
 // How much of a detail so many metres high a place takes.
 fn share(node: u32, detail_m: f32) -> f32 {

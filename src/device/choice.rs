@@ -4,7 +4,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 #[cfg(feature = "gpu")]
-use super::gpu::{Adapter, Arithmetic, Gpu, GpuMaker, adapters};
+use super::gpu::{Adapter, Arithmetic, FluvialMaker, Gpu, GpuMaker, adapters};
 use super::{Cpu, LandMaker};
 use crate::error::{Error, nearest};
 #[cfg(feature = "gpu")]
@@ -68,9 +68,6 @@ impl Device {
 
 #[cfg(feature = "gpu")]
 fn gpu_maker(world: &World, group_side: u32, takes_software: bool) -> Result<Arc<dyn LandMaker>, String> {
-    let Relief::Noise(noise) = world.relief() else {
-        return Err("GPUs make land of noise, not land with rivers".into());
-    };
     let adapters = adapters();
     let is_taken = |adapter: &&Adapter| takes_software || !adapter.is_software();
     let Some(adapter) = adapters.iter().find(is_taken) else {
@@ -80,9 +77,18 @@ fn gpu_maker(world: &World, group_side: u32, takes_software: bool) -> Result<Arc
         });
     };
     let gpu = Arc::new(Gpu::open(adapter, group_side, Arithmetic::Exact)?);
-    let maker = GpuMaker::new(gpu, Arc::clone(noise), GroundRule::of(world));
-    maker.probe()?;
-    Ok(Arc::new(maker))
+    match world.relief() {
+        Relief::Noise(noise) => {
+            let maker = GpuMaker::new(gpu, Arc::clone(noise), GroundRule::of(world));
+            maker.probe()?;
+            Ok(Arc::new(maker))
+        }
+        Relief::Fluvial(fluvial) => {
+            let maker = FluvialMaker::new(gpu, Arc::clone(fluvial));
+            maker.probe()?;
+            Ok(Arc::new(maker))
+        }
+    }
 }
 
 #[cfg(not(feature = "gpu"))]

@@ -272,11 +272,15 @@ impl Fluvial {
     /// The land at all nodes of an area, with the time of each stage booked on `clock`.
     pub fn land(&self, area: Area, clock: &Clock) -> Land {
         let detail = self.detail();
-        let whole = |area: Area| {
+        self.land_by(area, |area| {
             let segments = clock.time(stage::NETWORK, || self.segments(self.around(area, detail), detail));
             self.land_of(&segments, area, detail, clock)
-        };
-        match self.stride / detail.step {
+        })
+    }
+
+    /// The same, given what makes the land of its nodes, or of finer ones whose mean it is.
+    fn land_by(&self, area: Area, whole: impl Fn(Area) -> Land) -> Land {
+        match self.stride / self.detail().step {
             1 => whole(area),
             finer => Means::of(area, finer, self.fields.sea_level_m() as f32, whole),
         }

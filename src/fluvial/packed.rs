@@ -5,6 +5,7 @@
 
 use super::gullies::{Gullies, SMOOTHED};
 use super::point::{GRAINS, Point};
+use super::rest::Rest;
 use super::segment::Segments;
 use super::settings::FluvialSettings;
 use super::valley::{Hillsides, PATCH, Valleys};
@@ -26,9 +27,7 @@ pub(crate) const BLOCK: i64 = valley::BLOCK as i64 * PATCH as i64;
 pub(crate) struct FluvialKernel<'a> {
     fluvial: &'a Fluvial,
     detail: Detail,
-    gullies: &'a Gullies,
-    /// Displacements east and south, and metres that they are multiplied by.
-    pub warp: (&'a [Fractal; 2], f32),
+    gullies: Option<&'a Gullies>,
 }
 
 /// Some land that a kernel is asked for.
@@ -51,41 +50,57 @@ pub(crate) struct FluvialPlanes {
     pub segment: Vec<u32>,
 }
 
+impl FluvialJob {
+    /// Whether brooks are not seen, but what they make of the land in the mean.
+    pub fn has_rest(&self) -> bool {
+        self.hillsides.rest.is_some()
+    }
+}
+
 impl Fluvial {
-    /// What a kernel computes of this land; `None` where the nodes are too far apart for that.
-    pub(crate) fn kernel(&self) -> Option<FluvialKernel<'_>> {
+    /// What a kernel computes of this land.
+    pub(crate) fn kernel(&self) -> FluvialKernel<'_> {
         let detail = self.detail();
-        let shows_all = detail.step == self.stride && detail.channels.levels == self.fields.levels();
-        let gullies = self.gullies(detail).filter(|_| shows_all)?;
-        Some(FluvialKernel { fluvial: self, detail, gullies, warp: self.warp.fractals(detail.step)? })
+        FluvialKernel { fluvial: self, detail, gullies: self.gullies(detail) }
     }
 }
 
 impl FluvialKernel<'_> {
-    /// The stripes of each octave of gullies, and the noise of those that are patchy.
-    pub fn octaves(&self) -> impl Iterator<Item = (&Stripes, Option<&Fractal>)> {
-        self.gullies.octaves()
+    /// Displacements east and south, and metres that they are multiplied by; `None` where there are none.
+    pub fn warp(&self) -> Option<(&[Fractal; 2], f32)> {
+        self.fluvial.warp.fractals(self.detail.step)
     }
 
-    /// The noise of the ground.
-    pub fn roughness(&self) -> &Fractal {
-        self.gullies.roughness()
+    /// The stripes of each octave of gullies, and the noise of those that are patchy.
+    pub fn octaves(&self) -> impl Iterator<Item = (&Stripes, Option<&Fractal>)> {
+        self.gullies.into_iter().flat_map(Gullies::octaves)
+    }
+
+    /// The noise of the ground; `None` where there are no gullies.
+    pub fn roughness(&self) -> Option<&Fractal> {
+        self.gullies.map(Gullies::roughness)
     }
 
     /// Adds the numbers that are the same for all nodes.
     pub fn pack(&self, words: &mut Vec<u32>) {
         let Fluvial { fields, .. } = self.fluvial;
         let FluvialSettings { crest_m, .. } = fields.settings();
-        let read_m = self.fluvial.crest_read_m(Some(self.gullies));
+        let read_m = self.fluvial.crest_read_m(self.gullies);
         put(words, [valley::spacing_m(fields, self.detail.step), *crest_m as f32, read_m]);
         valley_side::pack_floor(valley::floor(fields), words);
         Stripes::pack_wave(words);
-        self.gullies.pack(words);
+        if let Some(gullies) = self.gullies {
+            gullies.pack(words);
+        }
+    }
+
+    /// The land of an area, given what makes that of its nodes, or of finer ones whose mean it is.
+    pub fn land_by(&self, area: Area, whole: impl Fn(Area) -> Land) -> Land {
+        self.fluvial.land_by(area, whole)
     }
 
     /// What is known of an area before any node is, with the time of each stage booked on `clock`.
     pub fn job(&self, area: Area, clock: &Clock) -> FluvialJob {
-        let Fluvial { .. } = self.fluvial;
         let (fluvial, detail) = (self.fluvial, self.detail);
         let nodes = fluvial.around(area, detail);
         let segments = clock.time(stage::NETWORK, || fluvial.segments(nodes, detail));
@@ -93,13 +108,16 @@ impl FluvialKernel<'_> {
         FluvialJob { area, segments, nodes, part, hillsides: fluvial.hillsides(nodes, detail) }
     }
 
-    /// Adds the words of a job: how steep the hills are at each node; then of each segment its [`Columns`]; then for each block of
-    /// patches of the part how many segments may come to it, and of each its number and where it begins in metres from the block's
-    /// corner. Returns where segments and blocks begin, from `words` on.
+    /// Adds the words of a job: how steep the hills are at each node, and where brooks are not seen the two numbers of [`Rest`]; then
+    /// of each segment its [`Columns`]; then for each block of patches of the part how many segments may come to it, and of each its
+    /// number and where it begins in metres from the block's corner. Returns where segments and blocks begin, from `words` on.
     pub fn pack_job(&self, job: &FluvialJob, words: &mut Vec<u32>) -> [usize; 2] {
         let Fluvial { fields, warp, .. } = self.fluvial;
         let (step, metres, begin) = (self.detail.step, fields.metres_a_grain(), words.len());
         put(words, job.hillsides.slope.iter().copied());
+        if let Some(Rest { slope, height_m }) = &job.hillsides.rest {
+            put(words, slope.iter().chain(height_m).copied());
+        }
         let segments_at = words.len() - begin;
         let mut columns = Columns::default();
         for (number, segment) in job.segments.all.iter().enumerate() {
@@ -132,11 +150,16 @@ impl FluvialKernel<'_> {
         [segments_at, blocks_at]
     }
 
+    /// The land of a job, all of it made here.
+    pub fn land_of_cpu(&self, job: &FluvialJob, clock: &Clock) -> Land {
+        self.fluvial.land_of(&job.segments, job.area, self.detail, clock)
+    }
+
     /// The land of a job, given what a kernel has made of it, with the time of each stage booked on `clock`.
     pub fn land(&self, job: FluvialJob, planes: FluvialPlanes, clock: &Clock) -> Land {
         let FluvialPlanes { metres, height_m, crest_m, distance_m, share, segment } = planes;
         let nodes = Displaced { area: job.nodes, step: self.detail.step, metres };
-        // Nothing asks for the others once there are gullies.
+        // Nothing else is asked for but by gullies.
         let valleys = Valleys { height_m, crest_m, distance_m, share, segment, ..Valleys::default() };
         let carved = Carved { nodes, hillsides: job.hillsides, valleys };
         self.fluvial.fill_in(&job.segments, job.area, self.detail, carved, clock)

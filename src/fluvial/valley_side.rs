@@ -163,7 +163,7 @@ impl Columns {
         put(words, [self.per_square[index]]);
         let pairs = [&self.level, &self.cross, &self.trough, &self.lean, &self.river, &self.flood_plain, &self.riser];
         put(words, pairs.into_iter().flat_map(pair));
-        let changes = [&self.bed_change, &self.floor_change, &self.cross_change, &self.reach];
+        let changes = [&self.bed_change, &self.floor_change, &self.cross_change, &self.reach, &self.pool];
         put(words, changes.map(|column| column[index]));
         words.push(self.channel[index]);
     }

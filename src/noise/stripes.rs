@@ -448,8 +448,8 @@ fn store_part<S: Simd>(simd: S, value: S::F32, to: &mut [f32], lanes: &Range<usi
 #[cfg(feature = "gpu")]
 mod packed {
     use super::{
-        BLOCK_COLUMNS, BLOCK_ROWS, CELL_REACH, CELL_WAVES, COSINE, COSINE_0, Kernel, Pivots, REACH, SINE, SINE_0, SINE_1,
-        STRIDE, Simd, Stripes, simd,
+        BLOCK_COLUMNS, BLOCK_ROWS, CELL_REACH, CELL_WAVES, COSINE, COSINE_0, Kernel, Pivots, REACH, SINE, SINE_0,
+        SINE_1, STRIDE, Simd, Stripes, simd,
     };
     use crate::noise::packed::put;
 

@@ -48,10 +48,10 @@ pub(super) struct Share {
 }
 
 impl NoiseRelief {
-    /// A fractal alone, so many times as high, as if it were heights.
+    /// A fractal alone, or zero, so many times as high, as if it were heights.
     #[cfg(feature = "gpu")]
-    pub(crate) fn of_fractal(fractal: &Fractal, height_m: f32) -> NoiseRelief {
-        let fractal = StridedFractal::of(fractal.clone());
+    pub(crate) fn of_fractal(fractal: Option<&Fractal>, height_m: f32) -> NoiseRelief {
+        let fractal = StridedFractal::of(fractal.cloned());
         let range_m = fractal.bounds();
         let term = Term { fractal, curve: None, height_m, base_m: 0.0, mask: None };
         NoiseRelief { warp: None, terms: vec![term], land: None, range_m }

@@ -7,8 +7,8 @@ use pollster::block_on;
 use wgpu::{
     BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry, BindingType, BufferBindingType, ComputePipeline,
     ComputePipelineDescriptor, Device, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, Limits,
-    PipelineCompilationOptions, PipelineLayout, PipelineLayoutDescriptor, Queue, ShaderModule, ShaderModuleDescriptor, ShaderSource,
-    ShaderStages,
+    PipelineCompilationOptions, PipelineLayout, PipelineLayoutDescriptor, Queue, ShaderModule, ShaderModuleDescriptor,
+    ShaderSource, ShaderStages,
 };
 
 use crate::fluvial::packed::{MOST_OCTAVES, SMOOTHED_APART as SMOOTHED};

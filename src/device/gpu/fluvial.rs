@@ -13,8 +13,8 @@ use super::slot::{Slots, UnderWay, Words};
 use crate::area::Area;
 use crate::clock::{Clock, stage};
 use crate::device::LandMaker;
-use crate::fluvial::packed::{self, FluvialJob, FluvialKernel, FluvialPlanes, MOST_OCTAVES};
 use crate::fluvial::Fluvial;
+use crate::fluvial::packed::{self, FluvialJob, FluvialKernel, FluvialPlanes, MOST_OCTAVES};
 use crate::land::Land;
 use crate::noise::packed::BLOCK;
 use crate::noise::{Fractal, Stripes};
@@ -66,22 +66,26 @@ struct Loaded {
 }
 
 impl FluvialMaker {
-    /// A maker of fluvial land; `None` where its nodes are too far apart for the kernels.
-    pub fn new(gpu: Arc<Gpu>, fluvial: Arc<Fluvial>) -> Option<FluvialMaker> {
-        let kernel = fluvial.kernel()?;
+    /// A maker of fluvial land.
+    pub fn new(gpu: Arc<Gpu>, fluvial: Arc<Fluvial>) -> FluvialMaker {
+        let kernel = fluvial.kernel();
         let mut reliefs = PackedRelief::default();
         let mut block_words = 0;
-        let mut noise = |fractal: &Fractal, height_m: f32, plane: usize| {
+        let mut noise = |fractal: Option<&Fractal>, height_m: f32, plane: usize| {
             let noise = NoiseRelief::of_fractal(fractal, height_m);
             let begins = noise.pack(&mut reliefs);
             block_words = block_words.max(reliefs.block_words);
             (noise, plane, begins)
         };
-        let ([east, south], distance_m) = kernel.warp;
-        let mut noises = vec![noise(east, distance_m, EAST), noise(south, distance_m, SOUTH)];
-        noises.push(noise(kernel.roughness(), 1.0, ROUGH));
+        // From afar nothing is displaced.
+        let (warp, distance_m) =
+            kernel.warp().map_or(([None, None], 0.0), |(axes, distance_m)| (axes.each_ref().map(Some), distance_m));
+        let mut noises: Vec<_> =
+            warp.into_iter().zip([EAST, SOUTH]).map(|(axis, plane)| noise(axis, distance_m, plane)).collect();
+        noises.extend(kernel.roughness().map(|roughness| noise(Some(roughness), 1.0, ROUGH)));
         // All octaves that are patchy are by the same noise.
-        noises.extend(kernel.octaves().find_map(|(_, patches)| patches).map(|patches| noise(patches, 1.0, PATCHES)));
+        let patches = kernel.octaves().find_map(|(_, patches)| patches);
+        noises.extend(patches.map(|patches| noise(Some(patches), 1.0, PATCHES)));
         let rule = reliefs.words.len();
         kernel.pack(&mut reliefs.words);
         let initial = |words: &[u32], usage: BufferUsages| {
@@ -91,17 +95,13 @@ impl FluvialMaker {
         let same = initial(&reliefs.words, BufferUsages::STORAGE);
         let job = initial(&[0, block_words as u32, rule as u32], BufferUsages::UNIFORM);
         let slots = Slots::new(&gpu, SUBMISSION_BYTES);
-        Some(FluvialMaker { gpu, fluvial, noises, block_words, same, job, slots })
-    }
-
-    fn kernel(&self) -> FluvialKernel<'_> {
-        self.fluvial.kernel().expect("the maker has looked")
+        FluvialMaker { gpu, fluvial, noises, block_words, same, job, slots }
     }
 
     /// The words of a job: a table, blocks of noise, blocks of stripes, and what the job has for itself. `None` where there are more
     /// than a submission takes.
     fn words(&self, job: &FluvialJob) -> Option<(Vec<u32>, Loaded)> {
-        let (kernel, nodes) = (self.kernel(), job.nodes);
+        let (kernel, nodes) = (self.fluvial.kernel(), job.nodes);
         if BACK.max(LEFT) * nodes.len() > self.slots.words {
             return None;
         }
@@ -130,10 +130,7 @@ impl FluvialMaker {
         let part = job.part;
         let in_block = [nodes.x0, nodes.y0].map(|at| at.rem_euclid(packed::BLOCK) as usize);
         let blocks = packed::blocks(part);
-        let from = [
-            blocks.x0 - nodes.x0.div_euclid(packed::BLOCK),
-            blocks.y0 - nodes.y0.div_euclid(packed::BLOCK),
-        ];
+        let from = [blocks.x0 - nodes.x0.div_euclid(packed::BLOCK), blocks.y0 - nodes.y0.div_euclid(packed::BLOCK)];
         let corners = [part.x0 - nodes.x0, part.y0 - nodes.y0, part.x1 - nodes.x0, part.y1 - nodes.y0];
         let numbers = [nodes.width(), nodes.height()]
             .into_iter()
@@ -141,7 +138,8 @@ impl FluvialMaker {
             .chain(in_block)
             .chain(from.map(|at| at as usize))
             .chain([blocks.width(), own, own + segments_at, own + lists_at])
-            .chain(stripes_at);
+            .chain(stripes_at)
+            .chain([usize::from(job.has_rest())]);
         for (word, number) in words.iter_mut().zip(numbers) {
             *word = number as u32;
         }
@@ -164,11 +162,15 @@ impl FluvialMaker {
         pass.dispatch_workgroups(columns, rows, loaded.noise_blocks);
         pass.set_pipeline(&kernels.valleys);
         pass.dispatch_workgroups(width / PATCH, height / PATCH, 1);
+        if self.fluvial.kernel().roughness().is_none() {
+            // No gullies.
+            return;
+        }
         for kernel in [&kernels.fall_line].into_iter().chain(&kernels.smooth) {
             pass.set_pipeline(kernel);
             pass.dispatch_workgroups(across, down, 1);
         }
-        for (octave, _) in kernels.octaves.iter().zip(self.kernel().octaves()) {
+        for (octave, _) in kernels.octaves.iter().zip(self.fluvial.kernel().octaves()) {
             pass.set_pipeline(octave);
             pass.dispatch_workgroups(columns, rows, loaded.stripe_blocks);
         }
@@ -200,22 +202,24 @@ impl FluvialMaker {
         Some(planes)
     }
 
-    /// The land of an area.
-    fn land(&self, area: Area, clock: &Clock) -> Land {
-        if area.is_empty() || self.gpu.trouble().is_some() {
-            return self.fluvial.land(area, clock);
-        }
-        let kernel = self.kernel();
+    /// The land at the nodes of an area, each by itself.
+    fn land(&self, kernel: &FluvialKernel<'_>, area: Area, clock: &Clock) -> Land {
         let job = kernel.job(area, clock);
-        let Some(submission) = clock.time(stage::GPU_LOADS, || self.submit(&job)) else {
-            return self.fluvial.land(area, clock);
+        let submission = match self.gpu.trouble() {
+            None => clock.time(stage::GPU_LOADS, || self.submit(&job)),
+            Some(_) => None,
         };
-        let planes = self.read(&job, submission, clock).filter(|_| self.gpu.trouble().is_none());
-        let Some(planes) = planes else {
-            self.gpu.give_up("gave nothing back");
-            return self.fluvial.land(area, clock);
-        };
-        kernel.land(job, planes, clock)
+        let planes = submission.map(|submission| {
+            let planes = self.read(&job, submission, clock).filter(|_| self.gpu.trouble().is_none());
+            if planes.is_none() {
+                self.gpu.give_up("gave nothing back");
+            }
+            planes
+        });
+        match planes.flatten() {
+            Some(planes) => kernel.land(job, planes, clock),
+            None => kernel.land_of_cpu(&job, clock),
+        }
     }
 }
 
@@ -229,7 +233,9 @@ impl LandMaker for FluvialMaker {
     }
 
     fn lands(&self, areas: &[Area], clock: &Clock) -> Vec<Land> {
-        areas.par_iter().map(|area| self.land(*area, clock)).collect()
+        let kernel = self.fluvial.kernel();
+        let land = |area: &Area| kernel.land_by(*area, |area| self.land(&kernel, area, clock));
+        areas.par_iter().map(land).collect()
     }
 
     fn trouble(&self) -> Option<String> {

@@ -82,7 +82,7 @@ impl GpuMaker {
         let mut block_words = packed.block_words;
         let ragged = rule.ragged();
         let rough = ragged.and_then(|(noise, _)| noise).map(|noise| {
-            let noise = NoiseRelief::of_fractal(noise, 1.0);
+            let noise = NoiseRelief::of_fractal(Some(noise), 1.0);
             let begins = noise.pack(&mut packed);
             block_words = block_words.max(packed.block_words);
             (begins, noise)
@@ -299,7 +299,9 @@ impl GpuMaker {
         let [bands] = &submissions[..] else { return None };
         let slot = self.slots.take(&self.gpu, [&self.job, &self.same]);
         let loaded = self.load(&jobs, bands, &slot)?;
-        slot.time(&self.gpu, loaded.words.own, times, |pass, times| (0..times).for_each(|_| self.compute(pass, &loaded)))
+        slot.time(&self.gpu, loaded.words.own, times, |pass, times| {
+            (0..times).for_each(|_| self.compute(pass, &loaded))
+        })
     }
 }
 

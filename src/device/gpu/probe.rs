@@ -5,10 +5,12 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::adapter::{Adapter, Arithmetic, Gpu};
+use super::fluvial::FluvialMaker;
 use super::job::Job;
 use super::maker::GpuMaker;
 use crate::area::{Area, MAX_COORDINATE, Stride, TileId};
 use crate::clock::Clock;
+use crate::device::LandMaker;
 use crate::grid::Grid;
 use crate::land::Land;
 use crate::lines::{self, Bed, Imprint, Line, LineEnd, LineId, LineKind, LinePoint};
@@ -129,6 +131,7 @@ impl GpuMaker {
     }
 
     fn compare(&self, tiles: &[Compared]) -> Result<(), String> {
+        let gpu = self.gpu.name.as_str();
         let jobs: Vec<Job> = tiles.iter().map(Compared::job).collect();
         let nothing = || self.gpu.trouble().unwrap_or_else(|| format!("{}: does not take tiles", self.gpu.name));
         for (tile, made) in tiles.iter().zip(self.make(&jobs, &Clock::default()).ok_or_else(nothing)?) {
@@ -140,45 +143,64 @@ impl GpuMaker {
             let land = Land { heights, water: None };
             let surface = Surface::new(&self.rule, &land, imprint, tile.cells, &Clock::default());
             let (made_m, made) = made.into_parts(&tile.lines);
-            self.equal("height", &made_m, &land.heights, f32::to_bits)?;
+            equal((gpu, "height"), &made_m, &land.heights, f32::to_bits)?;
             let axes = ["east", "up", "south"].into_iter().zip(made.normals.axes()).zip(surface.normals.axes());
             for ((name, made), reference) in axes {
-                self.equal(&format!("normal ({name})"), made, reference, f32::to_bits)?;
+                equal((gpu, &format!("normal ({name})")), made, reference, f32::to_bits)?;
             }
-            self.equal("slope", made.normals.slope(), surface.normals.slope(), f32::to_bits)?;
-            self.equal("ground", made.blend.ground(), surface.blend.ground(), |word| word)?;
-            self.equal("cover", made.blend.cover(), surface.blend.cover(), |word| word)?;
+            equal((gpu, "slope"), made.normals.slope(), surface.normals.slope(), f32::to_bits)?;
+            equal((gpu, "ground"), made.blend.ground(), surface.blend.ground(), |word| word)?;
+            equal((gpu, "cover"), made.blend.cover(), surface.blend.cover(), |word| word)?;
             if let (Some(made), Some(reference)) = (&made.imprint, &surface.imprint) {
                 if let (Some(made), Some(reference)) = (made.sand(), reference.sand()) {
-                    self.equal("sand", made, reference, f32::to_bits)?;
+                    equal((gpu, "sand"), made, reference, f32::to_bits)?;
                 }
                 for (made, reference) in made.dirt().zip(reference.dirt()) {
-                    self.equal("dirt", made, reference, f32::to_bits)?;
+                    equal((gpu, "dirt"), made, reference, f32::to_bits)?;
                 }
                 if let (Some(made), Some(reference)) = (made.dug(), reference.dug()) {
-                    self.equal("cut", &made.cut_m, &reference.cut_m, f32::to_bits)?;
-                    self.equal("water", &made.water, &reference.water, f32::to_bits)?;
+                    equal((gpu, "cut"), &made.cut_m, &reference.cut_m, f32::to_bits)?;
+                    equal((gpu, "water"), &made.water, &reference.water, f32::to_bits)?;
                 }
             }
         }
         Ok(())
     }
+}
 
-    /// Compares two planes.
-    fn equal<T: Copy + std::fmt::Display>(
-        &self,
-        what: &str,
-        made: &Grid<T>,
-        reference: &Grid<T>,
-        bits: fn(T) -> u32,
-    ) -> Result<(), String> {
-        let pairs = made.area().vertices().zip(made.values().iter().zip(reference.values()));
-        for ((x, y), (made, reference)) in pairs {
-            if bits(*made) != bits(*reference) {
-                let name = &self.gpu.name;
-                return Err(format!("{name}: the {what} at {x}, {y} is {made} there, and {reference} on the CPU"));
+impl FluvialMaker {
+    /// Compares the land at two places with the CPU's. All that takes more bits where it is far is the CPU's anyway.
+    ///
+    /// # Errors
+    /// A sentence that says what differs first.
+    pub fn probe(&self) -> Result<(), String> {
+        let gpu = self.gpu.name.as_str();
+        let places = [Area::new(-31, 17, 90, 60), Area::new(700, -450, 40, 70)];
+        for (area, made) in places.into_iter().zip(self.lands(&places, &Clock::default())) {
+            self.trouble().map_or(Ok(()), Err)?;
+            let reference = self.fluvial.land(area, &Clock::default());
+            equal((gpu, "height"), &made.heights, &reference.heights, f32::to_bits)?;
+            if let Some((made, reference)) = made.water.zip(reference.water) {
+                equal((gpu, "depth"), &made.depth_m, &reference.depth_m, f32::to_bits)?;
+                equal((gpu, "flow"), &made.flow_m3s, &reference.flow_m3s, f32::to_bits)?;
             }
         }
         Ok(())
     }
+}
+
+/// Compares what a GPU has made of something with what the CPU has.
+fn equal<T: Copy + std::fmt::Display>(
+    (gpu, what): (&str, &str),
+    made: &Grid<T>,
+    reference: &Grid<T>,
+    bits: fn(T) -> u32,
+) -> Result<(), String> {
+    let pairs = made.area().vertices().zip(made.values().iter().zip(reference.values()));
+    for ((x, y), (made, reference)) in pairs {
+        if bits(*made) != bits(*reference) {
+            return Err(format!("{gpu}: the {what} at {x}, {y} is {made} there, and {reference} on the CPU"));
+        }
+    }
+    Ok(())
 }
