@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use crate::area::{Place, Region, Stride};
-use crate::device::LandMaker;
+use crate::device::{DeviceProfile, LandMaker};
 use crate::error::Error;
 pub use crate::file::{FileRecord, MeshRecord};
 use crate::stop;
@@ -163,6 +163,13 @@ impl Batch {
             let plans: Vec<TilePlan> =
                 missing.par_iter().map(|(_, place)| TilePlan::new(world, region.tile(*place), clock)).collect();
             let tiles = maker.tiles(world, plans, clock);
+            if let (DeviceProfile::GpuApproximate, Some(message)) = (maker.profile(), maker.trouble()) {
+                // What the CPU has made in its place are other bytes.
+                return Err(Error::Device {
+                    message,
+                    hint: "--resume goes on with the bake where the GPU is there".into(),
+                });
+            }
             let made = start.elapsed().div_f64(missing.len().max(1) as f64);
             let finished = missing.par_iter().zip(tiles).map(|(&(_, place), tile)| finish(place, tile, made));
             for ((at, _), made) in missing.iter().zip(finished.collect::<Result<Vec<_>, Error>>()?) {

@@ -26,6 +26,21 @@ pub enum Device {
     Gpu,
 }
 
+/// How a GPU is used, where one is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GpuOptions {
+    /// Threads to a side of its groups: 8, 16 or 32.
+    pub group_side: u32,
+    /// Whether it computes as fast as it can, and only nearly as the CPU does: land of noise, and tiles of that.
+    pub is_approximate: bool,
+}
+
+impl Default for GpuOptions {
+    fn default() -> GpuOptions {
+        GpuOptions { group_side: 8, is_approximate: false }
+    }
+}
+
 impl Device {
     /// All of them.
     pub const ALL: [Device; 3] = [Device::Auto, Device::Cpu, Device::Gpu];
@@ -45,20 +60,19 @@ impl Device {
         format!("cpu, {level}")
     }
 
-    /// What makes the land and the tiles of a world on this device, in groups of `group_side` by `group_side` threads where it is a GPU; and for
-    /// [`Auto`](Device::Auto), why that is not a GPU.
+    /// What makes the land and the tiles of a world on this device; and for [`Auto`](Device::Auto), why that is not a GPU.
     ///
     /// # Errors
     /// When a GPU is asked for, and none is there or can be used.
-    pub fn maker(self, world: &World, group_side: u32) -> Result<(Arc<dyn LandMaker>, Option<String>), Error> {
+    pub fn maker(self, world: &World, options: GpuOptions) -> Result<(Arc<dyn LandMaker>, Option<String>), Error> {
         let cpu = Cpu::maker(world.relief());
         match self {
             Device::Cpu => Ok((cpu, None)),
-            Device::Auto => Ok(match gpu_maker(world, group_side, false) {
+            Device::Auto => Ok(match gpu_maker(world, options, false) {
                 Ok(maker) => (maker, None),
                 Err(reason) => (cpu, Some(format!("the CPU makes the land: {reason}"))),
             }),
-            Device::Gpu => match gpu_maker(world, group_side, true) {
+            Device::Gpu => match gpu_maker(world, options, true) {
                 Ok(maker) => Ok((maker, None)),
                 Err(message) => Err(Error::Device { message, hint: "--device auto takes the CPU then".into() }),
             },
@@ -67,7 +81,7 @@ impl Device {
 }
 
 #[cfg(feature = "gpu")]
-fn gpu_maker(world: &World, group_side: u32, takes_software: bool) -> Result<Arc<dyn LandMaker>, String> {
+fn gpu_maker(world: &World, options: GpuOptions, takes_software: bool) -> Result<Arc<dyn LandMaker>, String> {
     let adapters = adapters();
     let is_taken = |adapter: &&Adapter| takes_software || !adapter.is_software();
     let Some(adapter) = adapters.iter().find(is_taken) else {
@@ -76,13 +90,16 @@ fn gpu_maker(world: &World, group_side: u32, takes_software: bool) -> Result<Arc
             None => "no GPU is there, or no driver of it can be reached".into(),
         });
     };
-    let gpu = Arc::new(Gpu::open(adapter, group_side, Arithmetic::Exact)?);
+    let GpuOptions { group_side, is_approximate } = options;
+    let arithmetic = if is_approximate { Arithmetic::Approximate } else { Arithmetic::Exact };
+    let gpu = Arc::new(Gpu::open(adapter, group_side, arithmetic)?);
     match world.relief() {
         Relief::Noise(noise) => {
             let maker = GpuMaker::new(gpu, Arc::clone(noise), GroundRule::of(world));
             maker.probe()?;
             Ok(Arc::new(maker))
         }
+        Relief::Fluvial(_) if is_approximate => Err("GPUs make land with rivers exactly or not at all".into()),
         Relief::Fluvial(fluvial) => {
             let maker = FluvialMaker::new(gpu, Arc::clone(fluvial));
             maker.probe()?;
@@ -92,7 +109,7 @@ fn gpu_maker(world: &World, group_side: u32, takes_software: bool) -> Result<Arc
 }
 
 #[cfg(not(feature = "gpu"))]
-fn gpu_maker(_: &World, _: u32, _: bool) -> Result<Arc<dyn LandMaker>, String> {
+fn gpu_maker(_: &World, _: GpuOptions, _: bool) -> Result<Arc<dyn LandMaker>, String> {
     Err("this terrane was built without GPUs (feature gpu)".into())
 }
 

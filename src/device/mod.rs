@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-pub use choice::Device;
+pub use choice::{Device, GpuOptions};
 pub use profile::DeviceProfile;
 
 use crate::area::Area;
@@ -33,6 +33,11 @@ use crate::world::World;
 pub trait LandMaker: Debug + Send + Sync {
     /// What it computes on, in a few words.
     fn name(&self) -> String;
+
+    /// Whose arithmetic its bytes have.
+    fn profile(&self) -> DeviceProfile {
+        DeviceProfile::Cpu
+    }
 
     /// For how many tiles it would rather be asked at once.
     fn together(&self) -> usize;

@@ -38,7 +38,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::clock::Clock;
-use crate::device::{Device, LandMaker};
+use crate::device::{Device, GpuOptions, LandMaker};
 use crate::error::Error;
 use crate::preset::{Preset, TILE_CELLS};
 use crate::walker::{Walker, WalkerOptions};
@@ -150,7 +150,7 @@ impl Engine {
             Engine::Cpu => (Device::Cpu, 0),
             Engine::Gpu { group_side } => (Device::Gpu, group_side),
         };
-        device.maker(world, group_side).map(|(maker, _)| maker)
+        device.maker(world, GpuOptions { group_side, ..GpuOptions::default() }).map(|(maker, _)| maker)
     }
 }
 

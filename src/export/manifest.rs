@@ -200,7 +200,7 @@ impl Manifest {
             format_version: FORMAT_VERSION,
             generator: generator::NAME.to_owned(),
             layers: generator::layers(),
-            device: DeviceProfile::Cpu,
+            device: plan.maker().profile(),
             preset_name: preset_name.to_owned(),
             preset: world.preset().clone(),
             seed: world.seed(),
@@ -272,6 +272,21 @@ impl Manifest {
             ),
             hint: "its tiles may be others here: use that version, or bake it again".into(),
         })
+    }
+
+    /// Whether the CPU makes the same tiles.
+    ///
+    /// # Errors
+    /// When they were made with the approximate arithmetic of a GPU.
+    pub(crate) fn check_device(&self) -> Result<(), Error> {
+        match self.device {
+            DeviceProfile::Cpu => Ok(()),
+            DeviceProfile::GpuApproximate => Err(Error::Option {
+                message: "the tiles of this bake have the approximate arithmetic of a GPU, so none can be made again"
+                    .into(),
+                hint: "bake it again, without --gpu-approximate where bytes matter".into(),
+            }),
+        }
     }
 
     /// What was asked for otherwise in another manifest than in this one: `key: this one's, that one's`, of those keys at the top

@@ -125,3 +125,32 @@ fn settings(text: &str) -> Vec<String> {
         [format!("--set=fluvial.levels={}", fluvial.levels), format!("--set=fluvial.trunk_m={}", fluvial.trunk_m)];
     levels.into_iter().chain(lake).collect()
 }
+
+#[test]
+fn approximate_bakes_say_so_and_are_not_mixed_with_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
+        command.args(arguments).current_dir(folder.path()).output().unwrap()
+    };
+    let bake = ["bake", "hills", "--size", "1x1", "--export", "height", "--quiet", "--out", "o", "--gpu-approximate"];
+    let refused = run(&bake);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("add --device gpu"));
+    if !Backend::available().contains(&Backend::Gpu) {
+        return;
+    }
+    let on_gpu = |more: &[&str]| run(&[&bake[..], &["--device", "gpu"], more].concat());
+    assert!(on_gpu(&[]).status.success());
+    let manifest = fs::read_to_string(folder.path().join("o/bake.json")).unwrap();
+    assert!(manifest.contains("\"device\": \"gpu-approximate\""), "{manifest}");
+    assert!(run(&["verify", "o"]).status.success());
+    // Exact tiles come neither to approximate ones nor in their place.
+    fs::write(folder.path().join("o/height/height.png"), "damaged").unwrap();
+    for arguments in [&["repair", "o"][..], &["extend", "o", "--size", "2x1"]] {
+        let refused = run(arguments);
+        assert_eq!(refused.status.code(), Some(2), "{arguments:?}");
+        let said = String::from_utf8_lossy(&refused.stderr);
+        assert!(said.contains("approximate"), "{arguments:?}: {said}");
+    }
+}

@@ -113,7 +113,7 @@ pub struct Gpu {
     pub(super) queue: Queue,
     pub(super) layout: BindGroupLayout,
     pipeline_layout: PipelineLayout,
-    arithmetic: Arithmetic,
+    pub(super) arithmetic: Arithmetic,
     kernels: OnceLock<Kernels>,
     fluvial_kernels: OnceLock<FluvialKernels>,
     fill: ComputePipeline,

@@ -8,12 +8,12 @@ use rayon::prelude::*;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{Buffer, BufferUsages, ComputePass, ComputePipeline};
 
-use super::adapter::Gpu;
+use super::adapter::{Arithmetic, Gpu};
 use super::job::{BAND_WORDS, BANDS, Band, IMPRINT_PLANES, Job, LooksAround, SURFACE_PLANES, submissions};
 use super::slot::{Slot, Slots, UnderWay, Words};
 use crate::area::Area;
 use crate::clock::{Clock, stage};
-use crate::device::LandMaker;
+use crate::device::{DeviceProfile, LandMaker};
 use crate::grid::Grid;
 use crate::land::Land;
 use crate::lines::{Imprint, Line, packed};
@@ -335,6 +335,13 @@ const WORDS: usize = 2;
 impl LandMaker for GpuMaker {
     fn name(&self) -> String {
         format!("gpu, {}", self.gpu.name)
+    }
+
+    fn profile(&self) -> DeviceProfile {
+        match self.gpu.arithmetic {
+            Arithmetic::Exact => DeviceProfile::Cpu,
+            Arithmetic::Approximate => DeviceProfile::GpuApproximate,
+        }
     }
 
     fn together(&self) -> usize {

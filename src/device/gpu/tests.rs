@@ -13,7 +13,7 @@ use wgpu::{
 use super::*;
 use crate::area::{Area, MAX_COORDINATE, Stride, TileId};
 use crate::clock::{Clock, stage};
-use crate::device::LandMaker;
+use crate::device::{DeviceProfile, LandMaker};
 use crate::hash;
 use crate::preset::Preset;
 use crate::relief::Relief;
@@ -135,6 +135,17 @@ fn a_gpu_that_cannot_be_used_says_why() {
 fn a_gpu_that_gives_the_bits_of_the_cpu_is_used() {
     let Some(adapter) = adapter() else { return };
     assert_eq!(probe(&adapter), Ok(()));
+}
+
+#[test]
+fn approximate_tiles_are_as_near_as_users_are_told() {
+    let Some(adapter) = adapter() else { return };
+    let gpu = Arc::new(Gpu::open(&adapter, 8, Arithmetic::Approximate).expect("a GPU that can be opened"));
+    for world in worlds().into_iter().filter(|world| world.stride() == Stride::ONE).chain(tiled()) {
+        let maker = maker(Arc::clone(&gpu), &world);
+        assert_eq!(maker.probe(), Ok(()));
+        assert_eq!(maker.profile(), DeviceProfile::GpuApproximate);
+    }
 }
 
 /// A preset of noise with agents' lines, and one whose ground looks at all that is around a vertex.
