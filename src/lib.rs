@@ -43,6 +43,7 @@
 //!   world       Preset + seed -> World: ranges proved, memories bounded
 //!   tile/       land, lines -> imprint -> normals -> blend weights; the digest of each part
 //!               on request: slope, curvature, accumulation, wetness, what grows               input: 65 vertices more
+//!   walker/     the endless terrain around a walker, whose agents look at neighbours; walks, and the tiles that they come to
 //!   features/   World, area -> rivers, lakes, coasts, roads, sites, peaks, crossings with typed attributes
 //!   find/       "lake > 2 km2", a place -> the nearest ones, seen from afar first
 //!   mesh/       tile -> triangles: land into which banks and shores are cut, water between them, roads      input: lines some 24 vertices around
@@ -54,7 +55,6 @@
 //!   bake/       Region -> all its tiles, in parallel, in order, to sinks; the journal by which a bake goes on
 //!   web/        pictures at any scale -> a pyramid of tiles, packed for the web, and a page that shows it
 //!   export/     a file a format, and the list of formats; profiles, plan, manifest; the folder of a bake
-//!   walker/     the endless terrain around a walker, whose agents look at neighbours
 //!   experiment/ World, camera -> timings, tables, charts: the thesis' measurement
 //!   cli/        the command, a thin layer on all this, and the only part that prints
 //! ```
@@ -75,7 +75,8 @@
 //! | cell | the square between four vertices |
 //! | tile | N x N cells and so (N+1) x (N+1) vertices; neighbours share those of their edge |
 //! | area | a half-open rectangle of vertices |
-//! | region | the rectangle of tiles that one bake covers |
+//! | region | the rectangle of tiles that one bake covers, or that holds all tiles of a walk |
+//! | walk, route | the tiles that a walker comes to on its way / those of them that it is in, in order |
 //! | input | the area that a stage reads to make an area |
 //! | reach | how far a river or road sticks out of the tile or site that owns it |
 //! | preset / world | the recipe as written / as checked and resolved |
@@ -150,6 +151,7 @@ pub mod agents;
 pub mod preset;
 pub mod world;
 pub mod tile;
+pub mod walker;
 pub mod features;
 pub mod find;
 pub mod mesh;
@@ -159,7 +161,6 @@ pub mod registry;
 pub mod bake;
 pub mod web;
 pub mod export;
-pub mod walker;
 pub mod experiment;
 #[cfg(feature = "cli")]
 pub mod cli;

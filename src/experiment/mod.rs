@@ -1,7 +1,7 @@
 //! The experiment of the thesis: a camera walks, the terrain expands before it, and each expansion is timed.
 //!
 //! ```text
-//!   camera.rs    time -> place                             nobody steers, so every configuration sees the same walk
+//!   walker/camera.rs   time -> place                       nobody steers, so every configuration sees the same walk
 //!   baseline.rs  place -> the tile as the thesis made it   scalar, on one thread: what a speed-up is measured against
 //!   mod.rs       Options -> Walk, one for a tile size      all timings, and what the picture shows
 //!   statistics.rs, summary.rs  Walks -> Report             moments, t-tests, what is real time
@@ -14,7 +14,6 @@
 //! Based on: Grelsson (2014), chapters 5 to 7.
 
 mod baseline;
-mod camera;
 mod chart;
 mod picture;
 mod report;
@@ -23,7 +22,6 @@ mod summary;
 mod thesis;
 
 pub use baseline::{Baseline, BaselineTile, TableNoise};
-pub use camera::Camera;
 pub use report::{FILES, write_files};
 pub use statistics::{Summary, TTest};
 pub use summary::{Comparison, MethodRecord, RealTime, Report, StageRecord, WalkRecord};
@@ -41,7 +39,7 @@ use crate::clock::Clock;
 use crate::device::{Device, LandMaker};
 use crate::error::Error;
 use crate::preset::{Preset, TILE_CELLS};
-use crate::walker::{Walker, WalkerOptions};
+use crate::walker::{Camera, FRAMES_A_SECOND, Walker, WalkerOptions};
 use crate::world::World;
 use picture::Picture;
 
@@ -52,7 +50,7 @@ pub struct Options {
     pub sizes: Vec<u32>,
     /// With agents, without, or both. Default: both.
     pub agents: Vec<bool>,
-    /// Minutes that the camera walks, in its own time, up to [`MOST_MINUTES`](Options::MOST_MINUTES). Default: 5.
+    /// Minutes that the camera walks, in its own time, up to [`MOST_MINUTES`](Camera::MOST_MINUTES). Default: 5.
     pub minutes: f64,
     /// Metres a second that the camera goes, at most a tile a frame. Default: 128.
     ///
@@ -78,13 +76,7 @@ impl Default for Options {
     }
 }
 
-/// Frames a second of the camera's own time, in which it looks whether it has crossed an edge.
-const FRAMES_A_SECOND: f64 = 60.0;
-
 impl Options {
-    /// The longest walk.
-    pub const MOST_MINUTES: f64 = 1440.0;
-
     /// Checks that there is something to measure and that it can be.
     ///
     /// # Errors
@@ -100,22 +92,9 @@ impl Options {
         if self.sizes.is_empty() || self.configurations().is_empty() {
             return refuse("there is nothing to measure".into(), "give sizes such as 64,128, and agents on,off".into());
         }
-        if !(self.minutes > 0.0 && self.minutes <= Options::MOST_MINUTES) {
-            return refuse(
-                format!("a walk cannot take {} minutes", self.minutes),
-                format!("give more than 0 and at most {}, such as 5", Options::MOST_MINUTES),
-            );
-        }
-        // Faster, and one expansion would be several tiles deep.
         let smallest = self.sizes.iter().min().copied().unwrap_or(*TILE_CELLS.start());
-        let fastest_m_s = smallest as f64 * FRAMES_A_SECOND;
-        if !(self.speed_m_s > 0.0 && self.speed_m_s <= fastest_m_s) {
-            return refuse(
-                format!("a camera cannot walk tiles of {smallest} m at {} metres a second", self.speed_m_s),
-                format!("give more than 0 and at most {fastest_m_s}, a tile a frame, such as 128"),
-            );
-        }
-        Ok(())
+        // The thesis' vertices are a metre apart.
+        Camera::check(self.minutes, self.speed_m_s, f64::from(smallest))
     }
 
     /// What is measured, in the order of the tables.

@@ -185,6 +185,11 @@ impl Tile {
         Tile::of_shaped(world, id, Land { heights, water: None }, imprint, clock)
     }
 
+    /// The tile with the lines that have shaped it.
+    pub(crate) fn with_lines(self, lines: Lines) -> Tile {
+        Tile { lines, ..self }
+    }
+
     /// The tile at `id` of land as its lines have left it, without these.
     fn of_shaped(world: &World, id: TileId, land: Land, imprint: Option<Imprint>, clock: &Clock) -> Tile {
         let Land { heights, water } = land;
@@ -249,8 +254,8 @@ impl Tile {
         self.imprint.as_ref()
     }
 
-    /// The rivers and roads that concern the tile, whole, sorted by id; none for a tile that was made of others'
-    /// ([`of_bare`](Tile::of_bare)).
+    /// The rivers and roads that concern the tile, whole, sorted by id; of a [walker](crate::walker)'s tile its own, as far as they
+    /// lie in it, and none for a tile that was made of others' ([`of_bare`](Tile::of_bare)).
     pub fn lines(&self) -> &[Arc<Line>] {
         &self.lines
     }

@@ -18,7 +18,7 @@ use crate::world::World;
 
 /// Nodes that an agent may have in one tile, per cell of the tile's side: one that has more walks in circles. Times
 /// the largest tile's cells, it fits the 16 bits of a record.
-const NODES_A_CELL: usize = 8;
+pub(crate) const NODES_A_CELL: usize = 8;
 
 /// Cells over which a line of one tile fades towards the tile's edge: little, so that what crosses the edge and is not
 /// faded closes the gap.
