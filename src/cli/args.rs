@@ -20,6 +20,7 @@ use crate::mesh::middle;
 use crate::preset::{BUILT_IN, Preset, Sources};
 use crate::recipe::source;
 use crate::relief::Relief;
+use crate::walker::{Tour, Way};
 
 /// Bakes endless procedural terrain, offline, into maps and assets.
 #[derive(Parser)]
@@ -41,6 +42,9 @@ pub(super) enum Command {
     Atlas(AtlasArguments),
     /// Find the nearest lakes, peaks, rivers and places that are as you want them, each with the command that bakes it.
     Find(FindArguments),
+    /// Walk through endless terrain as the thesis has it, and bake each tile as the walker comes to it: its rivers and roads go on
+    /// from tile to tile, and depend on the way.
+    Walk(WalkArguments),
     /// List the tile registry of a bake: where rivers and roads start, hashes, files; also of one that is under way or was cut off.
     Registry(RegistryArguments),
     /// Check a bake: every file against its hash, the edges of tiles, the registry, and some tiles against the same baked again.
@@ -137,6 +141,60 @@ pub(super) struct BakeArguments {
     pub place: PlaceArguments,
     #[command(flatten)]
     pub common: CommonArguments,
+}
+
+#[derive(Args)]
+pub(super) struct WalkArguments {
+    /// A preset file, the name of a built-in preset (terrane presets), or - for standard input: one of noise, with [rivers] and
+    /// [roads].
+    #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
+    pub preset: String,
+    /// Where the walker goes, straight from place to place: a text file with a place a line, metres east and north of the origin
+    /// with a comma between.
+    #[arg(long, value_name = "FILE", help_heading = "Way")]
+    #[arg(conflicts_with_all = ["minutes", "speed", "at"])]
+    pub path: Option<PathBuf>,
+    /// Minutes that it goes as the camera of the thesis' experiment, which turns to the right each minute.
+    #[arg(long, value_name = "N", default_value_t = 5.0, allow_negative_numbers = true, help_heading = "Way")]
+    pub minutes: f64,
+    /// Metres a second that the camera goes.
+    #[arg(long, value_name = "V", default_value_t = 128.0, allow_negative_numbers = true, help_heading = "Way")]
+    pub speed: f64,
+    /// Tile in whose middle the camera starts; may be negative.
+    #[arg(long, value_name = "X,Y", default_value = "0,0", allow_hyphen_values = true, value_parser = parse_tile)]
+    #[arg(help_heading = "Way")]
+    pub at: TileId,
+    /// Layers of tiles around the walker's own, which are made as it comes near.
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Way")]
+    pub layers: u32,
+    /// Seed of the world [default: the preset's].
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Set a key of the preset, as for bake. May be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Cells a tile side, 16 to 4096 [default: the preset's].
+    #[arg(long, value_name = "N")]
+    pub tile_cells: Option<u32>,
+    /// What to write, with commas between: files of tiles, vectors, hashes, and of the region around them all what can be empty
+    /// where no tile is.
+    #[arg(long, value_name = "LIST", default_value = Export::DEFAULT_OF_WALKS, long_help = walk_export_help())]
+    #[arg(value_parser = Named(walk_export_names), hide_possible_values = true)]
+    pub export: String,
+    /// What files of tiles are named after: the number of the tile in the world, or its place in the region around them all.
+    #[arg(long, value_name = "region|world", default_value = "world")]
+    pub names: TileNames,
+    /// Folder for the walk [default: in out/, named after preset, seed and way].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace the walk, or the bake, that is in the folder. It stays whole until the new one is.
+    #[arg(long, help_heading = "Folder")]
+    pub overwrite: bool,
+    /// Go on with this walk where it was cut off: what was written is not written again.
+    #[arg(long, help_heading = "Folder", conflicts_with = "overwrite")]
+    pub resume: bool,
+    #[command(flatten)]
+    pub manner: Manner,
 }
 
 #[derive(Args)]
@@ -598,6 +656,7 @@ impl Command {
                 common.manner.json
             }
             Command::Extend(arguments) => arguments.manner.json,
+            Command::Walk(arguments) => arguments.manner.json,
             Command::Registry(RegistryArguments { json, .. })
             | Command::Repair { json, .. }
             | Command::Info { json, .. }
@@ -650,14 +709,28 @@ fn export_names() -> Vec<&'static str> {
     Export::all().map(Export::name).collect()
 }
 
+/// The names of the exports that show walks.
+fn walk_export_names() -> Vec<&'static str> {
+    Export::of_walks().map(Export::name).collect()
+}
+
 fn profile_names() -> Vec<&'static str> {
     Profile::ALL.into_iter().map(Profile::name).collect()
 }
 
 fn export_help() -> String {
-    let line = |export: Export| format!("\n  {:20} {}", export.name(), export.about());
-    let list: String = Export::all().map(line).collect();
+    let list = listed(Export::all());
     format!("What to write, with commas between [default: {}, or what the profile needs]:{list}", Export::DEFAULT)
+}
+
+fn walk_export_help() -> String {
+    let list = listed(Export::of_walks());
+    format!("What to write, with commas between; what is of the region is empty where no tile is:{list}")
+}
+
+/// Exports and what they hold, a line each.
+fn listed(exports: impl Iterator<Item = Export>) -> String {
+    exports.map(|export| format!("\n  {:20} {}", export.name(), export.about())).collect()
 }
 
 fn profile_help() -> String {
@@ -921,15 +994,37 @@ impl FindArguments {
     }
 }
 
+/// A preset with what is set in it, and with tiles of so many cells if that is asked for.
+fn sources_in_tiles(preset: &str, settings: &[String], tile_cells: Option<u32>) -> Result<Sources, Error> {
+    let mut sources = sources(preset, settings)?;
+    if let Some(cells) = tile_cells {
+        // After --set, so that the option with a name of its own wins.
+        sources.set("--tile-cells", &format!("tile_cells={cells}"))?;
+    }
+    Ok(sources)
+}
+
+impl WalkArguments {
+    /// The preset with all that the options set in it.
+    pub fn sources(&self) -> Result<Sources, Error> {
+        sources_in_tiles(&self.preset, &self.set, self.tile_cells)
+    }
+
+    /// What is asked of the walk.
+    pub fn tour(&self) -> Result<Tour, Error> {
+        let WalkArguments { path, minutes, speed, at, layers, .. } = self;
+        let way = match path {
+            Some(path) => Way::of_file(path)?,
+            None => Way::Camera { at: *at, minutes: *minutes, speed_m_s: *speed },
+        };
+        Ok(Tour { way, layers: *layers })
+    }
+}
+
 impl BakeArguments {
     /// The preset with all that the options set in it.
     pub fn sources(&self) -> Result<Sources, Error> {
-        let mut sources = sources(&self.preset, &self.common.set)?;
-        if let Some(cells) = self.common.tile_cells {
-            // After --set, so that the option with a name of its own wins.
-            sources.set("--tile-cells", &format!("tile_cells={cells}"))?;
-        }
-        Ok(sources)
+        sources_in_tiles(&self.preset, &self.common.set, self.common.tile_cells)
     }
 
     /// Whether an option says how large the region or its tiles are. That of a scale does, for it is of a given region.

@@ -14,6 +14,7 @@ mod progress;
 mod registry_list;
 mod signals;
 mod verify;
+mod walk;
 
 use std::process::ExitCode;
 use std::thread;
@@ -71,6 +72,7 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
         Command::Atlas(arguments) => atlas::run(&arguments, console),
         Command::Find(arguments) => find::run(&arguments, console),
         Command::Registry(arguments) => registry_list::run(&arguments, console),
+        Command::Walk(arguments) => walk::run(&arguments, console),
         Command::Extend(arguments) => bake::extend(&arguments, console),
         Command::Info { folder, .. } => info::run(&folder, console),
         Command::Verify(arguments) => verify::run(&arguments, console),

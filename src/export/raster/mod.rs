@@ -186,16 +186,24 @@ fn encoded_at_most(raw: u64, rows: u64) -> u64 {
 }
 
 impl Rasters {
+    /// The images of what is asked for.
+    fn images_of(&self, request: &Request) -> impl Iterator<Item = Image> {
+        let of_walk = request.walk.is_some() && !self.tiles;
+        let quantity = move |quantity: Quantity| if of_walk { quantity.of_walk() } else { quantity };
+        self.images().map(move |image| Image { quantity: quantity(image.quantity), ..image })
+    }
+
     fn images(&self) -> impl Iterator<Item = Image> {
         // The table shares the images of a region with those of its tiles.
         self.images.iter().map(|image| Image { tiles: self.tiles, placed: self.placed, ..*image })
     }
 
-    fn cost_of(image: &Image, region: &Region) -> FormatCost {
+    fn cost_of(image: &Image, request: &Request) -> FormatCost {
+        let region = &request.region;
         let bytes = image.quantity.sample().bytes() as u64;
         let side = u64::from(region.tile_cells()) + 1;
         let (count, (width, height)) = match image.tiles {
-            true => (region.tiles(), (side, side)),
+            true => (request.tiles(), (side, side)),
             false => (1, image.size(region)),
         };
         let samples = width.saturating_mul(height).saturating_mul(image.encoding.copies());
@@ -217,7 +225,7 @@ impl Rasters {
             },
             tile_file_bytes: if image.tiles { file } else { 0 },
             drawn_a_vertex: match image.quantity {
-                Quantity::Map => DRAWN_BYTES,
+                Quantity::Map | Quantity::MapOfWalk => DRAWN_BYTES,
                 _ => 0,
             },
             accumulation: image.quantity.is_of_accumulation(),
@@ -275,6 +283,17 @@ impl Format for Rasters {
         })
     }
 
+    fn shows_walks(&self) -> bool {
+        let shows = |Image { quantity, encoding, tiles, .. }: Image| {
+            // A fourth channel of GeoTIFFs is a weight and no opacity.
+            let has_gaps =
+                quantity.of_walk().gap().is_some() && (quantity, encoding) != (Quantity::Map, Encoding::GeoTiff);
+            // Accumulation is of land far around, with the rivers that the world has there.
+            !quantity.is_of_accumulation() && (tiles || has_gaps)
+        };
+        self.placed && self.images().all(shows)
+    }
+
     fn options(&self) -> &'static [&'static str] {
         if self.images.iter().any(|image| image.quantity.is_steps()) { &["--height-range"] } else { &[] }
     }
@@ -298,8 +317,8 @@ impl Format for Rasters {
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
-        self.images()
-            .map(|image| Rasters::cost_of(&image, &request.region))
+        self.images_of(request)
+            .map(|image| Rasters::cost_of(&image, request))
             .fold(FormatCost::default(), FormatCost::and)
     }
 
@@ -313,6 +332,6 @@ impl Format for Rasters {
                 (_, false) => Ok(Box::new(RegionRaster::<RasterWriter>::create(request, self.name, image, out)?)),
             }
         };
-        self.images().map(sink).collect()
+        self.images_of(request).map(sink).collect()
     }
 }

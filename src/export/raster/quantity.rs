@@ -27,6 +27,8 @@ pub(crate) enum Quantity {
     Normal,
     /// The picture of the map.
     Map,
+    /// The same of a walk, transparent where no tile is.
+    MapOfWalk,
     /// The colour of the ground, without light.
     Colour,
     /// The kind of water, as a grey.
@@ -74,7 +76,7 @@ impl Quantity {
             Quantity::SlopeDegrees | Quantity::Curvature | Quantity::AccumulationM2 | Quantity::Wetness => {
                 Sample::Float32
             }
-            Quantity::GroundWeights | Quantity::CoverWeights => Sample::Rgba8,
+            Quantity::GroundWeights | Quantity::CoverWeights | Quantity::MapOfWalk => Sample::Rgba8,
             Quantity::Normal | Quantity::Map | Quantity::Colour => Sample::Rgb8,
             Quantity::Water
             | Quantity::Weight(_)
@@ -95,7 +97,7 @@ impl Quantity {
             Quantity::GroundWeights => "weights of the ground",
             Quantity::CoverWeights => "weights of the cover",
             Quantity::Normal => "normals",
-            Quantity::Map => "map",
+            Quantity::Map | Quantity::MapOfWalk => "map",
             Quantity::Colour => "colour of the ground",
             Quantity::Water => "kind of water",
             Quantity::WaterDepth => "depth of the water",
@@ -147,9 +149,22 @@ impl Quantity {
         }
     }
 
+    /// The same of a walk, of which a raster may have to leave out what no tile shows.
+    pub fn of_walk(self) -> Quantity {
+        if self == Quantity::Map { Quantity::MapOfWalk } else { self }
+    }
+
+    /// The bytes of a pixel where no tile is, if it can say that.
+    pub fn gap(self) -> Option<[u8; 4]> {
+        match self {
+            Quantity::MapOfWalk => Some([0; 4]),
+            _ => self.no_data().map(f32::to_le_bytes),
+        }
+    }
+
     /// Whether it is for the eye; all else is data.
     pub fn is_colour(self) -> bool {
-        matches!(self, Quantity::Map | Quantity::Colour)
+        matches!(self, Quantity::Map | Quantity::MapOfWalk | Quantity::Colour)
     }
 
     /// Whether only worlds have it whose relief knows of water.
@@ -176,6 +191,7 @@ impl Quantity {
             Quantity::CoverWeights => &["snow", "forest", "scree", "wetland"],
             Quantity::Normal => &["east", "north", "up"],
             Quantity::Map | Quantity::Colour => &["red", "green", "blue"],
+            Quantity::MapOfWalk => &["red", "green", "blue", "opacity, 0 where no tile is"],
             Quantity::Water => &["water, 0 = none, 64 = river, 128 = lake, 255 = sea"],
             Quantity::WaterDepth => &["depth of the water in metres"],
             Quantity::Flow => &["discharge in cubic metres a second"],
@@ -292,7 +308,7 @@ impl<'a> Painter<'a> {
                 Quantity::Height16Whole => whole_range_m(range_m),
                 _ => range_m,
             },
-            map: (quantity == Quantity::Map).then(|| MapPainter::new(world)),
+            map: matches!(quantity, Quantity::Map | Quantity::MapOfWalk).then(|| MapPainter::new(world)),
             grows: matches!(quantity, Quantity::Density(_)).then(|| Grows::new(world)),
         }
     }
@@ -312,7 +328,11 @@ impl<'a> Painter<'a> {
         let area = tile.area();
         let row_bytes = cols * self.quantity.sample().bytes();
         if let Some(map) = &self.map {
-            return map.paint(tile, cols, rows);
+            let pixels = map.paint(tile, cols, rows);
+            return match self.quantity {
+                Quantity::MapOfWalk => opaque(&pixels),
+                _ => pixels,
+            };
         }
         let mut samples = vec![0; rows * row_bytes];
         for (y, row) in (area.y0..).zip(samples.chunks_exact_mut(row_bytes)) {
@@ -354,7 +374,7 @@ impl<'a> Painter<'a> {
                     *pixel = [*east, -south, *up].map(|axis| (axis * 127.5 + 128.0) as u8);
                 }
             }
-            Quantity::Map => unreachable!("a map is painted tile by tile"),
+            Quantity::Map | Quantity::MapOfWalk => unreachable!("a map is painted tile by tile"),
             Quantity::Colour => map::colour::paint_row(tile, y, row),
             Quantity::Water => {
                 for (grey, kind) in row.iter_mut().zip(water(tile).kind.row(y, x0, x1)) {
@@ -402,6 +422,11 @@ impl<'a> Painter<'a> {
         // The cast cuts off and saturates, so what rounding takes past the ends stays at them.
         ((height_m - min_m) / (max_m - min_m) * 65535.0 + 0.5) as u16
     }
+}
+
+/// Pixels with a fourth channel, in which they are there.
+fn opaque(pixels: &[u8]) -> Vec<u8> {
+    pixels.as_chunks::<3>().0.iter().flat_map(|[red, green, blue]| [*red, *green, *blue, 255]).collect()
 }
 
 /// A height range rounded out: HTerrain's dialog takes heights from -2000 to 2000 m, and each multiple of the scale that
