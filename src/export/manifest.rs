@@ -12,7 +12,7 @@ use serde_json::Value;
 use crate::area::{Place, Region, Stride, TileId};
 use crate::bake::FileRecord;
 use crate::device::DeviceProfile;
-use crate::error::Error;
+use crate::error::{Error, clipped};
 use crate::export::digits::{noise_m, shortest};
 use crate::export::{Export, MeshOptions, Plan, Profile, TileNames, VectorOptions, web};
 use crate::generator;
@@ -297,7 +297,8 @@ impl Manifest {
         ];
         let [own, other] = [self, other].map(|manifest| serde_json::to_value(manifest).expect("a manifest is JSON"));
         let mut found = Vec::new();
-        for key in ASKED.into_iter().chain(["meshes", "vectors", "walk"]).filter(|key| counts(key)) {
+        // A walk first, since the region is only what comes of it.
+        for key in ["walk"].into_iter().chain(ASKED).chain(["meshes", "vectors"]).filter(|key| counts(key)) {
             compare(key, &own[key], &other[key], &mut found);
         }
         found
@@ -411,7 +412,11 @@ fn compare(key: &str, own: &Value, other: &Value, found: &mut Vec<String>) {
                 compare(&format!("{key}.{inner}"), one, two, found);
             }
         }
-        _ if own != other => found.push(format!("{key}: {own}, not {other}")),
+        _ if own != other => {
+            // A path may be long.
+            let [own, other] = [own, other].map(|value| clipped(&value.to_string()));
+            found.push(format!("{key}: {own}, not {other}"));
+        }
         _ => {}
     }
 }
