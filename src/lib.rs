@@ -25,7 +25,7 @@
 //! so. Each layer is a pure function of the world and of lattice coordinates, and no tile ever looks at a neighbour.
 //!
 //! ```text
-//!   error, area, grid, hash, geometry, contour, stop, clock, watch, memory, generator, simd   what all use
+//!   error, area, grid, hash, geometry, contour, stop, clock, watch, threads, memory, generator, simd   what all use
 //!      |
 //!   noise/      fractals of simplex noise on the lanes of simd
 //!   recipe/     what an author writes -> a preset or a style; what all settings share: key paths, faults, checks, masks
@@ -134,6 +134,7 @@ pub mod contour;
 pub mod stop;
 pub mod clock;
 pub mod watch;
+pub mod threads;
 mod memory;
 pub mod generator;
 pub mod simd;

@@ -20,6 +20,7 @@ use crate::mesh::middle;
 use crate::preset::{BUILT_IN, Preset, Sources};
 use crate::recipe::source;
 use crate::relief::Relief;
+use crate::threads::thread_count;
 use crate::walker::{Tour, Way};
 
 /// Bakes endless procedural terrain, offline, into maps and assets.
@@ -619,12 +620,18 @@ pub(super) struct ExperimentArguments {
     /// Threads to a side of a GPU's groups, 8, 16 or 32, with commas between.
     #[arg(long, value_name = "LIST", default_value = "8", value_delimiter = ',', value_parser = parse_group_side)]
     pub workgroup: Vec<u32>,
+    /// Layers of tiles around the camera's own, 1 to 16, with commas between: 1 are the eight neighbours of the thesis.
+    #[arg(long, value_name = "LIST", default_value = "1", value_delimiter = ',')]
+    pub layers: Vec<u32>,
+    /// How many tiles a step makes: all that are missing, as in the thesis, or one, the nearest; or both.
+    #[arg(long, value_name = "LIST", default_value = "all", value_delimiter = ',')]
+    pub step: Vec<StepSize>,
     /// Whether to measure the thesis' plain method too, for the speed-up.
     #[arg(long, value_name = "ON|OFF", default_value = "on")]
     pub baseline: Switch,
-    /// Threads to use; the baseline has one [default: one a core].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub threads: Option<u32>,
+    /// Threads to use, or several numbers side by side, such as 1,all; all are one a core. The baseline has one.
+    #[arg(long, value_name = "LIST", default_value = "all", value_delimiter = ',', value_parser = parse_threads)]
+    pub threads: Vec<usize>,
     /// Folder for the report [default: out/experiment].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -634,6 +641,15 @@ pub(super) struct ExperimentArguments {
     /// Print one JSON object instead of tables.
     #[arg(long)]
     pub json: bool,
+}
+
+/// How many tiles a step of the experiment makes.
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum StepSize {
+    /// All that are missing.
+    All,
+    /// The nearest of them.
+    One,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -671,6 +687,15 @@ impl Command {
             _ => false,
         }
     }
+}
+
+/// A number of threads.
+fn parse_threads(text: &str) -> Result<usize, String> {
+    let number = match text.trim() {
+        "all" => Some(thread_count(None)),
+        number => number.parse().ok().filter(|number| (1..=4096).contains(number)),
+    };
+    number.ok_or_else(|| format!("expected 1 to 4096, or all, found {text:?}"))
 }
 
 /// A number of percent, with or without its sign, as a share.

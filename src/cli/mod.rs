@@ -17,7 +17,6 @@ mod verify;
 mod walk;
 
 use std::process::ExitCode;
-use std::thread;
 
 use clap::{CommandFactory, Parser};
 use serde_json::json;
@@ -32,6 +31,7 @@ use crate::preset::{self, Preset};
 use crate::recipe::source;
 use crate::simd::Level;
 use crate::stop;
+use crate::threads::{thread_count, thread_pool};
 
 /// Runs the command that the program was called with.
 ///
@@ -47,19 +47,6 @@ pub fn run() -> ExitCode {
             ExitCode::from(error.exit_code())
         }
     }
-}
-
-/// How many threads to use: as many as were asked for, or one a core.
-fn thread_count(asked: Option<u32>) -> usize {
-    asked.map_or_else(|| thread::available_parallelism().map_or(1, usize::from), |threads| threads as usize)
-}
-
-/// A pool of so many threads.
-fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Error> {
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| Error::Option {
-        message: format!("{threads} threads cannot be started: {error}"),
-        hint: "give fewer with --threads".into(),
-    })
 }
 
 fn run_command(command: Command, console: &Console) -> Result<(), Error> {

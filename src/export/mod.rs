@@ -55,6 +55,7 @@ pub use check::{Checked, Fault, Rebake, check};
 pub use cost::{Cost, Forecast};
 pub use folder::{Cleaned, Mode, Output, clean, registry};
 pub use limit::Limit;
+pub(crate) use limit::kilobytes;
 pub use look::{Contents, State, look};
 pub use manifest::{Axes, HeightRange, Manifest, RegionRecord};
 pub use map_picture::{MapPicture, Texts};

@@ -26,7 +26,7 @@ mod walked;
 
 pub use camera::{Camera, FRAMES_A_SECOND};
 pub(crate) use classic::NODES_A_CELL;
-pub use walk::{Tour, Walk, Way};
+pub use walk::{LAYERS, Tour, Walk, Way};
 pub use walked::Walked;
 
 use crate::agents::Direction;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -81,8 +82,8 @@ pub struct Walk {
 /// Tiles that a walk makes at most: their records take 64 MiB.
 const MOST_TILES: usize = 1 << 20;
 
-/// Layers around a walker at most.
-const MOST_LAYERS: u32 = 16;
+/// Layers that there may be around a walker of a command.
+pub const LAYERS: RangeInclusive<u32> = 1..=16;
 
 impl Walk {
     /// The walk of a tour through a world.
@@ -98,10 +99,10 @@ impl Walk {
                 "bake it, or walk a preset of noise, such as thesis, mountains or hills".into(),
             ));
         }
-        if !(1..=MOST_LAYERS).contains(&tour.layers) {
+        if !LAYERS.contains(&tour.layers) {
             return Err(refuse(
                 format!("{} layers of tiles cannot stand around a walker", tour.layers),
-                format!("give 1 to {MOST_LAYERS}"),
+                format!("give {} to {}", LAYERS.start(), LAYERS.end()),
             ));
         }
         let layers = tour.layers as i64;
