@@ -16,13 +16,20 @@ pub struct Dug {
     pub sand: Grid<f32>,
     /// Share of water, 0 to 1.
     pub water: Grid<f32>,
+    /// Metres from the bed to the water's surface; 0 where less than half is water.
+    pub depth_m: Grid<f32>,
+    /// Metres from edge to edge of the river whose water it is; 0 where less than half is water.
+    pub width_m: Grid<f32>,
 }
+
+/// The share of water from which on a vertex lies in it.
+const WET: f32 = 0.5;
 
 impl Dug {
     /// Nothing done to `area`.
     pub(super) fn blank(area: Area) -> Dug {
         let grid = || Grid::filled(area, 0.0);
-        Dug { cut_m: grid(), sand: grid(), water: grid() }
+        Dug { cut_m: grid(), sand: grid(), water: grid(), depth_m: grid(), width_m: grid() }
     }
 
     /// Adds what a line does to bare heights.
@@ -35,8 +42,21 @@ impl Dug {
             // Sand lies in the bed and on the lower half of the bank.
             raise(&mut self.sand, x, y, fade(2.0 * place.outside_m / bank_m));
             // Water fills the bed; its edge is as soft as a vertex is wide.
-            raise(&mut self.water, x, y, (0.5 - place.outside_m / spacing_m).clamp(0.0, 1.0));
+            let water = (0.5 - place.outside_m / spacing_m).clamp(0.0, 1.0);
+            raise(&mut self.water, x, y, water);
+            if water >= WET {
+                raise(&mut self.depth_m, x, y, place.filled_m);
+                raise(&mut self.width_m, x, y, 2.0 * place.half_width_m);
+            }
         });
+    }
+
+    /// Whether a vertex lies in the water of a river.
+    ///
+    /// # Panics
+    /// When it is not in the area.
+    pub fn is_wet(&self, x: i64, y: i64) -> bool {
+        self.water.at(x, y) >= WET
     }
 
     /// Cuts the beds into heights.
@@ -52,18 +72,26 @@ impl Dug {
             raise(&mut self.cut_m, x, y, other.cut_m.at(x, y));
             raise(&mut self.sand, x, y, other.sand.at(x, y));
             raise(&mut self.water, x, y, other.water.at(x, y));
+            raise(&mut self.depth_m, x, y, other.depth_m.at(x, y));
+            raise(&mut self.width_m, x, y, other.width_m.at(x, y));
         }
     }
 
     /// Does only a share of it to a vertex.
     pub(super) fn weaken(&mut self, x: i64, y: i64, share: f32) {
-        for grid in [&mut self.cut_m, &mut self.sand, &mut self.water] {
+        for grid in [&mut self.cut_m, &mut self.sand, &mut self.water, &mut self.depth_m] {
             grid.row_mut(y, x, x + 1)[0] *= share;
         }
     }
 
     /// What is done to a part of the area, which must be within it.
     pub(super) fn part(&self, area: Area) -> Dug {
-        Dug { cut_m: self.cut_m.part(area), sand: self.sand.part(area), water: self.water.part(area) }
+        Dug {
+            cut_m: self.cut_m.part(area),
+            sand: self.sand.part(area),
+            water: self.water.part(area),
+            depth_m: self.depth_m.part(area),
+            width_m: self.width_m.part(area),
+        }
     }
 }

@@ -9,6 +9,7 @@ mod masks;
 mod normals;
 mod rule;
 mod surroundings;
+mod waters;
 
 pub use blend::{Blend, Material};
 pub use digest::{Digest, TilePart};
@@ -18,6 +19,7 @@ pub use instances::{A_HECTARE, Instance, instances, least_distance_m};
 pub use masks::{WETTEST, accumulation_input};
 pub use normals::Normals;
 pub use rule::GroundRule;
+pub use waters::{WaterHere, has_rivers, has_water};
 
 use std::sync::Arc;
 
