@@ -52,7 +52,8 @@
 //!      |
 //!   file/       files that are whole or not there, and the disk, which may refuse anything
 //!   registry    which tiles and files there are; a log and never an input of a bake
-//!   bake/       Region -> all its tiles, in parallel, in order, to sinks; the journal by which a bake goes on
+//!   bake/       Region -> all its tiles, in parallel, in order, to sinks; a walk's, as the walker comes to them; the journal by
+//!               which either goes on
 //!   web/        pictures at any scale -> a pyramid of tiles, packed for the web, and a page that shows it
 //!   export/     a file a format, and the list of formats; profiles, plan, manifest; the folder of a bake
 //!   experiment/ World, camera -> timings, tables, charts: the thesis' measurement

@@ -49,6 +49,9 @@ pub(crate) struct Journal {
     state: Mutex<State>,
 }
 
+/// What each sink kept of a tile, and the files of the tile.
+type Known = (Vec<Vec<u8>>, Vec<FileRecord>);
+
 struct State {
     registry: Registry,
     pieces: File,
@@ -119,7 +122,7 @@ impl Journal {
     }
 
     /// What each of so many sinks kept of a tile, if that is as it was written, and the files of the tile, which may not be.
-    fn read(&self, tile: TileId, sinks: usize) -> Result<Option<(Vec<Vec<u8>>, Vec<FileRecord>)>, Error> {
+    fn read(&self, tile: TileId, sinks: usize) -> Result<Option<Known>, Error> {
         let mut state = self.state();
         let Some(Pieces { at, bytes, blake3 }) = state.registry.pieces(tile)? else { return Ok(None) };
         let mut read = || {

@@ -14,6 +14,7 @@ use crate::bake::{Batch, JOURNAL, Journal, Kept, Sink};
 use crate::device::LandMaker;
 use crate::error::Error;
 use crate::stop;
+use crate::tile::Tile;
 use crate::walker::{Walk, Walker};
 use crate::watch::Watch;
 use crate::world::World;
@@ -42,7 +43,7 @@ pub(crate) fn walk(
         let entered: Vec<TileId> = match walker.enter(*tile) {
             Some(expansion) => expansion.entered,
             // Those around the first one stand before it moves.
-            None => walker.tiles().map(|tile| tile.id()).collect(),
+            None => walker.tiles().map(Tile::id).collect(),
         };
         // One that it comes back to is as it was.
         let new: Vec<TileId> = entered.into_iter().filter(|id| seen.insert(*id)).collect();
@@ -53,10 +54,8 @@ pub(crate) fn walk(
             }
             let (tile, record) = walker.tile(*id).zip(walker.record(*id)).expect("a tile that was entered stands");
             let place = region.place(*id).expect("the region holds all tiles of the walk");
-            let take = |sink: &Box<dyn Sink + '_>| {
-                watch.clock.time(&format!("paint {}", sink.name()), || sink.take(tile, place))
-            };
-            let kept = sinks.iter().map(take).collect::<Result<Vec<Kept>, Error>>()?;
+            let take = |sink: &dyn Sink| watch.clock.time(&format!("paint {}", sink.name()), || sink.take(tile, place));
+            let kept = sinks.iter().map(|sink| take(sink.as_ref())).collect::<Result<Vec<Kept>, Error>>()?;
             watch.clock.time(JOURNAL, || journal.record_walked(tile, record, kept))?;
             watch.add(1);
             Ok(())

@@ -185,6 +185,8 @@ pub(super) struct WalkArguments {
     /// What files of tiles are named after: the number of the tile in the world, or its place in the region around them all.
     #[arg(long, value_name = "region|world", default_value = "world")]
     pub names: TileNames,
+    #[command(flatten)]
+    pub vectors: VectorArguments,
     /// Folder for the walk [default: in out/, named after preset, seed and way].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -316,16 +318,8 @@ pub(super) struct CommonArguments {
     /// fit together [default: the range of the world, which is the same everywhere].
     #[arg(long, value_name = "auto|MIN,MAX", help_heading = "GIS", allow_hyphen_values = true, value_parser = parse_range)]
     pub height_range: Option<AskedRange>,
-    /// Cut features off at the edge of the region; without it they are whole and reach beyond it.
-    #[arg(long, help_heading = "GIS")]
-    pub clip: bool,
-    /// Metres between two contours [default: by the spacing and the heights of the world].
-    #[arg(long, value_name = "METRES", help_heading = "GIS", allow_negative_numbers = true)]
-    pub contours: Option<f64>,
-    /// Write longitudes and latitudes to GeoJSON: those at which web maps (EPSG:3857) have the metres, so the world's origin lies at
-    /// 0, 0.
-    #[arg(long, help_heading = "GIS")]
-    pub degrees: bool,
+    #[command(flatten)]
+    pub vectors: VectorArguments,
     /// What files of tiles are named after: the place of the tile in the region, or its number in the world, the same in every region.
     #[arg(long, value_name = "region|world", default_value = "region")]
     pub names: TileNames,
@@ -347,6 +341,40 @@ pub(super) struct CommonArguments {
     pub add: bool,
     #[command(flatten)]
     pub manner: Manner,
+}
+
+/// How vectors are written.
+#[derive(Args)]
+pub(super) struct VectorArguments {
+    /// Cut features off at the edge of the region; without it they are whole and reach beyond it.
+    #[arg(long, help_heading = "GIS")]
+    pub clip: bool,
+    /// Metres between two contours [default: by the spacing and the heights of the world].
+    #[arg(long, value_name = "METRES", help_heading = "GIS", allow_negative_numbers = true)]
+    pub contours: Option<f64>,
+    /// Write longitudes and latitudes to GeoJSON: those at which web maps (EPSG:3857) have the metres, so the world's origin lies at
+    /// 0, 0.
+    #[arg(long, help_heading = "GIS")]
+    pub degrees: bool,
+}
+
+impl VectorArguments {
+    /// How vectors are written.
+    pub fn options(&self) -> VectorOptions {
+        let VectorArguments { clip, degrees, contours } = self;
+        VectorOptions { clipped: *clip, degrees: *degrees, contours_m: *contours }
+    }
+
+    /// The options that were given, by name.
+    pub fn given(&self) -> Vec<&'static str> {
+        let VectorArguments { clip, degrees, contours } = self;
+        given(&[(*clip, "--clip"), (*degrees, "--degrees"), (contours.is_some(), "--contours")])
+    }
+}
+
+/// The names of options of which it is known whether they were given.
+fn given(all: &[(bool, &'static str)]) -> Vec<&'static str> {
+    all.iter().filter_map(|(given, name)| given.then_some(*name)).collect()
 }
 
 /// What makes land.
@@ -744,18 +772,19 @@ fn profile_names() -> Vec<&'static str> {
 }
 
 fn export_help() -> String {
-    let list = listed(Export::all());
+    let line = |export: Export| format!("\n  {:20} {}", export.name(), export.about());
+    let list: String = Export::all().map(line).collect();
     format!("What to write, with commas between [default: {}, or what the profile needs]:{list}", Export::DEFAULT)
 }
 
 fn walk_export_help() -> String {
-    let list = listed(Export::of_walks());
-    format!("What to write, with commas between; what is of the region is empty where no tile is:{list}")
-}
-
-/// Exports and what they hold, a line each.
-fn listed(exports: impl Iterator<Item = Export>) -> String {
-    exports.map(|export| format!("\n  {:20} {}", export.name(), export.about())).collect()
+    let (tiles, region): (Vec<&str>, Vec<&str>) = walk_export_names().iter().partition(|name| name.ends_with("-tiles"));
+    format!(
+        "What to write, with commas between; terrane bake --help says what each holds:\n  a file a tile: {}\n  of all tiles, and \
+         empty where none is: {}",
+        tiles.join(", "),
+        region.join(", ")
+    )
 }
 
 fn profile_help() -> String {
@@ -1081,15 +1110,10 @@ impl BakeArguments {
         }
     }
 
-    pub fn vectors(&self) -> VectorOptions {
-        let CommonArguments { clip, degrees, contours, .. } = &self.common;
-        VectorOptions { clipped: *clip, degrees: *degrees, contours_m: *contours }
-    }
-
     /// The options that only some exports read and that were given, by name: of meshes, of vectors, of 16-bit heights.
     pub fn format_options(&self) -> [Vec<&'static str>; 3] {
         let CommonArguments { lod, mesh_error, quantize, meshopt, even_borders, mesh_origin, .. } = &self.common;
-        let CommonArguments { clip, degrees, contours, height_range, .. } = &self.common;
+        let CommonArguments { vectors, height_range, .. } = &self.common;
         let meshes = [
             (lod.is_some(), "--lod"),
             (mesh_error.is_some(), "--mesh-error"),
@@ -1098,11 +1122,8 @@ impl BakeArguments {
             (*even_borders, "--even-borders"),
             (mesh_origin.is_some(), "--mesh-origin"),
         ];
-        let vectors = [(*clip, "--clip"), (*degrees, "--degrees"), (contours.is_some(), "--contours")];
         let heights = [(height_range.is_some(), "--height-range")];
-        let given =
-            |all: &[(bool, &'static str)]| all.iter().filter_map(|(given, name)| given.then_some(*name)).collect();
-        [given(&meshes), given(&vectors), given(&heights)]
+        [given(&meshes), vectors.given(), given(&heights)]
     }
 
     pub fn exports(&self) -> Result<Vec<Export>, Error> {

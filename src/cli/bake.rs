@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
         Some(AskedRange::Metres(range_m)) => Some(range_m),
         Some(AskedRange::Auto) => auto_range_m(&world, &region, &out, options, console)?,
     };
-    let (mut meshes, mut vectors) = (arguments.meshes(&region, world.spacing_m()), arguments.vectors());
+    let (mut meshes, mut vectors) = (arguments.meshes(&region, world.spacing_m()), options.vectors.options());
     let [of_meshes, of_vectors, of_heights] = arguments.format_options();
     let mut names = options.names;
     if options.add {

@@ -13,7 +13,7 @@ use crate::world::World;
 
 /// Walks where the command line asks for, and bakes the tiles that the walker comes to.
 pub(super) fn run(arguments: &WalkArguments, console: &Console) -> Result<(), Error> {
-    let WalkArguments { seed, export, names, out, overwrite, resume, manner, .. } = arguments;
+    let WalkArguments { seed, export, names, vectors, out, overwrite, resume, manner, .. } = arguments;
     // What is asked for, checked before anything is written.
     let sources = arguments.sources()?;
     let name = sources.name().to_owned();
@@ -23,7 +23,10 @@ pub(super) fn run(arguments: &WalkArguments, console: &Console) -> Result<(), Er
         console.warnings(&world.warnings());
     }
     let out = out.clone().unwrap_or_else(|| default_folder(&name, &world, &tour, arguments.path.as_deref()));
-    let plan = Plan::of_walk(&world, &name, Walk::new(tour, &world)?, Export::parse_list(export)?)?.with_names(*names);
+    let plan = Plan::of_walk(&world, &name, Walk::new(tour, &world)?, Export::parse_list(export)?)?
+        .with_vectors(vectors.options())?
+        .with_names(*names);
+    plan.check_options(&vectors.given())?;
     let mode = match (overwrite, resume) {
         (true, _) => Mode::Replace,
         (_, true) => Mode::Resume,

@@ -259,7 +259,7 @@ pub static AGENT_ROADS: Layer<Arc<Line>, PathFeature> = Layer {
 
 /// Shows the rivers and roads that a walker's tile has as its own, as features of the [layers](super::layers) of its world, each with
 /// the number of its layer: they are as much of an agent's way as lies in the tile, which owns that.
-pub fn visit_walked(world: &World, tile: &Tile, visit: &mut dyn FnMut(usize, Vec<u8>, &dyn Fn() -> Row)) {
+pub fn visit_walked(world: &World, tile: &Tile, mut visit: impl FnMut(usize, Vec<u8>, &dyn Fn() -> Row)) {
     let layers = [(&AGENT_RIVERS, LineKind::River), (&AGENT_ROADS, LineKind::Road)];
     for (number, (layer, kind)) in layers.into_iter().enumerate() {
         for line in tile.lines().iter().filter(|line| line.kind == kind) {

@@ -6,6 +6,7 @@ use crate::lines::{Bed, Line, LinePoint};
 
 /// Where a vertex lies by a line.
 #[derive(Clone, Copy)]
+#[expect(clippy::struct_field_names, reason = "the unit belongs to each name")]
 pub(super) struct Nearest {
     /// Metres from the line's edge outwards; negative inside.
     pub outside_m: f32,

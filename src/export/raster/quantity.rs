@@ -77,8 +77,11 @@ impl Quantity {
     pub fn sample(self) -> Sample {
         match self {
             Quantity::Height16 | Quantity::Height16Whole => Sample::Grey16,
-            Quantity::HeightMetres | Quantity::Control | Quantity::WaterDepth | Quantity::Flow => Sample::Float32,
-            Quantity::SlopeDegrees
+            Quantity::HeightMetres
+            | Quantity::Control
+            | Quantity::WaterDepth
+            | Quantity::Flow
+            | Quantity::SlopeDegrees
             | Quantity::Steepness
             | Quantity::Curvature
             | Quantity::AccumulationM2

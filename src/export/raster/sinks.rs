@@ -39,7 +39,7 @@ pub(super) struct Drawing<'a> {
 impl<'a> Drawing<'a> {
     pub fn new(request: &Request<'a>, export: &'static str, image: Image, out: &Path) -> Drawing<'a> {
         let Request { name, world, region, .. } = *request;
-        let shown = Shown { preset_name: name.to_owned(), seed: world.seed(), region };
+        let shown = Shown { preset_name: name.to_owned(), seed: world.seed(), region, is_walk: request.walk.is_some() };
         Drawing {
             export,
             image,

@@ -171,7 +171,7 @@ impl<'a> FeatureStore<'a> {
     pub fn take(&self, tile: &Tile) -> Vec<u8> {
         let mut piece = Vec::new();
         if self.is_walk {
-            visit_walked(self.world, tile, &mut |number, key, row| self.pack(&mut piece, number, key, row));
+            visit_walked(self.world, tile, |number, key, row| self.pack(&mut piece, number, key, row));
             return piece;
         }
         for (number, layer) in self.layers().iter().enumerate() {
