@@ -63,7 +63,9 @@ pub(crate) fn walk(
         new.par_iter().try_for_each(note)?;
         watch.clock.time(JOURNAL, || journal.save())?;
     }
-    walker.clock().stages().into_iter().for_each(|(stage, spent)| watch.clock.book(&stage, spent));
+    for (stage, spent) in walker.clock().stages() {
+        watch.clock.book(&stage, spent);
+    }
     // What is of the region, from north to south.
     watch.begin("writing rows", Some((region.rows(), "rows of tiles")));
     for row in 0..region.rows() {

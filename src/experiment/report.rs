@@ -212,7 +212,7 @@ impl Configuration {
         };
         if self.method != Method::Baseline {
             // Further layers are darker, tile by tile is green, and other threads are yellow, the fewer the more so.
-            mix([0x20, 0x20, 0x20], (20 * (self.layers as i32 - 1)).min(60));
+            mix([0x10, 0x10, 0x10], (40 * (self.layers as i32 - 1)).min(70));
             mix([0x4f, 0x8f, 0x2f], if self.step == Step::One { 55 } else { 0 });
             mix([0xf2, 0xc1, 0x4e], self.threads.map_or(0, |threads| 60 - 3 * threads.min(12) as i32));
         }
