@@ -1,6 +1,6 @@
-//! Land of noise on every GPU that is there, beside the CPU: vertices a second, and whether the bits are the same.
+//! Land of noise and tiles of it on every GPU that is there, beside the CPU: vertices a second, and whether the bits are the same.
 //!
-//! `cargo bench --bench gpu`. The kernel alone, exact and approximate, in groups of three sizes; all that comes back to the CPU; and the
+//! `cargo bench --bench gpu`. The kernels alone, exact and approximate, in groups of three sizes; all that comes back to the CPU; and the
 //! CPU on one thread and on all.
 
 use std::hint::black_box;
@@ -8,34 +8,49 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
-use terrane::area::Area;
+use terrane::area::{Area, TileId};
 use terrane::clock::Clock;
-use terrane::device::LandMaker;
 use terrane::device::gpu::{Adapter, Arithmetic, Gpu, GpuMaker, adapters};
+use terrane::device::{Cpu, LandMaker};
 use terrane::preset::Preset;
-use terrane::relief::{NoiseRelief, Relief};
+use terrane::relief::Relief;
+use terrane::tile::{GroundRule, TilePlan, shaped_input};
 use terrane::world::World;
 
-/// Vertices to a side of what the kernel computes at once.
+/// Vertices to a side of what the kernels compute at once.
 const SIDE: usize = 1024;
-/// Areas that are read back at once.
+/// Areas, and tiles, that are read back at once.
 const AREAS: usize = 8;
 const ROUNDS: usize = 5;
 
 fn main() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    keep_memory();
     let adapters = adapters();
     if adapters.is_empty() {
         println!("no GPU, or no driver of one");
     }
     for name in ["thesis", "hills", "mountains"] {
-        let (_, preset) = Preset::load(name).expect("it is built in");
+        let (_, mut preset) = Preset::load(name).expect("it is built in");
+        // Agents are the CPU's.
+        (preset.rivers, preset.roads) = (None, None);
         let world = World::new(preset, None).expect("built-in presets are sound");
-        let Relief::Noise(relief) = world.relief() else { continue };
         println!("\n{name}");
-        cpu(relief);
+        cpu(&world);
         for adapter in &adapters {
-            gpu(adapter, relief);
+            gpu(adapter, &world);
         }
+    }
+}
+
+/// Makes the allocator keep what is given back, as the command does (`src/main.rs`).
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[allow(unsafe_code, reason = "there is no safe way to set up the C library's allocator")]
+fn keep_memory() {
+    // SAFETY: no other thread runs yet, and both are parameters that it knows.
+    unsafe {
+        libc::mallopt(libc::M_MMAP_THRESHOLD, 32 << 20);
+        libc::mallopt(libc::M_TRIM_THRESHOLD, 512 << 20);
     }
 }
 
@@ -54,16 +69,22 @@ fn best(rounds: usize, mut work: impl FnMut()) -> Duration {
     (0..rounds).map(round).min().expect("there are rounds")
 }
 
-fn cpu(relief: &NoiseRelief) {
+fn cpu(world: &World) {
+    let relief = world.relief();
     let one = best(ROUNDS, || drop(black_box(relief.heights(Area::new(1024, -3072, 512, 512)))));
     println!("  {:44} {}", "CPU, one thread", rate(512 * 512, one));
-    let areas = areas(256, 4 * rayon::current_num_threads());
-    let all = best(ROUNDS, || areas.par_iter().for_each(|area| drop(black_box(relief.heights(*area)))));
-    println!(
-        "  {:44} {}",
-        format!("CPU, {} threads", rayon::current_num_threads()),
-        rate(areas.len() * 256 * 256, all)
-    );
+    let (threads, maker) = (rayon::current_num_threads(), Cpu::maker(relief));
+    let areas = areas(256, 4 * threads);
+    let all = best(ROUNDS, || drop(black_box(maker.lands(&areas, &Clock::default()))));
+    println!("  {:44} {}", format!("CPU, {threads} threads"), rate(areas.len() * 256 * 256, all));
+    let count = 4 * threads;
+    let tiles = best(ROUNDS, || {
+        plans(world, count)
+            .into_par_iter()
+            .for_each(|plan| drop(black_box(maker.tiles(world, vec![plan], &Clock::default()))));
+    });
+    let vertices = count * (world.tile_cells() as usize + 1).pow(2);
+    println!("  {:44} {}", format!("CPU, {threads} threads, whole tiles"), rate(vertices, tiles));
 }
 
 /// Some areas side by side.
@@ -71,8 +92,15 @@ fn areas(side: usize, count: usize) -> Vec<Area> {
     (0..count).map(|index| Area::new(1024 + (index * side) as i64, -3072, side, side)).collect()
 }
 
-fn gpu(adapter: &Adapter, relief: &Arc<NoiseRelief>) {
+/// Plans of some tiles side by side.
+fn plans(world: &World, count: usize) -> Vec<TilePlan> {
+    let id = |index: usize| TileId { x: 4 + index as i64, y: -12 };
+    (0..count).map(|index| TilePlan::new(world, id(index), &Clock::default())).collect()
+}
+
+fn gpu(adapter: &Adapter, world: &World) {
     println!("  {}, {}", adapter.name(), adapter.driver());
+    let Relief::Noise(relief) = world.relief() else { return };
     let rounds = if adapter.is_software() { 1 } else { ROUNDS };
     for (name, arithmetic) in [("exact", Arithmetic::Exact), ("approximate", Arithmetic::Approximate)] {
         for group_side in [8, 16, 32] {
@@ -84,19 +112,31 @@ fn gpu(adapter: &Adapter, relief: &Arc<NoiseRelief>) {
                     continue;
                 }
             };
-            let maker = GpuMaker::new(gpu, Arc::clone(relief));
+            let maker = GpuMaker::new(gpu, Arc::clone(relief), GroundRule::of(world));
             let times = if adapter.is_software() { 1 } else { 200 };
-            let kernel = (0..rounds).filter_map(|_| maker.kernel_time(Area::new(1024, -3072, SIDE, SIDE), times)).min();
-            let kernel = kernel.map_or_else(|| "failed".into(), |time| rate(SIDE * SIDE, time));
+            let kernels = |land: Area, cells: Option<Area>| {
+                let time = (0..rounds).filter_map(|_| maker.kernel_time(land, cells, times)).min();
+                time.map_or_else(|| "failed".into(), |time| rate(cells.unwrap_or(land).len(), time))
+            };
             println!(
-                "  {title:44} {kernel}   {}",
+                "  {title:44} {}   {}",
+                kernels(Area::new(1024, -3072, SIDE, SIDE), None),
                 maker.probe().map_or_else(|reason| reason, |()| "the CPU's bits".into())
             );
+            // As large as a submission takes whole.
+            let cells = Area::new(1024, -3072, SIDE / 2, SIDE / 2);
+            println!("  {:44} {}", format!("{title}, tiles"), kernels(shaped_input(world, cells), Some(cells)));
             if group_side == 8 {
-                let areas = areas(1024, AREAS);
-                let clock = Clock::default();
+                let (areas, clock) = (areas(SIDE, AREAS), Clock::default());
                 let back = best(rounds, || drop(black_box(maker.lands(&areas, &clock))));
-                println!("  {:44} {}", format!("{name}, read back"), rate(AREAS * 1024 * 1024, back));
+                println!("  {:44} {}", format!("{name}, read back"), rate(AREAS * SIDE * SIDE, back));
+                let wide = World::new(world.preset().clone(), None).expect("it is sound").with_tile_cells(SIDE as u32);
+                let back = best(rounds, || drop(black_box(maker.tiles(&wide, plans(&wide, AREAS), &clock))));
+                println!("  {:44} {}", format!("{name}, tiles read back"), rate(AREAS * (SIDE + 1).pow(2), back));
+                let clock = Clock::default();
+                let whole = best(1, || drop(black_box(maker.tiles(&wide, plans(&wide, AREAS), &clock))));
+                let stages = clock.stages().into_iter().map(|(stage, spent)| format!("{stage} {spent:.1?}"));
+                println!("    of {whole:.1?}: {}", stages.collect::<Vec<_>>().join(", "));
             }
         }
     }

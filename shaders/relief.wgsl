@@ -1,33 +1,7 @@
 // Heights of noise, a thread a vertex: src/relief/noise.rs and src/noise, whose functions have the same names here.
 //
-// After exact.wgsl or approximate.wgsl, whose add, sub and mul are the only sums and products of numbers with a fraction that
-// reach a height.
-
-// The side of a workgroup.
-override SIDE: u32 = 8u;
-
-struct Job {
-    // Zero, which no compiler knows.
-    zero: u32,
-    // Words of a block.
-    block_words: u32,
-}
-
-@group(0) @binding(0) var<uniform> job: Job;
-// The relief: what is the same for all blocks (src/relief/packed.rs).
-@group(0) @binding(1) var<storage, read> relief: array<u32>;
-// What each block has for itself.
-@group(0) @binding(2) var<storage, read> blocks: array<u32>;
-@group(0) @binding(3) var<storage, read_write> heights: array<f32>;
-
-// A number of the relief, and one of a block.
-fn relief_f32(at: u32) -> f32 {
-    return bitcast<f32>(relief[at]);
-}
-
-fn block_f32(at: u32) -> f32 {
-    return bitcast<f32>(blocks[at]);
-}
+// After job.wgsl, and exact.wgsl or approximate.wgsl, whose add, sub and mul are the only sums and products of numbers with a
+// fraction that reach a height.
 
 // Where a vertex lies: its column and row in its block, and where the words of that begin.
 struct Place {
@@ -67,7 +41,7 @@ fn bump(t: f32, slope: f32) -> f32 {
 // The bump of the point (u, v), whose gradient stands in the octave.
 fn lattice_bump(octave: u32, t: f32, u: u32, v: u32, du: f32, dv: f32) -> f32 {
     let gradient = octave + GRADIENTS + hash_gradient(u, v);
-    return bump(t, add(mul(relief_f32(gradient), du), mul(relief_f32(gradient + 16u), dv)));
+    return bump(t, add(mul(same_f32(gradient), du), mul(same_f32(gradient + 16u), dv)));
 }
 
 // splat.rs
@@ -82,25 +56,25 @@ const POINTS_A_UNIT: f32 = 1.2247449;
 const REACH_ROWS: f32 = 1.0002;
 
 fn splat_noise(octave: u32, place: Place) -> f32 {
-    let at = place.block + relief[octave + BLOCK_AT];
-    let x = relief_f32(octave + COLUMNS + place.column);
-    let y = relief_f32(octave + ROWS + place.row);
-    let row = block_f32(at) + y * SQRT_2;
+    let at = place.block + same[octave + BLOCK_AT];
+    let x = same_f32(octave + COLUMNS + place.column);
+    let y = same_f32(octave + ROWS + place.row);
+    let row = own_f32(at) + y * SQRT_2;
     // Of all bumps those that reach the vertex, in the order of their rows and columns: the others add zero. What is rounded here
     // only says where to look.
     let last_row = min(i32(floor(row + REACH_ROWS)), POINT_ROWS - 1);
     var sum = 0.0;
     for (var r = max(i32(ceil(row - REACH_ROWS)), 0); r <= last_row; r += 1) {
         let row_at = at + 1u + u32(r) * POINT_ROW_WORDS;
-        let dy = add(y, block_f32(row_at));
+        let dy = add(y, own_f32(row_at));
         let base = sub(0.5, mul(dy, dy));
-        let first = i32(floor(block_f32(row_at + 1u) + x * POINTS_A_UNIT));
+        let first = i32(floor(own_f32(row_at + 1u) + x * POINTS_A_UNIT));
         let last = min(first + 1, POINT_COLUMNS - 1);
         for (var c = max(first, 0); c <= last; c += 1) {
             let point = row_at + 2u + u32(c) * 3u;
-            let dx = add(x, block_f32(point));
+            let dx = add(x, own_f32(point));
             let t = sub(base, mul(dx, dx));
-            let slope = add(mul(dx, block_f32(point + 1u)), mul(dy, block_f32(point + 2u)));
+            let slope = add(mul(dx, own_f32(point + 1u)), mul(dy, own_f32(point + 2u)));
             sum = add(sum, bump(t, slope));
         }
     }
@@ -115,12 +89,12 @@ fn row_bump(octave: u32, u: u32, v: u32, du: f32, dv: f32, base: f32) -> f32 {
 
 // The bumps of one row of points: 0 the northern, 1 the southern.
 fn row_bumps(octave: u32, at: u32, side: u32, column: u32) -> f32 {
-    let v = blocks[at] + side;
+    let v = own[at] + side;
     let side_at = at + 1u + 4u * side;
-    let dv = block_f32(side_at + 2u);
-    let base = block_f32(side_at + 3u);
-    let along = relief[octave + COLUMNS + column] + blocks[side_at + 1u];
-    let u = blocks[side_at] + (along >> LANE_FRACTION_BITS);
+    let dv = own_f32(side_at + 2u);
+    let base = own_f32(side_at + 3u);
+    let along = same[octave + COLUMNS + column] + own[side_at + 1u];
+    let u = own[side_at] + (along >> LANE_FRACTION_BITS);
     // The fraction as the mantissa of a float from 1 to 2.
     let from_one = bitcast<f32>((along & LANE_FRACTION) | 0x3f800000u);
     let west = row_bump(octave, u, v, sub(from_one, 1.0), dv, base);
@@ -129,7 +103,7 @@ fn row_bumps(octave: u32, at: u32, side: u32, column: u32) -> f32 {
 }
 
 fn row_wise_noise(octave: u32, place: Place) -> f32 {
-    let at = place.block + relief[octave + BLOCK_AT] + 9u * place.row;
+    let at = place.block + same[octave + BLOCK_AT] + 9u * place.row;
     return add(row_bumps(octave, at, 0u, place.column), row_bumps(octave, at, 1u, place.column));
 }
 
@@ -164,10 +138,10 @@ fn noise_in_cells(octave: u32, u: u32, v: u32, cell_u: u32, cell_v: u32) -> f32 
 }
 
 fn simplex_noise(octave: u32, place: Place) -> f32 {
-    let at = place.block + relief[octave + BLOCK_AT] + 4u * place.row;
-    let u = relief[octave + COLUMNS + place.column] + blocks[at + 2u];
-    let v = blocks[at + 3u];
-    return noise_in_cells(octave, u, v, blocks[at] + (u >> LANE_FRACTION_BITS), blocks[at + 1u]);
+    let at = place.block + same[octave + BLOCK_AT] + 4u * place.row;
+    let u = same[octave + COLUMNS + place.column] + own[at + 2u];
+    let v = own[at + 3u];
+    return noise_in_cells(octave, u, v, own[at] + (u >> LANE_FRACTION_BITS), own[at + 1u]);
 }
 
 // Whole cells, and the rest in the fixed point of a position, at most half a cell either way.
@@ -182,18 +156,18 @@ fn split(cells: f32) -> Split {
 }
 
 fn noise_warped(octave: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
-    let at = place.block + relief[octave + BLOCK_AT] + 4u * place.row;
+    let at = place.block + same[octave + BLOCK_AT] + 4u * place.row;
     let metres = octave + METRES;
     let split_u = split(add(
-        mul(displaced_m.x, relief_f32(metres)),
-        mul(displaced_m.y, relief_f32(metres + 1u)),
+        mul(displaced_m.x, same_f32(metres)),
+        mul(displaced_m.y, same_f32(metres + 1u)),
     ));
-    let split_v = split(mul(displaced_m.y, relief_f32(metres + 2u)));
-    let u = bitcast<i32>(relief[octave + COLUMNS + place.column] + blocks[at + 2u]) + split_u.rest;
-    let v = bitcast<i32>(blocks[at + 3u]) + split_v.rest;
+    let split_v = split(mul(displaced_m.y, same_f32(metres + 2u)));
+    let u = bitcast<i32>(same[octave + COLUMNS + place.column] + own[at + 2u]) + split_u.rest;
+    let v = bitcast<i32>(own[at + 3u]) + split_v.rest;
     // Signed, for a displacement may lead back before the row's first cell.
-    let cell_u = blocks[at] + bitcast<u32>((u >> LANE_FRACTION_BITS) + split_u.whole);
-    let cell_v = blocks[at + 1u] + bitcast<u32>((v >> LANE_FRACTION_BITS) + split_v.whole);
+    let cell_u = own[at] + bitcast<u32>((u >> LANE_FRACTION_BITS) + split_u.whole);
+    let cell_v = own[at + 1u] + bitcast<u32>((v >> LANE_FRACTION_BITS) + split_v.whole);
     return noise_in_cells(octave, bitcast<u32>(u), bitcast<u32>(v), cell_u, cell_v);
 }
 
@@ -204,7 +178,7 @@ const RIDGED: u32 = 1u;
 const HYBRID: u32 = 2u;
 
 fn octave_noise(octave: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
-    switch relief[octave] {
+    switch same[octave] {
         case 0u: {
             return splat_noise(octave, place);
         }
@@ -222,15 +196,15 @@ fn octave_noise(octave: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
 
 // What a vertex carries from octave to octave: see `State`.
 fn fractal(at: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
-    let kind = relief[at];
-    let count = relief[at + 1u];
+    let kind = same[at];
+    let count = same[at + 1u];
     var value = 0.0;
     var weight = 0.0;
     for (var index = 0u; index < count; index += 1u) {
         let octave = at + 2u + index * OCTAVE_WORDS;
         let noise = octave_noise(octave, place, displaced_m);
-        let offset = relief_f32(octave + OFFSET);
-        let amplitude = relief_f32(octave + AMPLITUDE);
+        let offset = same_f32(octave + OFFSET);
+        let amplitude = same_f32(octave + AMPLITUDE);
         if kind == FBM {
             value = select(add(value, noise), noise, index == 0u);
         } else if kind == RIDGED {
@@ -264,75 +238,77 @@ const MEAN_WORDS: u32 = 5u;
 
 fn strided_fractal(at: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
     let value = fractal(at + MEAN_WORDS, place, displaced_m);
-    if relief[at] == 0u {
+    if same[at] == 0u {
         return value;
     }
-    let moved = add(mul(value, relief_f32(at + 1u)), relief_f32(at + 2u));
-    return clamp(moved, relief_f32(at + 3u), relief_f32(at + 4u));
+    let moved = add(mul(value, same_f32(at + 1u)), same_f32(at + 2u));
+    return clamp(moved, same_f32(at + 3u), same_f32(at + 4u));
 }
 
 // curve.rs
 
 fn curve(at: u32, value: f32) -> f32 {
-    var sum = relief_f32(at);
-    let count = relief[at + 3u];
+    var sum = same_f32(at);
+    let count = same[at + 3u];
     for (var index = 0u; index < count; index += 1u) {
         let ramp = at + 4u + 3u * index;
-        let climbed = clamp(sub(value, relief_f32(ramp)), 0.0, relief_f32(ramp + 1u));
-        sum = add(sum, mul(climbed, relief_f32(ramp + 2u)));
+        let climbed = clamp(sub(value, same_f32(ramp)), 0.0, same_f32(ramp + 1u));
+        sum = add(sum, mul(climbed, same_f32(ramp + 2u)));
     }
-    return clamp(sum, relief_f32(at + 1u), relief_f32(at + 2u));
+    return clamp(sum, same_f32(at + 1u), same_f32(at + 2u));
 }
 
 // noise.rs
 
 fn share(at: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
     let noise = strided_fractal(at + 2u, place, displaced_m);
-    let t = clamp(add(mul(noise, relief_f32(at)), relief_f32(at + 1u)), 0.0, 1.0);
+    let t = clamp(add(mul(noise, same_f32(at)), same_f32(at + 1u)), 0.0, 1.0);
     return mul(mul(t, t), sub(3.0, mul(2.0, t)));
 }
 
 const TERM_WORDS: u32 = 5u;
 
-fn height(place: Place) -> f32 {
+// The relief that begins at some word.
+fn height(at: u32, place: Place) -> f32 {
     var displaced_m = vec2(0.0, 0.0);
-    if relief[0] != 0u {
-        let distance_m = relief_f32(2u);
+    if same[at] != 0u {
+        let distance_m = same_f32(at + 2u);
         displaced_m = vec2(
-            mul(strided_fractal(relief[0], place, displaced_m), distance_m),
-            mul(strided_fractal(relief[1], place, displaced_m), distance_m),
+            mul(strided_fractal(same[at], place, displaced_m), distance_m),
+            mul(strided_fractal(same[at + 1u], place, displaced_m), distance_m),
         );
     }
-    let count = relief[5];
+    let count = same[at + 5u];
     var height = 0.0;
     for (var index = 0u; index < count; index += 1u) {
-        let term = 6u + TERM_WORDS * index;
-        var value = strided_fractal(relief[term], place, displaced_m);
-        if relief[term + 1u] != 0u {
-            value = curve(relief[term + 1u], value);
+        let term = at + 6u + TERM_WORDS * index;
+        var value = strided_fractal(same[term], place, displaced_m);
+        if same[term + 1u] != 0u {
+            value = curve(same[term + 1u], value);
         }
-        value = add(mul(value, relief_f32(term + 2u)), relief_f32(term + 3u));
-        if relief[term + 4u] != 0u {
-            value = mul(value, share(relief[term + 4u], place, displaced_m));
+        value = add(mul(value, same_f32(term + 2u)), same_f32(term + 3u));
+        if same[term + 4u] != 0u {
+            value = mul(value, share(same[term + 4u], place, displaced_m));
         }
         height = select(add(height, value), value, index == 0u);
     }
-    if relief[3] != 0u {
-        let floor_m = relief_f32(4u);
-        height = add(floor_m, mul(sub(height, floor_m), share(relief[3], place, displaced_m)));
+    if same[at + 3u] != 0u {
+        let floor_m = same_f32(at + 4u);
+        height = add(floor_m, mul(sub(height, floor_m), share(same[at + 3u], place, displaced_m)));
     }
     return height;
 }
 
-// A block begins with where its first vertex lies in its area, how large that is, and where its heights begin.
+// A block begins with where its first vertex lies in its area, how large that is, where its heights begin, and which relief they
+// are of.
 @compute @workgroup_size(SIDE, SIDE)
 fn fill(@builtin(global_invocation_id) id: vec3<u32>) {
-    let block = id.z * job.block_words;
-    let column = bitcast<i32>(blocks[block]) + i32(id.x);
-    let row = bitcast<i32>(blocks[block + 1u]) + i32(id.y);
-    let width = i32(blocks[block + 2u]);
-    if column < 0 || row < 0 || column >= width || row >= i32(blocks[block + 3u]) {
+    let block = BANDS * BAND_WORDS + id.z * job.block_words;
+    let column = bitcast<i32>(own[block]) + i32(id.x);
+    let row = bitcast<i32>(own[block + 1u]) + i32(id.y);
+    let width = i32(own[block + 2u]);
+    if column < 0 || row < 0 || column >= width || row >= i32(own[block + 3u]) {
         return;
     }
-    heights[blocks[block + 4u] + u32(row * width + column)] = height(Place(id.x, id.y, block));
+    put_f32(own[block + 4u] + u32(row * width + column), height(own[block + 5u], Place(id.x, id.y, block)));
 }

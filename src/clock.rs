@@ -34,6 +34,12 @@ pub mod stage {
     pub const LINES: &str = "lines";
     /// The land, shaped to the beds of lines.
     pub const IMPRINT: &str = "imprint";
+    /// What a GPU is told of land and tiles.
+    pub const GPU_LOADS: &str = "GPU: told";
+    /// Until a GPU has made what is asked for next.
+    pub const GPU_WAITS: &str = "GPU: waited for";
+    /// What a GPU has made, taken over.
+    pub const GPU_READS: &str = "GPU: read";
     /// Normals.
     pub const NORMALS: &str = "normals";
     /// Blend weights.

@@ -5,7 +5,7 @@ use crate::grid::Grid;
 use crate::memory::heap_bytes;
 
 /// The land of an area, and the water on it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Land {
     /// Heights in metres: of the ground, so under water of its bed.
     pub heights: Grid<f32>,
@@ -14,7 +14,7 @@ pub struct Land {
 }
 
 /// Water on an area.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Water {
     /// What there is at each vertex.
     pub kind: Grid<WaterKind>,

@@ -11,11 +11,10 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use crate::area::{Area, Place, Region, Stride};
+use crate::area::{Place, Region, Stride};
 use crate::device::LandMaker;
 use crate::error::Error;
 pub use crate::file::{FileRecord, MeshRecord};
-use crate::land::Land;
 use crate::stop;
 use crate::tile::{Tile, TilePlan};
 use crate::watch::Watch;
@@ -136,9 +135,8 @@ impl Batch {
     ) -> Result<Batch, Error> {
         let cols = region.cols();
         let clock = &watch.clock;
-        let finish = |place: Place, plan: TilePlan, land: Land, made: Duration| {
+        let finish = |place: Place, tile: Tile, made: Duration| {
             let start = Instant::now();
-            let tile = Tile::of_plan(world, plan, land, clock);
             let kept =
                 sinks.iter().map(|sink| clock.time(&format!("paint {}", sink.name()), || sink.take(&tile, place)));
             let kept = kept.collect::<Result<Vec<Kept>, Error>>()?;
@@ -149,7 +147,7 @@ impl Batch {
             }
             Ok(pieces)
         };
-        // Tiles whose land is made together.
+        // Tiles that are made together.
         let make = |indices: &[u64]| {
             stop::check();
             let mut pieces = Vec::with_capacity(indices.len());
@@ -166,10 +164,9 @@ impl Batch {
             let start = Instant::now();
             let plans: Vec<TilePlan> =
                 missing.par_iter().map(|(_, place)| TilePlan::new(world, region.tile(*place), clock)).collect();
-            let lands = maker.lands(&plans.iter().map(|plan| plan.land).collect::<Vec<Area>>(), clock);
+            let tiles = maker.tiles(world, plans, clock);
             let made = start.elapsed().div_f64(missing.len().max(1) as f64);
-            let finished = missing.par_iter().zip(plans).zip(lands);
-            let finished = finished.map(|((&(_, place), plan), land)| finish(place, plan, land, made));
+            let finished = missing.par_iter().zip(tiles).map(|(&(_, place), tile)| finish(place, tile, made));
             for ((at, _), made) in missing.iter().zip(finished.collect::<Result<Vec<_>, Error>>()?) {
                 pieces[*at] = made;
             }

@@ -19,9 +19,9 @@ use crate::map::style::{STYLES, Style};
 use crate::mesh::middle;
 use crate::preset::{BUILT_IN, Preset, Sources};
 use crate::recipe::source;
-use crate::relief::Relief;
 use crate::threads::thread_count;
 use crate::walker::{Tour, Way};
+use crate::world::World;
 
 /// Bakes endless procedural terrain, offline, into maps and assets.
 #[derive(Parser)]
@@ -390,9 +390,9 @@ pub(super) struct DeviceArguments {
 }
 
 impl DeviceArguments {
-    /// What makes the land of a relief; why it is not a GPU is said.
-    pub fn maker(&self, relief: &Relief, console: &Console) -> Result<Arc<dyn LandMaker>, Error> {
-        let (maker, reason) = self.device.parse::<Device>()?.maker(relief, self.workgroup)?;
+    /// What makes the land and the tiles of a world; why it is not a GPU is said.
+    pub fn maker(&self, world: &World, console: &Console) -> Result<Arc<dyn LandMaker>, Error> {
+        let (maker, reason) = self.device.parse::<Device>()?.maker(world, self.workgroup)?;
         console.warnings(reason.as_slice());
         Ok(maker)
     }

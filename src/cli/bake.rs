@@ -207,7 +207,7 @@ pub(super) fn on_device<'a>(plan: Plan<'a>, options: &Manner, console: &Console)
     if options.dry_run {
         return Ok(plan);
     }
-    let maker = options.device.maker(plan.world().relief(), console)?;
+    let maker = options.device.maker(plan.world(), console)?;
     Ok(plan.with_maker(maker))
 }
 

@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
         pool.install(|| {
             watch.begin("finding what is drawn", None);
             let world = Chart::world(&preset, Some(seed))?;
-            let chart = Chart::made_by(|relief| arguments.device.maker(relief, console), &world, style, scale)?;
+            let chart = Chart::made_by(|world| arguments.device.maker(world, console), &world, style, scale)?;
             let picture = chart.picture(area);
             watch.begin("drawing", Some((page.height() as u64, "rows")));
             let written = file.write(&Sheet::new(&picture, &captions), scale, &texts, &watch);

@@ -4,11 +4,15 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 #[cfg(feature = "gpu")]
-use super::gpu::{Adapter, Arithmetic, Gpu, GpuMaker, adapters};
+use super::gpu::{Adapter, Arithmetic, FluvialMaker, Gpu, GpuMaker, adapters};
 use super::{Cpu, LandMaker};
 use crate::error::{Error, nearest};
+#[cfg(feature = "gpu")]
 use crate::relief::Relief;
 use crate::simd::Level;
+#[cfg(feature = "gpu")]
+use crate::tile::GroundRule;
+use crate::world::World;
 
 /// What is asked to compute.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,20 +45,20 @@ impl Device {
         format!("cpu, {level}")
     }
 
-    /// What makes the land of a relief on this device, in groups of `group_side` by `group_side` threads where it is a GPU; and for
+    /// What makes the land and the tiles of a world on this device, in groups of `group_side` by `group_side` threads where it is a GPU; and for
     /// [`Auto`](Device::Auto), why that is not a GPU.
     ///
     /// # Errors
     /// When a GPU is asked for, and none is there or can be used.
-    pub fn maker(self, relief: &Relief, group_side: u32) -> Result<(Arc<dyn LandMaker>, Option<String>), Error> {
-        let cpu = Cpu::maker(relief);
+    pub fn maker(self, world: &World, group_side: u32) -> Result<(Arc<dyn LandMaker>, Option<String>), Error> {
+        let cpu = Cpu::maker(world.relief());
         match self {
             Device::Cpu => Ok((cpu, None)),
-            Device::Auto => Ok(match gpu_maker(relief, group_side, false) {
+            Device::Auto => Ok(match gpu_maker(world, group_side, false) {
                 Ok(maker) => (maker, None),
                 Err(reason) => (cpu, Some(format!("the CPU makes the land: {reason}"))),
             }),
-            Device::Gpu => match gpu_maker(relief, group_side, true) {
+            Device::Gpu => match gpu_maker(world, group_side, true) {
                 Ok(maker) => Ok((maker, None)),
                 Err(message) => Err(Error::Device { message, hint: "--device auto takes the CPU then".into() }),
             },
@@ -63,10 +67,7 @@ impl Device {
 }
 
 #[cfg(feature = "gpu")]
-fn gpu_maker(relief: &Relief, group_side: u32, takes_software: bool) -> Result<Arc<dyn LandMaker>, String> {
-    let Relief::Noise(noise) = relief else {
-        return Err("GPUs make land of noise, not land with rivers".into());
-    };
+fn gpu_maker(world: &World, group_side: u32, takes_software: bool) -> Result<Arc<dyn LandMaker>, String> {
     let adapters = adapters();
     let is_taken = |adapter: &&Adapter| takes_software || !adapter.is_software();
     let Some(adapter) = adapters.iter().find(is_taken) else {
@@ -75,13 +76,23 @@ fn gpu_maker(relief: &Relief, group_side: u32, takes_software: bool) -> Result<A
             None => "no GPU is there, or no driver of it can be reached".into(),
         });
     };
-    let maker = GpuMaker::new(Arc::new(Gpu::open(adapter, group_side, Arithmetic::Exact)?), Arc::clone(noise));
-    maker.probe()?;
-    Ok(Arc::new(maker))
+    let gpu = Arc::new(Gpu::open(adapter, group_side, Arithmetic::Exact)?);
+    match world.relief() {
+        Relief::Noise(noise) => {
+            let maker = GpuMaker::new(gpu, Arc::clone(noise), GroundRule::of(world));
+            maker.probe()?;
+            Ok(Arc::new(maker))
+        }
+        Relief::Fluvial(fluvial) => {
+            let maker = FluvialMaker::new(gpu, Arc::clone(fluvial));
+            maker.probe()?;
+            Ok(Arc::new(maker))
+        }
+    }
 }
 
 #[cfg(not(feature = "gpu"))]
-fn gpu_maker(_: &Relief, _: u32, _: bool) -> Result<Arc<dyn LandMaker>, String> {
+fn gpu_maker(_: &World, _: u32, _: bool) -> Result<Arc<dyn LandMaker>, String> {
     Err("this terrane was built without GPUs (feature gpu)".into())
 }
 

@@ -26,8 +26,10 @@ use crate::area::Area;
 use crate::clock::Clock;
 use crate::land::Land;
 use crate::relief::Relief;
+use crate::tile::{Tile, TilePlan};
+use crate::world::World;
 
-/// What makes the land of areas, as it is before any line shapes it.
+/// What makes the land of areas, as it is before any line shapes it, and tiles of it.
 pub trait LandMaker: Debug + Send + Sync {
     /// What it computes on, in a few words.
     fn name(&self) -> String;
@@ -37,6 +39,18 @@ pub trait LandMaker: Debug + Send + Sync {
 
     /// The land of each area, with the time of each stage booked on `clock`.
     fn lands(&self, areas: &[Area], clock: &Clock) -> Vec<Land>;
+
+    /// The tiles of plans in `world`, the one whose land it makes, with the time of each stage booked on `clock`.
+    fn tiles(&self, world: &World, plans: Vec<TilePlan>, clock: &Clock) -> Vec<Tile> {
+        self.tiles_of_lands(world, plans, clock)
+    }
+
+    /// The same, with all but the [lands](LandMaker::lands) made by the CPU.
+    fn tiles_of_lands(&self, world: &World, plans: Vec<TilePlan>, clock: &Clock) -> Vec<Tile> {
+        let lands = self.lands(&plans.iter().map(|plan| plan.land).collect::<Vec<Area>>(), clock);
+        let made = plans.into_par_iter().zip(lands);
+        made.map(|(plan, land)| Tile::of_plan(world, plan, land, clock)).collect()
+    }
 
     /// What went wrong with it, if anything did: what it could not make itself was made by the CPU.
     fn trouble(&self) -> Option<String> {

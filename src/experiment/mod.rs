@@ -166,7 +166,7 @@ impl Engine {
             Engine::Cpu => (Device::Cpu, 0),
             Engine::Gpu { group_side } => (Device::Gpu, group_side),
         };
-        device.maker(world.relief(), group_side).map(|(maker, _)| maker)
+        device.maker(world, group_side).map(|(maker, _)| maker)
     }
 }
 

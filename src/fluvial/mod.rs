@@ -64,6 +64,8 @@ pub mod rivers;
 mod strahler;
 pub mod survey;
 pub mod landforms;
+#[cfg(feature = "gpu")]
+pub(crate) mod packed;
 
 use std::sync::Arc;
 
@@ -130,6 +132,14 @@ struct Detail {
     gullies: bool,
     /// Whether hollows are cut open. What is cut is a vertex wide, and takes a wide pad.
     breaches: bool,
+}
+
+/// Land of which water has made valleys and gullies, and nothing else yet.
+#[derive(Debug)]
+struct Carved {
+    nodes: Displaced,
+    hillsides: Hillsides,
+    valleys: Valleys,
 }
 
 /// Nodes that the cells of a level are wide at least whose channels are seen: of fewer only the mean is.
@@ -262,11 +272,15 @@ impl Fluvial {
     /// The land at all nodes of an area, with the time of each stage booked on `clock`.
     pub fn land(&self, area: Area, clock: &Clock) -> Land {
         let detail = self.detail();
-        let whole = |area: Area| {
+        self.land_by(area, |area| {
             let segments = clock.time(stage::NETWORK, || self.segments(self.around(area, detail), detail));
             self.land_of(&segments, area, detail, clock)
-        };
-        match self.stride / detail.step {
+        })
+    }
+
+    /// The same, given what makes the land of its nodes, or of finer ones whose mean it is.
+    fn land_by(&self, area: Area, whole: impl Fn(Area) -> Land) -> Land {
+        match self.stride / self.detail().step {
             1 => whole(area),
             finer => Means::of(area, finer, self.fields.sea_level_m() as f32, whole),
         }
@@ -333,8 +347,13 @@ impl Fluvial {
 
     /// The land at the nodes of an area, given the segments of channels around it and perhaps more.
     fn land_of(&self, segments: &Segments, area: Area, detail: Detail, clock: &Clock) -> Land {
-        let step = detail.step;
-        let nodes = clock.time(stage::WARP, || self.warp.fill(self.around(area, detail), step));
+        let carved = self.carve(segments, area, detail, clock);
+        self.fill_in(segments, area, detail, carved, clock)
+    }
+
+    /// The valleys and the gullies in their sides, around an area of nodes.
+    fn carve(&self, segments: &Segments, area: Area, detail: Detail, clock: &Clock) -> Carved {
+        let nodes = clock.time(stage::WARP, || self.warp.fill(self.around(area, detail), detail.step));
         let hillsides = self.hillsides(nodes.area, detail);
         let gullies = self.gullies(detail);
         let read_m = self.crest_read_m(gullies);
@@ -343,6 +362,12 @@ impl Fluvial {
         if let Some(gullies) = gullies {
             clock.time(stage::GULLIES, || gullies.carve(&nodes, &hillsides.slope, &mut valleys));
         }
+        Carved { nodes, hillsides, valleys }
+    }
+
+    /// All that is not valleys and gullies: what ice and waves have left, the coast, cuts through what dams, and water.
+    fn fill_in(&self, segments: &Segments, area: Area, detail: Detail, carved: Carved, clock: &Clock) -> Land {
+        let Carved { nodes, hillsides, mut valleys } = carved;
         if let Some(moraines) = &self.moraines {
             clock.time(stage::MORAINES, || moraines.raise(segments, &nodes, &mut valleys));
         }

@@ -25,7 +25,7 @@ pub const PATCH: usize = 8;
 /// Patches a side of a quarter of a block, and of a block: for each of them segments are picked before they are for what it
 /// consists of. Larger ones would leave more segments to each patch, smaller ones look at all segments more often.
 const QUARTER: usize = 2;
-const BLOCK: usize = 2 * QUARTER;
+pub(super) const BLOCK: usize = 2 * QUARTER;
 
 /// Cells of the finest level within which a brook can matter to a vertex, where its sides are as steep as the hill;
 /// measured: of 25,000 vertices of six worlds a dozen are reached over 3 to 4.5.
@@ -236,7 +236,7 @@ struct SegmentLimits {
 impl FillValleys<'_> {
     /// Metres between nodes.
     fn spacing_m(&self) -> f32 {
-        (self.fields.metres_a_grain() * (GRAINS * self.step) as f64) as f32
+        spacing_m(self.fields, self.step)
     }
 
     /// The valleys of a part of a block, patch by patch.
@@ -319,11 +319,7 @@ impl FillValleys<'_> {
 
     /// What the floors of all valleys have in common.
     fn floor(&self) -> Floor {
-        Floor {
-            level_m: (LEAST_HALF_WIDTH * GRAINS as f64 * self.fields.metres_a_grain()) as f32,
-            levees: self.fields.settings().levees as f32,
-            terraces: self.fields.settings().terraces,
-        }
+        floor(self.fields)
     }
 
     /// The limits of each segment's side over a group of vertices: the lowest that it can be, less the highest that the
@@ -473,6 +469,20 @@ impl FillValleys<'_> {
             lanes.store(simd, share, &mut out.share);
             lanes.spread(&number[..S::LANES], &mut out.segment);
         }
+    }
+}
+
+/// Metres from a node to the next, so many vertices apart.
+pub(super) fn spacing_m(fields: &Fields, step: i64) -> f32 {
+    (fields.metres_a_grain() * (GRAINS * step) as f64) as f32
+}
+
+/// What the floors of all valleys of a world have in common.
+pub(super) fn floor(fields: &Fields) -> Floor {
+    Floor {
+        level_m: (LEAST_HALF_WIDTH * GRAINS as f64 * fields.metres_a_grain()) as f32,
+        levees: fields.settings().levees as f32,
+        terraces: fields.settings().terraces,
     }
 }
 

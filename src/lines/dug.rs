@@ -4,7 +4,7 @@
 
 use crate::area::Area;
 use crate::grid::Grid;
-use crate::lines::nearest::{self, fade, raise};
+use crate::lines::nearest::{self, Nearest, fade, raise};
 use crate::lines::{Bed, Line};
 
 /// What all dug lines together do to the vertices of an area.
@@ -16,10 +16,6 @@ pub struct Dug {
     pub sand: Grid<f32>,
     /// Share of water, 0 to 1.
     pub water: Grid<f32>,
-    /// Metres from the bed to the water's surface; 0 where less than half is water.
-    pub depth_m: Grid<f32>,
-    /// Metres from edge to edge of the river whose water it is; 0 where less than half is water.
-    pub width_m: Grid<f32>,
 }
 
 /// The share of water from which on a vertex lies in it.
@@ -29,7 +25,7 @@ impl Dug {
     /// Nothing done to `area`.
     pub(super) fn blank(area: Area) -> Dug {
         let grid = || Grid::filled(area, 0.0);
-        Dug { cut_m: grid(), sand: grid(), water: grid(), depth_m: grid(), width_m: grid() }
+        Dug { cut_m: grid(), sand: grid(), water: grid() }
     }
 
     /// Adds what a line does to bare heights.
@@ -41,13 +37,7 @@ impl Dug {
             raise(&mut self.cut_m, x, y, (heights.at(x, y) - place.floor_m).max(0.0) * fall);
             // Sand lies in the bed and on the lower half of the bank.
             raise(&mut self.sand, x, y, fade(2.0 * place.outside_m / bank_m));
-            // Water fills the bed; its edge is as soft as a vertex is wide.
-            let water = (0.5 - place.outside_m / spacing_m).clamp(0.0, 1.0);
-            raise(&mut self.water, x, y, water);
-            if water >= WET {
-                raise(&mut self.depth_m, x, y, place.filled_m);
-                raise(&mut self.width_m, x, y, 2.0 * place.half_width_m);
-            }
+            raise(&mut self.water, x, y, share_of_water(&place, spacing_m));
         });
     }
 
@@ -72,26 +62,48 @@ impl Dug {
             raise(&mut self.cut_m, x, y, other.cut_m.at(x, y));
             raise(&mut self.sand, x, y, other.sand.at(x, y));
             raise(&mut self.water, x, y, other.water.at(x, y));
-            raise(&mut self.depth_m, x, y, other.depth_m.at(x, y));
-            raise(&mut self.width_m, x, y, other.width_m.at(x, y));
         }
     }
 
     /// Does only a share of it to a vertex.
     pub(super) fn weaken(&mut self, x: i64, y: i64, share: f32) {
-        for grid in [&mut self.cut_m, &mut self.sand, &mut self.water, &mut self.depth_m] {
+        for grid in [&mut self.cut_m, &mut self.sand, &mut self.water] {
             grid.row_mut(y, x, x + 1)[0] *= share;
         }
     }
 
     /// What is done to a part of the area, which must be within it.
     pub(super) fn part(&self, area: Area) -> Dug {
-        Dug {
-            cut_m: self.cut_m.part(area),
-            sand: self.sand.part(area),
-            water: self.water.part(area),
-            depth_m: self.depth_m.part(area),
-            width_m: self.width_m.part(area),
-        }
+        Dug { cut_m: self.cut_m.part(area), sand: self.sand.part(area), water: self.water.part(area) }
     }
+}
+
+/// How deep and how wide the water of dug rivers is. Few ask for it, and so it is no part of what lines do to all tiles.
+#[derive(Clone, Debug)]
+pub(crate) struct DugWaters {
+    /// Metres from the floor of the bed to the water's surface; 0 off the water.
+    pub depth_m: Grid<f32>,
+    /// Metres from edge to edge of the river whose water it is; 0 off the water.
+    pub width_m: Grid<f32>,
+}
+
+impl DugWaters {
+    /// The waters of the rivers among lines, on an area.
+    pub fn new<'a>(lines: impl IntoIterator<Item = &'a Line>, area: Area) -> DugWaters {
+        let mut waters = DugWaters { depth_m: Grid::filled(area, 0.0), width_m: Grid::filled(area, 0.0) };
+        for line in lines.into_iter().filter(|line| matches!(line.bed, Bed::Dug { .. })) {
+            nearest::visit(line, area, |x, y, place| {
+                if share_of_water(&place, line.spacing_m as f32) >= WET {
+                    raise(&mut waters.depth_m, x, y, place.filled_m);
+                    raise(&mut waters.width_m, x, y, 2.0 * place.half_width_m);
+                }
+            });
+        }
+        waters
+    }
+}
+
+/// The share of water at a place by a river, whose bed it fills; its edge is as soft as a vertex is wide.
+fn share_of_water(place: &Nearest, spacing_m: f32) -> f32 {
+    (0.5 - place.outside_m / spacing_m).clamp(0.0, 1.0)
 }

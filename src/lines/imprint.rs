@@ -43,6 +43,27 @@ impl Imprint {
         (!imprint.is_blank()).then_some(imprint)
     }
 
+    /// What a kernel elsewhere has computed that agents' `lines` do, once the land is shaped: metres that are cut, and shares of sand,
+    /// water and dirt.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn of_planes<'a>(
+        [cut_m, sand, water, dirt]: [Grid<f32>; 4],
+        lines: impl IntoIterator<Item = &'a Line>,
+    ) -> Imprint {
+        let area = cut_m.area();
+        let (mut is_dug, mut is_trodden) = (false, false);
+        for line in lines.into_iter().filter(|line| line.bounds.common(&area).is_some()) {
+            is_dug |= matches!(line.bed, Bed::Dug { .. });
+            is_trodden |= matches!(line.bed, Bed::Trodden { .. });
+        }
+        Imprint {
+            area,
+            built: None,
+            trodden: is_trodden.then(|| Trodden::of_dirt(dirt)),
+            dug: is_dug.then_some(Dug { cut_m, sand, water }),
+        }
+    }
+
     /// Nothing done to `area`.
     pub(crate) fn blank(area: Area) -> Imprint {
         Imprint { area, built: None, trodden: None, dug: None }

@@ -5,6 +5,7 @@
 //!   agents/           +--> Line: id, points, |                                          trodden.rs  agents' roads
 //!   places/ roads   --+    structures, bed   |                                          built.rs    cut and filled, drain.rs
 //!                                            +--> outline.rs   the points that suffice to draw a road
+//!                                            +--> packed.rs    agents' lines as words, for kernels of the GPU
 //! ```
 //!
 //! The makers hand their lines to this room; tiles, meshes, maps and exports take them from it.
@@ -16,11 +17,14 @@ mod id;
 mod imprint;
 mod nearest;
 mod outline;
+#[cfg(feature = "gpu")]
+pub(crate) mod packed;
 mod structure;
 mod trodden;
 
 pub use built::Built;
 pub use dug::Dug;
+pub(crate) use dug::DugWaters;
 pub use id::{ChannelId, LakeId, LineId, SiteId};
 pub use imprint::Imprint;
 pub(crate) use nearest::fade;

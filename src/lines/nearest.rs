@@ -2,7 +2,11 @@
 
 use crate::area::Area;
 use crate::grid::Grid;
+#[cfg(feature = "gpu")]
+use crate::lines::packed;
 use crate::lines::{Bed, Line, LinePoint};
+#[cfg(feature = "gpu")]
+use crate::noise::packed::put;
 
 /// Where a vertex lies by a line.
 #[derive(Clone, Copy)]
@@ -17,8 +21,26 @@ pub(super) struct Nearest {
     pub half_width_m: f32,
 }
 
+/// Adds words of the pieces of an agent's line that can have an effect on a vertex of `area`, for kernels that run elsewhere, and
+/// says how many there are: the vertices that each is near to, counted from the north-western one of `from`; its ends; its half widths
+/// and floors there.
+#[cfg(feature = "gpu")]
+pub(super) fn pack(line: &Line, area: Area, from: [i64; 2], words: &mut Vec<u32>) -> u32 {
+    let mut count = 0;
+    for piece in line.pieces().map(|ends| BedPiece::new(line, ends, bank_m(line))) {
+        let near = piece.near(area);
+        if near.is_empty() {
+            continue;
+        }
+        words.extend(packed::corners(near, from));
+        put(words, [piece.from, piece.to, piece.half_width_m, piece.floor_m].into_iter().flatten());
+        count += 1;
+    }
+    count
+}
+
 /// Metres from the edge of an agent's line to the hard end of its effect.
-fn bank_m(line: &Line) -> f32 {
+pub(super) fn bank_m(line: &Line) -> f32 {
     match line.bed {
         Bed::Dug { bank_m } => bank_m as f32,
         Bed::Trodden { shoulder_m, .. } => shoulder_m as f32,

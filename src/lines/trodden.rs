@@ -22,6 +22,12 @@ impl Trodden {
         Trodden { dirt: Grid::filled(area, 0.0), grade: None }
     }
 
+    /// Dirt on land that was levelled already.
+    #[cfg(feature = "gpu")]
+    pub(super) fn of_dirt(dirt: Grid<f32>) -> Trodden {
+        Trodden { dirt, grade: None }
+    }
+
     /// Adds what a line does.
     pub(super) fn add(&mut self, line: &Line) {
         let Bed::Trodden { shoulder_m, graded } = line.bed else { return };

@@ -96,15 +96,15 @@ impl Chart {
     /// # Errors
     /// When a value of the preset is out of its range at the scale.
     pub fn of_world(world: &Arc<World>, style: Style, scale: Scale) -> Result<Arc<Chart>, Error> {
-        Chart::made_by(|relief| Ok(Cpu::maker(relief)), world, style, scale)
+        Chart::made_by(|world| Ok(Cpu::maker(world.relief())), world, style, scale)
     }
 
-    /// The maps of such a [world](Chart::world), with the land that is lit made by what is given for its relief.
+    /// The maps of such a [world](Chart::world), with the land that is lit made by what is given for it.
     ///
     /// # Errors
     /// When a value of the preset is out of its range at the scale, or nothing is given.
     pub fn made_by(
-        maker: impl FnOnce(&crate::relief::Relief) -> Result<Arc<dyn LandMaker>, Error>,
+        maker: impl FnOnce(&World) -> Result<Arc<dyn LandMaker>, Error>,
         world: &Arc<World>,
         style: Style,
         scale: Scale,
@@ -121,7 +121,7 @@ impl Chart {
         let summits = is_fluvial.then(|| Summits::new(Arc::clone(world), scale)).transpose()?.map(Arc::new);
         let has_ranges = is_fluvial && Afar::is_of_use(world, scale);
         let afar = has_ranges.then(|| Afar::new(world, scale)).transpose()?.map(Arc::new);
-        let maker = maker(strided.relief())?;
+        let maker = maker(&strided)?;
         let terrain = Arc::new(Terrain::new(strided, maker, scale));
         Ok(Chart::drawn(Arc::clone(world), terrain, (summits, afar), style, scale))
     }

@@ -5,13 +5,14 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::area::{Area, TileId};
+use crate::clock::Clock;
 use crate::device::LandMaker;
 use crate::geometry::length;
 use crate::grid::Grid;
 use crate::map::rows::weigh;
 use crate::map::scale::Scale;
 use crate::memory::{Memory, heap_bytes};
-use crate::tile::Tile;
+use crate::tile::TilePlan;
 use crate::world::World;
 
 /// Nodes a side of a patch of land that is made at once, and bytes of patches that are remembered.
@@ -137,7 +138,8 @@ impl Terrain {
 
     fn patch(&self, id: TileId) -> Arc<Patch> {
         self.patches.get(id, || {
-            let tile = Tile::without_lines(&self.world, &*self.maker, id);
+            let plan = TilePlan::without_lines(&self.world, id);
+            let tile = self.maker.tiles(&self.world, vec![plan], &Clock::default()).remove(0);
             let area = Area::new(id.x * PATCH, id.y * PATCH, PATCH as usize, PATCH as usize);
             Patch {
                 heights: tile.heights().part(area).values().to_vec(),

@@ -182,6 +182,14 @@ struct Pivots {
     first: [f64; 2],
 }
 
+impl Pivots {
+    /// Room for them.
+    fn none() -> Pivots {
+        let each = [0.0; STRIDE * CELL_ROWS];
+        Pivots { x: each, y: each, phase: each, first: [0.0; 2] }
+    }
+}
+
 /// A pivot that reaches a few rows of a strip.
 #[derive(Clone, Copy)]
 struct Reaching<S: Simd> {
@@ -202,12 +210,7 @@ impl Kernel for StripesFill<'_> {
         if self.area.is_empty() {
             return;
         }
-        let mut pivots = Pivots {
-            x: [0.0; STRIDE * CELL_ROWS],
-            y: [0.0; STRIDE * CELL_ROWS],
-            phase: [0.0; STRIDE * CELL_ROWS],
-            first: [0.0; 2],
-        };
+        let mut pivots = Pivots::none();
         let zero = simd.splat(0.0);
         // Places to be filled: only as many as are found are read.
         let none = Reaching { dx: zero, dx2: zero, dy: [0.0; GROUP_ROWS], base: [0.0; GROUP_ROWS], phase: 0.0 };
@@ -241,9 +244,9 @@ impl Kernel for StripesFill<'_> {
 }
 
 impl Stripes {
-    /// Finds the pivots around the block whose first vertex is (x, y).
+    /// Finds the pivots around the block whose first vertex is (x, y); returns how many columns and rows of cells they are of.
     #[inline(always)]
-    fn find_pivots<S: Simd>(&self, simd: S, x: i64, y: i64, pivots: &mut Pivots) {
+    fn find_pivots<S: Simd>(&self, simd: S, x: i64, y: i64, pivots: &mut Pivots) -> [usize; 2] {
         let position_x = self.origin[0].wrapping_add(self.step.wrapping_mul(i128::from(x) as u128));
         let position_y = self.origin[1].wrapping_add(self.step.wrapping_mul(i128::from(y) as u128));
         // The first cell whose middle is near enough, counted from the one in which the vertex lies.
@@ -277,6 +280,7 @@ impl Stripes {
                 simd.store(chance_phase * turn, &mut pivots.phase[at..]);
             }
         }
+        [count_x, count_y]
     }
 
     /// Finds the pivots that reach some rows of the strip from `column` on, in the order of their cells; returns how
@@ -438,6 +442,73 @@ fn store_part<S: Simd>(simd: S, value: S::F32, to: &mut [f32], lanes: &Range<usi
     let mut vector = [0.0; MAX_LANES];
     simd.store(value, &mut vector);
     to[..lanes.len()].copy_from_slice(&vector[lanes.clone()]);
+}
+
+/// What a kernel needs of stripes that runs elsewhere: `shaders/fluvial.wgsl` has the names of the functions here.
+#[cfg(feature = "gpu")]
+mod packed {
+    use super::{
+        BLOCK_COLUMNS, BLOCK_ROWS, CELL_REACH, CELL_WAVES, COSINE, COSINE_0, Kernel, Pivots, REACH, SINE, SINE_0,
+        SINE_1, STRIDE, Simd, Stripes, simd,
+    };
+    use crate::noise::packed::put;
+
+    /// Words of a pivot, and those before the pivots of a block.
+    const PIVOT_WORDS: usize = 3;
+    const FIRST_WORDS: usize = 4;
+
+    impl Stripes {
+        /// Numbers that are the same for all stripes.
+        pub(crate) fn pack_wave(words: &mut Vec<u32>) {
+            let scales = [2.0 * SINE * SINE, 2.0 * SINE * COSINE, REACH * CELL_WAVES];
+            put(words, [SINE_1, SINE_0, COSINE_0].into_iter().chain(scales).map(|number| number as f32));
+        }
+
+        /// Adds what is the same for all blocks: cells a vertex, about, and how far each column or row is from the first.
+        pub(crate) fn pack(&self, words: &mut Vec<u32>) {
+            put(words, [self.frequency as f32]);
+            put(words, self.steps);
+        }
+
+        /// Words that [`pack_block`](Stripes::pack_block) adds.
+        pub(crate) fn block_words(&self) -> usize {
+            let cells = |vertices: usize| ((vertices - 1) as f64 * self.frequency + 2.0 * CELL_REACH) as usize + 2;
+            FIRST_WORDS + PIVOT_WORDS * cells(BLOCK_COLUMNS) * cells(BLOCK_ROWS)
+        }
+
+        /// Adds the pivots that reach the block whose first vertex is (x, y): columns and rows of their cells, where the block begins
+        /// among these, and each pivot's place and phase.
+        pub(crate) fn pack_block(&self, (x, y): (i64, i64), words: &mut Vec<u32>) {
+            let end = words.len() + self.block_words();
+            let mut pivots = Pivots::none();
+            let [columns, rows] = simd::dispatch(Find { stripes: self, x, y, pivots: &mut pivots });
+            words.extend([columns, rows].map(|count| count as u32));
+            put(words, pivots.first.map(|cells| cells as f32));
+            for row in 0..rows {
+                for at in row * STRIDE..row * STRIDE + columns {
+                    put(words, [pivots.x[at], pivots.y[at], pivots.phase[at]]);
+                }
+            }
+            debug_assert!(words.len() <= end, "more pivots than a block has room for");
+            words.resize(end, 0);
+        }
+    }
+
+    struct Find<'a> {
+        stripes: &'a Stripes,
+        x: i64,
+        y: i64,
+        pivots: &'a mut Pivots,
+    }
+
+    impl Kernel for Find<'_> {
+        type Output = [usize; 2];
+
+        #[inline(always)]
+        fn run<S: Simd>(self, simd: S) -> [usize; 2] {
+            self.stripes.find_pivots(simd, self.x, self.y, self.pivots)
+        }
+    }
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 use crate::area::{Area, Stride};
 use crate::grid::Grid;
 use crate::hash::{self, Stream, StreamNumber};
+#[cfg(feature = "gpu")]
+use crate::noise::Fractal;
 use crate::noise::FractalSpec;
 use crate::recipe::mask::Mask;
 use crate::relief::curve::Curve;
@@ -46,6 +48,15 @@ pub(super) struct Share {
 }
 
 impl NoiseRelief {
+    /// A fractal alone, or zero, so many times as high, as if it were heights.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn of_fractal(fractal: Option<&Fractal>, height_m: f32) -> NoiseRelief {
+        let fractal = StridedFractal::of(fractal.cloned());
+        let range_m = fractal.bounds();
+        let term = Term { fractal, curve: None, height_m, base_m: 0.0, mask: None };
+        NoiseRelief { warp: None, terms: vec![term], land: None, range_m }
+    }
+
     /// The relief of checked settings, whose defaults are filled in, at the nodes of a stride, by metres between vertices.
     pub(crate) fn new(
         terms: &[NoiseTerm],

@@ -50,6 +50,13 @@ impl StridedFractal {
         StridedFractal { shown: (octaves > 0).then(|| Fractal::new(&spec, node_m, seed)), mean, bounds }
     }
 
+    /// A fractal all of whose octaves show, or zero.
+    #[cfg(feature = "gpu")]
+    pub fn of(fractal: Option<Fractal>) -> StridedFractal {
+        let bounds = fractal.as_ref().map_or((0.0, 0.0), Fractal::bounds);
+        StridedFractal { shown: fractal, mean: None, bounds }
+    }
+
     /// The bounds of the whole fractal, which its mean does not leave either.
     pub fn bounds(&self) -> (f32, f32) {
         self.bounds

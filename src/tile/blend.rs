@@ -116,6 +116,12 @@ impl Blend {
         blend
     }
 
+    /// The weights that a kernel elsewhere has computed, as words of the ground and of the cover.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn of_words(ground: Grid<u32>, cover: Grid<u32>) -> Blend {
+        Blend { ground, cover }
+    }
+
     /// Lays the sand of rivers and then the dirt of roads over what is there.
     pub(super) fn cover_with(&mut self, imprint: &Imprint) {
         if let Some(sand) = imprint.sand() {
@@ -287,6 +293,11 @@ impl<const AROUND: bool> Kernel for Weigh<'_, AROUND> {
     }
 }
 
+/// What makes what a way rises to the end of a meadow a slope.
+pub(super) fn floor_scale(half_per_spacing: f32) -> f32 {
+    2.0 * half_per_spacing / FLOOR as f32
+}
+
 /// The steepest of the ways from vertices to those [`FLOOR`] to their north, west, east and south.
 #[inline(always)]
 fn steepest_around<S: Simd>(simd: S, rows: &[&[f32]; 3], from: usize, rule: &GroundRule) -> S::F32 {
@@ -297,7 +308,7 @@ fn steepest_around<S: Simd>(simd: S, rows: &[&[f32]; 3], from: usize, rule: &Gro
         simd.max(simd.abs(simd.load(&rows[1][from..]) - here), simd.abs(simd.load(&rows[1][from + 2 * pad..]) - here));
     let along =
         simd.max(simd.abs(simd.load(&north[from + pad..]) - here), simd.abs(simd.load(&south[from + pad..]) - here));
-    let rise = simd.max(across, along) * simd.splat(2.0 * rule.half_per_spacing / FLOOR as f32);
+    let rise = simd.max(across, along) * simd.splat(floor_scale(rule.half_per_spacing));
     steepness(simd, one / simd.sqrt(rise * rise + one), rule)
 }
 

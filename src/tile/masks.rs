@@ -9,7 +9,7 @@ use crate::area::{Area, Stride};
 use crate::clock::Clock;
 use crate::grid::Grid;
 use crate::land::{Water, WaterKind};
-use crate::lines::{Imprint, LineKind};
+use crate::lines::{DugWaters, Imprint, LineKind};
 use crate::tile::Tile;
 use crate::tile::accumulation::{accumulation, input};
 use crate::world::World;
@@ -30,6 +30,7 @@ pub fn accumulation_input(area: Area) -> Area {
 pub(super) struct Derived {
     accumulation_m2: OnceLock<Grid<f32>>,
     pub densities: OnceLock<Grid<[f32; 4]>>,
+    pub dug_waters: OnceLock<DugWaters>,
 }
 
 impl Tile {

@@ -8,6 +8,7 @@ mod instances;
 mod masks;
 mod normals;
 mod rule;
+mod surface;
 mod surroundings;
 mod waters;
 
@@ -19,6 +20,9 @@ pub use instances::{A_HECTARE, Instance, instances, least_distance_m};
 pub use masks::{WETTEST, accumulation_input};
 pub use normals::Normals;
 pub use rule::GroundRule;
+pub(crate) use surface::Surface;
+#[cfg(feature = "gpu")]
+pub(crate) use surroundings::{REACH as RUBBLE_REACH, STEPS as RUBBLE_STEPS};
 pub use waters::{WaterHere, has_rivers, has_water};
 
 use std::sync::Arc;
@@ -27,12 +31,10 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::area::{Area, Stride, TileId};
 use crate::clock::{Clock, stage};
-use crate::device::LandMaker;
 use crate::grid::Grid;
 use crate::land::{Land, Water};
 use crate::lines::{Bed, Imprint, Line, Lines};
 use crate::places::site::Site;
-use crate::preset::Preset;
 use crate::world::World;
 
 /// The area in which settlements are known that are seen on an area: the mark of one on a map is no wider than this.
@@ -57,21 +59,41 @@ pub struct Tile {
     water: Option<Water>,
     imprint: Option<Imprint>,
     lines: Lines,
+    /// Of a walker's tile the steps of agents over its edges, which its own lines may not have.
+    crossings: Lines,
     sites: Vec<Arc<Site>>,
     derived: masks::Derived,
 }
 
 /// What is known of a tile before there is any land: what stands on it, and how much land it is made of.
 #[derive(Debug)]
-pub(crate) struct TilePlan {
+pub struct TilePlan {
     id: TileId,
     lines: Lines,
     sites: Vec<Arc<Site>>,
     /// The area of bare land that the tile is made of.
-    pub land: Area,
+    pub(crate) land: Area,
 }
 
 impl TilePlan {
+    /// The plan of the tile at `id` where no line shapes the land: for pictures, which draw lines themselves.
+    pub(crate) fn without_lines(world: &World, id: TileId) -> TilePlan {
+        let land = shaped_input(world, id.area(world.tile_cells()));
+        TilePlan { id, lines: Lines::new(), sites: Vec::new(), land }
+    }
+
+    /// The lines that shape its land.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn lines(&self) -> impl Iterator<Item = &Line> {
+        self.lines.iter().map(AsRef::as_ref)
+    }
+
+    /// The tile's vertices.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn cells(&self, world: &World) -> Area {
+        self.id.area(world.tile_cells())
+    }
+
     /// The plan of the tile at `id`, with the time of each stage booked on `clock`.
     pub fn new(world: &World, id: TileId, clock: &Clock) -> TilePlan {
         let cells = id.area(world.tile_cells());
@@ -124,30 +146,32 @@ impl Tile {
     /// # Panics
     /// When `land` is not of the area that the plan asks for.
     pub(crate) fn of_plan(world: &World, plan: TilePlan, mut land: Land, clock: &Clock) -> Tile {
-        let TilePlan { id, mut lines, sites, land: wide } = plan;
-        let cells = id.area(world.tile_cells());
+        let cells = plan.id.area(world.tile_cells());
         let shaped = shaped_input(world, cells);
         // What the lines do to the land.
         let mut imprint = clock.time(stage::IMPRINT, || {
-            let imprint = Imprint::new(&land.heights, land.water.as_ref(), lines.iter().map(AsRef::as_ref))?;
+            let imprint = Imprint::new(&land.heights, land.water.as_ref(), plan.lines.iter().map(AsRef::as_ref))?;
             imprint.shape(&mut land.heights, land.water.as_ref());
             Some(imprint)
         });
-        if wide != shaped {
+        if plan.land != shaped {
             land = land.part(shaped);
             imprint = imprint.map(|imprint| imprint.part(shaped));
         }
-        // The vertices whose heights are seen on the tile, as slopes are: what lies further away does not concern it.
-        let near = normals::input(cells);
-        lines.retain(|line| line.concerns(&near));
-        Tile { lines, sites, ..Tile::of_shaped(world, id, land, imprint, clock) }
+        let surface = Surface::new(&GroundRule::of(world), &land, imprint, cells, clock);
+        Tile::of_surface(world, plan, land, surface)
     }
 
-    /// The tile at `id` of land that a maker gives and no line has shaped: for pictures, which draw lines themselves.
-    pub(crate) fn without_lines(world: &World, maker: &dyn LandMaker, id: TileId) -> Tile {
-        let clock = Clock::default();
-        let land = maker.lands(&[shaped_input(world, id.area(world.tile_cells()))], &clock).remove(0);
-        Tile::of_shaped(world, id, land, None, &clock)
+    /// The tile of a plan, given its land as its lines have left it, and what is on that.
+    pub(crate) fn of_surface(world: &World, plan: TilePlan, land: Land, surface: Surface) -> Tile {
+        let TilePlan { id, mut lines, sites, .. } = plan;
+        let area = id.area(world.tile_cells());
+        // The vertices whose heights are seen on the tile, as slopes are: what lies further away does not concern it.
+        let near = normals::input(area);
+        lines.retain(|line| line.concerns(&near));
+        let (Land { heights, water }, Surface { normals, blend, imprint }) = (land, surface);
+        let (spacing_m, derived, crossings) = (world.spacing_m(), masks::Derived::default(), Lines::new());
+        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, crossings, sites, derived }
     }
 
     /// The heights of the tile at `id` before anything shapes them, as far as a tile needs them.
@@ -184,35 +208,15 @@ impl Tile {
         if let Some(imprint) = &imprint {
             clock.time(stage::IMPRINT, || imprint.shape(&mut heights, None));
         }
-        Tile::of_shaped(world, id, Land { heights, water: None }, imprint, clock)
+        let plan = TilePlan::without_lines(world, id);
+        let land = Land { heights, water: None };
+        let surface = Surface::new(&GroundRule::of(world), &land, imprint, plan.id.area(world.tile_cells()), clock);
+        Tile::of_surface(world, plan, land, surface)
     }
 
-    /// The tile with the lines that have shaped it.
-    pub(crate) fn with_lines(self, lines: Lines) -> Tile {
-        Tile { lines, ..self }
-    }
-
-    /// The tile at `id` of land as its lines have left it, without these.
-    fn of_shaped(world: &World, id: TileId, land: Land, imprint: Option<Imprint>, clock: &Clock) -> Tile {
-        let Land { heights, water } = land;
-        let area = id.area(world.tile_cells());
-        let spacing_m = world.spacing_m();
-        // Normals and slopes from differences across the edge.
-        let normals = clock.time(stage::NORMALS, || Normals::new(&heights, area, spacing_m));
-        // What the ground is made of.
-        let blend = clock.time(stage::BLEND, || {
-            let Preset { ground, sea_level_m, .. } = world.preset();
-            let rule = GroundRule::new(ground, *sea_level_m, spacing_m, world.seed());
-            let rule = if world.stride() == Stride::ONE { rule } else { rule.from_afar(spacing_m, world.seed()) };
-            let mut blend = Blend::new(&rule, &heights, water.as_ref(), &normals);
-            if let Some(imprint) = &imprint {
-                blend.cover_with(imprint);
-            }
-            blend
-        });
-        let (lines, sites) = (Lines::new(), Vec::new());
-        let derived = masks::Derived::default();
-        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, sites, derived }
+    /// The tile with the lines that have shaped it, and the steps of others over its edges.
+    pub(crate) fn with_lines(self, lines: Lines, crossings: Lines) -> Tile {
+        Tile { lines, crossings, ..self }
     }
 
     /// Where the tile is in the world.

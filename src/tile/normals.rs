@@ -38,6 +38,12 @@ impl Normals {
         normals
     }
 
+    /// The normals that a kernel elsewhere has computed: east, up, south, and the slope.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn of_planes([east, up, south, slope]: [Grid<f32>; 4]) -> Normals {
+        Normals { east, up, south, slope }
+    }
+
     /// The unit normal at a vertex: east, up, south.
     ///
     /// # Panics

@@ -2,15 +2,25 @@
 
 use std::f64::consts::SQRT_2;
 
+use crate::area::Stride;
 use crate::hash::{Stream, stream};
+#[cfg(feature = "gpu")]
+use crate::noise::packed::put;
 use crate::noise::{Fractal, FractalKind, FractalSpec};
+use crate::preset::Preset;
 use crate::preset::ground::GroundSettings;
 use crate::simd::Simd;
+#[cfg(feature = "gpu")]
+use crate::tile::blend::floor_scale;
+#[cfg(feature = "gpu")]
+use crate::tile::surroundings::{ROLL_SHIFT, Round};
+use crate::world::World;
 
 /// Which ground lies where, ready to be applied: each limit as a ramp from 0 to 1.
 #[derive(Clone, Debug)]
 pub struct GroundRule {
     slope_scale: f32,
+    exact_spacing_m: f64,
     pub(super) half_per_spacing: f32,
     pub(super) spacing_m: f32,
     pub(super) dirt: LinearStep,
@@ -115,6 +125,19 @@ const NOISE_DEVIATION: f64 = 0.3;
 const LAST: f32 = 4.0;
 
 impl GroundRule {
+    /// The rule of a world, at its nodes.
+    pub fn of(world: &World) -> GroundRule {
+        let Preset { ground, sea_level_m, .. } = world.preset();
+        let (spacing_m, seed) = (world.spacing_m(), world.seed());
+        let rule = GroundRule::new(ground, *sea_level_m, spacing_m, seed);
+        if world.stride() == Stride::ONE { rule } else { rule.from_afar(spacing_m, seed) }
+    }
+
+    /// Metres from a vertex to the next.
+    pub fn spacing_m(&self) -> f64 {
+        self.exact_spacing_m
+    }
+
     /// The rule of checked settings on a lattice of this spacing; sand lies about the sea level.
     pub fn new(ground: &GroundSettings, sea_level_m: Option<f64>, spacing_m: f64, seed: u64) -> GroundRule {
         let sea_level_m = sea_level_m.unwrap_or(0.0);
@@ -122,6 +145,7 @@ impl GroundRule {
         let is_ragged = ground.scree.is_some() || ground.forest_m.is_some() || ground.wet_m.is_some();
         GroundRule {
             slope_scale: ground.slope_scale as f32,
+            exact_spacing_m: spacing_m,
             half_per_spacing: (0.5 / spacing_m) as f32,
             spacing_m: spacing_m as f32,
             dirt: LinearStep::between(ground.dirt),
@@ -164,6 +188,35 @@ impl GroundRule {
             ragged.noise = (seen > 0).then(|| Fractal::new(&spec, spacing_m, stream(seed, Stream::GroundCover)));
         }
         self
+    }
+
+    /// The rule as words, for kernels that run elsewhere: `shaders/tile.wgsl` has their places by name. Of what needs water there is
+    /// nothing.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn pack(&self, words: &mut Vec<u32>) {
+        let ramp = |ramp: LinearStep| [ramp.scale, ramp.shift];
+        let Forest { bias, tree_line, north_m, too_steep, no_meadow, likes_wet: _, edge } = self.forest;
+        put(words, [self.slope_scale, self.half_per_spacing]);
+        put(words, [self.dirt, self.rock, self.no_sand, self.steep_sand, self.snow].into_iter().flat_map(ramp));
+        put(words, [self.snow_north_m]);
+        put(words, ramp(self.snow_slides));
+        let noise = self.ragged.as_ref().is_some_and(|ragged| ragged.noise.is_some());
+        words.extend([self.ragged.is_some(), noise, self.scree.is_some()].map(u32::from));
+        put(words, ramp(self.scree.map_or(LinearStep::always(0.0), |scree| scree.lies)));
+        put(words, [bias]);
+        put(words, ramp(tree_line));
+        put(words, [north_m]);
+        put(words, [too_steep, no_meadow].into_iter().flat_map(ramp));
+        put(words, [edge, floor_scale(self.half_per_spacing), ROLL_SHIFT]);
+        for round in self.scree.iter().flat_map(|scree| Round::all(self.spacing_m, scree.reach_m)) {
+            put(words, round.losses.into_iter().chain(round.roll_scales));
+        }
+    }
+
+    /// What a rule looks at beside the land itself: noise, and rubble.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn ragged(&self) -> Option<(Option<&Fractal>, bool)> {
+        self.ragged.as_ref().map(|ragged| (ragged.noise.as_ref(), self.scree.is_some()))
     }
 
     /// How far below the tree line a place is, by its height and by how far its normal points south: 1 where trees stand as they

@@ -10,8 +10,8 @@ use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::rule::{GroundRule, clamp, ramp, steepness};
 
 /// The steps of the rounds in vertices, and how far they lead together.
-const STEPS: [usize; 3] = [4, 2, 1];
-const REACH: usize = STEPS[0] + STEPS[1] + STEPS[2];
+pub(crate) const STEPS: [usize; 3] = [4, 2, 1];
+pub(crate) const REACH: usize = STEPS[0] + STEPS[1] + STEPS[2];
 
 /// The area of land that the surroundings of an area are made of: the slope of the furthest vertex too.
 pub(super) const fn input(area: Area) -> Area {
@@ -22,12 +22,41 @@ pub(super) const fn input(area: Area) -> Area {
 /// all rolls on. They are slopes of 17 and 27 degrees; it comes to rest at 30 to 38.
 const ROLLS: [f32; 2] = [0.3, 0.5];
 
+/// The share of what rolls that does not depend on the rise.
+pub(super) const ROLL_SHIFT: f32 = -ROLLS[0] / (ROLLS[1] - ROLLS[0]);
+
 /// How many metres on level ground a metre up a bank is worth to what wets the ground.
 const CLIMB: f32 = 5.0;
 
 /// Cubic metres a second from which on a river wets as much ground as a lake does. A sixteenth of that wets half as much:
 /// the floor of a valley widens more slowly than its river.
 const LARGE_M3S: f32 = 2.0;
+
+/// What is lost in a round on the way from a neighbour, and what makes a rise on that way a share of what rolls: straight, and
+/// diagonally.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Round {
+    pub losses: [f32; 2],
+    pub roll_scales: [f32; 2],
+}
+
+impl Round {
+    /// A round of so many vertices.
+    fn new(step: usize, spacing_m: f32, reach_m: f32) -> Round {
+        let straight_m = step as f32 * spacing_m;
+        let ways_m = [straight_m, straight_m * std::f32::consts::SQRT_2];
+        Round {
+            losses: ways_m.map(|way_m| way_m / reach_m),
+            roll_scales: ways_m.map(|way_m| 1.0 / (way_m * (ROLLS[1] - ROLLS[0]))),
+        }
+    }
+
+    /// All rounds, in their order.
+    #[cfg(feature = "gpu")]
+    pub fn all(spacing_m: f32, reach_m: f32) -> [Round; STEPS.len()] {
+        STEPS.map(|step| Round::new(step, spacing_m, reach_m))
+    }
+}
 
 /// What lies around the vertices of an area.
 #[derive(Debug)]
@@ -179,11 +208,8 @@ impl<const DOWNHILL: bool> Kernel for SpreadRound<'_, DOWNHILL> {
         let Area { x0, y0, x1, y1 } = self.to.area();
         let (width, step, pad) = ((x1 - x0) as usize, self.step, self.step as i64);
         let zero = simd.splat(0.0);
-        let straight_m = self.step as f32 * self.spacing_m;
-        let ways_m = [straight_m, straight_m * std::f32::consts::SQRT_2];
-        let losses = ways_m.map(|way_m| way_m / self.reach_m);
-        let roll_scales = ways_m.map(|way_m| 1.0 / (way_m * (ROLLS[1] - ROLLS[0])));
-        let roll_shift = simd.splat(-ROLLS[0] / (ROLLS[1] - ROLLS[0]));
+        let Round { losses, roll_scales } = Round::new(self.step, self.spacing_m, self.reach_m);
+        let roll_shift = simd.splat(ROLL_SHIFT);
         let climb = simd.splat(CLIMB / self.reach_m);
         for y in y0..y1 {
             let rows = [y - pad, y, y + pad];

@@ -4,6 +4,7 @@
 use crate::area::Stride;
 use crate::fluvial::settings::RIVER_WIDTH_M;
 use crate::land::WaterKind;
+use crate::lines::DugWaters;
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -35,14 +36,22 @@ impl Tile {
         if under_sea_m > 0.0 {
             return WaterHere { kind: WaterKind::Sea, depth_m: under_sea_m, flow_m3s: 0.0 };
         }
-        match self.imprint.as_ref().and_then(|imprint| imprint.dug()).filter(|dug| dug.is_wet(x, y)) {
-            Some(dug) => WaterHere {
-                kind: WaterKind::River,
-                depth_m: dug.depth_m.at(x, y),
-                flow_m3s: flow_m3s(dug.width_m.at(x, y)),
-            },
-            None => WaterHere::default(),
+        let Some(dug) = self.imprint.as_ref().and_then(|imprint| imprint.dug()).filter(|dug| dug.is_wet(x, y)) else {
+            return WaterHere::default();
+        };
+        let waters = self.dug_waters();
+        WaterHere {
+            kind: WaterKind::River,
+            // Where a bank has a share of the vertex the water is less deep.
+            depth_m: waters.depth_m.at(x, y) * dug.water.at(x, y),
+            flow_m3s: flow_m3s(waters.width_m.at(x, y)),
         }
+    }
+
+    /// The waters of the rivers that agents have dug on it.
+    fn dug_waters(&self) -> &DugWaters {
+        let lines = self.lines.iter().chain(&self.crossings).map(AsRef::as_ref);
+        self.derived.dug_waters.get_or_init(|| DugWaters::new(lines, self.area))
     }
 }
 

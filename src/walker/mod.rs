@@ -354,12 +354,12 @@ fn stand(
     lines: Vec<Line>,
     clock: &Clock,
 ) -> Tile {
-    let imprint = records.and_then(|records| {
-        let agents = TileAgents::new(world, id, &heights);
-        clock.time(stage::IMPRINT, || agents.imprint(records, &lines))
-    });
+    let agents = TileAgents::new(world, id, &heights);
+    let crossings = records.map_or_else(Vec::new, |records| clock.time(stage::LINES, || agents.crossings(records)));
+    let imprint = records.and_then(|_| clock.time(stage::IMPRINT, || agents.imprint(&lines, &crossings)));
     let lines: Lines = lines.into_iter().map(Arc::new).collect();
-    Tile::imprinted(world, id, heights, imprint, clock).with_lines(lines)
+    let crossings: Lines = crossings.into_iter().map(|(_, line)| Arc::new(line)).collect();
+    Tile::imprinted(world, id, heights, imprint, clock).with_lines(lines, crossings)
 }
 
 /// Metres east and south of the origin at which the middle of a tile lies.

@@ -1,14 +1,18 @@
-//! GPUs: which there are, and one of them opened, with the kernel compiled for it.
+//! GPUs: which there are, and one of them opened, with the kernels compiled for it.
 
 use std::num::NonZeroU64;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use pollster::block_on;
 use wgpu::{
     BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry, BindingType, BufferBindingType, ComputePipeline,
     ComputePipelineDescriptor, Device, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, Limits,
-    PipelineCompilationOptions, PipelineLayoutDescriptor, Queue, ShaderModuleDescriptor, ShaderSource, ShaderStages,
+    PipelineCompilationOptions, PipelineLayout, PipelineLayoutDescriptor, Queue, ShaderModule, ShaderModuleDescriptor,
+    ShaderSource, ShaderStages,
 };
+
+use crate::fluvial::packed::{MOST_OCTAVES, SMOOTHED_APART as SMOOTHED};
+use crate::tile::{RUBBLE_REACH, RUBBLE_STEPS};
 
 /// How a GPU computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +25,7 @@ pub enum Arithmetic {
 
 impl Arithmetic {
     /// The shader that says what a sum and a product are.
-    fn source(self) -> &'static str {
+    pub(super) fn source(self) -> &'static str {
         match self {
             Arithmetic::Exact => include_str!("../../../shaders/exact.wgsl"),
             Arithmetic::Approximate => include_str!("../../../shaders/approximate.wgsl"),
@@ -79,6 +83,28 @@ impl Adapter {
     }
 }
 
+/// The kernels that make a tile of land, in their order.
+#[derive(Debug)]
+pub(super) struct Kernels {
+    /// What lines do to it.
+    pub carve: ComputePipeline,
+    /// Rock, and the rounds in which rubble comes down from it, which reach so many vertices past the tile.
+    pub rock: (ComputePipeline, usize),
+    pub spread: Vec<(ComputePipeline, usize)>,
+    /// Normals, slopes and what the ground is made of.
+    pub surface: ComputePipeline,
+}
+
+/// The kernels that carve valleys and gullies, in their order.
+#[derive(Debug)]
+pub(super) struct FluvialKernels {
+    pub valleys: ComputePipeline,
+    pub fall_line: ComputePipeline,
+    pub smooth: Vec<ComputePipeline>,
+    pub octaves: Vec<ComputePipeline>,
+    pub roughen: ComputePipeline,
+}
+
 /// A GPU that is ready to compute.
 #[derive(Debug)]
 pub struct Gpu {
@@ -86,7 +112,11 @@ pub struct Gpu {
     pub(super) device: Device,
     pub(super) queue: Queue,
     pub(super) layout: BindGroupLayout,
-    pub(super) pipeline: ComputePipeline,
+    pipeline_layout: PipelineLayout,
+    arithmetic: Arithmetic,
+    kernels: OnceLock<Kernels>,
+    fluvial_kernels: OnceLock<FluvialKernels>,
+    fill: ComputePipeline,
     pub(super) group_side: u32,
     /// The largest buffer that it takes, in bytes.
     pub(super) storage_bytes: u64,
@@ -114,10 +144,6 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&kept, first_line(&error))));
         let kept = Arc::clone(&trouble);
         device.set_device_lost_callback(move |_, message| keep(&kept, message));
-        let module = device.create_shader_module(ShaderModuleDescriptor {
-            label: Some("relief"),
-            source: ShaderSource::Wgsl(relief_shader(arithmetic).into()),
-        });
         let binding = |binding: u32, ty: BufferBindingType, bytes: u64| BindGroupLayoutEntry {
             binding,
             visibility: ShaderStages::COMPUTE,
@@ -127,7 +153,7 @@ impl Gpu {
         let layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor {
             label: None,
             entries: &[
-                binding(0, BufferBindingType::Uniform, 8),
+                binding(0, BufferBindingType::Uniform, 12),
                 binding(1, BufferBindingType::Storage { read_only: true }, 4),
                 binding(2, BufferBindingType::Storage { read_only: true }, 4),
                 binding(3, BufferBindingType::Storage { read_only: false }, 4),
@@ -138,20 +164,76 @@ impl Gpu {
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
-        let pipeline = device.create_compute_pipeline(&ComputePipelineDescriptor {
-            label: Some("relief"),
-            layout: Some(&pipeline_layout),
-            module: &module,
-            entry_point: Some("fill"),
-            compilation_options: PipelineCompilationOptions {
-                constants: &[("SIDE", f64::from(group_side))],
-                zero_initialize_workgroup_memory: false,
-            },
-            cache: None,
-        });
+        let parts = Parts { device: &device, layout: &pipeline_layout, arithmetic, group_side };
+        let fill = parts.kernel(&parts.module(Shader::Relief), "fill", &[]);
         let storage_bytes = storage_bytes(&limits);
-        let gpu = Gpu { name, device, queue, layout, pipeline, group_side, storage_bytes, trouble };
+        let (kernels, fluvial_kernels) = Default::default();
+        let gpu = Gpu {
+            name,
+            device,
+            queue,
+            layout,
+            pipeline_layout,
+            arithmetic,
+            kernels,
+            fluvial_kernels,
+            fill,
+            group_side,
+            storage_bytes,
+            trouble,
+        };
         gpu.trouble().map_or(Ok(gpu), Err)
+    }
+
+    fn parts(&self) -> Parts<'_> {
+        let Gpu { device, pipeline_layout, arithmetic, group_side, .. } = self;
+        Parts { device, layout: pipeline_layout, arithmetic: *arithmetic, group_side: *group_side }
+    }
+
+    /// The kernel that makes heights of noise.
+    pub(super) fn fill(&self) -> &ComputePipeline {
+        &self.fill
+    }
+
+    /// The kernels that make a tile, compiled when they are asked for first.
+    pub(super) fn kernels(&self) -> &Kernels {
+        self.kernels.get_or_init(|| {
+            let parts = self.parts();
+            let tile = parts.module(Shader::Tile);
+            let mut left = RUBBLE_REACH;
+            let spread = |(number, step): (usize, usize)| {
+                left -= step;
+                let numbers = [("STEP", step as f64), ("LEFT", left as f64), ("ROUND", number as f64)];
+                (parts.kernel(&tile, "spread", &numbers), left)
+            };
+            Kernels {
+                spread: RUBBLE_STEPS.into_iter().enumerate().map(spread).collect(),
+                carve: parts.kernel(&tile, "carve", &[]),
+                rock: (parts.kernel(&tile, "rock", &[]), RUBBLE_REACH),
+                surface: parts.kernel(&tile, "surface", &[]),
+            }
+        })
+    }
+
+    /// The kernels that carve valleys and gullies, likewise.
+    pub(super) fn fluvial_kernels(&self) -> &FluvialKernels {
+        self.fluvial_kernels.get_or_init(|| {
+            let parts = self.parts();
+            let fluvial = parts.module(Shader::Fluvial);
+            let ways = SMOOTHED.into_iter().flat_map(|apart| [(apart, 0.0), (apart, 1.0)]);
+            let smooth = |(apart, is_down): (usize, f64)| {
+                parts.kernel(&fluvial, "smooth_planes", &[("APART", apart as f64), ("IS_DOWN", is_down)])
+            };
+            let octave = |octave: usize| parts.kernel(&fluvial, "carve_octave", &[("OCTAVE", octave as f64)]);
+            FluvialKernels {
+                // Groups are patches.
+                valleys: parts.kernel(&fluvial, "valleys", &[]),
+                fall_line: parts.kernel(&fluvial, "fall_line", &[]),
+                smooth: ways.map(smooth).collect(),
+                octaves: (0..MOST_OCTAVES).map(octave).collect(),
+                roughen: parts.kernel(&fluvial, "roughen", &[]),
+            }
+        })
     }
 
     /// Loses the GPU, as it is lost when its driver is.
@@ -175,14 +257,72 @@ impl Gpu {
     }
 }
 
+/// What kernels are compiled with.
+struct Parts<'a> {
+    device: &'a Device,
+    layout: &'a PipelineLayout,
+    arithmetic: Arithmetic,
+    group_side: u32,
+}
+
+impl Parts<'_> {
+    fn module(&self, shader: Shader) -> ShaderModule {
+        let source = ShaderSource::Wgsl(shader.source(self.arithmetic).into());
+        self.device.create_shader_module(ShaderModuleDescriptor { label: Some(shader.name()), source })
+    }
+
+    /// A kernel, with numbers of its own.
+    fn kernel(&self, module: &ShaderModule, entry: &str, numbers: &[(&str, f64)]) -> ComputePipeline {
+        let side = ("SIDE", f64::from(self.group_side));
+        let constants: Vec<(&str, f64)> = std::iter::once(side).chain(numbers.iter().copied()).collect();
+        self.device.create_compute_pipeline(&ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: Some(self.layout),
+            module,
+            entry_point: Some(entry),
+            compilation_options: PipelineCompilationOptions {
+                constants: &constants,
+                zero_initialize_workgroup_memory: false,
+            },
+            cache: None,
+        })
+    }
+}
+
 /// Keeps what went wrong, if it is the first.
 fn keep(trouble: &Mutex<Option<String>>, what: String) {
     trouble.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(what);
 }
 
-/// The shader that makes heights of noise.
-pub(super) fn relief_shader(arithmetic: Arithmetic) -> String {
-    format!("{}\n{}", arithmetic.source(), include_str!("../../../shaders/relief.wgsl"))
+/// A shader, of one or more kernels.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Shader {
+    Relief,
+    Tile,
+    Fluvial,
+}
+
+impl Shader {
+    #[cfg(test)]
+    pub const ALL: [Shader; 3] = [Shader::Relief, Shader::Tile, Shader::Fluvial];
+
+    fn name(self) -> &'static str {
+        match self {
+            Shader::Relief => "relief",
+            Shader::Tile => "tile",
+            Shader::Fluvial => "fluvial",
+        }
+    }
+
+    /// All that is compiled for it.
+    pub fn source(self, arithmetic: Arithmetic) -> String {
+        let kernels = match self {
+            Shader::Relief => include_str!("../../../shaders/relief.wgsl"),
+            Shader::Tile => include_str!("../../../shaders/tile.wgsl"),
+            Shader::Fluvial => include_str!("../../../shaders/fluvial.wgsl"),
+        };
+        [include_str!("../../../shaders/job.wgsl"), arithmetic.source(), kernels].join("\n")
+    }
 }
 
 fn storage_bytes(limits: &Limits) -> u64 {

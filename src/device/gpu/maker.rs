@@ -1,284 +1,349 @@
-//! The land of areas, made on a GPU in bands of rows: several bands a submission, several submissions under way.
+//! Land and tiles of areas, made on a GPU in bands of rows: several bands a submission, several submissions under way.
 
 use std::collections::VecDeque;
-use std::sync::mpsc::{self, Receiver};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::time::Duration;
 
+use bytemuck::{cast_slice, cast_slice_mut};
 use rayon::prelude::*;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
-use wgpu::{
-    BindGroup, BindGroupDescriptor, BindGroupEntry, Buffer, BufferAsyncError, BufferDescriptor, BufferUsages,
-    CommandBuffer, CommandEncoderDescriptor, ComputePassDescriptor, MapMode, PollType, SubmissionIndex,
-};
+use wgpu::{Buffer, BufferUsages, ComputePass, ComputePipeline};
 
 use super::adapter::Gpu;
+use super::job::{BAND_WORDS, BANDS, Band, IMPRINT_PLANES, Job, LooksAround, SURFACE_PLANES, submissions};
+use super::slot::{Slot, Slots, UnderWay, Words};
 use crate::area::Area;
 use crate::clock::{Clock, stage};
 use crate::device::LandMaker;
 use crate::grid::Grid;
 use crate::land::Land;
+use crate::lines::{Imprint, Line, packed};
 use crate::noise::packed::BLOCK;
 use crate::relief::{Block, NoiseRelief, PackedRelief};
+use crate::tile::{Blend, GroundRule, Normals, Surface, Tile, TilePlan};
+use crate::world::World;
 
-/// A GPU as a maker of a world's land.
+/// A GPU as a maker of a world's land and tiles.
 #[derive(Debug)]
 pub struct GpuMaker {
     pub(super) gpu: Arc<Gpu>,
     pub(super) relief: Arc<NoiseRelief>,
-    packed: PackedRelief,
-    /// What is the same for all blocks.
-    words: Buffer,
+    pub(super) rule: GroundRule,
+    /// The noise of the ground, and where it begins among what is the same for all.
+    rough: Option<(u32, NoiseRelief)>,
+    looks: LooksAround,
+    /// Words of a block.
+    block_words: usize,
+    /// What is the same for all blocks and tiles, and what is not their affair.
+    same: Buffer,
     job: Buffer,
-    /// Bytes of heights in a slot, and of words.
-    slot_bytes: u64,
-    /// Slots that nothing is under way in.
-    slots: Mutex<Vec<Slot>>,
+    slots: Slots,
 }
 
 /// Tiles that are asked for at once: enough to keep a GPU busy while the CPU encodes the last ones.
 const TOGETHER: usize = 4;
 
-/// Bytes of heights of a submission at most, and of what its blocks have for themselves: so little that the next is made ready while
-/// one is under way, and so much that what a submission costs does not count.
+/// Bytes of a submission at most that go up, and that come back: so little that the next is made ready while one is under way, and so
+/// much that what a submission costs does not count.
 const SUBMISSION_BYTES: u64 = 8 << 20;
 
 /// Submissions of one call that are under way at most: each has its buffers.
 const UNDER_WAY: usize = 4;
 
-/// The most groups along an axis, which all adapters take.
-const MOST_BLOCKS: u64 = 65_535;
-
 /// Blocks that a thread writes at a time: an even number, so that their bytes begin where mapped ranges may.
 const PACKED: usize = 64;
 
-/// Heights that a thread copies at a time.
+/// Values that a thread copies at a time.
 const COPIED: usize = 1 << 16;
 
-/// Some rows of an area.
-#[derive(Clone, Copy, Debug)]
-struct Band {
-    /// The area's number.
-    index: usize,
-    rows: Area,
+/// What a submission computes, once its slot was loaded.
+struct Loaded {
+    blocks: u32,
+    bands: u32,
+    words: Words,
+    /// The most vertices across and down of the land of a band that lines shape, and of the vertices of a tile.
+    carved: [usize; 2],
+    cells: [usize; 2],
 }
 
-/// The buffers of a submission, kept for the next one: to make them takes longer than to fill them.
-#[derive(Debug)]
-struct Slot {
-    /// What blocks have for themselves, where the CPU writes it, and where the kernel reads it.
-    up: Buffer,
-    words: Buffer,
-    heights: Buffer,
-    /// Heights where the CPU can read them.
-    back: Buffer,
-    group: BindGroup,
-}
-
-/// A submission under way.
-struct UnderWay {
-    bands: Vec<Band>,
-    slot: Slot,
-    index: SubmissionIndex,
-    /// Whether the CPU can read the heights, and write into the slot again.
-    mapped: Receiver<Result<(), BufferAsyncError>>,
+/// What became of a job.
+pub(super) struct Made {
+    pub heights: Grid<f32>,
+    imprint: Vec<Grid<f32>>,
+    normals: Vec<Grid<f32>>,
+    weights: Vec<Grid<u32>>,
 }
 
 impl GpuMaker {
-    /// A maker of the land of a relief.
-    pub fn new(gpu: Arc<Gpu>, relief: Arc<NoiseRelief>) -> GpuMaker {
-        let packed = relief.pack();
+    /// A maker of the land of a relief, and of tiles with that ground.
+    pub fn new(gpu: Arc<Gpu>, relief: Arc<NoiseRelief>, rule: GroundRule) -> GpuMaker {
+        let mut packed = PackedRelief::default();
+        relief.pack(&mut packed);
+        let mut block_words = packed.block_words;
+        let ragged = rule.ragged();
+        let rough = ragged.and_then(|(noise, _)| noise).map(|noise| {
+            let noise = NoiseRelief::of_fractal(Some(noise), 1.0);
+            let begins = noise.pack(&mut packed);
+            block_words = block_words.max(packed.block_words);
+            (begins, noise)
+        });
+        let looks = LooksAround { noise: ragged.is_some(), rubble: ragged.is_some_and(|(_, has_scree)| has_scree) };
+        let rule_at = packed.words.len();
+        rule.pack(&mut packed.words);
         let initial = |words: &[u32], usage: BufferUsages| {
-            let contents = bytemuck::cast_slice(words);
-            gpu.device.create_buffer_init(&BufferInitDescriptor { label: Some("relief"), contents, usage })
+            let contents = cast_slice(words);
+            gpu.device.create_buffer_init(&BufferInitDescriptor { label: Some("the same"), contents, usage })
         };
-        let words = initial(&packed.words, BufferUsages::STORAGE);
-        let job = initial(&[0, packed.block_words as u32], BufferUsages::UNIFORM);
-        let slot_bytes = SUBMISSION_BYTES.min(gpu.storage_bytes);
-        GpuMaker { gpu, relief, packed, words, job, slot_bytes, slots: Mutex::default() }
+        let same = initial(&packed.words, BufferUsages::STORAGE);
+        let job = initial(&[0, block_words as u32, rule_at as u32], BufferUsages::UNIFORM);
+        let slots = Slots::new(&gpu, SUBMISSION_BYTES);
+        GpuMaker { gpu, relief, rule, rough, looks, block_words, same, job, slots }
     }
 
-    /// The heights of each area, or `None` when something went wrong.
-    pub(super) fn heights(&self, areas: &[Area]) -> Option<Vec<Grid<f32>>> {
-        let mut grids: Vec<Grid<f32>> = areas.iter().map(|area| Grid::filled(*area, 0.0)).collect();
-        // What is left to be filled of each: bands come from north to south.
-        let mut left: Vec<&mut [f32]> = grids.iter_mut().map(Grid::values_mut).collect();
+    /// What is asked for of a tile, given its vertices, the land that it is made of and its lines; `None` where the kernels do not know
+    /// such lines.
+    pub(super) fn tile_job<'a>(cells: Area, land: Area, lines: impl IntoIterator<Item = &'a Line>) -> Option<Job> {
+        let mut lines = packed::pack(lines, land)?;
+        if lines[0] == 0 {
+            lines.clear();
+        }
+        Some(Job { land, cells: Some(cells), lines })
+    }
+
+    /// What becomes of each job, or `None`: when something went wrong, which is a [trouble](Gpu::trouble) then, or a job is too large.
+    pub(super) fn make(&self, jobs: &[Job], clock: &Clock) -> Option<Vec<Made>> {
+        let submissions = submissions(jobs, self.looks, &self.slots, self.block_words)?;
+        let made = self.make_all(jobs, submissions, clock);
+        if made.is_none() {
+            self.gpu.give_up("gave nothing back");
+        }
+        made.filter(|_| self.gpu.trouble().is_none())
+    }
+
+    fn make_all(&self, jobs: &[Job], submissions: Vec<Vec<Band>>, clock: &Clock) -> Option<Vec<Made>> {
+        let mut made: Vec<Made> = jobs.iter().map(Made::room).collect();
+        // What is left to be filled of each plane: bands come from north to south.
+        let mut left: Vec<Vec<&mut [u32]>> = made.iter_mut().map(Made::planes_mut).collect();
         // The next are under way while the first is waited for.
         let mut under_way = VecDeque::with_capacity(UNDER_WAY);
-        for bands in self.submissions(areas) {
+        for bands in submissions {
             if under_way.len() == UNDER_WAY {
-                self.read(under_way.pop_front()?, &mut left)?;
+                self.read(under_way.pop_front()?, &mut left, clock)?;
             }
-            under_way.push_back(self.submit(bands)?);
+            let submission = clock.time(stage::GPU_LOADS, || self.submit(jobs, &bands))?;
+            under_way.push_back((bands, submission));
         }
         while let Some(submission) = under_way.pop_front() {
-            self.read(submission, &mut left)?;
+            self.read(submission, &mut left, clock)?;
         }
-        self.gpu.trouble().is_none().then_some(grids)
+        Some(made)
     }
 
-    /// The areas in bands of whole rows of blocks, as many together as a submission takes.
-    fn submissions(&self, areas: &[Area]) -> Vec<Vec<Band>> {
-        let rows = BLOCK[1] as i64;
-        let mut submissions: Vec<Vec<Band>> = Vec::new();
-        let (mut blocks, mut vertices) = (u64::MAX, 0);
-        for (index, area) in areas.iter().enumerate().filter(|(_, area)| !area.is_empty()) {
-            let mut y0 = area.y0;
-            while y0 < area.y1 {
-                let y1 = ((y0.div_euclid(rows) + 1) * rows).min(area.y1);
-                let row = Area { y0, y1, ..*area };
-                let row_blocks = (area.width() / BLOCK[0] + 2) as u64;
-                let is_full = blocks.saturating_add(row_blocks) > MOST_BLOCKS
-                    || (blocks + row_blocks) * self.packed.block_words as u64 * 4 > self.slot_bytes
-                    || (vertices + row.len() as u64) * 4 > self.slot_bytes;
-                if is_full {
-                    submissions.push(Vec::new());
-                    (blocks, vertices) = (0, 0);
-                }
-                blocks += row_blocks;
-                vertices += row.len() as u64;
-                let bands = submissions.last_mut().expect("the first row of blocks finds all full");
-                match bands.last_mut() {
-                    Some(band) if band.index == index => band.rows.y1 = y1,
-                    _ => bands.push(Band { index, rows: row }),
-                }
-                y0 = y1;
-            }
-        }
-        submissions
-    }
-
-    /// A slot that is free, or a new one.
-    fn slot(&self) -> Slot {
-        let free = self.slots.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        free.unwrap_or_else(|| {
-            let device = &self.gpu.device;
-            let buffer = |label: &str, usage: BufferUsages| {
-                let (size, mapped_at_creation) = (self.slot_bytes, usage.contains(BufferUsages::MAP_WRITE));
-                device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation })
-            };
-            let up = buffer("blocks on their way", BufferUsages::MAP_WRITE | BufferUsages::COPY_SRC);
-            let words = buffer("blocks", BufferUsages::STORAGE | BufferUsages::COPY_DST);
-            let heights = buffer("heights", BufferUsages::STORAGE | BufferUsages::COPY_SRC);
-            let back = buffer("heights read back", BufferUsages::COPY_DST | BufferUsages::MAP_READ);
-            let entries: Vec<BindGroupEntry<'_>> = (0..)
-                .zip([&self.job, &self.words, &words, &heights])
-                .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-                .collect();
-            let descriptor = BindGroupDescriptor { label: None, layout: &self.gpu.layout, entries: &entries };
-            let group = device.create_bind_group(&descriptor);
-            Slot { up, words, heights, back, group }
-        })
-    }
-
-    /// Writes into a slot what the kernel needs for some bands, and says how many blocks they have; `None` when something went wrong.
-    fn load(&self, bands: &[Band], slot: &Slot) -> Option<u32> {
+    /// Writes into a slot what the kernels need for some bands; `None` when something went wrong.
+    fn load(&self, jobs: &[Job], bands: &[Band], slot: &Slot) -> Option<Loaded> {
         let mut blocks: Vec<Block> = Vec::new();
-        let mut vertices = 0;
-        for band in bands {
-            blocks.extend(Block::of(band.rows, vertices));
-            vertices += band.rows.len() as u32;
+        let mut table = vec![0; BANDS * BAND_WORDS];
+        let mut lines = Vec::new();
+        let count =
+            |band: &Band| Block::count(band.land) + if self.rough.is_some() { Block::count(band.cells) } else { 0 };
+        let lines_at = BANDS * BAND_WORDS + self.block_words * bands.iter().map(count).sum::<usize>();
+        // Words that are mapped begin at every second.
+        let lines_at = lines_at.next_multiple_of(2);
+        let mut back = 0;
+        // What does not come back lies behind all that does.
+        let mut left: usize = bands.iter().map(Band::back_words).sum();
+        let (mut carved, mut cells) = ([0; 2], [0; 2]);
+        let widen = |most: &mut [usize; 2], area: Area| {
+            *most = [most[0].max(area.width()), most[1].max(area.height())];
+        };
+        for (band, words) in bands.iter().zip(table.chunks_exact_mut(BAND_WORDS)) {
+            let job = &jobs[band.job];
+            let (heights, imprint) = (back, back + band.land.len());
+            let out = back + band.planes[0] * band.land.len();
+            back += band.back_words();
+            let noise = left;
+            let rubble = [noise + band.cells.len(), noise + band.cells.len() + band.rubble().len()];
+            if self.looks.noise {
+                left = rubble[0] + if self.looks.rubble { 2 * band.rubble().len() } else { 0 };
+            }
+            blocks.extend(Block::of(band.land, heights as u32, 0));
+            if let Some((rough, _)) = &self.rough {
+                blocks.extend(Block::of(band.cells, noise as u32, *rough));
+            }
+            let has_lines = !job.lines.is_empty();
+            let pad = |cells: i64, land: i64| if band.cells.is_empty() { 0 } else { (cells - land) as usize };
+            let numbers = [
+                heights,
+                band.land.width(),
+                band.land.height(),
+                pad(band.cells.x0, band.land.x0),
+                pad(band.cells.y0, band.land.y0),
+                band.cells.width(),
+                band.cells.height(),
+                out,
+                noise,
+                rubble[0],
+                rubble[1],
+                if has_lines { lines_at + lines.len() } else { 0 },
+                (band.land.y0 - job.land.y0) as usize,
+                imprint,
+            ];
+            for (word, number) in words.iter_mut().zip(numbers) {
+                *word = number as u32;
+            }
+            lines.extend_from_slice(&job.lines);
+            if has_lines {
+                widen(&mut carved, band.land);
+            }
+            widen(&mut cells, band.cells);
         }
-        let block_bytes = 4 * self.packed.block_words;
+        slot.view(0, table.len())?.copy_from_slice(cast_slice(&table));
+        if !lines.is_empty() {
+            slot.view(lines_at, lines.len())?.copy_from_slice(cast_slice(&lines));
+        }
         let mut views = Vec::new();
         for (number, blocks) in blocks.chunks(PACKED).enumerate() {
-            let first = (number * PACKED * block_bytes) as u64;
-            views
-                .push((slot.up.get_mapped_range_mut(first..first + (blocks.len() * block_bytes) as u64).ok()?, blocks));
+            let first = BANDS * BAND_WORDS + number * PACKED * self.block_words;
+            views.push((slot.view(first, blocks.len() * self.block_words)?, blocks));
         }
+        let block_bytes = 4 * self.block_words;
         views.into_par_iter().for_each_init(Vec::new, |words, (mut view, blocks)| {
             for (number, block) in blocks.iter().enumerate() {
                 words.clear();
-                self.relief.pack_block(block, words);
-                view.slice(number * block_bytes..).slice(..block_bytes).copy_from_slice(bytemuck::cast_slice(words));
+                let rough = self.rough.as_ref().filter(|(begins, _)| *begins == block.relief());
+                rough.map_or(&*self.relief, |(_, noise)| noise).pack_block(block, words);
+                words.resize(self.block_words, 0);
+                view.slice(number * block_bytes..).slice(..block_bytes).copy_from_slice(cast_slice(words));
             }
         });
-        slot.up.unmap();
-        Some(blocks.len() as u32)
+        Some(Loaded {
+            blocks: blocks.len() as u32,
+            bands: bands.len() as u32,
+            words: Words { own: lines_at + lines.len(), back },
+            carved,
+            cells,
+        })
     }
 
-    /// The commands that compute the blocks that were written into a slot, so many times, and then copy heights where the CPU can read
-    /// them, if any.
-    fn commands(&self, slot: &Slot, blocks: u32, times: u32, vertices: usize) -> CommandBuffer {
-        let mut encoder = self.gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
-        let bytes = u64::from(blocks) * 4 * self.packed.block_words as u64;
-        encoder.copy_buffer_to_buffer(&slot.up, 0, &slot.words, 0, bytes);
-        {
-            let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-            pass.set_pipeline(&self.gpu.pipeline);
-            pass.set_bind_group(0, &slot.group, &[]);
-            let [columns, rows] = BLOCK.map(|side| side as u32 / self.gpu.group_side);
-            for _ in 0..times {
-                pass.dispatch_workgroups(columns, rows, blocks);
+    /// Kernel after kernel.
+    fn compute(&self, pass: &mut ComputePass<'_>, loaded: &Loaded) {
+        let kernels = self.gpu.kernels();
+        let side = self.gpu.group_side;
+        let [columns, rows] = BLOCK.map(|vertices| vertices as u32 / side);
+        pass.set_pipeline(self.gpu.fill());
+        pass.dispatch_workgroups(columns, rows, loaded.blocks);
+        let mut over = |kernel: &ComputePipeline, vertices: [usize; 2]| {
+            if vertices[0] > 0 {
+                let [columns, rows] = vertices.map(|vertices| (vertices as u32).div_ceil(side));
+                pass.set_pipeline(kernel);
+                pass.dispatch_workgroups(columns, rows, loaded.bands);
+            }
+        };
+        over(&kernels.carve, loaded.carved);
+        if self.looks.rubble {
+            for (kernel, reach) in [&kernels.rock].into_iter().chain(&kernels.spread) {
+                over(kernel, loaded.cells.map(|vertices| if vertices > 0 { vertices + 2 * reach } else { 0 }));
             }
         }
-        if vertices > 0 {
-            encoder.copy_buffer_to_buffer(&slot.heights, 0, &slot.back, 0, 4 * vertices as u64);
-        }
-        encoder.finish()
+        over(&kernels.surface, loaded.cells);
     }
 
     /// Hands bands to the GPU.
-    fn submit(&self, bands: Vec<Band>) -> Option<UnderWay> {
-        let slot = self.slot();
-        let blocks = self.load(&bands, &slot)?;
-        let vertices = bands.iter().map(|band| band.rows.len()).sum::<usize>();
-        let index = self.gpu.queue.submit([self.commands(&slot, blocks, 1, vertices)]);
-        let (tell, mapped) = mpsc::channel();
-        let told = tell.clone();
-        // Nobody listens any more where something else went wrong.
-        slot.back.map_async(MapMode::Read, ..4 * vertices as u64, move |result| _ = tell.send(result));
-        slot.up.map_async(MapMode::Write, .., move |result| _ = told.send(result));
-        self.gpu.trouble().is_none().then_some(UnderWay { bands, slot, index, mapped })
+    fn submit(&self, jobs: &[Job], bands: &[Band]) -> Option<UnderWay> {
+        let slot = self.slots.take(&self.gpu, [&self.job, &self.same]);
+        let loaded = self.load(jobs, bands, &slot)?;
+        let submission = slot.submit(&self.gpu, loaded.words, |pass| self.compute(pass, &loaded));
+        self.gpu.trouble().is_none().then_some(submission)
     }
 
-    /// How long the kernel takes for an area, without what goes to the GPU and comes from it: for benchmarks. The area must fit one
-    /// submission.
-    pub fn kernel_time(&self, area: Area, times: u32) -> Option<Duration> {
-        let submissions = self.submissions(&[area]);
-        let [bands] = &submissions[..] else { return None };
-        let slot = self.slot();
-        let blocks = self.load(bands, &slot)?;
-        let spent = |times: u32| {
-            let commands = self.commands(&slot, blocks, times, 0);
-            let start = Instant::now();
-            let submission_index = Some(self.gpu.queue.submit([commands]));
-            self.gpu.device.poll(PollType::Wait { submission_index, timeout: None }).ok()?;
-            Some(start.elapsed())
-        };
-        // What a submission costs is in both.
-        spent(times)?;
-        let once = spent(times)?;
-        Some(spent(2 * times)?.saturating_sub(once) / times)
-    }
-
-    /// Waits for a submission, and puts its heights where they belong: into the first that are left of each area.
-    fn read(&self, submission: UnderWay, left: &mut [&mut [f32]]) -> Option<()> {
-        let UnderWay { bands, slot, index, mapped } = submission;
-        self.gpu.device.poll(PollType::Wait { submission_index: Some(index), timeout: None }).ok()?;
-        for result in mapped {
-            result.ok()?;
-        }
-        {
-            let vertices = bands.iter().map(|band| band.rows.len()).sum::<usize>();
-            let bytes = slot.back.get_mapped_range(..4 * vertices as u64).ok()?;
-            let mut values: &[f32] = bytemuck::cast_slice(&bytes);
+    /// Waits for the submission of some bands, and puts its values where they belong: into the first that are left of each plane.
+    fn read(
+        &self,
+        (bands, submission): (Vec<Band>, UnderWay),
+        left: &mut [Vec<&mut [u32]>],
+        clock: &Clock,
+    ) -> Option<()> {
+        clock.time(stage::GPU_WAITS, || submission.wait(&self.gpu))?;
+        clock.time(stage::GPU_READS, || {
+            let bytes = submission.values()?;
+            let mut values: &[u32] = cast_slice(&bytes);
             let mut copies = Vec::with_capacity(bands.len());
-            for Band { index, rows } in bands {
-                let (band, rest) = values.split_at(rows.len());
+            for band in bands {
+                let first = (band.kept.y0 - band.land.y0) as usize * band.land.width();
+                let (land, rest) = values.split_at(band.planes[0] * band.land.len());
+                let (cells, rest) = rest.split_at(band.planes[1] * band.cells.len());
                 values = rest;
-                copies.push((left[index].split_off_mut(..rows.len()).expect("a band is a part of its area"), band));
+                let land = land.chunks_exact(band.land.len()).map(|plane| &plane[first..][..band.kept.len()]);
+                let cells = cells.chunks_exact(band.cells.len().max(1));
+                for (to, plane) in left[band.job].iter_mut().zip(land.chain(cells)) {
+                    copies.push((to.split_off_mut(..plane.len()).expect("a band is a part of its job"), plane));
+                }
             }
             // Fresh memory is slow to be written for the first time.
-            copies.into_par_iter().for_each(|(to, band)| {
-                to.par_chunks_mut(COPIED).zip(band.par_chunks(COPIED)).for_each(|(to, band)| to.copy_from_slice(band));
+            copies.into_par_iter().for_each(|(to, plane)| {
+                to.par_chunks_mut(COPIED)
+                    .zip(plane.par_chunks(COPIED))
+                    .for_each(|(to, plane)| to.copy_from_slice(plane));
             });
-        }
-        slot.back.unmap();
-        self.slots.lock().unwrap_or_else(PoisonError::into_inner).push(slot);
+            Some(())
+        })?;
+        self.slots.give_back(submission);
         Some(())
     }
+
+    /// How long the kernels take for the land of an area, or a tile on it with no lines, without what goes to the GPU and comes from
+    /// it: for benchmarks. `None` when something goes wrong, or a submission does not take it.
+    pub fn kernel_time(&self, land: Area, cells: Option<Area>, times: u32) -> Option<Duration> {
+        let jobs = [Job { land, cells, lines: Vec::new() }];
+        let submissions = submissions(&jobs, self.looks, &self.slots, self.block_words)?;
+        let [bands] = &submissions[..] else { return None };
+        let slot = self.slots.take(&self.gpu, [&self.job, &self.same]);
+        let loaded = self.load(&jobs, bands, &slot)?;
+        slot.time(&self.gpu, loaded.words.own, times, |pass, times| {
+            (0..times).for_each(|_| self.compute(pass, &loaded))
+        })
+    }
 }
+
+impl Made {
+    /// Room for what becomes of a job.
+    fn room(job: &Job) -> Made {
+        let [of_land, of_cells] = job.planes();
+        let cells = job.cells.filter(|_| of_cells == SURFACE_PLANES).unwrap_or(Area { x1: job.land.x0, ..job.land });
+        let grids = |count: usize, area: Area| (0..count).map(|_| Grid::filled(area, 0.0)).collect::<Vec<_>>();
+        let axes = of_cells.saturating_sub(WORDS);
+        Made {
+            heights: Grid::filled(job.land, 0.0),
+            imprint: grids(of_land - 1, job.land),
+            normals: grids(axes, cells),
+            weights: (axes..of_cells).map(|_| Grid::filled(cells, 0)).collect(),
+        }
+    }
+
+    /// All planes, in the order in which they come back.
+    fn planes_mut(&mut self) -> Vec<&mut [u32]> {
+        let floats = [&mut self.heights].into_iter().chain(&mut self.imprint).chain(&mut self.normals);
+        let floats = floats.map(|grid| cast_slice_mut(grid.values_mut()));
+        floats.chain(self.weights.iter_mut().map(Grid::values_mut)).collect()
+    }
+
+    /// The land, and the surface of the tile on it, which those lines have shaped.
+    pub fn into_parts<'a>(self, lines: impl IntoIterator<Item = &'a Line>) -> (Grid<f32>, Surface) {
+        let Made { heights, imprint, normals, weights } = self;
+        let imprint: Option<[Grid<f32>; IMPRINT_PLANES]> = imprint.try_into().ok();
+        let normals: [Grid<f32>; SURFACE_PLANES - WORDS] = normals.try_into().expect("a tile was asked for");
+        let [ground, cover]: [Grid<u32>; WORDS] = weights.try_into().expect("a tile was asked for");
+        let surface = Surface {
+            normals: Normals::of_planes(normals),
+            blend: Blend::of_words(ground, cover),
+            imprint: imprint.map(|planes| Imprint::of_planes(planes, lines)),
+        };
+        (heights, surface)
+    }
+}
+
+/// Planes of words of weights among those of a surface.
+const WORDS: usize = 2;
 
 impl LandMaker for GpuMaker {
     fn name(&self) -> String {
@@ -290,14 +355,28 @@ impl LandMaker for GpuMaker {
     }
 
     fn lands(&self, areas: &[Area], clock: &Clock) -> Vec<Land> {
-        let heights = clock.time(stage::RELIEF, || {
-            let made = if self.gpu.trouble().is_none() { self.heights(areas) } else { None };
-            if made.is_none() {
-                self.gpu.give_up("gave no heights");
+        let jobs: Vec<Job> = areas.iter().map(|area| Job { land: *area, cells: None, lines: Vec::new() }).collect();
+        let made = if self.gpu.trouble().is_none() { self.make(&jobs, clock) } else { None };
+        let heights = match made {
+            Some(made) => made.into_iter().map(|made| made.heights).collect(),
+            None => {
+                clock.time(stage::RELIEF, || areas.iter().map(|area| self.relief.heights(*area)).collect::<Vec<_>>())
             }
-            made.unwrap_or_else(|| areas.iter().map(|area| self.relief.heights(*area)).collect())
-        });
+        };
         heights.into_iter().map(|heights| Land { heights, water: None }).collect()
+    }
+
+    fn tiles(&self, world: &World, plans: Vec<TilePlan>, clock: &Clock) -> Vec<Tile> {
+        let job = |plan: &TilePlan| GpuMaker::tile_job(plan.cells(world), plan.land, plan.lines());
+        let jobs =
+            if self.gpu.trouble().is_none() { plans.iter().map(job).collect::<Option<Vec<Job>>>() } else { None };
+        let made = jobs.and_then(|jobs| self.make(&jobs, clock));
+        let Some(made) = made else { return self.tiles_of_lands(world, plans, clock) };
+        let tile = |(plan, made): (TilePlan, Made)| {
+            let (heights, surface) = made.into_parts(plan.lines());
+            Tile::of_surface(world, plan, Land { heights, water: None }, surface)
+        };
+        plans.into_iter().zip(made).map(tile).collect()
     }
 
     fn trouble(&self) -> Option<String> {

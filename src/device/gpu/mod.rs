@@ -1,8 +1,11 @@
-//! Land of noise on a GPU: the shader `shaders/relief.wgsl`, a thread a vertex, with the bits of the CPU.
+//! Land and tiles of it on a GPU: the shaders in `shaders/`, a thread a vertex, with the bits of the CPU.
 //!
 //! ```text
 //!   adapter.rs   which GPUs there are, and one of them opened
-//!   maker.rs     areas -> blocks -> submissions -> heights
+//!   job.rs       land and tiles that are asked for -> bands of rows -> submissions
+//!   slot.rs      the buffers of submissions
+//!   maker.rs     submissions -> kernel after kernel -> planes -> land of noise and tiles of it
+//!   fluvial.rs   the same of land with rivers: its valleys and gullies
 //!   probe.rs     whether this GPU gives the bits of the CPU
 //! ```
 //!
@@ -10,13 +13,17 @@
 //! that they cannot know what they would be reordering (`shaders/exact.wgsl`), and the probe looks whether that held.
 
 mod adapter;
+mod fluvial;
+mod job;
 mod maker;
 mod probe;
+mod slot;
 #[cfg(test)]
 mod tests;
 
 #[cfg(test)]
-use adapter::relief_shader;
+use adapter::Shader;
 pub use adapter::{Adapter, Arithmetic, Gpu, adapters};
+pub use fluvial::FluvialMaker;
 pub use maker::GpuMaker;
 pub use probe::probe;

@@ -5,46 +5,110 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::adapter::{Adapter, Arithmetic, Gpu};
+use super::fluvial::FluvialMaker;
+use super::job::Job;
 use super::maker::GpuMaker;
-use crate::area::{Area, MAX_COORDINATE, Stride};
+use crate::area::{Area, MAX_COORDINATE, Stride, TileId};
+use crate::clock::Clock;
+use crate::device::LandMaker;
+use crate::grid::Grid;
+use crate::land::Land;
+use crate::lines::{self, Bed, Imprint, Line, LineEnd, LineId, LineKind, LinePoint};
+use crate::preset::ground::GroundSettings;
 use crate::relief::NoiseRelief;
 use crate::relief::settings::{LandMask, NoiseTerm, WarpSettings};
+use crate::tile::{GroundRule, RUBBLE_REACH, Surface};
 
-/// Sides of the areas that are compared: several blocks, whole ones and parts.
+/// Sides of the tiles that are compared: several blocks, whole ones and parts.
 const SIDES: [usize; 2] = [200, 100];
 
-/// Whether a GPU makes land of noise with the bits of the CPU: of every kind of fractal, with waves of all lengths, warped, through
-/// curves and masks.
+/// Vertices of land around a tile: the slope of what rubble comes from.
+const PAD: usize = RUBBLE_REACH + 1;
+
+/// Whether a GPU makes land of noise and tiles of it with the bits of the CPU: of every kind of fractal, with waves of all lengths,
+/// warped, through curves and masks; with rivers and roads, and with all that a ground can have without water.
 ///
 /// # Errors
 /// A sentence that says what differs first, or what the GPU does not take.
 pub fn probe(adapter: &Adapter) -> Result<(), String> {
     let gpu = Arc::new(Gpu::open(adapter, 8, Arithmetic::Exact)?);
-    probed().into_iter().try_for_each(|relief| GpuMaker::new(Arc::clone(&gpu), Arc::new(relief)).probe())
+    let Probed { relief, ground } = toml::from_str(include_str!("probe.toml")).expect("what a preset may say");
+    let rule = GroundRule::new(&ground, Some(0.0), 1.0, 9);
+    relief.into_iter().try_for_each(|settings| {
+        let relief = settings.relief();
+        GpuMaker::new(Arc::clone(&gpu), Arc::new(relief), rule.clone()).probe()
+    })
 }
 
-/// Land with all that the kernel knows.
-fn probed() -> Vec<NoiseRelief> {
-    #[derive(Deserialize)]
-    struct Probed {
-        relief: Vec<Settings>,
-    }
-    #[derive(Deserialize)]
-    struct Settings {
-        noise: Vec<NoiseTerm>,
-        warp: Option<WarpSettings>,
-        land: Option<LandMask>,
-    }
-    let probed: Probed = toml::from_str(include_str!("probe.toml")).expect("what a preset may say");
-    let relief = |Settings { mut noise, warp, land }: Settings| {
+/// Land and ground with all that the kernels know.
+#[derive(Deserialize)]
+struct Probed {
+    relief: Vec<ReliefSettings>,
+    ground: GroundSettings,
+}
+
+#[derive(Deserialize)]
+struct ReliefSettings {
+    noise: Vec<NoiseTerm>,
+    warp: Option<WarpSettings>,
+    land: Option<LandMask>,
+}
+
+impl ReliefSettings {
+    fn relief(self) -> NoiseRelief {
+        let ReliefSettings { mut noise, warp, land } = self;
         noise.iter_mut().for_each(NoiseTerm::fill_defaults);
         NoiseRelief::new(&noise, warp.as_ref(), land.as_ref(), (1.0, Stride::ONE), 9)
+    }
+}
+
+/// A line of an agent across an area that begins at a vertex, with a bend, and with pieces of no length and of little.
+fn line(origin: [i64; 2], bed: Bed, floor_m: f64) -> Line {
+    let kind = if matches!(bed, Bed::Dug { .. }) { LineKind::River } else { LineKind::Road };
+    let places = [[-20.0, 70.0], [3.5, 41.25], [3.5, 41.25], [60.7, 45.1], [61.0, 45.0], [120.3, 11.9], [230.0, 60.0]];
+    let point = |(number, place): (usize, &[f64; 2])| LinePoint {
+        place: *place,
+        level_m: floor_m - number as f64,
+        floor_m: floor_m - number as f64,
+        half_width_m: 1.0 + 0.5 * number as f64,
+        discharge_m3s: 0.0,
     };
-    probed.relief.into_iter().map(relief).collect()
+    let points: Vec<LinePoint> = places.iter().enumerate().map(point).collect();
+    let id = LineId::Agent { kind, owner: TileId { x: 0, y: 0 } };
+    Line {
+        id,
+        kind,
+        class: None,
+        name: None,
+        course: id,
+        origin,
+        bounds: lines::bounds(origin, &points, 16.0),
+        points,
+        structures: Vec::new(),
+        end: LineEnd::Nothing,
+        bed,
+        spacing_m: 1.0,
+    }
+}
+
+/// A tile as it is compared.
+struct Compared {
+    cells: Area,
+    lines: Vec<Line>,
+}
+
+impl Compared {
+    fn land(&self) -> Area {
+        self.cells.padded(PAD)
+    }
+
+    fn job(&self) -> Job {
+        GpuMaker::tile_job(self.cells, self.land(), &self.lines).expect("agents' lines have banks")
+    }
 }
 
 impl GpuMaker {
-    /// Compares the heights of some areas, near and far, with those of the CPU.
+    /// Compares the land, the normals and the ground of some tiles, near and far, with those of the CPU.
     ///
     /// # Errors
     /// A sentence that says what differs first.
@@ -52,22 +116,91 @@ impl GpuMaker {
         let near = [(0, 0), (-517, 211), (70_001, -40_003)];
         let far = [(1 << 31, -(1 << 33)), (-(1 << 47) - 5, 1 << 50), (MAX_COORDINATE - 300, -MAX_COORDINATE + 77)];
         let [width, height] = SIDES;
-        let areas: Vec<Area> = near.into_iter().chain(far).map(|(x, y)| Area::new(x, y, width, height)).collect();
-        let made = self
-            .heights(&areas)
-            .ok_or_else(|| self.gpu.trouble().unwrap_or_else(|| format!("{}: gave no heights", self.gpu.name)))?;
-        for (area, made) in areas.iter().zip(made) {
-            let reference = self.relief.heights(*area);
-            let pairs = area.vertices().zip(made.values().iter().zip(reference.values()));
-            for ((x, y), (made, reference)) in pairs {
-                if made.to_bits() != reference.to_bits() {
-                    return Err(format!(
-                        "{}: the height at {x}, {y} is {made} m there, and {reference} m on the CPU",
-                        self.gpu.name
-                    ));
+        let tile = |(number, (x, y)): (usize, (i64, i64))| {
+            let beds = [
+                Bed::Dug { bank_m: 9.0 },
+                Bed::Trodden { shoulder_m: 4.0, graded: true },
+                Bed::Trodden { shoulder_m: 2.5, graded: false },
+            ];
+            // None, one, two, three.
+            let lines = beds.into_iter().take(number % 4).zip([[x, y], [x + 7, y - 9], [x + 30, y + 2]]);
+            let lines = lines.map(|(bed, origin)| line(origin, bed, 40.0)).collect();
+            Compared { cells: Area::new(x, y, width, height), lines }
+        };
+        self.compare(&near.into_iter().chain(far).enumerate().map(tile).collect::<Vec<_>>())
+    }
+
+    fn compare(&self, tiles: &[Compared]) -> Result<(), String> {
+        let gpu = self.gpu.name.as_str();
+        let jobs: Vec<Job> = tiles.iter().map(Compared::job).collect();
+        let nothing = || self.gpu.trouble().unwrap_or_else(|| format!("{}: does not take tiles", self.gpu.name));
+        for (tile, made) in tiles.iter().zip(self.make(&jobs, &Clock::default()).ok_or_else(nothing)?) {
+            let mut heights = self.relief.heights(tile.land());
+            let imprint = Imprint::new(&heights, None, &tile.lines);
+            if let Some(imprint) = &imprint {
+                imprint.shape(&mut heights, None);
+            }
+            let land = Land { heights, water: None };
+            let surface = Surface::new(&self.rule, &land, imprint, tile.cells, &Clock::default());
+            let (made_m, made) = made.into_parts(&tile.lines);
+            equal((gpu, "height"), &made_m, &land.heights, f32::to_bits)?;
+            let axes = ["east", "up", "south"].into_iter().zip(made.normals.axes()).zip(surface.normals.axes());
+            for ((name, made), reference) in axes {
+                equal((gpu, &format!("normal ({name})")), made, reference, f32::to_bits)?;
+            }
+            equal((gpu, "slope"), made.normals.slope(), surface.normals.slope(), f32::to_bits)?;
+            equal((gpu, "ground"), made.blend.ground(), surface.blend.ground(), |word| word)?;
+            equal((gpu, "cover"), made.blend.cover(), surface.blend.cover(), |word| word)?;
+            if let (Some(made), Some(reference)) = (&made.imprint, &surface.imprint) {
+                if let (Some(made), Some(reference)) = (made.sand(), reference.sand()) {
+                    equal((gpu, "sand"), made, reference, f32::to_bits)?;
+                }
+                for (made, reference) in made.dirt().zip(reference.dirt()) {
+                    equal((gpu, "dirt"), made, reference, f32::to_bits)?;
+                }
+                if let (Some(made), Some(reference)) = (made.dug(), reference.dug()) {
+                    equal((gpu, "cut"), &made.cut_m, &reference.cut_m, f32::to_bits)?;
+                    equal((gpu, "water"), &made.water, &reference.water, f32::to_bits)?;
                 }
             }
         }
         Ok(())
     }
+}
+
+impl FluvialMaker {
+    /// Compares the land at two places with the CPU's. All that takes more bits where it is far is the CPU's anyway.
+    ///
+    /// # Errors
+    /// A sentence that says what differs first.
+    pub fn probe(&self) -> Result<(), String> {
+        let gpu = self.gpu.name.as_str();
+        let places = [Area::new(-31, 17, 90, 60), Area::new(700, -450, 40, 70)];
+        for (area, made) in places.into_iter().zip(self.lands(&places, &Clock::default())) {
+            self.trouble().map_or(Ok(()), Err)?;
+            let reference = self.fluvial.land(area, &Clock::default());
+            equal((gpu, "height"), &made.heights, &reference.heights, f32::to_bits)?;
+            if let Some((made, reference)) = made.water.zip(reference.water) {
+                equal((gpu, "depth"), &made.depth_m, &reference.depth_m, f32::to_bits)?;
+                equal((gpu, "flow"), &made.flow_m3s, &reference.flow_m3s, f32::to_bits)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Compares what a GPU has made of something with what the CPU has.
+fn equal<T: Copy + std::fmt::Display>(
+    (gpu, what): (&str, &str),
+    made: &Grid<T>,
+    reference: &Grid<T>,
+    bits: fn(T) -> u32,
+) -> Result<(), String> {
+    let pairs = made.area().vertices().zip(made.values().iter().zip(reference.values()));
+    for ((x, y), (made, reference)) in pairs {
+        if bits(*made) != bits(*reference) {
+            return Err(format!("{gpu}: the {what} at {x}, {y} is {made} there, and {reference} on the CPU"));
+        }
+    }
+    Ok(())
 }

@@ -2,12 +2,22 @@
 
 use std::sync::Arc;
 
+use bytemuck::cast_slice;
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
+use wgpu::{
+    BindGroupDescriptor, BindGroupEntry, BufferDescriptor, BufferUsages, CommandEncoderDescriptor,
+    ComputePassDescriptor, ComputePipelineDescriptor, MapMode, PipelineCompilationOptions, PipelineLayoutDescriptor,
+    PollType, ShaderModuleDescriptor, ShaderSource,
+};
+
 use super::*;
-use crate::area::{Area, MAX_COORDINATE, Stride};
-use crate::clock::Clock;
-use crate::device::{Device, LandMaker};
+use crate::area::{Area, MAX_COORDINATE, Stride, TileId};
+use crate::clock::{Clock, stage};
+use crate::device::LandMaker;
+use crate::hash;
 use crate::preset::Preset;
-use crate::relief::{NoiseRelief, Relief};
+use crate::relief::Relief;
+use crate::tile::{GroundRule, Tile, TilePlan};
 use crate::world::World;
 
 /// The GPU that the tests run on.
@@ -33,11 +43,19 @@ fn worlds() -> Vec<World> {
         .collect()
 }
 
-fn noise(world: &World) -> Arc<NoiseRelief> {
+fn maker(gpu: Arc<Gpu>, world: &World) -> GpuMaker {
     match world.relief() {
-        Relief::Noise(noise) => Arc::clone(noise),
+        Relief::Noise(noise) => GpuMaker::new(gpu, Arc::clone(noise), GroundRule::of(world)),
         Relief::Fluvial(_) => panic!("a world of noise"),
     }
+}
+
+/// Nothing was left to the CPU that the GPU can make.
+fn assert_made_there(clock: &Clock) {
+    let stages: Vec<String> = clock.stages().into_iter().map(|(stage, _)| stage).collect();
+    assert!(stages.iter().any(|name| name == stage::GPU_READS), "{stages:?}");
+    let own = [stage::RELIEF, stage::VALLEYS, stage::GULLIES, stage::NORMALS];
+    assert!(!stages.iter().any(|name| own.contains(&name.as_str())), "{stages:?}");
 }
 
 /// Areas of all forms: smaller than a block, across many, at the ends of the world.
@@ -60,7 +78,7 @@ fn heights_have_the_bits_of_the_cpu() {
     for group_side in [8, 16, 32] {
         let gpu = Arc::new(Gpu::open(&adapter, group_side, Arithmetic::Exact).expect("a GPU that can be opened"));
         for world in worlds() {
-            let maker = GpuMaker::new(Arc::clone(&gpu), noise(&world));
+            let maker = maker(Arc::clone(&gpu), &world);
             let lands = maker.lands(&scenes(), &Clock::default());
             assert_eq!(maker.trouble(), None);
             for (area, land) in scenes().into_iter().zip(lands) {
@@ -81,7 +99,7 @@ fn more_than_a_submission_takes_goes_in_several() {
     let Some(adapter) = adapter() else { return };
     let gpu = Arc::new(Gpu::open(&adapter, 8, Arithmetic::Exact).expect("a GPU that can be opened"));
     let world = worlds().remove(0);
-    let maker = GpuMaker::new(gpu, noise(&world));
+    let maker = maker(gpu, &world);
     // Together more than a submission, the second alone as well.
     let areas = [Area::new(-9, -9, 300, 200), Area::new(-1500, 64, 1490, 1500), Area::new(7, 7, 40, 90)];
     let lands = maker.lands(&areas, &Clock::default());
@@ -96,7 +114,7 @@ fn what_a_lost_gpu_cannot_make_the_cpu_makes() {
     let Some(adapter) = adapter() else { return };
     let gpu = Arc::new(Gpu::open(&adapter, 8, Arithmetic::Exact).expect("a GPU that can be opened"));
     let world = worlds().remove(0);
-    let maker = GpuMaker::new(Arc::clone(&gpu), noise(&world));
+    let maker = maker(Arc::clone(&gpu), &world);
     let area = Area::new(40, -80, 100, 50);
     let whole = maker.lands(&[area], &Clock::default()).remove(0);
     gpu.lose();
@@ -111,17 +129,181 @@ fn a_gpu_that_cannot_be_used_says_why() {
     let Some(adapter) = adapter() else { return };
     let refused = Gpu::open(&adapter, 256, Arithmetic::Exact).map(drop).expect_err("no GPU takes so many threads");
     assert!(refused.contains("takes groups of at most") && refused.contains("not 256 x 256"), "{refused}");
-    let (_, preset) = Preset::load("alps").expect("it is built in");
-    let world = World::new(preset, None).expect("it is sound");
-    let error = Device::Gpu.maker(world.relief(), 8).map(drop).expect_err("it has rivers");
-    assert_eq!((error.exit_code(), error.to_string()), (1, "GPUs make land of noise, not land with rivers".into()));
-    let (maker, reason) = Device::Auto.maker(world.relief(), 8).expect("the CPU makes it");
-    assert!(maker.name().starts_with("cpu") && reason.is_some(), "{} {reason:?}", maker.name());
+}
+
+#[test]
+fn a_gpu_that_gives_the_bits_of_the_cpu_is_used() {
+    let Some(adapter) = adapter() else { return };
+    assert_eq!(probe(&adapter), Ok(()));
+}
+
+/// A preset of noise with agents' lines, and one whose ground looks at all that is around a vertex.
+fn tiled() -> Vec<World> {
+    let thesis = Preset::load("thesis").expect("it is built in").1;
+    let mut rough = Preset::load("mountains").expect("it is built in").1;
+    rough.ground.scree = Some([0.3, 0.9]);
+    rough.ground.forest_m = Some([800.0, 1500.0]);
+    rough.ground.forest_aspect_m = 120.0;
+    rough.ground.meadow = Some([0.01, 0.1]);
+    let world = |preset: Preset| World::new(preset, Some(5)).expect("it is sound").with_tile_cells(96);
+    vec![world(thesis), world(rough)]
+}
+
+#[test]
+fn tiles_have_the_bits_of_the_cpu() {
+    let Some(adapter) = adapter() else { return };
+    let gpu = Arc::new(Gpu::open(&adapter, 16, Arithmetic::Exact).expect("a GPU that can be opened"));
+    let mut shaped = 0;
+    for world in tiled() {
+        let maker = maker(Arc::clone(&gpu), &world);
+        let ids: Vec<TileId> = (-3..3).flat_map(|x| [-1, 40_000_000].map(|y| TileId { x, y })).collect();
+        let plan = |id: &TileId| TilePlan::new(&world, *id, &Clock::default());
+        let clock = Clock::default();
+        let tiles = maker.tiles(&world, ids.iter().map(plan).collect(), &clock);
+        assert_eq!(maker.trouble(), None);
+        assert_made_there(&clock);
+        for (id, tile) in ids.into_iter().zip(tiles) {
+            let reference = Tile::new(&world, id);
+            shaped += usize::from(tile.imprint().is_some());
+            assert_eq!(tile.digest(), reference.digest(), "{id:?}");
+            assert!(tile.normals().slope() == reference.normals().slope(), "slopes of {id:?}");
+            let dirt = |tile: &Tile| tile.imprint().map(|imprint| imprint.dirt().cloned().collect::<Vec<_>>());
+            assert!(dirt(&tile) == dirt(&reference), "dirt of {id:?}");
+            let water = |tile: &Tile| tile.imprint()?.dug().map(|dug| (dug.water.clone(), dug.cut_m.clone()));
+            assert!(water(&tile) == water(&reference), "water of {id:?}");
+        }
+    }
+    assert!(shaped > 2, "{shaped} tiles with lines");
+}
+
+#[test]
+fn valleys_and_gullies_have_the_bits_of_the_cpu() {
+    let Some(adapter) = adapter() else { return };
+    let gpu = Arc::new(Gpu::open(&adapter, 8, Arithmetic::Exact).expect("a GPU that can be opened"));
+    // Terraces and levees, rills and patches, barriers and the sea between them; from afar without gullies, and without brooks.
+    let near = ["alps", "plains", "archipelago", "highlands", "badlands"].map(|name| (name, 1));
+    for (name, stride) in near.into_iter().chain([("alps", 2), ("fjords", 16), ("archipelago", 256)]) {
+        let stride = Stride::new(stride).expect("a power of two");
+        let (_, preset) = Preset::load(name).expect("it is built in");
+        let world = World::strided(preset, Some(5), stride).expect("it is sound");
+        let Relief::Fluvial(fluvial) = world.relief() else { panic!("{name} has rivers") };
+        let maker = FluvialMaker::new(Arc::clone(&gpu), Arc::clone(fluvial));
+        let areas = [Area::new(-33, 70, 65, 65), Area::new(5000, -3001, 90, 40), Area::new(7, 7, 1, 1)];
+        let clock = Clock::default();
+        let lands = maker.lands(&areas, &clock);
+        assert_eq!(maker.trouble(), None);
+        assert_made_there(&clock);
+        for (area, land) in areas.into_iter().zip(lands) {
+            let reference = fluvial.land(area, &Clock::default());
+            let differ = area.vertices().filter(|(x, y)| land.heights.at(*x, *y) != reference.heights.at(*x, *y));
+            let differ: Vec<_> = differ.collect();
+            assert!(differ.is_empty(), "{name}, {area:?}: {} differ, {:?}", differ.len(), differ.first());
+            assert!(land.water == reference.water, "{name}, {area:?}: water");
+        }
+    }
+}
+
+/// Quotients and roots of pairs of numbers, by a GPU.
+fn quotients_and_roots(gpu: &Gpu, pairs: &[[f32; 2]]) -> Vec<[f32; 2]> {
+    let arithmetic = [include_str!("../../../shaders/job.wgsl"), Arithmetic::Exact.source()].join("\n");
+    let kernel = "@compute @workgroup_size(64)
+        fn arithmetic(@builtin(global_invocation_id) id: vec3<u32>) {
+            if id.x < same[0] {
+                put_f32(2u * id.x, div(own_f32(2u * id.x), own_f32(2u * id.x + 1u)));
+                put_f32(2u * id.x + 1u, root(own_f32(2u * id.x)));
+            }
+        }";
+    let source = ShaderSource::Wgsl(format!("{arithmetic}\n{kernel}").into());
+    let module = gpu.device.create_shader_module(ShaderModuleDescriptor { label: None, source });
+    let layout = gpu.device.create_pipeline_layout(&PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &[Some(&gpu.layout)],
+        immediate_size: 0,
+    });
+    let pipeline = gpu.device.create_compute_pipeline(&ComputePipelineDescriptor {
+        label: None,
+        layout: Some(&layout),
+        module: &module,
+        entry_point: Some("arithmetic"),
+        compilation_options: PipelineCompilationOptions::default(),
+        cache: None,
+    });
+    let given = |contents: &[u8], usage: BufferUsages| {
+        gpu.device.create_buffer_init(&BufferInitDescriptor { label: None, contents, usage })
+    };
+    let size = 8 * pairs.len() as u64;
+    let room = |usage: BufferUsages| {
+        gpu.device.create_buffer(&BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+    };
+    let job = given(cast_slice(&[0u32; 3]), BufferUsages::UNIFORM);
+    let same = given(cast_slice(&[pairs.len() as u32]), BufferUsages::STORAGE);
+    let own = given(cast_slice(pairs), BufferUsages::STORAGE);
+    let planes = room(BufferUsages::STORAGE | BufferUsages::COPY_SRC);
+    let back = room(BufferUsages::COPY_DST | BufferUsages::MAP_READ);
+    let entries: Vec<BindGroupEntry<'_>> = (0..)
+        .zip([&job, &same, &own, &planes])
+        .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .collect();
+    let descriptor = BindGroupDescriptor { label: None, layout: &gpu.layout, entries: &entries };
+    let group = gpu.device.create_bind_group(&descriptor);
+    let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
+    {
+        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.dispatch_workgroups((pairs.len() as u32).div_ceil(64), 1, 1);
+    }
+    encoder.copy_buffer_to_buffer(&planes, 0, &back, 0, size);
+    gpu.queue.submit([encoder.finish()]);
+    back.map_async(MapMode::Read, .., |result| result.expect("it can be read"));
+    gpu.device.poll(PollType::wait_indefinitely()).expect("it ends");
+    let bytes = back.get_mapped_range(..).expect("it is mapped");
+    cast_slice(&bytes).to_vec()
+}
+
+#[test]
+fn quotients_and_roots_have_the_bits_of_the_cpu() {
+    let Some(adapter) = adapter() else { return };
+    let gpu = Gpu::open(&adapter, 8, Arithmetic::Exact).expect("a GPU that can be opened");
+    // Numbers of all sizes from 2^-60 to 2^60, with few bits and with many, powers of two and those beside them.
+    let number = |stream: u64, index: u64| {
+        let bits = hash::lattice(stream, index as i64, 0);
+        let exponent = 67 + (bits >> 32) as u32 % 120;
+        let fraction = match bits >> 61 {
+            0 => 0,
+            1 => 0x7f_ffff - (bits as u32 & 3),
+            2 => bits as u32 & 3,
+            3 => bits as u32 & 0x7f_0000,
+            _ => bits as u32 & 0x7f_ffff,
+        };
+        f32::from_bits(exponent << 23 | fraction)
+    };
+    let pairs: Vec<[f32; 2]> = (0..1_000_000)
+        .map(|index| {
+            let sign = |number: f32, bit: u64| if index >> bit & 1 == 1 { -number } else { number };
+            // Every third one of the same size, as most are.
+            let b = sign(number(2, index), 1);
+            match index % 3 {
+                0 => [number(1, index) / 2.0f32.powi(30), b],
+                1 => [(b * number(3, index % 4096)).abs(), b],
+                _ => [number(1, index), b],
+            }
+        })
+        .filter(|[a, b]| (a / b).is_finite() && (a / b).abs() > f32::MIN_POSITIVE && a.is_normal())
+        .chain([[0.0, 3.0], [0.0, -7.5], [1.0, 3.0], [16_777_215.0, 16_777_216.0], [4.0, 2.0], [2.0, 4.0]])
+        .collect();
+    assert!(pairs.len() > 990_000);
+    // Half of all signs are those of dividends, of which no root is asked.
+    for ([a, b], [quotient, root]) in pairs.iter().zip(quotients_and_roots(&gpu, &pairs)) {
+        assert_eq!(quotient.to_bits(), (a / b).to_bits(), "{a:e} / {b:e} is {quotient:e}, not {:e}", a / b);
+        assert_eq!(root.to_bits(), a.sqrt().to_bits(), "the root of {a:e} is {root:e}, not {:e}", a.sqrt());
+    }
 }
 
 #[test]
 fn shaders_are_valid() {
-    for source in [Arithmetic::Exact, Arithmetic::Approximate].map(relief_shader) {
+    let arithmetics = [Arithmetic::Exact, Arithmetic::Approximate];
+    for source in arithmetics.iter().flat_map(|arithmetic| Shader::ALL.map(|shader| shader.source(*arithmetic))) {
         let module =
             naga::front::wgsl::parse_str(&source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(&source)));
         let mut validator =
