@@ -70,12 +70,19 @@ fn every_backend_bakes_the_same_bytes() {
         };
         for scale in ["1", "1/16"] {
             let reference = listed(all[0], scale);
-            for &backend in &all[1..] {
+            for &backend in all[1..].iter().filter(|backend| **backend != Backend::Gpu || is_tried_on_gpu(name, scale))
+            {
                 let [one, other] = [backend, all[0]].map(Backend::name);
                 assert_eq!(listed(backend, scale), reference, "{name} at {scale}: {one} differs from {other}");
             }
         }
     }
+}
+
+/// What is baked by a GPU too: land of noise with agents and without, land with rivers near and from afar. A program that does as if it
+/// were a GPU takes seconds to compile its kernels, each time.
+fn is_tried_on_gpu(preset: &str, scale: &str) -> bool {
+    [("thesis", "1"), ("mountains", "1/16"), ("alps", "1"), ("archipelago", "1/16")].contains(&(preset, scale))
 }
 
 #[test]
@@ -91,7 +98,7 @@ fn maps_are_the_same_on_every_backend() {
         fs::read(out).unwrap()
     };
     let all = Backend::available();
-    for preset in ["mountains", "archipelago"] {
+    for preset in ["mountains", "alps"] {
         let reference = drawn(preset, all[0]);
         for backend in &all[1..] {
             assert!(drawn(preset, *backend) == reference, "{preset}, {backend:?}");

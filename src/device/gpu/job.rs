@@ -89,6 +89,14 @@ impl Band {
         self.planes[0] * self.land.len() + self.planes[1] * self.cells.len()
     }
 
+    /// Takes what it fills off the planes of its job, of which bands before it have taken theirs.
+    pub fn split_off<'a>(&self, left: &mut [&'a mut [u32]]) -> Vec<&'a mut [u32]> {
+        let of_land = std::iter::repeat_n(self.kept.len(), self.planes[0]);
+        let counts = of_land.chain(std::iter::repeat_n(self.cells.len(), self.planes[1]));
+        let parts = left.iter_mut().zip(counts).map(|(plane, count)| plane.split_off_mut(..count));
+        parts.map(|part| part.expect("a band is a part of its job")).collect()
+    }
+
     /// The vertices of a plane of rubble.
     pub fn rubble(&self) -> Area {
         self.cells.padded(RUBBLE_REACH)

@@ -1,6 +1,5 @@
 //! Land and tiles of areas, made on a GPU in bands of rows: several bands a submission, several submissions under way.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -48,13 +47,10 @@ const TOGETHER: usize = 4;
 const SUBMISSION_BYTES: u64 = 8 << 20;
 
 /// Submissions of one call that are under way at most: each has its buffers.
-const UNDER_WAY: usize = 4;
+const UNDER_WAY: usize = 16;
 
 /// Blocks that a thread writes at a time: an even number, so that their bytes begin where mapped ranges may.
 const PACKED: usize = 64;
-
-/// Values that a thread copies at a time.
-const COPIED: usize = 1 << 16;
 
 /// What a submission computes, once its slot was loaded.
 struct Loaded {
@@ -121,21 +117,23 @@ impl GpuMaker {
     }
 
     fn make_all(&self, jobs: &[Job], submissions: Vec<Vec<Band>>, clock: &Clock) -> Option<Vec<Made>> {
-        let mut made: Vec<Made> = jobs.iter().map(Made::room).collect();
+        let mut made: Vec<Made> = jobs.par_iter().map(Made::room).collect();
         // What is left to be filled of each plane: bands come from north to south.
         let mut left: Vec<Vec<&mut [u32]>> = made.iter_mut().map(Made::planes_mut).collect();
-        // The next are under way while the first is waited for.
-        let mut under_way = VecDeque::with_capacity(UNDER_WAY);
-        for bands in submissions {
-            if under_way.len() == UNDER_WAY {
-                self.read(under_way.pop_front()?, &mut left, clock)?;
-            }
-            let submission = clock.time(stage::GPU_LOADS, || self.submit(jobs, &bands))?;
-            under_way.push_back((bands, submission));
+        let mut lanes: Vec<Vec<(Vec<Band>, Vec<&mut [u32]>)>> = Vec::new();
+        lanes.resize_with(UNDER_WAY.min(submissions.len()), Vec::new);
+        for (number, bands) in submissions.into_iter().enumerate() {
+            let room = bands.iter().flat_map(|band| band.split_off(&mut left[band.job])).collect();
+            lanes[number % UNDER_WAY].push((bands, room));
         }
-        while let Some(submission) = under_way.pop_front() {
-            self.read(submission, &mut left, clock)?;
-        }
+        // What the CPU does for one goes on while the GPU makes another.
+        let all = lanes.into_par_iter().map(|lane| {
+            lane.into_iter().try_for_each(|(bands, room)| {
+                let submission = clock.time(stage::GPU_LOADS, || self.submit(jobs, &bands))?;
+                self.read(&bands, submission, room, clock)
+            })
+        });
+        all.collect::<Option<()>>()?;
         Some(made)
     }
 
@@ -256,35 +254,23 @@ impl GpuMaker {
         self.gpu.trouble().is_none().then_some(submission)
     }
 
-    /// Waits for the submission of some bands, and puts its values where they belong: into the first that are left of each plane.
-    fn read(
-        &self,
-        (bands, submission): (Vec<Band>, UnderWay),
-        left: &mut [Vec<&mut [u32]>],
-        clock: &Clock,
-    ) -> Option<()> {
+    /// Waits for the submission of some bands, and puts its values where they belong, plane by plane.
+    fn read(&self, bands: &[Band], submission: UnderWay, room: Vec<&mut [u32]>, clock: &Clock) -> Option<()> {
         clock.time(stage::GPU_WAITS, || submission.wait(&self.gpu))?;
         clock.time(stage::GPU_READS, || {
             let bytes = submission.values()?;
             let mut values: &[u32] = cast_slice(&bytes);
-            let mut copies = Vec::with_capacity(bands.len());
+            let mut planes = Vec::with_capacity(room.len());
             for band in bands {
-                let first = (band.kept.y0 - band.land.y0) as usize * band.land.width();
                 let (land, rest) = values.split_at(band.planes[0] * band.land.len());
                 let (cells, rest) = rest.split_at(band.planes[1] * band.cells.len());
                 values = rest;
-                let land = land.chunks_exact(band.land.len()).map(|plane| &plane[first..][..band.kept.len()]);
-                let cells = cells.chunks_exact(band.cells.len().max(1));
-                for (to, plane) in left[band.job].iter_mut().zip(land.chain(cells)) {
-                    copies.push((to.split_off_mut(..plane.len()).expect("a band is a part of its job"), plane));
-                }
+                let first = (band.kept.y0 - band.land.y0) as usize * band.land.width();
+                planes.extend(land.chunks_exact(band.land.len()).map(|plane| &plane[first..][..band.kept.len()]));
+                planes.extend(cells.chunks_exact(band.cells.len().max(1)));
             }
             // Fresh memory is slow to be written for the first time.
-            copies.into_par_iter().for_each(|(to, plane)| {
-                to.par_chunks_mut(COPIED)
-                    .zip(plane.par_chunks(COPIED))
-                    .for_each(|(to, plane)| to.copy_from_slice(plane));
-            });
+            room.into_par_iter().zip(planes).for_each(|(to, plane)| to.copy_from_slice(plane));
             Some(())
         })?;
         self.slots.give_back(submission);
@@ -310,13 +296,14 @@ impl Made {
     fn room(job: &Job) -> Made {
         let [of_land, of_cells] = job.planes();
         let cells = job.cells.filter(|_| of_cells == SURFACE_PLANES).unwrap_or(Area { x1: job.land.x0, ..job.land });
-        let grids = |count: usize, area: Area| (0..count).map(|_| Grid::filled(area, 0.0)).collect::<Vec<_>>();
+        // Each by a thread: to clear them takes as long as to make them.
+        let grids = |count: usize, area: Area| (0..count).into_par_iter().map(|_| Grid::filled(area, 0.0)).collect();
         let axes = of_cells.saturating_sub(WORDS);
         Made {
             heights: Grid::filled(job.land, 0.0),
             imprint: grids(of_land - 1, job.land),
             normals: grids(axes, cells),
-            weights: (axes..of_cells).map(|_| Grid::filled(cells, 0)).collect(),
+            weights: (axes..of_cells).into_par_iter().map(|_| Grid::filled(cells, 0)).collect(),
         }
     }
 
