@@ -60,13 +60,17 @@ impl Clock {
         stop::check();
         let start = Instant::now();
         let result = work();
-        let spent = start.elapsed();
+        self.book(stage, start.elapsed());
+        result
+    }
+
+    /// Books a time under a stage.
+    pub fn book(&self, stage: &str, spent: Duration) {
         let mut stages = self.stages.lock().expect("no thread panics while it books a time");
         match stages.get_mut(stage) {
             Some(total) => *total += spent,
             None => _ = stages.insert(stage.to_owned(), spent),
         }
-        result
     }
 
     /// The time booked so far per stage, the longest first.

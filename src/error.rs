@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A preset or a style that cannot be read or understood.
+    /// A text of the user's, a preset, a style or a path, that cannot be read or understood.
     #[error("{}{message}{}", Located(source_place), Pictured(source_place))]
     Preset {
         /// What was expected and what was there.

@@ -25,7 +25,7 @@
 //! so. Each layer is a pure function of the world and of lattice coordinates, and no tile ever looks at a neighbour.
 //!
 //! ```text
-//!   error, area, grid, hash, geometry, contour, stop, clock, watch, memory, generator, simd   what all use
+//!   error, area, grid, hash, geometry, contour, stop, clock, watch, threads, memory, generator, simd   what all use
 //!      |
 //!   noise/      fractals of simplex noise on the lanes of simd
 //!   recipe/     what an author writes -> a preset or a style; what all settings share: key paths, faults, checks, masks
@@ -43,6 +43,7 @@
 //!   world       Preset + seed -> World: ranges proved, memories bounded
 //!   tile/       land, lines -> imprint -> normals -> blend weights; the digest of each part
 //!               on request: slope, curvature, accumulation, wetness, what grows               input: 65 vertices more
+//!   walker/     the endless terrain around a walker, whose agents look at neighbours; walks, and the tiles that they come to
 //!   features/   World, area -> rivers, lakes, coasts, roads, sites, peaks, crossings with typed attributes
 //!   find/       "lake > 2 km2", a place -> the nearest ones, seen from afar first
 //!   mesh/       tile -> triangles: land into which banks and shores are cut, water between them, roads      input: lines some 24 vertices around
@@ -51,10 +52,10 @@
 //!      |
 //!   file/       files that are whole or not there, and the disk, which may refuse anything
 //!   registry    which tiles and files there are; a log and never an input of a bake
-//!   bake/       Region -> all its tiles, in parallel, in order, to sinks; the journal by which a bake goes on
+//!   bake/       Region -> all its tiles, in parallel, in order, to sinks; a walk's, as the walker comes to them; the journal by
+//!               which either goes on
 //!   web/        pictures at any scale -> a pyramid of tiles, packed for the web, and a page that shows it
 //!   export/     a file a format, and the list of formats; profiles, plan, manifest; the folder of a bake
-//!   walker/     the endless terrain around a walker, whose agents look at neighbours
 //!   experiment/ World, camera -> timings, tables, charts: the thesis' measurement
 //!   cli/        the command, a thin layer on all this, and the only part that prints
 //! ```
@@ -75,7 +76,8 @@
 //! | cell | the square between four vertices |
 //! | tile | N x N cells and so (N+1) x (N+1) vertices; neighbours share those of their edge |
 //! | area | a half-open rectangle of vertices |
-//! | region | the rectangle of tiles that one bake covers |
+//! | region | the rectangle of tiles that one bake covers, or that holds all tiles of a walk |
+//! | walk, route | the tiles that a walker comes to on its way / those of them that it is in, in order |
 //! | input | the area that a stage reads to make an area |
 //! | reach | how far a river or road sticks out of the tile or site that owns it |
 //! | preset / world | the recipe as written / as checked and resolved |
@@ -133,6 +135,7 @@ pub mod contour;
 pub mod stop;
 pub mod clock;
 pub mod watch;
+pub mod threads;
 mod memory;
 pub mod generator;
 pub mod simd;
@@ -150,6 +153,7 @@ pub mod agents;
 pub mod preset;
 pub mod world;
 pub mod tile;
+pub mod walker;
 pub mod features;
 pub mod find;
 pub mod mesh;
@@ -159,7 +163,6 @@ pub mod registry;
 pub mod bake;
 pub mod web;
 pub mod export;
-pub mod walker;
 pub mod experiment;
 #[cfg(feature = "cli")]
 pub mod cli;

@@ -10,12 +10,12 @@
 //! | column | content |
 //! |---|---|
 //! | `x`, `y` | the tile's number; the primary key is `(y, x)`, the order in which a bake makes them |
-//! | `state` | `made` while the bake is under way, `baked` when all its files are whole, `walked` after a walk |
+//! | `state` | `made` while the bake or the walk is under way, `baked` when all files of a bake are whole, `walked` after a walk |
 //! | `stride` | vertices of the preset's spacing from one vertex of the tile to the next: 1, but in a bake at a scale |
-//! | `river_x`, `river_y`, `river_direction` | the vertex at which a river starts on the tile, and where to: `north`, `east`, `south`, `west`; of several the first by id; NULL: none |
+//! | `river_x`, `river_y`, `river_direction` | the vertex at which a river starts on the tile, and where to: `north`, `east`, `south`, `west`; of several the first by id; after a walk where one starts there or comes over the tile's edge; NULL: none |
 //! | `road_x`, `road_y`, `road_direction` | the same of a road |
 //! | `lines` | the ids of all rivers and roads that concern the tile, as a JSON list |
-//! | `heights_hash` and others | BLAKE3, 32 bytes each, of the [parts](crate::tile::TilePart) of a bake's tile; NULL for those that it has not, and after a walk |
+//! | `heights_hash` and others | BLAKE3, 32 bytes each, of the [parts](crate::tile::TilePart) of the tile; NULL for those that it has not, and of a walk that was kept by its records alone |
 //! | `files` | the files that hold the tile, paths in the folder of the bake, as a JSON list |
 //! | `record` | what the classic walk keeps of the tile; NULL in a bake |
 //!
@@ -75,9 +75,9 @@ pub struct TileRow {
     pub river: Option<Start>,
     /// Where a road starts on it, if one does.
     pub road: Option<Start>,
-    /// The ids of all rivers and roads that concern it; none after a walk.
+    /// The ids of all rivers and roads that concern it.
     pub lines: Vec<String>,
-    /// What a bake made of it.
+    /// What was made of it.
     pub digest: Option<Digest>,
     /// The files that hold it: paths in the folder of the bake, with `/` between their parts.
     pub files: Vec<String>,
@@ -134,7 +134,7 @@ impl TileRow {
         }
     }
 
-    /// The row of a tile of a classic walk, from what the walker keeps of it.
+    /// The row of a tile of a classic walk, from what the walker keeps of it alone.
     pub fn of_walk(record: &TileRecord, tile_cells: u32) -> TileRow {
         let area = record.id.area(tile_cells);
         let start = |passage: Passage| Start {
@@ -151,6 +151,17 @@ impl TileRow {
             digest: None,
             files: Vec::new(),
             record: Some(record.to_bytes().to_vec()),
+        }
+    }
+
+    /// The row of a tile of a walk that is not whole yet, with what was made of it.
+    pub(crate) fn of_walked(tile: &Tile, record: &TileRecord) -> TileRow {
+        let cells = tile.area().width() as u32 - 1;
+        TileRow {
+            state: TileState::Made,
+            lines: tile.lines().iter().map(|line| line.id.to_string()).collect(),
+            digest: Some(tile.digest()),
+            ..TileRow::of_walk(record, cells)
         }
     }
 
@@ -440,7 +451,7 @@ impl Registry {
         count.map(|count| count as u64).map_err(Error::sqlite(&self.path))
     }
 
-    /// What was to be baked, as the manifest says it; none after a walk.
+    /// What was to be baked, as the manifest says it; none of a walk that was kept by its records alone.
     pub(crate) fn plan(&self) -> Result<Option<String>, Error> {
         let plan = self.connection.query_row("SELECT plan FROM bake", (), |row| row.get(0)).optional();
         plan.map_err(Error::sqlite(&self.path))

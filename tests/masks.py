@@ -21,7 +21,7 @@ from scipy import ndimage, spatial, stats
 
 from checks import Checks
 
-EXPORTS = "exr,water,slope,slope-geotiff,curvature,curvature-geotiff,accumulation,accumulation-geotiff,wetness,wetness-geotiff"
+EXPORTS = "exr,water,slope,slope-geotiff,steepness,steepness-geotiff,curvature,curvature-geotiff,accumulation,accumulation-geotiff,wetness,wetness-geotiff"
 EXPORTS += ",scatter,instances,splines"
 # Vertices for which accumulation follows water: what is nearer to the edge, the tool does not know as well as we do.
 STEPS = 64
@@ -88,6 +88,17 @@ def check_slope(bake, checks):
     checks.check(off < 0.02, "largest distance of the slope from numpy's gradient of the EXR", f"{off:.4f} degrees")
     off = np.abs(grey - degrees * 255.0 / 90.0).max()
     checks.check(off <= 0.501, "largest distance of its greys from 255 / 90 degrees", f"{off:.3f}")
+
+
+def check_steepness(bake, checks):
+    p, q, *_ = differences(bake)
+    scale = bake.manifest["preset"]["ground"]["slope_scale"]
+    expected = np.minimum(scale * (1.0 - 1.0 / np.sqrt(1.0 + p**2 + q**2)), 1.0)
+    factor, grey = bake.tif("steepness/steepness"), bake.png("steepness/steepness")
+    off = np.abs(inner(factor) - expected).max()
+    checks.check(off < 1e-4, "largest distance of the steepness from the normals of numpy's gradient", f"{off:.6f}")
+    off = np.abs(grey - factor * 255.0).max()
+    checks.check(off <= 0.501, "largest distance of its greys from 255 times it", f"{off:.3f}")
 
 
 def check_curvature(bake, checks):
@@ -210,7 +221,7 @@ def main():
     exports = {file["export"] for file in bake.manifest["files"]}
     missing = set(EXPORTS.split(",")) - exports
     checks.check(not missing, "exports that are missing", sorted(missing) or 0)
-    for check in (check_slope, check_curvature, check_accumulation, check_wetness, check_scatter, check_instances, check_splines):
+    for check in (check_slope, check_steepness, check_curvature, check_accumulation, check_wetness, check_scatter, check_instances, check_splines):
         check(bake, checks)
     print(f"{checks.done} checks of {bake.folder}, {checks.failed} failed")
     return 1 if checks.failed or not checks.done else 0

@@ -12,6 +12,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use crate::agents::record::TileRecord;
 use crate::area::TileId;
 use crate::bake::{Kept, frames};
 use crate::error::Error;
@@ -47,6 +48,9 @@ pub(crate) struct Journal {
     counts: [AtomicU64; 2],
     state: Mutex<State>,
 }
+
+/// What each sink kept of a tile, and the files of the tile.
+type Known = (Vec<Vec<u8>>, Vec<FileRecord>);
 
 struct State {
     registry: Registry,
@@ -100,6 +104,25 @@ impl Journal {
 
     /// What each of so many sinks kept of a tile in an earlier run, if all of it is there and so are the tile's files.
     pub fn recall(&self, tile: TileId, sinks: usize) -> Result<Option<Vec<Vec<u8>>>, Error> {
+        let Some((pieces, files)) = self.read(tile, sinks)? else { return Ok(None) };
+        if files.iter().any(|file| file.fault(&self.files).is_some()) {
+            return Ok(None);
+        }
+        self.counts[1].fetch_add(1, Ordering::Relaxed);
+        Ok(Some(pieces))
+    }
+
+    /// What each of so many sinks kept of a tile that this run has noted or recalled.
+    ///
+    /// # Errors
+    /// When it cannot be read any more.
+    pub fn pieces(&self, tile: TileId, sinks: usize) -> Result<Vec<Vec<u8>>, Error> {
+        let lost = || Error::io(&self.path)(io::Error::new(io::ErrorKind::InvalidData, "is not as it was written"));
+        self.read(tile, sinks)?.map(|(pieces, _)| pieces).ok_or_else(lost)
+    }
+
+    /// What each of so many sinks kept of a tile, if that is as it was written, and the files of the tile, which may not be.
+    fn read(&self, tile: TileId, sinks: usize) -> Result<Option<Known>, Error> {
         let mut state = self.state();
         let Some(Pieces { at, bytes, blake3 }) = state.registry.pieces(tile)? else { return Ok(None) };
         let mut read = || {
@@ -118,18 +141,26 @@ impl Journal {
         drop(state);
         let mut hasher = blake3::Hasher::new();
         hasher.update(&kept).update(told(&row, &files).as_bytes());
-        if hasher.finalize() != blake3 || files.iter().any(|file| file.fault(&self.files).is_some()) {
+        if hasher.finalize() != blake3 {
             return Ok(None);
         }
         let pieces: Vec<Vec<u8>> = frames::pieces(&kept).map(<[u8]>::to_vec).collect();
-        let known = (pieces.len() == sinks).then_some(pieces);
-        self.counts[1].fetch_add(u64::from(known.is_some()), Ordering::Relaxed);
-        Ok(known)
+        Ok((pieces.len() == sinks).then_some((pieces, files)))
     }
 
     /// Notes a tile that took so long, and returns the pieces that the sinks keep of it.
     pub fn record(&self, tile: &Tile, kept: Vec<Kept>, spent: Duration) -> Result<Vec<Vec<u8>>, Error> {
-        let row = TileRow::of_bake(tile, self.stride);
+        let is_worth = |bytes: usize| bytes <= ALWAYS_KEPT || (bytes as f64) < BYTES_FOR_A_SECOND * spent.as_secs_f64();
+        self.put(TileRow::of_bake(tile, self.stride), kept, is_worth)
+    }
+
+    /// Notes a tile of a walk, which is not made twice: the pieces that the sinks keep of it are there until the end.
+    pub fn record_walked(&self, tile: &Tile, record: &TileRecord, kept: Vec<Kept>) -> Result<(), Error> {
+        self.put(TileRow::of_walked(tile, record), kept, |_| true).map(drop)
+    }
+
+    /// Notes a tile, with its pieces if there is room for them and so many bytes are worth it.
+    fn put(&self, row: TileRow, kept: Vec<Kept>, is_worth: impl Fn(usize) -> bool) -> Result<Vec<Vec<u8>>, Error> {
         let mut files = Vec::new();
         let mut pieces = Vec::with_capacity(kept.len());
         for kept in kept {
@@ -137,9 +168,8 @@ impl Journal {
             pieces.push(kept.piece);
         }
         let bytes: usize = pieces.iter().map(Vec::len).sum();
-        let is_worth = bytes <= ALWAYS_KEPT || (bytes as f64) < BYTES_FOR_A_SECOND * spent.as_secs_f64();
         // Before anybody has to wait for the file.
-        let hash = is_worth.then(|| hash_of(&pieces, &row, &files));
+        let hash = is_worth(bytes).then(|| hash_of(&pieces, &row, &files));
         let mut state = self.state();
         let stored = match hash {
             Some(hash) if state.end + bytes as u64 <= self.room => Some(self.keep(&mut state, &pieces, hash)?),

@@ -2,8 +2,10 @@
 
 pub(crate) mod frames;
 mod journal;
+mod walk;
 
 pub(crate) use journal::Journal;
+pub(crate) use walk::walk;
 
 use std::time::{Duration, Instant};
 
@@ -33,7 +35,7 @@ pub(crate) trait Sink: Send + Sync {
     /// When a file cannot be written.
     fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error>;
 
-    /// Consumes one row of tiles: what was kept of each, from west to east.
+    /// Consumes one row of tiles: what was kept of each, from west to east. Of a tile that a walk has not come to it is nothing.
     ///
     /// # Errors
     /// When a file cannot be written.

@@ -19,6 +19,8 @@ use crate::map::style::{STYLES, Style};
 use crate::mesh::middle;
 use crate::preset::{BUILT_IN, Preset, Sources};
 use crate::recipe::source;
+use crate::threads::thread_count;
+use crate::walker::{Tour, Way};
 use crate::world::World;
 
 /// Bakes endless procedural terrain, offline, into maps and assets.
@@ -41,6 +43,9 @@ pub(super) enum Command {
     Atlas(AtlasArguments),
     /// Find the nearest lakes, peaks, rivers and places that are as you want them, each with the command that bakes it.
     Find(FindArguments),
+    /// Walk through endless terrain as the thesis has it, and bake each tile as the walker comes to it: its rivers and roads go on
+    /// from tile to tile, and depend on the way.
+    Walk(WalkArguments),
     /// List the tile registry of a bake: where rivers and roads start, hashes, files; also of one that is under way or was cut off.
     Registry(RegistryArguments),
     /// Check a bake: every file against its hash, the edges of tiles, the registry, and some tiles against the same baked again.
@@ -137,6 +142,62 @@ pub(super) struct BakeArguments {
     pub place: PlaceArguments,
     #[command(flatten)]
     pub common: CommonArguments,
+}
+
+#[derive(Args)]
+pub(super) struct WalkArguments {
+    /// A preset file, the name of a built-in preset (terrane presets), or - for standard input: one of noise, with [rivers] and
+    /// [roads].
+    #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
+    pub preset: String,
+    /// Where the walker goes, straight from place to place: a text file with a place a line, metres east and north of the origin
+    /// with a comma between.
+    #[arg(long, value_name = "FILE", help_heading = "Way")]
+    #[arg(conflicts_with_all = ["minutes", "speed", "at"])]
+    pub path: Option<PathBuf>,
+    /// Minutes that it goes as the camera of the thesis' experiment, which turns to the right each minute.
+    #[arg(long, value_name = "N", default_value_t = 5.0, allow_negative_numbers = true, help_heading = "Way")]
+    pub minutes: f64,
+    /// Metres a second that the camera goes.
+    #[arg(long, value_name = "V", default_value_t = 128.0, allow_negative_numbers = true, help_heading = "Way")]
+    pub speed: f64,
+    /// Tile in whose middle the camera starts; may be negative.
+    #[arg(long, value_name = "X,Y", default_value = "0,0", allow_hyphen_values = true, value_parser = parse_tile)]
+    #[arg(help_heading = "Way")]
+    pub at: TileId,
+    /// Layers of tiles around the walker's own, which are made as it comes near.
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Way")]
+    pub layers: u32,
+    /// Seed of the world [default: the preset's].
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Set a key of the preset, as for bake. May be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Cells a tile side, 16 to 4096 [default: the preset's].
+    #[arg(long, value_name = "N")]
+    pub tile_cells: Option<u32>,
+    /// What to write, with commas between: files of tiles, vectors, hashes, and of the region around them all what can be empty
+    /// where no tile is.
+    #[arg(long, value_name = "LIST", default_value = Export::DEFAULT_OF_WALKS, long_help = walk_export_help())]
+    #[arg(value_parser = Named(walk_export_names), hide_possible_values = true)]
+    pub export: String,
+    /// What files of tiles are named after: the number of the tile in the world, or its place in the region around them all.
+    #[arg(long, value_name = "region|world", default_value = "world")]
+    pub names: TileNames,
+    #[command(flatten)]
+    pub vectors: VectorArguments,
+    /// Folder for the walk [default: in out/, named after preset, seed and way].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace the walk, or the bake, that is in the folder. It stays whole until the new one is.
+    #[arg(long, help_heading = "Folder")]
+    pub overwrite: bool,
+    /// Go on with this walk where it was cut off: what was written is not written again.
+    #[arg(long, help_heading = "Folder", conflicts_with = "overwrite")]
+    pub resume: bool,
+    #[command(flatten)]
+    pub manner: Manner,
 }
 
 #[derive(Args)]
@@ -257,16 +318,8 @@ pub(super) struct CommonArguments {
     /// fit together [default: the range of the world, which is the same everywhere].
     #[arg(long, value_name = "auto|MIN,MAX", help_heading = "GIS", allow_hyphen_values = true, value_parser = parse_range)]
     pub height_range: Option<AskedRange>,
-    /// Cut features off at the edge of the region; without it they are whole and reach beyond it.
-    #[arg(long, help_heading = "GIS")]
-    pub clip: bool,
-    /// Metres between two contours [default: by the spacing and the heights of the world].
-    #[arg(long, value_name = "METRES", help_heading = "GIS", allow_negative_numbers = true)]
-    pub contours: Option<f64>,
-    /// Write longitudes and latitudes to GeoJSON: those at which web maps (EPSG:3857) have the metres, so the world's origin lies at
-    /// 0, 0.
-    #[arg(long, help_heading = "GIS")]
-    pub degrees: bool,
+    #[command(flatten)]
+    pub vectors: VectorArguments,
     /// What files of tiles are named after: the place of the tile in the region, or its number in the world, the same in every region.
     #[arg(long, value_name = "region|world", default_value = "region")]
     pub names: TileNames,
@@ -288,6 +341,40 @@ pub(super) struct CommonArguments {
     pub add: bool,
     #[command(flatten)]
     pub manner: Manner,
+}
+
+/// How vectors are written.
+#[derive(Args)]
+pub(super) struct VectorArguments {
+    /// Cut features off at the edge of the region; without it they are whole and reach beyond it.
+    #[arg(long, help_heading = "GIS")]
+    pub clip: bool,
+    /// Metres between two contours [default: by the spacing and the heights of the world].
+    #[arg(long, value_name = "METRES", help_heading = "GIS", allow_negative_numbers = true)]
+    pub contours: Option<f64>,
+    /// Write longitudes and latitudes to GeoJSON: those at which web maps (EPSG:3857) have the metres, so the world's origin lies at
+    /// 0, 0.
+    #[arg(long, help_heading = "GIS")]
+    pub degrees: bool,
+}
+
+impl VectorArguments {
+    /// How vectors are written.
+    pub fn options(&self) -> VectorOptions {
+        let VectorArguments { clip, degrees, contours } = self;
+        VectorOptions { clipped: *clip, degrees: *degrees, contours_m: *contours }
+    }
+
+    /// The options that were given, by name.
+    pub fn given(&self) -> Vec<&'static str> {
+        let VectorArguments { clip, degrees, contours } = self;
+        given(&[(*clip, "--clip"), (*degrees, "--degrees"), (contours.is_some(), "--contours")])
+    }
+}
+
+/// The names of options of which it is known whether they were given.
+fn given(all: &[(bool, &'static str)]) -> Vec<&'static str> {
+    all.iter().filter_map(|(given, name)| given.then_some(*name)).collect()
 }
 
 /// What makes land.
@@ -573,12 +660,18 @@ pub(super) struct ExperimentArguments {
     /// Threads to a side of a GPU's groups, 8, 16 or 32, with commas between.
     #[arg(long, value_name = "LIST", default_value = "8", value_delimiter = ',', value_parser = parse_group_side)]
     pub workgroup: Vec<u32>,
+    /// Layers of tiles around the camera's own, 1 to 16, with commas between: 1 are the eight neighbours of the thesis.
+    #[arg(long, value_name = "LIST", default_value = "1", value_delimiter = ',')]
+    pub layers: Vec<u32>,
+    /// How many tiles a step makes: all that are missing, as in the thesis, or one, the nearest; or both.
+    #[arg(long, value_name = "LIST", default_value = "all", value_delimiter = ',')]
+    pub step: Vec<StepSize>,
     /// Whether to measure the thesis' plain method too, for the speed-up.
     #[arg(long, value_name = "ON|OFF", default_value = "on")]
     pub baseline: Switch,
-    /// Threads to use; the baseline has one [default: one a core].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub threads: Option<u32>,
+    /// Threads to use, or several numbers side by side, such as 1,all; all are one a core. The baseline has one.
+    #[arg(long, value_name = "LIST", default_value = "all", value_delimiter = ',', value_parser = parse_threads)]
+    pub threads: Vec<usize>,
     /// Folder for the report [default: out/experiment].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -588,6 +681,15 @@ pub(super) struct ExperimentArguments {
     /// Print one JSON object instead of tables.
     #[arg(long)]
     pub json: bool,
+}
+
+/// How many tiles a step of the experiment makes.
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum StepSize {
+    /// All that are missing.
+    All,
+    /// The nearest of them.
+    One,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -610,6 +712,7 @@ impl Command {
                 common.manner.json
             }
             Command::Extend(arguments) => arguments.manner.json,
+            Command::Walk(arguments) => arguments.manner.json,
             Command::Registry(RegistryArguments { json, .. })
             | Command::Repair { json, .. }
             | Command::Info { json, .. }
@@ -624,6 +727,15 @@ impl Command {
             _ => false,
         }
     }
+}
+
+/// A number of threads.
+fn parse_threads(text: &str) -> Result<usize, String> {
+    let number = match text.trim() {
+        "all" => Some(thread_count(None)),
+        number => number.parse().ok().filter(|number| (1..=4096).contains(number)),
+    };
+    number.ok_or_else(|| format!("expected 1 to 4096, or all, found {text:?}"))
 }
 
 /// A number of percent, with or without its sign, as a share.
@@ -662,6 +774,11 @@ fn export_names() -> Vec<&'static str> {
     Export::all().map(Export::name).collect()
 }
 
+/// The names of the exports that show walks.
+fn walk_export_names() -> Vec<&'static str> {
+    Export::of_walks().map(Export::name).collect()
+}
+
 fn profile_names() -> Vec<&'static str> {
     Profile::ALL.into_iter().map(Profile::name).collect()
 }
@@ -670,6 +787,16 @@ fn export_help() -> String {
     let line = |export: Export| format!("\n  {:20} {}", export.name(), export.about());
     let list: String = Export::all().map(line).collect();
     format!("What to write, with commas between [default: {}, or what the profile needs]:{list}", Export::DEFAULT)
+}
+
+fn walk_export_help() -> String {
+    let (tiles, region): (Vec<&str>, Vec<&str>) = walk_export_names().iter().partition(|name| name.ends_with("-tiles"));
+    format!(
+        "What to write, with commas between; terrane bake --help says what each holds:\n  a file a tile: {}\n  of all tiles, and \
+         empty where none is: {}",
+        tiles.join(", "),
+        region.join(", ")
+    )
 }
 
 fn profile_help() -> String {
@@ -933,15 +1060,37 @@ impl FindArguments {
     }
 }
 
+/// A preset with what is set in it, and with tiles of so many cells if that is asked for.
+fn sources_in_tiles(preset: &str, settings: &[String], tile_cells: Option<u32>) -> Result<Sources, Error> {
+    let mut sources = sources(preset, settings)?;
+    if let Some(cells) = tile_cells {
+        // After --set, so that the option with a name of its own wins.
+        sources.set("--tile-cells", &format!("tile_cells={cells}"))?;
+    }
+    Ok(sources)
+}
+
+impl WalkArguments {
+    /// The preset with all that the options set in it.
+    pub fn sources(&self) -> Result<Sources, Error> {
+        sources_in_tiles(&self.preset, &self.set, self.tile_cells)
+    }
+
+    /// What is asked of the walk.
+    pub fn tour(&self) -> Result<Tour, Error> {
+        let WalkArguments { path, minutes, speed, at, layers, .. } = self;
+        let way = match path {
+            Some(path) => Way::of_file(path)?,
+            None => Way::Camera { at: *at, minutes: *minutes, speed_m_s: *speed },
+        };
+        Ok(Tour { way, layers: *layers })
+    }
+}
+
 impl BakeArguments {
     /// The preset with all that the options set in it.
     pub fn sources(&self) -> Result<Sources, Error> {
-        let mut sources = sources(&self.preset, &self.common.set)?;
-        if let Some(cells) = self.common.tile_cells {
-            // After --set, so that the option with a name of its own wins.
-            sources.set("--tile-cells", &format!("tile_cells={cells}"))?;
-        }
-        Ok(sources)
+        sources_in_tiles(&self.preset, &self.common.set, self.common.tile_cells)
     }
 
     /// Whether an option says how large the region or its tiles are. That of a scale does, for it is of a given region.
@@ -973,15 +1122,10 @@ impl BakeArguments {
         }
     }
 
-    pub fn vectors(&self) -> VectorOptions {
-        let CommonArguments { clip, degrees, contours, .. } = &self.common;
-        VectorOptions { clipped: *clip, degrees: *degrees, contours_m: *contours }
-    }
-
     /// The options that only some exports read and that were given, by name: of meshes, of vectors, of 16-bit heights.
     pub fn format_options(&self) -> [Vec<&'static str>; 3] {
         let CommonArguments { lod, mesh_error, quantize, meshopt, even_borders, mesh_origin, .. } = &self.common;
-        let CommonArguments { clip, degrees, contours, height_range, .. } = &self.common;
+        let CommonArguments { vectors, height_range, .. } = &self.common;
         let meshes = [
             (lod.is_some(), "--lod"),
             (mesh_error.is_some(), "--mesh-error"),
@@ -990,11 +1134,8 @@ impl BakeArguments {
             (*even_borders, "--even-borders"),
             (mesh_origin.is_some(), "--mesh-origin"),
         ];
-        let vectors = [(*clip, "--clip"), (*degrees, "--degrees"), (contours.is_some(), "--contours")];
         let heights = [(height_range.is_some(), "--height-range")];
-        let given =
-            |all: &[(bool, &'static str)]| all.iter().filter_map(|(given, name)| given.then_some(*name)).collect();
-        [given(&meshes), given(&vectors), given(&heights)]
+        [given(&meshes), vectors.given(), given(&heights)]
     }
 
     pub fn exports(&self) -> Result<Vec<Export>, Error> {

@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
         Some(AskedRange::Metres(range_m)) => Some(range_m),
         Some(AskedRange::Auto) => auto_range_m(&world, &region, &out, options, console)?,
     };
-    let (mut meshes, mut vectors) = (arguments.meshes(&region, world.spacing_m()), arguments.vectors());
+    let (mut meshes, mut vectors) = (arguments.meshes(&region, world.spacing_m()), options.vectors.options());
     let [of_meshes, of_vectors, of_heights] = arguments.format_options();
     let mut names = options.names;
     if options.add {
@@ -134,6 +134,7 @@ fn auto_range_m(
 pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(), Error> {
     let ExtendArguments { folder, place, manner } = arguments;
     let manifest = Manifest::read(folder)?;
+    manifest.check_is_no_walk(folder)?;
     let world = manifest.world()?;
     let old = manifest.region.region()?;
     let place = place.located(&manifest.preset, Some(manifest.seed))?;
@@ -202,7 +203,7 @@ fn default_folder(name: &str, world: &World, region: &Region) -> PathBuf {
 }
 
 /// The plan with what is asked to make its land; a dry run makes none.
-fn on_device<'a>(plan: Plan<'a>, options: &Manner, console: &Console) -> Result<Plan<'a>, Error> {
+pub(super) fn on_device<'a>(plan: Plan<'a>, options: &Manner, console: &Console) -> Result<Plan<'a>, Error> {
     if options.dry_run {
         return Ok(plan);
     }
@@ -217,7 +218,13 @@ pub(super) fn trouble(maker: &dyn LandMaker) -> Vec<String> {
 }
 
 /// Bakes a plan into a folder, or says what it would take.
-fn carry_out(plan: &Plan<'_>, mode: Mode, out: &Path, options: &Manner, console: &Console) -> Result<(), Error> {
+pub(super) fn carry_out(
+    plan: &Plan<'_>,
+    mode: Mode,
+    out: &Path,
+    options: &Manner,
+    console: &Console,
+) -> Result<(), Error> {
     let (world, region) = (plan.world(), *plan.region());
     let threads = thread_count(options.threads);
     let cost = plan.cost(threads);
@@ -247,7 +254,7 @@ fn carry_out(plan: &Plan<'_>, mode: Mode, out: &Path, options: &Manner, console:
     let start = Instant::now();
     let baked = thread::scope(|scope| {
         let shown = !options.quiet && !options.no_progress;
-        let tiles = Tiles { count: region.tiles(), cells: (region.tile_cells() as u64).pow(2) };
+        let tiles = Tiles { count: plan.tiles(), cells: (region.tile_cells() as u64).pow(2) };
         let _reporter = shown.then(|| Reporter::start(scope, console, &watch, Some(tiles)));
         pool.install(|| plan.run(&output, &watch))
     });
@@ -273,10 +280,10 @@ fn carry_out(plan: &Plan<'_>, mode: Mode, out: &Path, options: &Manner, console:
     }
     // What there is now.
     let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
-    let rate = region.vertices() as f64 / elapsed.as_secs_f64() / 1e6;
+    let rate = plan.vertices() as f64 / elapsed.as_secs_f64() / 1e6;
     let object = json!({
-        "type": "done", "out": out.to_string_lossy(), "files": manifest.files.len() + 1, "bytes": bytes, "tiles": region.tiles(),
-        "vertices": region.vertices(), "bounds_km": region.bounds_km(world.spacing_m()),
+        "type": "done", "out": out.to_string_lossy(), "files": manifest.files.len() + 1, "bytes": bytes, "tiles": plan.tiles(),
+        "vertices": plan.vertices(), "bounds_km": region.bounds_km(world.spacing_m()),
         "seconds": elapsed.as_secs_f64(), "mvertices_per_second": rate, "files_untouched": output.untouched(),
         "files_renewed": output.renewed().len(),
     });
@@ -285,8 +292,9 @@ fn carry_out(plan: &Plan<'_>, mode: Mode, out: &Path, options: &Manner, console:
             format!("{}: is whole already: {} files, {}\n", out.display(), manifest.files.len() + 1, Bytes(bytes));
         return console.message(object, &text);
     }
+    let walked = plan.walk().map_or(String::new(), |_| format!("a walk to {} tiles of ", plan.tiles()));
     let text = format!(
-        "{}: {} x {} vertices, {}, in {} files, {}, {:.2} s ({rate:.1} Mvertices/s)\n",
+        "{}: {walked}{} x {} vertices, {}, in {} files, {}, {:.2} s ({rate:.1} Mvertices/s)\n",
         out.display(),
         region.width(),
         region.height(),
@@ -321,7 +329,7 @@ fn print_plan(
     let memory_bytes = forecast.map(|forecast| forecast.memory_bytes);
     let seconds = forecast.map(|forecast| forecast.time.as_secs_f64());
     let object = json!({
-        "type": "plan", "out": out.to_string_lossy(), "tiles": region.tiles(), "width": region.width(),
+        "type": "plan", "out": out.to_string_lossy(), "tiles": plan.tiles(), "width": region.width(),
         "height": region.height(), "bounds_km": region.bounds_km(world.spacing_m()), "min_m": min_m,
         "max_m": max_m, "step_m": step_m, "files": cost.files,
         "disk_bytes_at_most": cost.disk_bytes, "memory_bytes": memory_bytes,
@@ -330,7 +338,10 @@ fn print_plan(
     let mut text = String::new();
     let mut line = |what: &str, value: String| writeln!(text, "{what:9}{value}").expect("a String takes everything");
     line("folder", out.display().to_string());
-    line("region", format!("{} tiles, {} x {} vertices", region.tiles(), region.width(), region.height()));
+    if let Some(walk) = plan.walk() {
+        line("walk", walk.tour().to_string());
+    }
+    line("region", format!("{} tiles, {} x {} vertices", plan.tiles(), region.width(), region.height()));
     let [west, south, east, north] = region.bounds_km(world.spacing_m());
     let size = kilometres(region, world.spacing_m());
     line("ground", format!("{size}, from {west} to {east} km east and from {south} to {north} km north"));

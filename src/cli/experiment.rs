@@ -7,23 +7,29 @@ use std::time::Instant;
 
 use serde_json::json;
 
-use crate::cli::args::{ExperimentArguments, Switch};
+use crate::cli::args::{ExperimentArguments, StepSize, Switch};
 use crate::cli::console::Console;
-use crate::cli::{thread_count, thread_pool};
+use crate::cli::thread_pool;
 use crate::device::Device;
 use crate::error::Error;
-use crate::experiment::{self, Engine, FILES, Options, Report};
+use crate::experiment::{self, Engine, FILES, Options, Report, Step};
 use crate::stop;
 
 /// Measures what the command line asks for.
 pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(), Error> {
     // What is asked for, checked before anything is measured.
+    // Those that have fewer threads than the most walk beside the others.
+    let threads = arguments.threads.iter().copied().max().unwrap_or(1);
+    let fewer = |count: usize| (count < threads).then_some(count);
     let mut options = Options {
         sizes: arguments.sizes,
         agents: arguments.agents.into_iter().map(Switch::is_on).collect(),
         minutes: arguments.minutes,
         speed_m_s: arguments.speed,
         engines: engines(&arguments.device, &arguments.workgroup)?,
+        layers: each_once(arguments.layers),
+        steps: each_once(arguments.step.into_iter().map(step)),
+        threads: each_once(arguments.threads.into_iter().map(fewer)),
         baseline: arguments.baseline.is_on(),
     };
     options.sizes.sort_unstable();
@@ -31,7 +37,6 @@ pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(
     options.sizes.dedup();
     options.check()?;
     let out = arguments.out.unwrap_or_else(|| PathBuf::from("out/experiment"));
-    let threads = thread_count(arguments.threads);
     let pool = thread_pool(threads)?;
     // A folder that takes files, since it is too late to look for another when all is measured.
     let is_new = !out.exists();
@@ -44,19 +49,31 @@ pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(
     result
 }
 
+fn step(size: StepSize) -> Step {
+    match size {
+        StepSize::All => Step::All,
+        StepSize::One => Step::One,
+    }
+}
+
+/// What is named, in its order, what is named twice once.
+fn each_once<T: PartialEq>(named: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut once = Vec::new();
+    for one in named {
+        if !once.contains(&one) {
+            once.push(one);
+        }
+    }
+    once
+}
+
 /// What is measured of what the command names.
 fn engines(devices: &[String], group_sides: &[u32]) -> Result<Vec<Engine>, Error> {
     let mut engines = Vec::new();
-    // One that is named twice is measured once.
-    let mut add = |engine| {
-        if !engines.contains(&engine) {
-            engines.push(engine);
-        }
-    };
     for name in devices {
         match name.parse::<Device>()? {
-            Device::Cpu => add(Engine::Cpu),
-            Device::Gpu => group_sides.iter().for_each(|group_side| add(Engine::Gpu { group_side: *group_side })),
+            Device::Cpu => engines.push(Engine::Cpu),
+            Device::Gpu => engines.extend(group_sides.iter().map(|group_side| Engine::Gpu { group_side: *group_side })),
             Device::Auto => {
                 return Err(Error::Option {
                     message: "what is measured must be known: auto may be either device".into(),
@@ -65,7 +82,7 @@ fn engines(devices: &[String], group_sides: &[u32]) -> Result<Vec<Engine>, Error
             }
         }
     }
-    Ok(engines)
+    Ok(each_once(engines))
 }
 
 fn measure(

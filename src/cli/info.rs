@@ -31,7 +31,7 @@ fn state_name(state: State) -> &'static str {
 }
 
 fn object(folder: &Path, contents: &Contents) -> Value {
-    let Contents { manifest, state, tiles, missing, runs } = contents;
+    let Contents { manifest, state, tiles, tiles_of, missing, runs } = contents;
     let region = &manifest.region;
     let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
     json!({
@@ -40,23 +40,26 @@ fn object(folder: &Path, contents: &Contents) -> Value {
         "at": [region.at.x, region.at.y], "cols": region.cols, "rows": region.rows, "width": region.width,
         "height": region.height, "bounds_km": region.bounds_km, "min_m": manifest.height_range.min_m,
         "max_m": manifest.height_range.max_m, "sea_level_m": manifest.sea_level_m, "profile": manifest.profile,
-        "exports": manifest.exports, "tiles": tiles, "tiles_of": region.cols * region.rows,
+        "exports": manifest.exports, "tiles": tiles, "tiles_of": tiles_of, "walk": manifest.walk,
         "files": manifest.files.len(), "bytes": bytes, "missing": missing, "runs": runs,
     })
 }
 
 fn text(contents: &Contents) -> String {
-    let Contents { manifest, state, tiles, missing, runs } = contents;
+    let Contents { manifest, state, tiles, tiles_of, missing, runs } = contents;
     let (region, heights) = (&manifest.region, &manifest.height_range);
     let mut text = String::new();
     let mut line = |what: &str, value: String| writeln!(text, "{what:9}{value}").expect("a String takes everything");
-    line("state", format!("{}, {tiles} of {} tiles", state_name(*state), region.cols * region.rows));
+    line("state", format!("{}, {tiles} of {tiles_of} tiles", state_name(*state)));
     let (name, seed, spacing_m) = (&manifest.preset_name, manifest.seed, manifest.spacing_m);
     line("world", format!("{name}, seed {seed}, {spacing_m} m a vertex, of {}", manifest.generator));
     let [west, south, east, north] = region.bounds_km;
     line("ground", format!("from {west} to {east} km east and from {south} to {north} km north"));
     let (cols, rows, TileId { x, y }) = (region.cols, region.rows, region.at);
     line("region", format!("{cols} x {rows} tiles from {x},{y}, {} x {} vertices", region.width, region.height));
+    if let Some(tour) = &manifest.walk {
+        line("walk", tour.to_string());
+    }
     let sea = manifest.sea_level_m.map_or(String::new(), |metres| format!(", the sea at {metres} m"));
     let [min_m, max_m] = heights.written_m();
     line("heights", format!("{min_m} to {max_m} m{sea}"));

@@ -98,7 +98,9 @@ impl Subject {
                 hint: "leave out --set and --seed, or name a preset".into(),
             });
         }
-        let Manifest { preset_name: name, preset, seed, region, .. } = Manifest::read(Path::new(source))?;
+        let manifest = Manifest::read(Path::new(source))?;
+        manifest.check_is_no_walk(Path::new(source))?;
+        let Manifest { preset_name: name, preset, seed, region, .. } = manifest;
         let is_elsewhere =
             place.at.is_some() || place.size.is_some() || place.bounds.is_some() || place.around.is_some();
         let bounds_m = match is_elsewhere {

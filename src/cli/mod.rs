@@ -14,9 +14,9 @@ mod progress;
 mod registry_list;
 mod signals;
 mod verify;
+mod walk;
 
 use std::process::ExitCode;
-use std::thread;
 
 use clap::{CommandFactory, Parser};
 use serde_json::json;
@@ -31,6 +31,7 @@ use crate::preset::{self, Preset};
 use crate::recipe::source;
 use crate::simd::Level;
 use crate::stop;
+use crate::threads::{thread_count, thread_pool};
 
 /// Runs the command that the program was called with.
 ///
@@ -48,19 +49,6 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// How many threads to use: as many as were asked for, or one a core.
-fn thread_count(asked: Option<u32>) -> usize {
-    asked.map_or_else(|| thread::available_parallelism().map_or(1, usize::from), |threads| threads as usize)
-}
-
-/// A pool of so many threads.
-fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Error> {
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| Error::Option {
-        message: format!("{threads} threads cannot be started: {error}"),
-        hint: "give fewer with --threads".into(),
-    })
-}
-
 fn run_command(command: Command, console: &Console) -> Result<(), Error> {
     // A bad variable is the user's mistake and not the first kernel's panic.
     Level::chosen().map_err(|message| Error::Option { message, hint: String::new() })?;
@@ -71,6 +59,7 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
         Command::Atlas(arguments) => atlas::run(&arguments, console),
         Command::Find(arguments) => find::run(&arguments, console),
         Command::Registry(arguments) => registry_list::run(&arguments, console),
+        Command::Walk(arguments) => walk::run(&arguments, console),
         Command::Extend(arguments) => bake::extend(&arguments, console),
         Command::Info { folder, .. } => info::run(&folder, console),
         Command::Verify(arguments) => verify::run(&arguments, console),

@@ -11,13 +11,15 @@ const TOP: f64 = 92.0;
 const BOTTOM: f64 = 452.0;
 const BAR: f64 = 34.0;
 const GAP: f64 = 44.0;
+/// From a row of the legend to the next.
+const LEGEND_ROW: f64 = 18.0;
 /// Room to the right of the bars for the names of the frame rates.
 const RIGHT: f64 = 96.0;
 
 /// A bar: what it shows, its colour, its height, and where 99 of 100 values lie.
 struct Bar {
     name: String,
-    colour: &'static str,
+    colour: String,
     value_ms: f64,
     percentile_99_ms: Option<f64>,
 }
@@ -35,7 +37,10 @@ pub(super) fn chart(report: &Report) -> String {
     let high = values().chain([100.0]).fold(0.0, f64::max).log10().ceil();
     let y = |ms: f64| BOTTOM - (ms.log10() - low) / (high - low) * (BOTTOM - TOP);
     let plot_width = groups.iter().map(|(_, bars)| bars.len() as f64 * BAR + GAP).sum::<f64>().max(480.0);
-    let (width, height) = (LEFT + plot_width + RIGHT, BOTTOM + 60.0);
+    let legend = legend(&groups, plot_width);
+    // What of the legend is more than two rows moves all else down.
+    let lowered = legend.len().saturating_sub(2) as f64 * LEGEND_ROW;
+    let (width, height) = (LEFT + plot_width + RIGHT, BOTTOM + 60.0 + lowered);
     let right = LEFT + plot_width;
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
@@ -43,6 +48,8 @@ pub(super) fn chart(report: &Report) -> String {
          <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n\
          <text x=\"{LEFT}\" y=\"26\" font-size=\"17\" font-weight=\"bold\">Time of an expansion by tile size</text>\n"
     );
+    draw_legend(&mut svg, &legend);
+    writeln!(svg, "<g transform=\"translate(0 {lowered})\">").expect(TAKES_ALL);
     // The decades.
     for decade in low as i32..=high as i32 {
         let at = y(10f64.powi(decade));
@@ -75,8 +82,7 @@ pub(super) fn chart(report: &Report) -> String {
         draw_level(&mut svg, at, right, "stroke=\"#444444\" stroke-dasharray=\"5 4\"");
         draw_text(&mut svg, [right + 6.0, at + 4.0], " font-size=\"11\"", &format!("{rate} a second"));
     }
-    draw_legend(&mut svg, &groups);
-    svg + "</svg>\n"
+    svg + "</g>\n</svg>\n"
 }
 
 /// The bars of a tile size: ours and the baseline as measured, the thesis' CPU as told.
@@ -92,7 +98,12 @@ fn bars(report: &Report, tile_cells: u32) -> Vec<Bar> {
         percentile_99_ms: Some(record.milliseconds.percentile_99),
     });
     let told = ThesisRow::of(tile_cells).into_iter().flat_map(|row| {
-        let bar = |name: &str, colour, value_ms| Bar { name: name.into(), colour, value_ms, percentile_99_ms: None };
+        let bar = |name: &str, colour: &str, value_ms| Bar {
+            name: name.into(),
+            colour: colour.into(),
+            value_ms,
+            percentile_99_ms: None,
+        };
         let cpu = [
             bar("thesis CPU, agents", "#5b5b5b", row.cpu_ms),
             bar("thesis CPU, no agents", "#a8a8a8", row.cpu_without_agents_ms),
@@ -147,18 +158,34 @@ fn draw_bar(svg: &mut String, bar: &Bar, x: f64, y: &impl Fn(f64) -> f64) {
     draw_text(svg, [middle, whisker.min(top) - 4.0], " text-anchor=\"middle\" font-size=\"10\"", &value);
 }
 
-/// The names of all bars, each once, in rows under the title.
-fn draw_legend(svg: &mut String, groups: &[(u32, Vec<Bar>)]) {
+/// All bars of different names, each once, in rows of as many as there is room for.
+fn legend(groups: &[(u32, Vec<Bar>)], plot_width: f64) -> Vec<Vec<&Bar>> {
     let mut named: Vec<&Bar> = Vec::new();
     for bar in groups.iter().flat_map(|(_, bars)| bars) {
         if named.iter().all(|known| known.name != bar.name) {
             named.push(bar);
         }
     }
-    for (index, bar) in named.iter().enumerate() {
-        let (x, y) = (LEFT + (index % 3) as f64 * 170.0, 44.0 + (index / 3) as f64 * 18.0);
-        write!(svg, "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"11\" height=\"11\" fill=\"{}\"/>", bar.colour)
-            .expect(TAKES_ALL);
-        draw_text(svg, [x + 16.0, y + 10.0], "", &bar.name);
+    let columns = ((plot_width + RIGHT) / legend_column(&named)) as usize;
+    named.chunks(columns.clamp(1, 3)).map(<[&Bar]>::to_vec).collect()
+}
+
+/// Pixels from a name of the legend to the next.
+fn legend_column(named: &[&Bar]) -> f64 {
+    // A letter of 12 pixels is 6.2 pixels wide on average.
+    let longest = named.iter().map(|bar| bar.name.chars().count()).max().unwrap_or(0);
+    (24.0 + 6.2 * longest as f64).max(170.0)
+}
+
+/// The names of all bars, in rows under the title.
+fn draw_legend(svg: &mut String, legend: &[Vec<&Bar>]) {
+    let column = legend_column(&legend.concat());
+    for (row, bars) in legend.iter().enumerate() {
+        for (number, bar) in bars.iter().enumerate() {
+            let (x, y) = (LEFT + number as f64 * column, 44.0 + row as f64 * LEGEND_ROW);
+            write!(svg, "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"11\" height=\"11\" fill=\"{}\"/>", bar.colour)
+                .expect(TAKES_ALL);
+            draw_text(svg, [x + 16.0, y + 10.0], "", &bar.name);
+        }
     }
 }

@@ -1,10 +1,11 @@
 //! The experiment of the thesis: a camera walks, the terrain expands before it, and each expansion is timed.
 //!
 //! ```text
-//!   camera.rs    time -> place                             nobody steers, so every configuration sees the same walk
+//!   walker/camera.rs   time -> place                       nobody steers, so every configuration sees the same walk
 //!   baseline.rs  place -> the tile as the thesis made it   scalar, on one thread: what a speed-up is measured against
 //!   mod.rs       Options -> Walk, one for a tile size      all timings, and what the picture shows
 //!   statistics.rs, summary.rs  Walks -> Report             moments, t-tests, what is real time
+//!   machine.rs   what it was measured on
 //!   report.rs, chart.rs, picture.rs  Report -> files       tables, bars, the walk from above
 //! ```
 //!
@@ -14,8 +15,8 @@
 //! Based on: Grelsson (2014), chapters 5 to 7.
 
 mod baseline;
-mod camera;
 mod chart;
+mod machine;
 mod picture;
 mod report;
 mod statistics;
@@ -23,7 +24,7 @@ mod summary;
 mod thesis;
 
 pub use baseline::{Baseline, BaselineTile, TableNoise};
-pub use camera::Camera;
+pub use machine::Machine;
 pub use report::{FILES, write_files};
 pub use statistics::{Summary, TTest};
 pub use summary::{Comparison, MethodRecord, RealTime, Report, StageRecord, WalkRecord};
@@ -34,6 +35,7 @@ use std::hint::black_box;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use rayon::ThreadPool;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -41,7 +43,8 @@ use crate::clock::Clock;
 use crate::device::{Device, GpuOptions, LandMaker};
 use crate::error::Error;
 use crate::preset::{Preset, TILE_CELLS};
-use crate::walker::{Walker, WalkerOptions};
+use crate::threads::thread_pool;
+use crate::walker::{Camera, Expansion, FRAMES_A_SECOND, LAYERS, Walker, WalkerOptions};
 use crate::world::World;
 use picture::Picture;
 
@@ -52,7 +55,7 @@ pub struct Options {
     pub sizes: Vec<u32>,
     /// With agents, without, or both. Default: both.
     pub agents: Vec<bool>,
-    /// Minutes that the camera walks, in its own time, up to [`MOST_MINUTES`](Options::MOST_MINUTES). Default: 5.
+    /// Minutes that the camera walks, in its own time, up to [`MOST_MINUTES`](Camera::MOST_MINUTES). Default: 5.
     pub minutes: f64,
     /// Metres a second that the camera goes, at most a tile a frame. Default: 128.
     ///
@@ -61,6 +64,12 @@ pub struct Options {
     pub speed_m_s: f64,
     /// What computes the land of tiles. Default: the CPU.
     pub engines: Vec<Engine>,
+    /// Layers of tiles around the camera's own, 1 to 16 each. Default: the thesis' 1.
+    pub layers: Vec<u32>,
+    /// How many tiles a step makes. Default: all that are missing, as in the thesis.
+    pub steps: Vec<Step>,
+    /// On how many threads: on those of the current rayon pool, or on so many others. Default: on those of the pool.
+    pub threads: Vec<Option<usize>>,
     /// Whether the baseline is measured too. Default: true.
     pub baseline: bool,
 }
@@ -73,18 +82,15 @@ impl Default for Options {
             minutes: 5.0,
             speed_m_s: 128.0,
             engines: vec![Engine::Cpu],
+            layers: vec![1],
+            steps: vec![Step::All],
+            threads: vec![None],
             baseline: true,
         }
     }
 }
 
-/// Frames a second of the camera's own time, in which it looks whether it has crossed an edge.
-const FRAMES_A_SECOND: f64 = 60.0;
-
 impl Options {
-    /// The longest walk.
-    pub const MOST_MINUTES: f64 = 1440.0;
-
     /// Checks that there is something to measure and that it can be.
     ///
     /// # Errors
@@ -100,33 +106,43 @@ impl Options {
         if self.sizes.is_empty() || self.configurations().is_empty() {
             return refuse("there is nothing to measure".into(), "give sizes such as 64,128, and agents on,off".into());
         }
-        if !(self.minutes > 0.0 && self.minutes <= Options::MOST_MINUTES) {
+        if let Some(layers) = self.layers.iter().find(|layers| !LAYERS.contains(layers)) {
             return refuse(
-                format!("a walk cannot take {} minutes", self.minutes),
-                format!("give more than 0 and at most {}, such as 5", Options::MOST_MINUTES),
+                format!("{layers} layers of tiles cannot be measured"),
+                format!("give {} to {}, such as 1,2", LAYERS.start(), LAYERS.end()),
             );
         }
-        // Faster, and one expansion would be several tiles deep.
         let smallest = self.sizes.iter().min().copied().unwrap_or(*TILE_CELLS.start());
-        let fastest_m_s = smallest as f64 * FRAMES_A_SECOND;
-        if !(self.speed_m_s > 0.0 && self.speed_m_s <= fastest_m_s) {
-            return refuse(
-                format!("a camera cannot walk tiles of {smallest} m at {} metres a second", self.speed_m_s),
-                format!("give more than 0 and at most {fastest_m_s}, a tile a frame, such as 128"),
-            );
-        }
-        Ok(())
+        // The thesis' vertices are a metre apart.
+        Camera::check(self.minutes, self.speed_m_s, f64::from(smallest))
     }
 
     /// What is measured, in the order of the tables.
     fn configurations(&self) -> Vec<Configuration> {
-        let methods = [(Method::Agents, true), (Method::NoAgents, false)];
-        let ours = methods
-            .into_iter()
-            .filter(|(_, agents)| self.agents.contains(agents))
-            .flat_map(|(method, _)| self.engines.iter().map(move |engine| Configuration { method, engine: *engine }));
-        let baseline = Configuration { method: Method::Baseline, engine: Engine::Cpu };
-        ours.chain(self.baseline.then_some(baseline)).collect()
+        let mut all = Vec::new();
+        for method in [Method::Agents, Method::NoAgents] {
+            if !self.agents.contains(&(method == Method::Agents)) {
+                continue;
+            }
+            for &engine in &self.engines {
+                for (&layers, &step) in
+                    self.layers.iter().flat_map(|layers| self.steps.iter().map(move |step| (layers, step)))
+                {
+                    let of_threads =
+                        |threads: &Option<usize>| Configuration { method, engine, layers, step, threads: *threads };
+                    all.extend(self.threads.iter().map(of_threads));
+                }
+            }
+        }
+        all.extend(self.baseline.then(|| self.first(Method::Baseline)));
+        all
+    }
+
+    /// The configuration of a method that has the first of all that is varied, on the CPU.
+    fn first(&self, method: Method) -> Configuration {
+        let (layers, step) =
+            (self.layers.first().copied().unwrap_or(1), self.steps.first().copied().unwrap_or(Step::All));
+        Configuration { method, engine: Engine::Cpu, layers, step, threads: None }
     }
 }
 
@@ -154,22 +170,71 @@ impl Engine {
     }
 }
 
-/// What is measured beside others: how tiles are made, and on what.
+/// How many tiles a step of the camera makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Step {
+    /// All that are missing.
+    All,
+    /// One at most, the nearest: the next ones come with the next frames.
+    One,
+}
+
+/// What is measured beside others: how tiles are made, how many at once, and on what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Configuration {
     /// How tiles are made.
     pub method: Method,
     /// What computes their land.
     pub engine: Engine,
+    /// Layers of tiles around the camera's own.
+    pub layers: u32,
+    /// How many tiles a step makes.
+    pub step: Step,
+    /// Threads that it may use; none: all of the experiment's. The baseline has one.
+    pub threads: Option<usize>,
 }
 
 impl Configuration {
-    /// What tables call it.
+    /// What tables call it: the method, and what of the rest is not as in the thesis.
     pub fn name(self) -> String {
-        match self.engine {
-            Engine::Cpu => self.method.name().to_owned(),
-            Engine::Gpu { group_side } => format!("{} gpu {group_side}x{group_side}", self.method.name()),
+        let mut name = self.method.name().to_owned();
+        if self.method == Method::Baseline {
+            return name;
         }
+        let mut add = |text: String| name += &text;
+        if let Engine::Gpu { group_side } = self.engine {
+            add(format!(" gpu {group_side}x{group_side}"));
+        }
+        if self.layers != 1 {
+            add(format!(" {} layers", self.layers));
+        }
+        if self.step == Step::One {
+            add(" tile by tile".to_owned());
+        }
+        match self.threads {
+            None => {}
+            Some(1) => add(" 1 thread".to_owned()),
+            Some(threads) => add(format!(" {threads} threads")),
+        }
+        name
+    }
+
+    /// In how many things it differs from another one.
+    fn differences(self, other: Configuration) -> usize {
+        let differs = [
+            self.method != other.method,
+            self.engine != other.engine,
+            self.layers != other.layers,
+            self.step != other.step,
+            self.threads != other.threads,
+        ];
+        differs.into_iter().filter(|differs| *differs).count()
+    }
+
+    /// Whether a step of it makes the same tiles as one of another.
+    fn expands_as(self, other: Configuration) -> bool {
+        (self.layers, self.step) == (other.layers, other.step)
     }
 }
 
@@ -232,10 +297,11 @@ pub struct Walk {
 
 /// Walks over tiles of one size and measures all configurations, on the threads of the current rayon pool.
 ///
-/// It holds the tiles around the camera once for each of ours: about 45 bytes a vertex, nine tiles, for each configuration.
+/// It holds the tiles around the camera once for each of ours: about 45 bytes a vertex, nine tiles where there is one layer, for
+/// each configuration.
 ///
 /// # Errors
-/// When an option is out of its range, or a GPU is asked for that cannot be had.
+/// When an option is out of its range, or a GPU or threads are asked for that cannot be had.
 pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
     options.check()?;
     let world = world(tile_cells)?;
@@ -251,71 +317,98 @@ pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
     let walker = |configuration: Configuration| {
         let of = makers.iter().find(|(engine, _)| *engine == configuration.engine);
         let maker = of.map_or_else(|| Engine::Cpu.maker(&world), |(_, maker)| Ok(Arc::clone(maker)))?;
-        let agents = configuration.method == Method::Agents;
-        let walker_options = WalkerOptions { agents, ..WalkerOptions::default() };
-        Ok((configuration, Walker::with_maker(&world, walker_options, maker)))
+        let Configuration { method, layers, step, threads, .. } = configuration;
+        let walker_options = WalkerOptions {
+            agents: method == Method::Agents,
+            layers,
+            one_tile_a_step: step == Step::One,
+            ..WalkerOptions::default()
+        };
+        let walker = Walker::with_maker(&world, walker_options, maker);
+        Ok(Walking { configuration, walker, pool: threads.map(thread_pool).transpose()? })
     };
     let ours = series.iter().map(|series| series.configuration).filter(|it| it.method != Method::Baseline);
-    let mut walkers = ours.map(walker).collect::<Result<Vec<(Configuration, Walker)>, Error>>()?;
+    let mut walkers = ours.map(walker).collect::<Result<Vec<Walking>, Error>>()?;
     if walkers.is_empty() {
         // Somebody must know which tiles the baseline makes.
-        walkers.push(walker(Configuration { method: Method::NoAgents, engine: Engine::Cpu })?);
+        walkers.push(walker(options.first(Method::NoAgents))?);
     }
-    let stages_at_start: Vec<_> = walkers.iter().map(|(_, walker)| walker.clock().stages()).collect();
+    let stages_at_start: Vec<_> = walkers.iter().map(|walking| walking.walker.clock().stages()).collect();
     let baseline_clock = Clock::default();
     let baseline = options.baseline.then(|| Baseline::new(&world));
-    let mut picture = Picture::new((0..=frames).step_by(FRAMES_A_SECOND as usize).map(place), side_m);
-    picture.add(0, walkers[0].1.tiles(), world.spacing_m());
-    let mut count = 0;
+    let track = (0..=frames).step_by(FRAMES_A_SECOND as usize).map(place);
+    let mut picture = Picture::new(track, side_m, options.first(Method::Agents).layers);
+    picture.add(0, walkers[0].walker.tiles(), world.spacing_m());
+    let (mut turns, mut pictured) = (0, 0);
     for frame in 1..=frames {
-        let [east_m, south_m] = place(frame);
+        let place_m = place(frame);
         let time_s = frame as f64 / FRAMES_A_SECOND;
-        let mut entered = Vec::new();
+        let mut is_idle = true;
+        let mut entered_by_first = Vec::new();
         // The first one after the baseline finds the caches cold, so that is another one each time.
         for turn in 0..walkers.len() {
-            let index = (turn + count) % walkers.len();
-            let (configuration, walker) = &mut walkers[index];
-            let expansion = walker.move_to(east_m, south_m).filter(|expansion| !expansion.entered.is_empty());
-            let Some(expansion) = expansion else { continue };
-            if let Some(series) = series.iter_mut().find(|series| series.configuration == *configuration) {
+            let index = (turn + turns) % walkers.len();
+            let walking = &mut walkers[index];
+            let configuration = walking.configuration;
+            let Some(expansion) = walking.move_to(place_m) else { continue };
+            is_idle = false;
+            if let Some(series) = series.iter_mut().find(|series| series.configuration == configuration) {
                 let elapsed_ms = expansion.elapsed.as_secs_f64() * 1e3;
                 series.timings.push(Timing { time_s, tiles: expansion.entered.len(), elapsed_ms });
             }
             if index == 0 {
-                let tiles = expansion.entered.iter().filter_map(|id| walker.tile(*id));
-                picture.add(count + 1, tiles, world.spacing_m());
+                pictured += 1;
+                let tiles = expansion.entered.iter().filter_map(|id| walkers[0].walker.tile(*id));
+                picture.add(pictured, tiles, world.spacing_m());
+                entered_by_first = expansion.entered;
             }
-            entered = expansion.entered;
         }
-        if entered.is_empty() {
-            continue;
-        }
-        // The last in the tables.
-        if let (Some(baseline), Some(series)) = (&baseline, series.last_mut()) {
+        turns += usize::from(!is_idle);
+        // The last in the tables makes what the first one has made.
+        if let (Some(baseline), Some(series)) = (&baseline, series.last_mut())
+            && !entered_by_first.is_empty()
+        {
             let start = Instant::now();
-            for id in &entered {
+            for id in &entered_by_first {
                 // Else the compiler could leave out a tile that nobody reads.
                 black_box(baseline.tile(*id, &baseline_clock));
             }
             let elapsed_ms = start.elapsed().as_secs_f64() * 1e3;
-            series.timings.push(Timing { time_s, tiles: entered.len(), elapsed_ms });
+            series.timings.push(Timing { time_s, tiles: entered_by_first.len(), elapsed_ms });
         }
-        count += 1;
     }
     if let Some(message) = makers.iter().find_map(|(_, maker)| maker.trouble()) {
         return Err(Error::Device { message, hint: "measure without it: --device cpu".into() });
     }
     // Where the time has gone since the start.
     for series in &mut series {
-        let walked =
-            walkers.iter().zip(&stages_at_start).find(|((configuration, _), _)| *configuration == series.configuration);
-        series.stages = match walked {
-            Some(((_, walker), before)) => since(before, walker.clock().stages()),
+        let mut walked = walkers.iter().zip(&stages_at_start);
+        series.stages = match walked.find(|(walking, _)| walking.configuration == series.configuration) {
+            Some((walking, before)) => since(before, walking.walker.clock().stages()),
             None => baseline_clock.stages(),
         };
     }
     let gpu = makers.iter().find(|(engine, _)| *engine != Engine::Cpu).map(|(_, maker)| maker.name());
     Ok(Walk { tile_cells, series, gpu, picture })
+}
+
+/// A walker that is measured, and the threads that it has for itself, if any.
+struct Walking<'w> {
+    configuration: Configuration,
+    walker: Walker<'w>,
+    pool: Option<ThreadPool>,
+}
+
+impl Walking<'_> {
+    /// Moves it to a place in metres east and south. `None` where nothing is made.
+    fn move_to(&mut self, [east_m, south_m]: [f64; 2]) -> Option<Expansion> {
+        let Walking { walker, pool, .. } = self;
+        let expansion = match pool {
+            Some(pool) => pool.install(|| walker.move_to(east_m, south_m)),
+            None => walker.move_to(east_m, south_m),
+        };
+        expansion.filter(|expansion| !expansion.entered.is_empty())
+    }
 }
 
 /// What was booked between two looks at a clock, the longest first.
@@ -401,6 +494,49 @@ mod tests {
         assert_eq!(methods(&[true], false), [(Method::Agents, count)]);
         assert_eq!(methods(&[], true), [(Method::Baseline, count)]);
         assert_eq!(methods(&[false], true), [(Method::NoAgents, count), (Method::Baseline, count)]);
+    }
+
+    #[test]
+    fn what_is_varied_is_measured_side_by_side() {
+        let options = Options {
+            agents: vec![true],
+            layers: vec![1, 2],
+            steps: vec![Step::All, Step::One],
+            threads: vec![None, Some(1)],
+            // So slow that one tile a step suffices.
+            speed_m_s: 40.0,
+            minutes: 0.2,
+            ..short(&[16])
+        };
+        let walk = walk(&options, 16).unwrap();
+        let of = |name: &str| walk.series.iter().find(|series| series.configuration.name() == name).unwrap();
+        let tiles = |name: &str| of(name).timings.iter().map(|timing| timing.tiles).collect::<Vec<_>>();
+        assert_eq!(walk.series.len(), 2 * 2 * 2 + 1);
+        for name in ["agents", "agents 2 layers", "agents tile by tile", "agents 2 layers tile by tile"] {
+            assert_eq!(tiles(name), tiles(&format!("{name} 1 thread")), "{name}");
+        }
+        assert_eq!(tiles("baseline"), tiles("agents"));
+        // Both come to the same tiles, one by one and all at once, but for the last few.
+        let (all, one) = (tiles("agents 2 layers"), tiles("agents 2 layers tile by tile"));
+        assert!(
+            one.iter().all(|tiles| *tiles == 1) && all.iter().all(|tiles| (5..=9).contains(tiles)),
+            "{all:?} {one:?}"
+        );
+        assert!(all.iter().sum::<usize>().abs_diff(one.len()) <= 9, "{all:?} {one:?}");
+        let report = Report::new(&options, 2, &[walk]);
+        let record = &report.walks[0];
+        // With each other those that differ in one thing, and with the baseline those that make what it makes.
+        let of_baseline = record.comparisons.iter().filter(|it| it.second.method == Method::Baseline).count();
+        assert_eq!((record.comparisons.len(), of_baseline), (12 + 2, 2));
+        for method in &record.methods {
+            let is_like_the_thesis = (method.configuration.layers, method.configuration.step) == (1, Step::All);
+            assert_eq!(method.speedup.is_some(), is_like_the_thesis && method.configuration.method == Method::Agents);
+        }
+        let svg = chart::chart(&report);
+        assert_eq!(svg.matches("<rect").count(), 1 + 9 + 9, "{svg}");
+        let colours: std::collections::BTreeSet<String> =
+            record.methods.iter().map(|method| method.configuration.colour()).collect();
+        assert_eq!(colours.len(), 9, "{colours:?}");
     }
 
     #[test]

@@ -41,14 +41,15 @@ pub(super) struct Picture {
 }
 
 impl Picture {
-    /// A picture with room for the tiles of `side_m` metres around all places of the camera.
-    pub fn new(places: impl Iterator<Item = [f64; 2]>, side_m: f64) -> Picture {
+    /// A picture with room for so many layers of tiles of `side_m` metres around all places of the camera.
+    pub fn new(places: impl Iterator<Item = [f64; 2]>, side_m: f64, layers: u32) -> Picture {
+        let layers = f64::from(layers);
         let track: Vec<[f64; 2]> = places.collect();
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for place in &track {
             for axis in 0..2 {
-                low[axis] = low[axis].min(((place[axis] / side_m).floor() - 1.0) * side_m);
-                high[axis] = high[axis].max(((place[axis] / side_m).floor() + 2.0) * side_m);
+                low[axis] = low[axis].min(((place[axis] / side_m).floor() - layers) * side_m);
+                high[axis] = high[axis].max(((place[axis] / side_m).floor() + layers + 1.0) * side_m);
             }
         }
         let extent_m = [high[0] - low[0], high[1] - low[1]];

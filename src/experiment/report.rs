@@ -5,7 +5,10 @@ use std::path::Path;
 
 use crate::error::Error;
 use crate::experiment::chart::chart;
-use crate::experiment::{Configuration, Engine, FRAME_RATES, Method, MethodRecord, Report, ThesisRow, Walk};
+use crate::experiment::{
+    Configuration, Engine, FRAME_RATES, Machine, Method, MethodRecord, Report, Step, ThesisRow, Walk,
+};
+use crate::export::Bytes;
 use crate::file::{remove_unfinished, sync_folder, write_whole};
 
 /// The names of all files that an experiment leaves.
@@ -62,8 +65,9 @@ impl Report {
             (
                 "Milliseconds an expansion",
                 "The thesis' figures are those of its CPU (Core i7-2600K) or GPU (GeForce GTX 460), tables 6.1 to 6.4, with \
-                 agents beside `agents` and without beside the others; without agents it tells no groups of its GPU. `x baseline` is the baseline's mean divided by the row's, `x median` the \
-                 same of medians.",
+                 agents beside `agents` and without beside the others; without agents it tells no groups of its GPU. `x baseline` \
+                 is the baseline's mean divided by the row's, `x median` the same of medians. Where there are more layers, or \
+                 tiles are made one by one, an expansion is another thing than in the thesis, and stands beside nothing.",
                 self.timings(),
             ),
             (
@@ -91,16 +95,18 @@ impl Report {
 
     /// Under which conditions it was measured, in one sentence.
     fn conditions(&self) -> String {
+        let Machine { processor, simd, memory_bytes, system, peak_bytes } = &self.machine;
         format!(
-            "terrane {} on {}{} ({}, {} threads; baseline 1 thread): {} minutes at {} m/s with a turn of 90 degrees each \
-             minute",
+            "terrane {} on {}{} ({simd}, {} threads; baseline 1 thread), {}{system}: {} minutes at {} m/s with a turn of 90 degrees \
+             each minute{}",
             self.terrane,
-            self.processor.as_deref().unwrap_or("an unknown processor"),
+            processor.as_deref().unwrap_or("an unknown processor"),
             self.gpu.as_ref().map_or_else(String::new, |gpu| format!(" and {gpu}")),
-            self.simd,
             self.threads,
+            memory_bytes.map_or_else(String::new, |bytes| format!("{} of memory, ", Bytes(bytes))),
             self.minutes,
             self.speed_m_s,
+            peak_bytes.map_or_else(String::new, |bytes| format!("; at most {} of memory in use", Bytes(bytes))),
         )
     }
 
@@ -186,19 +192,31 @@ impl Report {
 }
 
 impl Configuration {
-    /// The colour of its bars.
-    pub(super) fn colour(self) -> &'static str {
-        match (self.method, self.engine) {
-            (Method::Agents, Engine::Cpu) => "#1f6f8b",
-            (Method::NoAgents, Engine::Cpu) => "#7fb7be",
-            (Method::Agents, Engine::Gpu { group_side: 8 }) => "#4b3f87",
-            (Method::Agents, Engine::Gpu { group_side: 16 }) => "#65559f",
-            (Method::Agents, Engine::Gpu { .. }) => "#8273b8",
-            (Method::NoAgents, Engine::Gpu { group_side: 8 }) => "#a68bc9",
-            (Method::NoAgents, Engine::Gpu { group_side: 16 }) => "#bba6d8",
-            (Method::NoAgents, Engine::Gpu { .. }) => "#d2c4e6",
-            (Method::Baseline, _) => "#b5483a",
+    /// The colour of its bars: that of its method and engine, towards others by what else is not as in the thesis.
+    pub(super) fn colour(self) -> String {
+        let [mut red, mut green, mut blue] = match (self.method, self.engine) {
+            (Method::Agents, Engine::Cpu) => [0x1f, 0x6f, 0x8b],
+            (Method::NoAgents, Engine::Cpu) => [0x7f, 0xb7, 0xbe],
+            (Method::Agents, Engine::Gpu { group_side: 8 }) => [0x4b, 0x3f, 0x87],
+            (Method::Agents, Engine::Gpu { group_side: 16 }) => [0x65, 0x55, 0x9f],
+            (Method::Agents, Engine::Gpu { .. }) => [0x82, 0x73, 0xb8],
+            (Method::NoAgents, Engine::Gpu { group_side: 8 }) => [0xa6, 0x8b, 0xc9],
+            (Method::NoAgents, Engine::Gpu { group_side: 16 }) => [0xbb, 0xa6, 0xd8],
+            (Method::NoAgents, Engine::Gpu { .. }) => [0xd2, 0xc4, 0xe6],
+            (Method::Baseline, _) => [0xb5, 0x48, 0x3a],
+        };
+        let mut mix = |towards: [i32; 3], percent: i32| {
+            for (channel, towards) in [&mut red, &mut green, &mut blue].into_iter().zip(towards) {
+                *channel += (towards - *channel) * percent / 100;
+            }
+        };
+        if self.method != Method::Baseline {
+            // Further layers are darker, tile by tile is green, and other threads are yellow, the fewer the more so.
+            mix([0x10, 0x10, 0x10], (40 * (self.layers as i32 - 1)).min(70));
+            mix([0x4f, 0x8f, 0x2f], if self.step == Step::One { 55 } else { 0 });
+            mix([0xf2, 0xc1, 0x4e], self.threads.map_or(0, |threads| 60 - 3 * threads.min(12) as i32));
         }
+        format!("#{red:02x}{green:02x}{blue:02x}")
     }
 }
 

@@ -1,12 +1,12 @@
 //! What the walks come to, as one record that tables, charts and the JSON file are made of.
 
-use std::fs;
 use std::time::Duration;
 
 use serde::Serialize;
 
-use crate::experiment::{Configuration, FRAME_RATES, Method, Options, Series, Summary, TTest, ThesisRow, Walk};
-use crate::simd::Level;
+use crate::experiment::{
+    Configuration, FRAME_RATES, Machine, Method, Options, Series, Summary, TTest, ThesisRow, Walk,
+};
 
 /// All results of an experiment.
 #[derive(Clone, Debug, Serialize)]
@@ -15,11 +15,10 @@ pub struct Report {
     pub terrane: &'static str,
     /// What has computed the land of tiles besides the CPU.
     pub gpu: Option<String>,
-    /// The processor's name, where the system tells it.
-    pub processor: Option<String>,
-    /// The instruction set of the kernels.
-    pub simd: &'static str,
-    /// The threads that ours may use; the baseline has one.
+    /// What it was measured on.
+    #[serde(flatten)]
+    pub machine: Machine,
+    /// The threads that ours may use where they are not said to have fewer; the baseline has one.
     pub threads: usize,
     /// Minutes of the camera's time.
     pub minutes: f64,
@@ -105,8 +104,7 @@ impl Report {
         Report {
             terrane: env!("CARGO_PKG_VERSION"),
             gpu: walks.iter().find_map(|walk| walk.gpu.clone()),
-            processor: processor(),
-            simd: Level::chosen().map_or("unknown", Level::name),
+            machine: Machine::here(),
             threads,
             minutes: options.minutes,
             speed_m_s: options.speed_m_s,
@@ -117,15 +115,17 @@ impl Report {
 
 impl WalkRecord {
     fn new(walk: &Walk) -> WalkRecord {
-        let baseline =
-            walk.series.iter().find(|series| series.configuration.method == Method::Baseline).map(summary_of);
+        let baseline = walk.series.iter().find(|series| series.configuration.method == Method::Baseline);
         let methods: Vec<MethodRecord> =
-            walk.series.iter().map(|series| MethodRecord::new(series, walk.tile_cells, baseline.as_ref())).collect();
-        // Each pair once that differs in one thing, in the order of the tables; and all beside the baseline.
+            walk.series.iter().map(|series| MethodRecord::new(series, walk.tile_cells, baseline)).collect();
+        // Each pair once that differs in one thing, in the order of the tables; and all beside the baseline that make the same tiles.
         let pairs = (0..methods.len()).flat_map(|a| (a + 1..methods.len()).map(move |b| (a, b)));
         let pairs = pairs.filter(|(a, b)| {
             let [first, second] = [a, b].map(|index| methods[*index].configuration);
-            first.engine == second.engine || first.method == second.method || second.method == Method::Baseline
+            match second.method {
+                Method::Baseline => first.expands_as(second),
+                _ => first.differences(second) == 1,
+            }
         });
         let comparisons = pairs.map(|(a, b)| {
             let (first, second) = (&methods[a], &methods[b]);
@@ -141,10 +141,13 @@ impl WalkRecord {
 }
 
 impl MethodRecord {
-    fn new(series: &Series, tile_cells: u32, baseline: Option<&Summary>) -> MethodRecord {
+    fn new(series: &Series, tile_cells: u32, baseline: Option<&Series>) -> MethodRecord {
         let milliseconds = summary_of(series);
-        // The baseline is no faster than itself, and what was not measured has no speed.
-        let baseline = baseline.filter(|_| series.configuration.method != Method::Baseline && milliseconds.n > 0);
+        // The baseline is no faster than itself, and what was not measured has no speed, nor has what makes other tiles.
+        let is_like = |baseline: &&Series| {
+            series.configuration.method != Method::Baseline && series.configuration.expands_as(baseline.configuration)
+        };
+        let baseline = baseline.filter(is_like).filter(|_| milliseconds.n > 0).map(summary_of);
         let real_time = |(frames_a_second, frame_ms)| RealTime {
             frames_a_second,
             frame_ms,
@@ -158,14 +161,14 @@ impl MethodRecord {
             milliseconds: spent.as_secs_f64() * 1e3 / milliseconds.n.max(1) as f64,
             share: spent.as_secs_f64() / total_s,
         };
-        let thesis_ms = ThesisRow::of(tile_cells).map(|row| row.milliseconds(series.configuration));
+        let thesis_ms = ThesisRow::of(tile_cells).and_then(|row| row.milliseconds(series.configuration));
         let tiles: usize = series.timings.iter().map(|timing| timing.tiles).sum();
         MethodRecord {
             configuration: series.configuration,
             tiles: tiles as f64 / series.timings.len() as f64,
             milliseconds,
             thesis_ms,
-            speedup: baseline.map(|baseline| baseline.mean / milliseconds.mean),
+            speedup: baseline.as_ref().map(|baseline| baseline.mean / milliseconds.mean),
             speedup_of_medians: baseline.map(|baseline| baseline.median / milliseconds.median),
             real_time: FRAME_RATES.into_iter().map(real_time).collect(),
             stages: stages.iter().map(stage).collect(),
@@ -176,11 +179,4 @@ impl MethodRecord {
 fn summary_of(series: &Series) -> Summary {
     let values: Vec<f64> = series.timings.iter().map(|timing| timing.elapsed_ms).collect();
     Summary::of(&values)
-}
-
-/// The processor's name where Linux tells it; a figure without its machine says little.
-fn processor() -> Option<String> {
-    let text = fs::read_to_string("/proc/cpuinfo").ok()?;
-    let line = text.lines().find(|line| line.starts_with("model name"))?;
-    line.split_once(':').map(|(_, name)| name.trim().to_owned())
 }

@@ -1,6 +1,6 @@
 //! What the thesis measured, to stand beside what is measured here.
 
-use crate::experiment::{Configuration, Engine, Method};
+use crate::experiment::{Configuration, Engine, Method, Step};
 
 /// A row of the thesis' tables: milliseconds an expansion on a Core i7-2600K and a GeForce GTX 460.
 ///
@@ -32,9 +32,12 @@ impl ThesisRow {
         self.gpu_groups_ms.into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// What was measured for the like of a configuration.
-    pub(super) fn milliseconds(&self, configuration: Configuration) -> f64 {
-        match (configuration.method, configuration.engine) {
+    /// What was measured for the like of a configuration; `None` where it expands otherwise than the thesis' terrain.
+    pub(super) fn milliseconds(&self, configuration: Configuration) -> Option<f64> {
+        if (configuration.layers, configuration.step) != (1, Step::All) {
+            return None;
+        }
+        let milliseconds = match (configuration.method, configuration.engine) {
             (Method::Agents, Engine::Cpu) => self.cpu_ms,
             (Method::Agents, Engine::Gpu { group_side }) => match group_side {
                 8 => self.gpu_groups_ms[0],
@@ -43,7 +46,8 @@ impl ThesisRow {
             },
             (_, Engine::Cpu) => self.cpu_without_agents_ms,
             (_, Engine::Gpu { .. }) => self.gpu_without_agents_ms,
-        }
+        };
+        Some(milliseconds)
     }
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::area::{Place, TileId};
+use crate::area::TileId;
 use crate::error::Error;
 use crate::export::folder::begun;
 use crate::export::manifest::{self, Manifest};
@@ -16,6 +16,7 @@ use crate::file::{FileRecord, path_in};
 use crate::registry::{self, FileRow, Registry, TileRow};
 use crate::stop;
 use crate::tile::{Tile, TilePart};
+use crate::walker::Walked;
 use crate::watch::Watch;
 
 /// How many tiles of a bake are made again.
@@ -171,7 +172,12 @@ fn check_seams(folder: &Path, manifest: &Manifest, checked: &mut Checked) {
 
 /// What files of an export have in common, whichever tile they are of: their path without `x0_y0`.
 fn stem(path: &str) -> String {
-    let number = |text: &str| text.bytes().take_while(u8::is_ascii_digit).count();
+    // Those in the world may be below zero.
+    let number = |text: &str| {
+        let digits = text.strip_prefix('-').unwrap_or(text);
+        let count = digits.bytes().take_while(u8::is_ascii_digit).count();
+        if count > 0 { text.len() - digits.len() + count } else { 0 }
+    };
     for (at, _) in path.match_indices('x') {
         let columns = number(&path[at + 1..]);
         let after = &path[at + 1 + columns..];
@@ -236,12 +242,10 @@ fn check_registry(
             return Ok(());
         }
     };
-    let Ok(region) = manifest.region.region() else {
-        checked.add(manifest::PATH, "has a region that cannot be");
+    let Ok(wanted) = manifest.tiles() else {
+        checked.add(manifest::PATH, "has a region or a walk that cannot be");
         return Ok(());
     };
-    let places = (0..region.rows()).flat_map(|row| (0..region.cols()).map(move |col| Place { row, col }));
-    let wanted: BTreeSet<TileId> = places.map(|place| region.tile(place)).collect();
     let there: BTreeSet<TileId> = rows.iter().map(|row| row.tile).collect();
     if wanted != there {
         checked.add(NAME, format!("has {} tiles, and the manifest {}", there.len(), wanted.len()));
@@ -280,13 +284,20 @@ fn check_registry(
         return Ok(());
     }
     let world = manifest.world()?;
+    // A tile of a walk comes back by the records of all.
+    let records = rows.iter().filter_map(TileRow::walk_record);
+    let walked = manifest.walk.is_some().then(|| Walked::new(&world, records)).transpose()?;
     watch.begin("baking tiles again", Some((count as u64, "tiles")));
     let differs = |row: &&TileRow| {
-        let made = Tile::timed(&world, row.tile, &watch.clock).digest();
+        let made = match &walked {
+            None => Some(Tile::timed(&world, row.tile, &watch.clock)),
+            Some(walked) => walked.tile(row.tile, &watch.clock),
+        };
+        let made = made.map(|tile| tile.digest());
         watch.add(1);
         let parts = TilePart::ALL.into_iter();
         let other: Vec<&str> = parts
-            .filter(|part| row.digest.and_then(|digest| digest.of(*part)) != made.of(*part))
+            .filter(|part| row.digest.and_then(|digest| digest.of(*part)) != made.and_then(|made| made.of(*part)))
             .map(TilePart::name)
             .collect();
         (!other.is_empty()).then(|| (row.tile, other.join(", ")))
@@ -306,6 +317,7 @@ mod tests {
     #[test]
     fn files_of_tiles_are_told_from_others() {
         assert_eq!(stem("map/map_x0_y12.png"), stem("map/map_x10_y0.png"));
+        assert_eq!(stem("map/map_x-3_y12.png"), stem("map/map_x10_y-40.png"));
         assert_ne!(stem("a/splat1_x0_y0.png"), stem("a/splat2_x0_y0.png"));
         assert_eq!(stem("exr/exit.exr"), "exr/exit.exr");
     }

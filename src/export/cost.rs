@@ -4,9 +4,9 @@ use std::hint::black_box;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::area::{Place, Region};
+use crate::area::Place;
 use crate::clock::Clock;
-use crate::export::format::FormatCost;
+use crate::export::format::{FormatCost, Request};
 use crate::features::layers;
 use crate::memory::Usage;
 use crate::tile::Tile;
@@ -58,7 +58,8 @@ impl Forecast {
     /// Makes the middle tile of a region, for which much may have to be planned first, and concludes from it.
     ///
     /// Where `formats` ask for features, these are looked for there too, and where they ask for its accumulation, that is made.
-    pub(super) fn new(world: &World, region: &Region, cost: &Cost, formats: &FormatCost, threads: usize) -> Forecast {
+    pub(super) fn new(request: &Request, cost: &Cost, formats: &FormatCost, threads: usize) -> Forecast {
+        let Request { world, region, .. } = request;
         let middle = region.tile(Place { row: region.rows() / 2, col: region.cols() / 2 });
         let clock = Clock::default();
         // Made and dropped: what counts is how long it takes, and what the world remembers of it.
@@ -81,16 +82,22 @@ impl Forecast {
         // The least of three, which is what another program disturbs least.
         let again = (0..3).map(|_| time()).fold(f64::INFINITY, f64::min);
         // What is planned, and what of it is remembered, grows with the area that is planned for.
-        let growth = planned_area(world, region.width(), region.height())
-            / planned_area(world, world.tile_cells() as u64, world.tile_cells() as u64);
+        let growth = match request.walk {
+            None => {
+                let tile_cells = world.tile_cells() as u64;
+                planned_area(world, region.width(), region.height()) / planned_area(world, tile_cells, tile_cells)
+            }
+            // Its agents plan nothing.
+            Some(_) => 0.0,
+        };
         // One whose values are large may hold more already than it should.
         let remembered = |usage: Usage| {
             let held = usage.held as f64;
             (held * growth).min(usage.most as f64 * FULL).max(held) * SPREAD
         };
         let remembered: f64 = world.usages().into_iter().map(remembered).sum();
-        let tiles = region.tiles();
-        let formats_s = (region.vertices() * formats.work_ns_a_vertex) as f64 * 1e-9;
+        let tiles = request.tiles();
+        let formats_s = (request.vertices() * formats.work_ns_a_vertex) as f64 * 1e-9;
         let work = (first - again).max(0.0) * growth + again * tiles as f64 + formats_s;
         let cores = thread::available_parallelism().map_or(1, usize::from);
         // More threads than cores or than tiles are no faster.

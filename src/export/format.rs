@@ -7,6 +7,7 @@ use crate::area::{Place, Region};
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::options::{MeshOptions, TileNames, VectorOptions};
+use crate::walker::Walk;
 use crate::world::World;
 
 /// What a bake asks of its formats.
@@ -21,6 +22,21 @@ pub(crate) struct Request<'a> {
     pub names: TileNames,
     /// Metres of the least and of the greatest step of 16-bit heights.
     pub height_range_m: (f32, f32),
+    /// The walk whose tiles are shown, if they are not all of the region.
+    pub walk: Option<&'a Walk>,
+}
+
+impl Request<'_> {
+    /// How many tiles there are.
+    pub fn tiles(&self) -> u64 {
+        self.walk.map_or(self.region.tiles(), |walk| walk.tiles().len() as u64)
+    }
+
+    /// Their vertices; of a walk those of its edges are counted with each tile.
+    pub fn vertices(&self) -> u64 {
+        let side = u64::from(self.region.tile_cells()) + 1;
+        self.walk.map_or(self.region.vertices(), |walk| walk.tiles().len() as u64 * side * side)
+    }
 }
 
 /// What the files of a format take.
@@ -89,6 +105,12 @@ pub(crate) trait Format: Sync {
     /// What a world has not and it would show. Default: nothing.
     fn lacks(&self, _world: &World) -> Option<Lack> {
         None
+    }
+
+    /// Whether it shows tiles as they are given, and not what the world says of their place; and where it is of the region, can be
+    /// silent where no tile is. Others cannot show a walk. Default: no.
+    fn shows_walks(&self) -> bool {
+        false
     }
 
     /// Whether it can hold what is asked for. Default: it holds everything.

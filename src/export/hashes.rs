@@ -28,6 +28,10 @@ impl Format for Hashes {
         "BLAKE3 of each tile's heights, normals, weights, water, beds, lines and sites"
     }
 
+    fn shows_walks(&self) -> bool {
+        true
+    }
+
     fn folders(&self) -> Vec<&'static str> {
         vec![folder(PATH)]
     }
@@ -35,7 +39,7 @@ impl Format for Hashes {
     fn cost(&self, request: &Request) -> FormatCost {
         // Two tile numbers of at most 20 characters, a hash of 64 for each part, and separators.
         const LINE_BYTES: u64 = 2 * 21 + 65 * TilePart::ALL.len() as u64;
-        let disk_bytes = (request.region.tiles() + 1).saturating_mul(LINE_BYTES);
+        let disk_bytes = (request.tiles() + 1).saturating_mul(LINE_BYTES);
         FormatCost { files: 1, disk_bytes, ..FormatCost::default() }
     }
 
@@ -72,7 +76,7 @@ impl Sink for TileHashes {
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
         let mut file = locked(&self.file);
         let file = file.as_mut().expect("rows come before the end");
-        for (col, piece) in (0..).zip(pieces) {
+        for (col, piece) in (0..).zip(pieces).filter(|(_, piece)| !piece.is_empty()) {
             // By its number in the world, so that lists of overlapping regions can be compared line by line.
             let id = self.region.tile(Place { row, col });
             write!(file, "{} {} ", id.x, id.y).map_err(Error::io(file.path()))?;

@@ -30,6 +30,8 @@ pub struct Contents {
     pub state: State,
     /// How many of its tiles are known.
     pub tiles: u64,
+    /// How many it has, or is to have.
+    pub tiles_of: u64,
     /// Files that are not there, or have another size, as paths in the folder.
     pub missing: Vec<String>,
     /// Its runs, as far as their log can be read.
@@ -51,6 +53,7 @@ pub fn look(folder: &Path) -> Result<Vec<Contents>, Error> {
         found.push(Contents {
             state: State::Whole,
             tiles: tiles(folder),
+            tiles_of: tiles_of(manifest),
             missing: missing.map(|file| file.path.clone()).collect(),
             runs: runs(folder),
             manifest: manifest.clone(),
@@ -59,6 +62,7 @@ pub fn look(folder: &Path) -> Result<Vec<Contents>, Error> {
     if let Some((work, manifest)) = work {
         let is_held = Lock::check(folder).is_err();
         found.push(Contents {
+            tiles_of: tiles_of(&manifest),
             manifest,
             state: if is_held { State::UnderWay } else { State::CutOff },
             tiles: tiles(&work),
@@ -70,6 +74,12 @@ pub fn look(folder: &Path) -> Result<Vec<Contents>, Error> {
         Err(error) if found.is_empty() => Err(error),
         _ => Ok(found),
     }
+}
+
+/// How many tiles a manifest tells of; all of the region, where this program cannot tell which are those of a walk.
+fn tiles_of(manifest: &Manifest) -> u64 {
+    let walked = manifest.walk.as_ref().and_then(|_| manifest.tiles().ok());
+    walked.map_or(manifest.region.cols * manifest.region.rows, |tiles| tiles.len() as u64)
 }
 
 fn tiles(folder: &Path) -> u64 {

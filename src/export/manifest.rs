@@ -9,14 +9,15 @@ use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::area::{Region, Stride, TileId};
+use crate::area::{Place, Region, Stride, TileId};
 use crate::bake::FileRecord;
 use crate::device::DeviceProfile;
-use crate::error::Error;
+use crate::error::{Error, clipped};
 use crate::export::digits::{noise_m, shortest};
 use crate::export::{Export, MeshOptions, Plan, Profile, TileNames, VectorOptions, web};
 use crate::generator;
 use crate::preset::Preset;
+use crate::walker::{Tour, Walk};
 use crate::world::World;
 
 /// The file in the folder of the bake. It is written last: where it stands, all files that it names are whole.
@@ -69,6 +70,9 @@ pub struct Manifest {
     /// How vectors were written.
     #[serde(default)]
     pub vectors: VectorOptions,
+    /// The walk whose tiles these are: which of the region's were baked, and in which order. None where all of them were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub walk: Option<Tour>,
     /// Every other file of the bake, sorted by path.
     pub files: Vec<FileRecord>,
     /// BLAKE3 hash, in hexadecimal, of this file as it would be with nothing between these quotes; none in old ones.
@@ -230,6 +234,7 @@ impl Manifest {
             meshes: plan.meshes().clone(),
             tile_names: plan.names(),
             vectors: plan.vectors().clone(),
+            walk: plan.walk().map(|walk| walk.tour().clone()),
             files,
             blake3: String::new(),
         };
@@ -307,7 +312,8 @@ impl Manifest {
         ];
         let [own, other] = [self, other].map(|manifest| serde_json::to_value(manifest).expect("a manifest is JSON"));
         let mut found = Vec::new();
-        for key in ASKED.into_iter().chain(["meshes", "vectors"]).filter(|key| counts(key)) {
+        // A walk first, since the region is only what comes of it.
+        for key in ["walk"].into_iter().chain(ASKED).chain(["meshes", "vectors"]).filter(|key| counts(key)) {
             compare(key, &own[key], &other[key], &mut found);
         }
         found
@@ -318,6 +324,34 @@ impl Manifest {
         let listed = self.files.iter().filter(|record| web::is_listing(&record.path));
         let listed = listed.flat_map(|listing| web::listed(folder, listing));
         self.files.iter().cloned().chain(listed).collect()
+    }
+
+    /// The tiles that were baked.
+    ///
+    /// # Errors
+    /// When there cannot be such a region or such a walk, or when another version of the program has baked it.
+    pub(crate) fn tiles(&self) -> Result<BTreeSet<TileId>, Error> {
+        if let Some(tour) = &self.walk {
+            return Ok(Walk::new(tour.clone(), &self.world()?)?.tiles().clone());
+        }
+        let region = self.region.region()?;
+        let places = (0..region.rows()).flat_map(|row| (0..region.cols()).map(move |col| Place { row, col }));
+        Ok(places.map(|place| region.tile(place)).collect())
+    }
+
+    /// Refuses a walk, of which all else is as in a bake.
+    ///
+    /// # Errors
+    /// When it is one.
+    pub fn check_is_no_walk(&self, folder: &Path) -> Result<(), Error> {
+        match self.walk {
+            None => Ok(()),
+            Some(_) => Err(Error::Output {
+                path: folder.to_owned(),
+                message: "holds a walk, whose rivers and roads are its own, and whose tiles are no rectangle".into(),
+                hint: "walk another way with terrane walk, or name the folder of a bake".into(),
+            }),
+        }
     }
 
     /// The exports that it names.
@@ -393,7 +427,11 @@ fn compare(key: &str, own: &Value, other: &Value, found: &mut Vec<String>) {
                 compare(&format!("{key}.{inner}"), one, two, found);
             }
         }
-        _ if own != other => found.push(format!("{key}: {own}, not {other}")),
+        _ if own != other => {
+            // A path may be long.
+            let [own, other] = [own, other].map(|value| clipped(&value.to_string()));
+            found.push(format!("{key}: {own}, not {other}"));
+        }
         _ => {}
     }
 }

@@ -55,6 +55,7 @@ pub use check::{Checked, Fault, Rebake, check};
 pub use cost::{Cost, Forecast};
 pub use folder::{Cleaned, Mode, Output, clean, registry};
 pub use limit::Limit;
+pub(crate) use limit::kilobytes;
 pub use look::{Contents, State, look};
 pub use manifest::{Axes, HeightRange, Manifest, RegionRecord};
 pub use map_picture::{MapPicture, Texts};
@@ -104,6 +105,14 @@ pub struct Export(&'static dyn Format);
 impl Export {
     /// What a bake leaves when nothing is asked for.
     pub const DEFAULT: &str = "height,blend,normal,map";
+
+    /// What a walk leaves when nothing is asked for.
+    pub const DEFAULT_OF_WALKS: &str = "height-tiles,blend-tiles,normal-tiles,map";
+
+    /// All exports that show walks.
+    pub fn of_walks() -> impl Iterator<Item = Export> {
+        formats().filter(|format| format.shows_walks()).map(Export)
+    }
 
     /// All exports that have a name of their own; a profile brings others.
     pub fn all() -> impl Iterator<Item = Export> {
@@ -223,6 +232,7 @@ mod tests {
             vectors: &vectors,
             names: TileNames::default(),
             height_range_m,
+            walk: None,
         };
         for export in exports {
             let files: Vec<_> = manifest.files.iter().filter(|file| file.export == export.name()).collect();

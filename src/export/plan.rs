@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use crate::agents::record::TileRecord;
 use crate::area::Region;
 use crate::bake::rows_in_flight;
 use crate::device::{Cpu, LandMaker};
@@ -13,6 +14,7 @@ use crate::export::manifest::Manifest;
 use crate::export::{Export, MeshOptions, Profile, TileNames, VectorOptions, profile, registry_file};
 use crate::mesh::default_origin;
 use crate::tile::{accumulation_input, shaped_input};
+use crate::walker::Walk;
 use crate::world::World;
 
 /// A bake that has been thought through: the formats can hold the region.
@@ -27,6 +29,7 @@ pub struct Plan<'a> {
     names: TileNames,
     profile: Option<Profile>,
     maker: Arc<dyn LandMaker>,
+    walk: Option<Walk>,
 }
 
 /// The program itself, with what the allocator keeps: what a bake of one tile of the thesis' world on one thread was measured
@@ -55,6 +58,15 @@ const MANIFEST_BYTES: u64 = 16 << 10;
 /// Bytes of a tile's row of the registry while it waits to be written: nine hashes of 33, and short texts.
 const ROW_BYTES: u64 = 512;
 
+/// What the tiles around a walker take, of whose land so many vertices are made each, and the records of all that it comes to.
+fn walking_bytes(walk: &Walk, shaped: u64, tiles: u64) -> u64 {
+    // Those that stand, and as many as a step through a corner makes. Heights, normals and weights; what rivers and roads do to them.
+    const STANDING_BYTES: u64 = 4 + 16 + 8 + 20;
+    let side = 2 * u64::from(walk.tour().layers) + 1;
+    let standing = side * side + 2 * side;
+    standing.saturating_mul(shaped * STANDING_BYTES).saturating_add(tiles.saturating_mul(2 * TileRecord::BYTES as u64))
+}
+
 impl<'a> Plan<'a> {
     /// The plan of baking `region` of `world` into `exports`, and into those that they refer to.
     ///
@@ -66,12 +78,36 @@ impl<'a> Plan<'a> {
         region: Region,
         exports: Vec<Export>,
     ) -> Result<Plan<'a>, Error> {
+        Plan::begun(world, preset_name, region, exports, None)
+    }
+
+    /// The plan of baking the tiles of a walk through `world`, as the walker comes to them, into `exports`.
+    ///
+    /// # Errors
+    /// As [`new`](Plan::new), and when an export cannot show a walk; the hint names those that can.
+    pub fn of_walk(
+        world: &'a World,
+        preset_name: &'a str,
+        walk: Walk,
+        exports: Vec<Export>,
+    ) -> Result<Plan<'a>, Error> {
+        Plan::begun(world, preset_name, walk.region(), exports, Some(walk))
+    }
+
+    fn begun(
+        world: &'a World,
+        preset_name: &'a str,
+        region: Region,
+        exports: Vec<Export>,
+        walk: Option<Walk>,
+    ) -> Result<Plan<'a>, Error> {
         let meshes = MeshOptions { origin: Some(default_origin(&region)), ..MeshOptions::default() };
         let vectors = VectorOptions::default();
         let names = TileNames::default();
         let maker = Cpu::maker(world.relief());
         let (height_range_m, profile) = (None, None);
-        Plan { world, preset_name, region, exports, meshes, vectors, height_range_m, names, profile, maker }.checked()
+        Plan { world, preset_name, region, exports, meshes, vectors, height_range_m, names, profile, maker, walk }
+            .checked()
     }
 
     /// The plan with the files of a profile too.
@@ -92,10 +128,25 @@ impl<'a> Plan<'a> {
         // What is needed needs nothing itself, so one round is enough.
         let missing = |export: &Export| needed.contains(&export.name()) && !self.exports.contains(export);
         self.exports.extend(Export::all().filter(missing).collect::<Vec<_>>());
+        self.exports.iter().try_for_each(|export| self.check_shows_walk(*export))?;
         let request = self.request();
         self.exports.iter().try_for_each(|export| export.0.check(&request))?;
         self.exports.iter().try_for_each(|export| self.check_shows(*export))?;
         Ok(self)
+    }
+
+    /// Refuses an export that shows no walks, if this is one.
+    fn check_shows_walk(&self, export: Export) -> Result<(), Error> {
+        if self.walk.is_none() || export.0.shows_walks() {
+            return Ok(());
+        }
+        let others: Vec<_> = Export::of_walks().map(Export::name).collect();
+        Err(Error::Export {
+            message: format!(
+                "export {export} cannot show a walk: its tiles are no rectangle, and their rivers and roads are not those of the world"
+            ),
+            hint: format!("exports for walks: {}", others.join(", ")),
+        })
     }
 
     /// Refuses an export of what the world has not.
@@ -111,7 +162,8 @@ impl<'a> Plan<'a> {
 
     pub(super) fn request(&self) -> Request<'_> {
         let Plan { world, preset_name: name, region, meshes, vectors, names, .. } = self;
-        Request { name, world, region: *region, meshes, vectors, names: *names, height_range_m: self.height_range_m() }
+        let (height_range_m, walk) = (self.height_range_m(), self.walk.as_ref());
+        Request { name, world, region: *region, meshes, vectors, names: *names, height_range_m, walk }
     }
 
     /// The plan with meshes made in another way.
@@ -166,6 +218,10 @@ impl<'a> Plan<'a> {
         &*self.maker
     }
 
+    pub(super) fn shared_maker(&self) -> Arc<dyn LandMaker> {
+        Arc::clone(&self.maker)
+    }
+
     /// Whether any export reads each of some options of the command that only some exports read.
     ///
     /// # Errors
@@ -186,7 +242,13 @@ impl<'a> Plan<'a> {
     /// # Errors
     /// When the manifest names an export or a profile that is not known, or a region that cannot be.
     pub fn of(manifest: &'a Manifest, world: &'a World) -> Result<Plan<'a>, Error> {
-        Plan::of_region(manifest, world, manifest.region.region()?)
+        match &manifest.walk {
+            None => Plan::of_region(manifest, world, manifest.region.region()?),
+            Some(tour) => {
+                let walk = Walk::new(tour.clone(), world)?;
+                Plan::of_walk(world, &manifest.preset_name, walk, manifest.known_exports()?)?.like(manifest)
+            }
+        }
     }
 
     /// The plan of the same of another region.
@@ -194,11 +256,16 @@ impl<'a> Plan<'a> {
     /// # Errors
     /// As [`of`](Plan::of), and as [`new`](Plan::new).
     pub fn of_region(manifest: &'a Manifest, world: &'a World, region: Region) -> Result<Plan<'a>, Error> {
-        let exports = manifest.known_exports()?;
-        let plan = Plan::new(world, &manifest.preset_name, region, exports)?
+        Plan::new(world, &manifest.preset_name, region, manifest.known_exports()?)?.like(manifest)
+    }
+
+    /// The plan with all that a manifest says of how files are written.
+    fn like(self, manifest: &Manifest) -> Result<Plan<'a>, Error> {
+        let height_range_m = manifest.chosen_range_m(self.world);
+        let plan = self
             .with_meshes(manifest.meshes.clone())?
             .with_vectors(manifest.vectors.clone())?
-            .with_height_range(manifest.chosen_range_m(world))?
+            .with_height_range(height_range_m)?
             .with_names(manifest.tile_names);
         match &manifest.profile {
             Some(profile) => plan.with_profile(profile.parse()?),
@@ -245,9 +312,24 @@ impl<'a> Plan<'a> {
         self.height_range_m.map_or(self.world.height_range_m(), |[min_m, max_m]| (min_m, max_m))
     }
 
-    /// The region.
+    /// The region; of a walk the one around all of its tiles.
     pub fn region(&self) -> &Region {
         &self.region
+    }
+
+    /// The walk whose tiles are baked, if they are not all of the region.
+    pub fn walk(&self) -> Option<&Walk> {
+        self.walk.as_ref()
+    }
+
+    /// How many tiles there are.
+    pub fn tiles(&self) -> u64 {
+        self.request().tiles()
+    }
+
+    /// How many vertices they have.
+    pub fn vertices(&self) -> u64 {
+        self.request().vertices()
     }
 
     /// What the files of all exports take.
@@ -294,6 +376,16 @@ impl<'a> Plan<'a> {
         // The manifest lists all files, and is made in memory when they are finished.
         let records = files.saturating_mul(RECORD_BYTES);
         let rows = batch_tiles.saturating_mul(2 * ROW_BYTES);
+        let walking = match &self.walk {
+            None => 0,
+            Some(walk) => {
+                // What sinks keep of all tiles is on the disk until the last one stands, features as they will be in their files.
+                let kept =
+                    self.vertices().saturating_mul(kept_a_vertex).saturating_add(if features { disk_bytes } else { 0 });
+                disk_bytes = disk_bytes.saturating_add(kept);
+                walking_bytes(walk, shaped, self.tiles())
+            }
+        };
         let planning = self.world.planning_bytes();
         let (features, search) = if features {
             (FEATURE_BYTES, SEARCH_BYTES[usize::from(self.world.preset().sea_level_m.is_some())])
@@ -307,16 +399,19 @@ impl<'a> Plan<'a> {
             (a_thread + drained + planning + search + THREAD_BYTES) * threads as u64,
             records,
             rows,
+            walking,
             PROCESS_BYTES,
         ];
         let working_bytes = parts.into_iter().fold(0, u64::saturating_add);
-        let memory_bytes = working_bytes.saturating_add(self.world.memory_bytes(region.cols()));
+        // The agents of a walk remember nothing but their records.
+        let remembered_bytes = if self.walk.is_some() { 0 } else { self.world.memory_bytes(region.cols()) };
+        let memory_bytes = working_bytes.saturating_add(remembered_bytes);
         Cost { files, disk_bytes, working_bytes, batch_bytes, memory_bytes }
     }
 
     /// What the bake of that cost will probably take. It may take as long as planning does to say so.
     pub fn forecast(&self, cost: &Cost, threads: usize) -> Forecast {
-        Forecast::new(self.world, &self.region, cost, &self.format_cost(), threads)
+        Forecast::new(&self.request(), cost, &self.format_cost(), threads)
     }
 
     /// The manifest of the bake before there is any file.

@@ -87,7 +87,9 @@ impl Project {
             |layer: &&Layer| ["map", "height", "colour"].iter().position(|name| layer.name == *name).unwrap_or(9);
         let shown = rasters.iter().min_by_key(lowest).map(|layer| layer.name);
         for layer in &rasters {
-            project.add_raster(layer, Some(layer.name) == shown);
+            // That of a walk is transparent where no tile is.
+            let is_transparent = plan.walk().is_some() && layer.name == "map";
+            project.add_raster(layer, Some(layer.name) == shown, is_transparent);
         }
         project
     }
@@ -121,7 +123,7 @@ impl Project {
         );
     }
 
-    fn add_raster(&mut self, layer: &Layer, is_shown: bool) {
+    fn add_raster(&mut self, layer: &Layer, is_shown: bool, is_transparent: bool) {
         let (name, source) = (layer.name, format!("./{}", layer.path));
         self.add(name, &source, "gdal", is_shown);
         let renderer = match layer.channels {
@@ -141,9 +143,11 @@ impl Project {
                 )
             }
             // The fourth of weights has no colour of its own.
-            _ => "<rasterrenderer type=\"multibandcolor\" redBand=\"1\" greenBand=\"2\" blueBand=\"3\" alphaBand=\"-1\" \
-                  opacity=\"1\"/>"
-                .to_owned(),
+            _ => format!(
+                "<rasterrenderer type=\"multibandcolor\" redBand=\"1\" greenBand=\"2\" blueBand=\"3\" alphaBand=\"{}\" \
+                 opacity=\"1\"/>",
+                if is_transparent { 4 } else { -1 }
+            ),
         };
         _ = writeln!(
             self.layers,

@@ -19,11 +19,12 @@ pub(super) fn write(plan: &Plan, journal: &Journal, files: &[FileRecord], folder
     let mut registry = Registry::aside(file.lend())?;
     let region = plan.region();
     let mut rows = Vec::with_capacity(ROWS);
+    let state = if plan.walk().is_some() { TileState::Walked } else { TileState::Baked };
     journal.for_each(|row| {
         // One that is no tile of the region was damaged, and the tile that it was is made again.
         let Some(place) = region.place(row.tile) else { return Ok(()) };
         let files = rasters(plan.exports(), region, place, plan.names()).collect();
-        rows.push(TileRow { state: TileState::Baked, files, ..row });
+        rows.push(TileRow { state, files, ..row });
         if rows.len() < ROWS { Ok(()) } else { registry.append(rows.drain(..)) }
     })?;
     registry.append(rows)?;
@@ -47,7 +48,7 @@ pub(super) fn bytes_at_most(plan: &Plan, files: u64) -> u64 {
     let overflow = 4096;
     // A file's path, export, numbers and hash; its entry in the manifest, which the journal has besides.
     const FILE: u64 = 2 * (160 + 512);
-    let once = region.tiles().saturating_mul(row + overflow).saturating_add(files.saturating_mul(FILE));
+    let once = plan.tiles().saturating_mul(row + overflow).saturating_add(files.saturating_mul(FILE));
     once.saturating_mul(2).saturating_add(16 * 4096)
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::area::TileId;
-use crate::bake::{FileRecord, Journal, Sink, bake};
+use crate::bake::{FileRecord, Journal, Sink, bake, walk};
 use crate::error::Error;
 use crate::export::check::{check, check_files};
 use crate::export::folder::{Mode, Output};
@@ -67,7 +67,10 @@ impl Plan<'_> {
         }
         self.adopt(output, journal, sinks.len())?;
         // Every tile, to every sink.
-        bake((self.world(), self.maker()), self.region(), &sinks, journal, watch)?;
+        match self.walk() {
+            None => bake((self.world(), self.maker()), self.region(), &sinks, journal, watch)?,
+            Some(way) => walk((self.world(), self.shared_maker()), way, &sinks, journal, watch)?,
+        }
         check_tiles(output, journal)?;
         // The ends of all files, brought to the disk together.
         watch.begin("finishing files", None);

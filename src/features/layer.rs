@@ -156,6 +156,11 @@ impl<S, F> Layer<S, F> {
         Row { values, lines: (self.lines)(feature) }
     }
 
+    /// Shows the feature of what the world, or a tile of a walk, has of one.
+    pub(super) fn show(&self, world: &World, source: &S, visit: &mut Visit<'_>) {
+        visit((self.key)(source), &|| self.row(world, source));
+    }
+
     /// All features of which a part lies in the rectangle that the outer vertices of an area span, whole, sorted by key.
     pub fn find(&self, world: &World, area: &Area) -> Vec<F> {
         let mut sources: Vec<_> = (self.sources)(world, area).into_iter().map(|it| ((self.key)(&it), it)).collect();
@@ -204,7 +209,7 @@ impl<S, F> AnyLayer for Layer<S, F> {
 
     fn visit(&self, world: &World, area: &Area, visit: &mut Visit<'_>) {
         for source in (self.sources)(world, area) {
-            visit((self.key)(&source), &|| self.row(world, &source));
+            self.show(world, &source, visit);
         }
     }
 }

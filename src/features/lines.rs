@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use crate::area::{Area, TileId};
-use crate::features::layer::{Column, Kind, Layer, Shape, flat, point};
+use crate::features::layer::{Column, Kind, Layer, Row, Shape, flat, point};
 use crate::features::plane::{length_m, metres};
 use crate::lines::{FIXED, Line, LineEnd, LineId, LineKind, LinePoint, Lines, RoadClass, SiteId, StructureKind};
+use crate::tile::Tile;
 use crate::world::World;
 
 /// A river of a fluvial world, from source to end. Pairs are at its start and at its end.
@@ -255,6 +256,17 @@ pub static AGENT_ROADS: Layer<Arc<Line>, PathFeature> = Layer {
     sources: |world, area| world.lines_through(LineKind::Road, area),
     ..AGENT_RIVERS
 };
+
+/// Shows the rivers and roads that a walker's tile has as its own, as features of the [layers](super::layers) of its world, each with
+/// the number of its layer: they are as much of an agent's way as lies in the tile, which owns that.
+pub fn visit_walked(world: &World, tile: &Tile, mut visit: impl FnMut(usize, Vec<u8>, &dyn Fn() -> Row)) {
+    let layers = [(&AGENT_RIVERS, LineKind::River), (&AGENT_ROADS, LineKind::Road)];
+    for (number, (layer, kind)) in layers.into_iter().enumerate() {
+        for line in tile.lines().iter().filter(|line| line.kind == kind) {
+            layer.show(world, line, &mut |key, row| visit(number, key, row));
+        }
+    }
+}
 
 /// The tile that an agent's line belongs to.
 fn owner(id: LineId) -> TileId {

@@ -28,6 +28,7 @@ mod tests;
 
 use crate::world::World;
 pub use layer::{AnyLayer, Layer, Row, Value};
+pub use lines::visit_walked;
 
 /// The layers of fluvial worlds.
 const FLUVIAL: &[&dyn AnyLayer] = &[

@@ -119,6 +119,9 @@ pub struct FluvialSettings {
     pub coast: CoastSettings,
 }
 
+/// Width in metres of a river of one cubic metre a second where nobody says another.
+pub(crate) const RIVER_WIDTH_M: f64 = 5.0;
+
 impl Default for FluvialSettings {
     fn default() -> FluvialSettings {
         FluvialSettings {
@@ -145,7 +148,7 @@ impl Default for FluvialSettings {
             knee: 0.6,
             strata: None,
             runoff_m: 0.8,
-            river_width_m: 5.0,
+            river_width_m: RIVER_WIDTH_M,
             spring_m3s: 0.05,
             lakes: 0.1,
             lake_m: None,

@@ -4,7 +4,7 @@
 
 use crate::area::Area;
 use crate::grid::Grid;
-use crate::lines::nearest::{self, fade, raise};
+use crate::lines::nearest::{self, Nearest, fade, raise};
 use crate::lines::{Bed, Line};
 
 /// What all dug lines together do to the vertices of an area.
@@ -17,6 +17,9 @@ pub struct Dug {
     /// Share of water, 0 to 1.
     pub water: Grid<f32>,
 }
+
+/// The share of water from which on a vertex lies in it.
+const WET: f32 = 0.5;
 
 impl Dug {
     /// Nothing done to `area`.
@@ -34,9 +37,16 @@ impl Dug {
             raise(&mut self.cut_m, x, y, (heights.at(x, y) - place.floor_m).max(0.0) * fall);
             // Sand lies in the bed and on the lower half of the bank.
             raise(&mut self.sand, x, y, fade(2.0 * place.outside_m / bank_m));
-            // Water fills the bed; its edge is as soft as a vertex is wide.
-            raise(&mut self.water, x, y, (0.5 - place.outside_m / spacing_m).clamp(0.0, 1.0));
+            raise(&mut self.water, x, y, share_of_water(&place, spacing_m));
         });
+    }
+
+    /// Whether a vertex lies in the water of a river.
+    ///
+    /// # Panics
+    /// When it is not in the area.
+    pub fn is_wet(&self, x: i64, y: i64) -> bool {
+        self.water.at(x, y) >= WET
     }
 
     /// Cuts the beds into heights.
@@ -66,4 +76,34 @@ impl Dug {
     pub(super) fn part(&self, area: Area) -> Dug {
         Dug { cut_m: self.cut_m.part(area), sand: self.sand.part(area), water: self.water.part(area) }
     }
+}
+
+/// How deep and how wide the water of dug rivers is. Few ask for it, and so it is no part of what lines do to all tiles.
+#[derive(Clone, Debug)]
+pub(crate) struct DugWaters {
+    /// Metres from the floor of the bed to the water's surface; 0 off the water.
+    pub depth_m: Grid<f32>,
+    /// Metres from edge to edge of the river whose water it is; 0 off the water.
+    pub width_m: Grid<f32>,
+}
+
+impl DugWaters {
+    /// The waters of the rivers among lines, on an area.
+    pub fn new<'a>(lines: impl IntoIterator<Item = &'a Line>, area: Area) -> DugWaters {
+        let mut waters = DugWaters { depth_m: Grid::filled(area, 0.0), width_m: Grid::filled(area, 0.0) };
+        for line in lines.into_iter().filter(|line| matches!(line.bed, Bed::Dug { .. })) {
+            nearest::visit(line, area, |x, y, place| {
+                if share_of_water(&place, line.spacing_m as f32) >= WET {
+                    raise(&mut waters.depth_m, x, y, place.filled_m);
+                    raise(&mut waters.width_m, x, y, 2.0 * place.half_width_m);
+                }
+            });
+        }
+        waters
+    }
+}
+
+/// The share of water at a place by a river, whose bed it fills; its edge is as soft as a vertex is wide.
+fn share_of_water(place: &Nearest, spacing_m: f32) -> f32 {
+    (0.5 - place.outside_m / spacing_m).clamp(0.0, 1.0)
 }

@@ -24,6 +24,7 @@ mod trodden;
 
 pub use built::Built;
 pub use dug::Dug;
+pub(crate) use dug::DugWaters;
 pub use id::{ChannelId, LakeId, LineId, SiteId};
 pub use imprint::Imprint;
 pub(crate) use nearest::fade;

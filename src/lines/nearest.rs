@@ -10,11 +10,15 @@ use crate::noise::packed::put;
 
 /// Where a vertex lies by a line.
 #[derive(Clone, Copy)]
+#[expect(clippy::struct_field_names, reason = "the unit belongs to each name")]
 pub(super) struct Nearest {
     /// Metres from the line's edge outwards; negative inside.
     pub outside_m: f32,
     /// Height of the line's floor there in metres.
     pub floor_m: f32,
+    /// Metres from the floor to the line's level, and from the line's middle to its edge.
+    pub filled_m: f32,
+    pub half_width_m: f32,
 }
 
 /// Adds words of the pieces of an agent's line that can have an effect on a vertex of `area`, for kernels that run elsewhere, and
@@ -52,7 +56,8 @@ pub(super) fn visit(line: &Line, area: Area, mut visit: impl FnMut(i64, i64, Nea
     let Some(part) = area.common(&line.bounds) else { return };
     let bank_m = bank_m(line);
     // Infinitely far, so that the first piece that comes near counts.
-    let mut nearest = Grid::filled(part, Nearest { outside_m: f32::INFINITY, floor_m: 0.0 });
+    let nowhere = Nearest { outside_m: f32::INFINITY, floor_m: 0.0, filled_m: 0.0, half_width_m: 0.0 };
+    let mut nearest = Grid::filled(part, nowhere);
     for piece in line.pieces().map(|ends| BedPiece::new(line, ends, bank_m)) {
         let Area { x0, y0, x1, y1 } = piece.near(part);
         if x0 == x1 {
@@ -110,6 +115,7 @@ struct BedPiece {
     to: [f32; 2],
     half_width_m: [f32; 2],
     floor_m: [f32; 2],
+    filled_m: [f32; 2],
     bank_m: f32,
     spacing_m: f32,
 }
@@ -123,6 +129,7 @@ impl BedPiece {
             to: to.place.map(|at| at as f32),
             half_width_m: ends(|point| point.half_width_m),
             floor_m: ends(|point| point.floor_m),
+            filled_m: ends(|point| point.level_m - point.floor_m),
             bank_m,
             spacing_m: line.spacing_m as f32,
         }
@@ -155,6 +162,12 @@ impl BedPiece {
         let (off_east, off_south) = (east - along[0] * share, south - along[1] * share);
         let distance_m = (off_east * off_east + off_south * off_south).sqrt() * self.spacing_m;
         let between = |[from, to]: [f32; 2]| from + (to - from) * share;
-        Nearest { outside_m: distance_m - between(self.half_width_m), floor_m: between(self.floor_m) }
+        let half_width_m = between(self.half_width_m);
+        Nearest {
+            outside_m: distance_m - half_width_m,
+            floor_m: between(self.floor_m),
+            filled_m: between(self.filled_m),
+            half_width_m,
+        }
     }
 }

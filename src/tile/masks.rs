@@ -9,7 +9,7 @@ use crate::area::{Area, Stride};
 use crate::clock::Clock;
 use crate::grid::Grid;
 use crate::land::{Water, WaterKind};
-use crate::lines::{Imprint, LineKind};
+use crate::lines::{DugWaters, Imprint, LineKind};
 use crate::tile::Tile;
 use crate::tile::accumulation::{accumulation, input};
 use crate::world::World;
@@ -30,6 +30,7 @@ pub fn accumulation_input(area: Area) -> Area {
 pub(super) struct Derived {
     accumulation_m2: OnceLock<Grid<f32>>,
     pub densities: OnceLock<Grid<[f32; 4]>>,
+    pub dug_waters: OnceLock<DugWaters>,
 }
 
 impl Tile {
@@ -40,6 +41,18 @@ impl Tile {
     pub fn slope_degrees(&self, x: i64, y: i64) -> f32 {
         const DEGREES: f32 = 180.0 / std::f32::consts::PI;
         libm::atanf(self.normals.slope().at(x, y)) * DEGREES
+    }
+
+    /// The thesis' blend factor at a vertex, 0 on level ground to 1: `slope_scale` of the preset's ground times what the normal's
+    /// upward part is less than 1, and 1 at most. By it rock shows through the ground, and roads keep to where it is low.
+    ///
+    /// Based on: Grelsson (2014), section 4.1, which multiplies the upward part itself: that is more than 1 on all but walls.
+    ///
+    /// # Panics
+    /// When it is not one of the tile's.
+    pub fn steepness(&self, world: &World, x: i64, y: i64) -> f32 {
+        let slope_scale = world.preset().ground.slope_scale as f32;
+        ((1.0 - self.normals.up().at(x, y)) * slope_scale).min(1.0)
     }
 
     /// The mean curvature at the vertices of row `y` at `x0 <= x < x1`, a metre: positive on ridges, negative in hollows, 0 on

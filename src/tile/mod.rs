@@ -10,6 +10,7 @@ mod normals;
 mod rule;
 mod surface;
 mod surroundings;
+mod waters;
 
 pub use blend::{Blend, Material};
 pub use digest::{Digest, TilePart};
@@ -22,6 +23,7 @@ pub use rule::GroundRule;
 pub(crate) use surface::Surface;
 #[cfg(feature = "gpu")]
 pub(crate) use surroundings::{REACH as RUBBLE_REACH, STEPS as RUBBLE_STEPS};
+pub use waters::{WaterHere, has_rivers, has_water};
 
 use std::sync::Arc;
 
@@ -57,6 +59,8 @@ pub struct Tile {
     water: Option<Water>,
     imprint: Option<Imprint>,
     lines: Lines,
+    /// Of a walker's tile the steps of agents over its edges, which its own lines may not have.
+    crossings: Lines,
     sites: Vec<Arc<Site>>,
     derived: masks::Derived,
 }
@@ -166,8 +170,8 @@ impl Tile {
         let near = normals::input(area);
         lines.retain(|line| line.concerns(&near));
         let (Land { heights, water }, Surface { normals, blend, imprint }) = (land, surface);
-        let (spacing_m, derived) = (world.spacing_m(), masks::Derived::default());
-        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, sites, derived }
+        let (spacing_m, derived, crossings) = (world.spacing_m(), masks::Derived::default(), Lines::new());
+        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, crossings, sites, derived }
     }
 
     /// The heights of the tile at `id` before anything shapes them, as far as a tile needs them.
@@ -208,6 +212,11 @@ impl Tile {
         let land = Land { heights, water: None };
         let surface = Surface::new(&GroundRule::of(world), &land, imprint, plan.id.area(world.tile_cells()), clock);
         Tile::of_surface(world, plan, land, surface)
+    }
+
+    /// The tile with the lines that have shaped it, and the steps of others over its edges.
+    pub(crate) fn with_lines(self, lines: Lines, crossings: Lines) -> Tile {
+        Tile { lines, crossings, ..self }
     }
 
     /// Where the tile is in the world.
@@ -251,8 +260,8 @@ impl Tile {
         self.imprint.as_ref()
     }
 
-    /// The rivers and roads that concern the tile, whole, sorted by id; none for a tile that was made of others'
-    /// ([`of_bare`](Tile::of_bare)).
+    /// The rivers and roads that concern the tile, whole, sorted by id; of a [walker](crate::walker)'s tile its own, as far as they
+    /// lie in it, and none for a tile that was made of others' ([`of_bare`](Tile::of_bare)).
     pub fn lines(&self) -> &[Arc<Line>] {
         &self.lines
     }

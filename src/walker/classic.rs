@@ -18,7 +18,7 @@ use crate::world::World;
 
 /// Nodes that an agent may have in one tile, per cell of the tile's side: one that has more walks in circles. Times
 /// the largest tile's cells, it fits the 16 bits of a record.
-const NODES_A_CELL: usize = 8;
+pub(crate) const NODES_A_CELL: usize = 8;
 
 /// Cells over which a line of one tile fades towards the tile's edge: little, so that what crosses the edge and is not
 /// faded closes the gap.
@@ -275,17 +275,17 @@ impl<'a> TileAgents<'a> {
     /// A tile that stands never changes, and a line is known on this side of an edge only. So lines fade out towards the
     /// edges, and what is left there is the one step over the edge of each agent that crosses it, which both tiles know:
     /// it gives them the same heights, normals and ground at the vertices that they share.
-    pub fn imprint(&self, records: &Records, lines: &[Line]) -> Option<Imprint> {
+    pub fn imprint(&self, lines: &[Line], crossings: &[(Direction, Line)]) -> Option<Imprint> {
         let mut imprint = Imprint::new(self.heights, None, lines);
         if let Some(imprint) = &mut imprint {
             fade_out(imprint, self.area, None);
         }
         // After the tile's own lines have faded: else the steps would fade with them.
-        for (edge, line) in self.crossings(records) {
+        for (edge, line) in crossings {
             // Only around the step: what an imprint takes goes with its area.
             let Some(near) = line.bounds.common(&self.heights.area()) else { continue };
-            if let Some(mut crossing) = Imprint::new(&self.heights.part(near), None, [&line]) {
-                fade_out(&mut crossing, self.area, Some(edge));
+            if let Some(mut crossing) = Imprint::new(&self.heights.part(near), None, [line]) {
+                fade_out(&mut crossing, self.area, Some(*edge));
                 imprint.get_or_insert_with(|| Imprint::blank(self.heights.area())).merge(&crossing);
             }
         }
@@ -294,7 +294,7 @@ impl<'a> TileAgents<'a> {
 
     /// The steps of agents over each edge of the tile, outwards and inwards, whether taken or still waited for, and
     /// those of agents that nobody takes over.
-    fn crossings(&self, records: &Records) -> Vec<(Direction, Line)> {
+    pub fn crossings(&self, records: &Records) -> Vec<(Direction, Line)> {
         let mut crossings = Vec::new();
         for kind in self.kinds() {
             for edge in Direction::ALL {

@@ -5,6 +5,12 @@
 //! of one world, which is why a bake uses the order-free agents of [`order_free`](crate::agents::order_free) and why these stay
 //! with the walker. They do keep the promise of no seams, at a price: a tile that stands never changes, so a bed that
 //! runs along an edge ends there, with a steep bank.
+//!
+//! ```text
+//!   mod.rs     the walker and the tiles around it        classic.rs   their agents
+//!   camera.rs  time -> place                             path.rs      a text -> places
+//!   walk.rs    either -> the tiles that it comes to      walked.rs    records -> tiles again
+//! ```
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,7 +18,16 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
+mod camera;
 mod classic;
+mod path;
+mod walk;
+mod walked;
+
+pub use camera::{Camera, FRAMES_A_SECOND};
+pub(crate) use classic::NODES_A_CELL;
+pub use walk::{LAYERS, Tour, Walk, Way};
+pub use walked::Walked;
 
 use crate::agents::Direction;
 use crate::agents::record::{Records, TileRecord};
@@ -22,7 +37,7 @@ use crate::device::{Cpu, LandMaker};
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::hash::{self, Stream};
-use crate::lines::Line;
+use crate::lines::{Line, Lines};
 use crate::tile::{self, Tile};
 use crate::world::World;
 use classic::TileAgents;
@@ -88,16 +103,9 @@ pub struct Walker<'w> {
     tile: TileId,
     /// Whether the last tile edge that the walker has crossed lay north or south of it.
     moved_south: bool,
-    standing: BTreeMap<TileId, Standing>,
+    standing: BTreeMap<TileId, Tile>,
     records: Records,
     clock: Clock,
-}
-
-/// A tile and the lines that were carved into it.
-#[derive(Debug)]
-struct Standing {
-    tile: Tile,
-    lines: Vec<Line>,
 }
 
 impl<'w> Walker<'w> {
@@ -129,32 +137,17 @@ impl<'w> Walker<'w> {
         options: WalkerOptions,
         records: impl IntoIterator<Item = TileRecord>,
     ) -> Result<Walker<'w>, Error> {
-        let refuse = |message: String| Error::Option {
-            message,
-            hint: "give the records that a walker of the same world has kept".into(),
-        };
-        let records: Vec<TileRecord> = records.into_iter().collect();
-        let cells = world.tile_cells() as u16;
-        for TileRecord { id, river, road } in &records {
-            let places = river.iter().chain(road).flat_map(|passage| [passage.start, passage.last]);
-            if let Some([east, south]) = places.into_iter().find(|place| place.iter().any(|side| *side > cells)) {
-                return Err(refuse(format!(
-                    "the record of tile {id} has an agent at vertex ({east}, {south}), but its tiles have {cells} cells a side"
-                )));
-            }
-        }
-        let records = Records::new(records).map_err(|id| refuse(format!("tile {id} has two records")))?;
+        let records = walked::sound(world, records)?;
         Ok(Walker::begin(world, Cpu::maker(world.relief()), options, records))
     }
 
     fn begin(world: &'w World, maker: Arc<dyn LandMaker>, options: WalkerOptions, records: Records) -> Walker<'w> {
         assert!(options.layers > 0, "a walker has at least one layer of tiles around its own");
-        let side_m = world.tile_cells() as f64 * world.spacing_m();
         let mut walker = Walker {
             world,
             maker,
             options,
-            position_m: [options.start.x, options.start.y].map(|tile| (tile as f64 + 0.5) * side_m),
+            position_m: middle_m(world, options.start),
             tile: options.start,
             moved_south: false,
             standing: BTreeMap::new(),
@@ -175,15 +168,27 @@ impl<'w> Walker<'w> {
     /// # Panics
     /// When a vertex would lie more than [`MAX_COORDINATE`] from the origin.
     pub fn move_to(&mut self, east_m: f64, south_m: f64) -> Option<Expansion> {
-        let start = Instant::now();
+        assert!(east_m.is_finite() && south_m.is_finite(), "a walker is somewhere, not at ({east_m}, {south_m})");
         let side_m = self.world.tile_cells() as f64 * self.world.spacing_m();
         let [x, y] = [east_m, south_m].map(|metres| (metres / side_m).floor() as i64);
-        assert!(east_m.is_finite() && south_m.is_finite(), "a walker is somewhere, not at ({east_m}, {south_m})");
-        self.position_m = [east_m, south_m];
-        let before = std::mem::replace(&mut self.tile, TileId { x, y });
-        if before != self.tile {
+        self.go([east_m, south_m], TileId { x, y })
+    }
+
+    /// Moves the walker to the middle of a tile, as [`move_to`](Walker::move_to) does.
+    ///
+    /// # Panics
+    /// When a vertex would lie more than [`MAX_COORDINATE`] from the origin.
+    pub fn enter(&mut self, tile: TileId) -> Option<Expansion> {
+        self.go(middle_m(self.world, tile), tile)
+    }
+
+    fn go(&mut self, position_m: [f64; 2], tile: TileId) -> Option<Expansion> {
+        let start = Instant::now();
+        self.position_m = position_m;
+        let before = std::mem::replace(&mut self.tile, tile);
+        if before != tile {
             self.check_tile();
-            self.moved_south = y.abs_diff(before.y) > x.abs_diff(before.x);
+            self.moved_south = tile.y.abs_diff(before.y) > tile.x.abs_diff(before.x);
         }
         let mut entered = self.missing();
         if self.options.one_tile_a_step {
@@ -213,17 +218,22 @@ impl<'w> Walker<'w> {
 
     /// The tile at a place, if it stands.
     pub fn tile(&self, id: TileId) -> Option<&Tile> {
-        self.standing.get(&id).map(|standing| &standing.tile)
+        self.standing.get(&id)
     }
 
     /// All tiles that stand, sorted by place.
     pub fn tiles(&self) -> impl ExactSizeIterator<Item = &Tile> {
-        self.standing.values().map(|standing| &standing.tile)
+        self.standing.values()
     }
 
     /// The rivers and roads of a tile, each as far as it lies in that tile; none where none stands.
-    pub fn lines(&self, id: TileId) -> &[Line] {
-        self.standing.get(&id).map_or(&[], |standing| &standing.lines)
+    pub fn lines(&self, id: TileId) -> &[Arc<Line>] {
+        self.standing.get(&id).map_or(&[], Tile::lines)
+    }
+
+    /// The record of a tile that was made with agents or that was given.
+    pub fn record(&self, id: TileId) -> Option<&TileRecord> {
+        self.records.find(id)
     }
 
     /// The records of all tiles that were made with agents, sorted by place, and those that were given.
@@ -264,13 +274,11 @@ impl<'w> Walker<'w> {
         let Walker { world, options, records, clock, .. } = self;
         let jobs: Vec<_> = ids.iter().zip(heights).zip(lines).collect();
         let made = jobs.into_par_iter().map(|((&id, heights), lines)| {
-            let agents = TileAgents::new(world, id, &heights);
-            let lines = lines.unwrap_or_else(|| match records.find(id) {
-                Some(record) if options.agents => clock.time(stage::LINES, || agents.lines(record)),
-                _ => Vec::new(),
+            let lines = lines.or_else(|| {
+                let record = records.find(id).filter(|_| options.agents)?;
+                Some(clock.time(stage::LINES, || TileAgents::new(world, id, &heights).lines(record)))
             });
-            let imprint = options.agents.then(|| clock.time(stage::IMPRINT, || agents.imprint(records, &lines)));
-            (id, Standing { tile: Tile::imprinted(world, id, heights, imprint.flatten(), clock), lines })
+            (id, stand(world, options.agents.then_some(&*records), id, heights, lines.unwrap_or_default(), clock))
         });
         let made: Vec<_> = made.collect();
         self.standing.extend(made);
@@ -335,6 +343,29 @@ impl<'w> Walker<'w> {
         };
         ids.iter().map(joined).collect()
     }
+}
+
+/// A tile as it stands with its lines: of bare heights, and where there are agents of those that the records have beside it.
+fn stand(
+    world: &World,
+    records: Option<&Records>,
+    id: TileId,
+    heights: Grid<f32>,
+    lines: Vec<Line>,
+    clock: &Clock,
+) -> Tile {
+    let agents = TileAgents::new(world, id, &heights);
+    let crossings = records.map_or_else(Vec::new, |records| clock.time(stage::LINES, || agents.crossings(records)));
+    let imprint = records.and_then(|_| clock.time(stage::IMPRINT, || agents.imprint(&lines, &crossings)));
+    let lines: Lines = lines.into_iter().map(Arc::new).collect();
+    let crossings: Lines = crossings.into_iter().map(|(_, line)| Arc::new(line)).collect();
+    Tile::imprinted(world, id, heights, imprint, clock).with_lines(lines, crossings)
+}
+
+/// Metres east and south of the origin at which the middle of a tile lies.
+fn middle_m(world: &World, tile: TileId) -> [f64; 2] {
+    let side_m = world.tile_cells() as f64 * world.spacing_m();
+    [tile.x, tile.y].map(|tile| (tile as f64 + 0.5) * side_m)
 }
 
 /// Tiles from one to another, a corner's as near as an edge's.

@@ -571,11 +571,12 @@ fn schemas_describe_what_is_written() {
     assert!(bake["required"].as_array().is_some_and(|required| !required.is_empty()), "{bake}");
     for (schema, written) in [(&bake, &manifest), (&preset, &manifest["preset"])] {
         let mut described: BTreeSet<_> = schema["properties"].as_object().unwrap().keys().collect();
-        // What a preset extends is part of it once it is read.
-        described.retain(|key| *key != "extends");
+        // What a preset extends is part of it once it is read; and a bake does not say that it is no walk.
+        described.retain(|key| !["extends", "walk"].contains(&key.as_str()));
         let written: BTreeSet<_> = written.as_object().unwrap().keys().collect();
         assert_eq!(described, written);
     }
+    assert!(bake["properties"]["walk"].is_object() && bake["$defs"]["Tour"]["properties"]["layers"].is_object());
     // Of each export by name, of those that a profile brings, and of what every bake has.
     let exports = bake["$defs"]["FileRecord"]["properties"]["export"]["enum"].as_array().unwrap();
     for export in ["height", "obj-tiles", "geojson", "unity", "blender", "registry"] {
@@ -988,6 +989,47 @@ fn an_experiment_leaves_its_tables_and_pictures() {
 }
 
 #[test]
+fn an_experiment_measures_layers_steps_and_threads_side_by_side_and_says_on_what() {
+    let desk = Desk::new();
+    let varied = ["--agents", "on", "--layers", "1,2", "--step", "all,one", "--threads", "1,2,1"];
+    let outcome = desk.done(&[&["experiment", "--sizes", "16", "--minutes", "0.1"], &varied[..]].concat());
+    let summary: Value = serde_json::from_slice(&fs::read(desk.path("out/experiment/summary.json")).unwrap()).unwrap();
+    let methods = summary["walks"][0]["methods"].as_array().unwrap();
+    assert_eq!(methods.len(), 2 * 2 * 2 + 1);
+    let of = |layers: u64, step: &str, threads: &Value| {
+        let is_it = |method: &&Value| {
+            method["method"] == "agents"
+                && method["layers"] == layers
+                && method["step"] == step
+                && &method["threads"] == threads
+        };
+        methods.iter().find(is_it).unwrap()["milliseconds"]["n"].as_u64().unwrap()
+    };
+    // The most threads are the report's own.
+    assert_eq!(summary["threads"], 2);
+    for (layers, step) in [(1, "all"), (1, "one"), (2, "all"), (2, "one")] {
+        assert_eq!(of(layers, step, &1.into()), of(layers, step, &Value::Null));
+    }
+    assert!(of(1, "one", &Value::Null) > 2 * of(1, "all", &Value::Null));
+    let report = fs::read_to_string(desk.path("out/experiment/report.md")).unwrap();
+    for text in [&report, &outcome.stdout] {
+        for name in
+            ["agents 1 thread", "agents 2 layers", "agents tile by tile", "agents 2 layers tile by tile 1 thread"]
+        {
+            assert!(text.lines().any(|line| line.contains(name)), "{name}\n{text}");
+        }
+    }
+    // What it has run on.
+    assert!(summary["system"].as_str().unwrap().len() > 2, "{summary}");
+    assert!(report.contains(summary["system"].as_str().unwrap()), "{report}");
+    if cfg!(target_os = "linux") {
+        let bytes = |key: &str| summary[key].as_u64().unwrap();
+        assert!(bytes("memory_bytes") > bytes("peak_bytes") && bytes("peak_bytes") > 1 << 20, "{summary}");
+        assert!(report.contains(" of memory, ") && report.contains(" of memory in use"), "{report}");
+    }
+}
+
+#[test]
 fn an_experiment_that_cannot_be_is_refused() {
     let desk = Desk::new();
     let cases: &[(&[&str], &[&str])] = &[
@@ -1008,6 +1050,9 @@ fn an_experiment_that_cannot_be_is_refused() {
         (&["--agents", "maybe"], &["maybe", "on, off"]),
         (&["--out", "small.toml"], &["small.toml", "a file, not a folder"]),
         (&["--threads", "0"], &["--threads"]),
+        (&["--threads", "1,many"], &["expected 1 to 4096, or all"]),
+        (&["--layers", "1,17"], &["17 layers", "1 to 16"]),
+        (&["--step", "two"], &["two", "all, one"]),
     ];
     for (arguments, words) in cases {
         desk.refused(&[&["experiment"], *arguments].concat(), words);

@@ -28,6 +28,7 @@ mod stops;
 mod strides;
 mod vector;
 mod walker;
+mod walks;
 mod water;
 mod worlds;
 

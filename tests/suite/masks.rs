@@ -56,6 +56,7 @@ fn bake(
 /// All that masks show of a vertex, as bits.
 fn look(world: &World, grows: &Grows, tile: &Tile, x: i64, y: i64) -> Vec<u32> {
     let mut values = vec![tile.slope_degrees(x, y), tile.accumulation_m2(world).at(x, y), tile.wetness(world, x, y)];
+    values.push(tile.steepness(world, x, y));
     values.extend(tile.curvatures(y, x, x + 1));
     values.extend(grows.densities(tile).at(x, y));
     values.into_iter().map(f32::to_bits).collect()
@@ -81,7 +82,7 @@ fn neighbours_agree_on_the_masks_of_their_shared_vertices() {
 
 #[test]
 fn masks_are_the_same_bytes_in_every_window() {
-    let exports = "slope-tiles,curvature-tiles,accumulation-tiles,wetness-tiles,scatter-tiles";
+    let exports = "slope-tiles,steepness-tiles,curvature-tiles,accumulation-tiles,wetness-tiles,scatter-tiles";
     let folder = tempfile::tempdir().unwrap();
     for (name, world) in worlds() {
         let files = |out: &str, at, size, threads| {
@@ -95,8 +96,8 @@ fn masks_are_the_same_bytes_in_every_window() {
         };
         let (one, other) = (files("one", (-2, -1), (3, 2), 1), files("other", (-1, -1), (2, 3), 3));
         let shared: Vec<_> = one.iter().filter(|(key, _)| other.contains_key(*key)).collect();
-        // Four tiles, of each four masks and four densities.
-        assert_eq!(shared.len(), 4 * 8, "{name}");
+        // Four tiles, of each five masks and four densities.
+        assert_eq!(shared.len(), 4 * 9, "{name}");
         assert!(shared.iter().all(|(key, bytes)| other[*key] == **bytes), "{name}");
     }
 }
@@ -117,6 +118,9 @@ fn masks_are_within_their_ranges_and_show_the_land() {
                 _ => assert!(drained_m2 >= cell_m2 && drained_m2.is_finite(), "{name}: {drained_m2}"),
             }
             steep = steep.max(slope);
+            // The thesis' factor: by its scale what the cosine of the slope is less than 1.
+            let factor = (world.preset().ground.slope_scale as f32 * (1.0 - slope.to_radians().cos())).min(1.0);
+            assert!((tile.steepness(world, x, y) - factor).abs() < 1e-4, "{name}: {slope} degrees");
             sum += f64::from(tile.curvatures(y, x, x + 1)[0]);
         }
         assert!(steep > 5.0, "{name}: nowhere steeper than {steep}");

@@ -22,6 +22,7 @@ const COMMANDS: &[(&[&str], f64)] = &[
     (&["map", "alps", "--around=0,0,12", "--scale", "1:25000", "--out", "o/map.pdf"], 10.0),
     (&["atlas", "alps", "--sheets", "2x2", "--scale", "1:100000", "--out", "o"], 16.0),
     (&["find", "alps", "peak > 3000 m", "lake > 2 km2", "town on river"], 8.0),
+    (&["walk", "thesis", "--tile-cells", "64", "--minutes", "4", "--layers", "2", "--out", "o"], 6.0),
     (&["experiment", "--sizes", "64,512", "--minutes", "2", "--out", "o"], 8.0),
 ];
 
@@ -98,7 +99,7 @@ fn commands_stop_soon_wherever_they_are_and_leave_nothing_half_written() {
                 let is_journal = is_aside && (name == "pieces" || name.starts_with("registry.sqlite"));
                 assert!(is_journal || is_whole(path), "{name} is not whole after {about}");
                 assert!(code == Some(0) || name != "bake.json", "a bake looks whole after {about}");
-                let is_bake = arguments[0] == "bake";
+                let is_bake = ["bake", "walk"].contains(&arguments[0]);
                 assert!(code == Some(0) || !is_bake || is_aside, "{name} is in the folder after {about}");
             });
         }

@@ -136,7 +136,9 @@ impl Output {
         if !told.exists() {
             write_whole(told, plan.draft().to_json().as_bytes())?;
         }
-        Journal::open(&work, &files, plan.world().stride().vertices(), self.spare / 2)
+        // What is kept of a walk's tiles is needed, and room for it is there.
+        let room = if plan.walk().is_some() { u64::MAX } else { self.spare / 2 };
+        Journal::open(&work, &files, plan.world().stride().vertices(), room)
     }
 
     /// Where the files of the bake are made.

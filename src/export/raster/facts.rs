@@ -34,6 +34,8 @@ pub(crate) struct Shown {
     pub preset_name: String,
     pub seed: u64,
     pub region: Region,
+    /// Whether a walker has come to its tiles, whose rivers and roads are those of its way.
+    pub is_walk: bool,
 }
 
 impl Facts {
@@ -46,14 +48,15 @@ impl Facts {
         place: Georeference,
         range_m: Option<(f32, f32)>,
     ) -> Facts {
-        let Shown { preset_name, seed, region } = shown;
+        let Shown { preset_name, seed, region, is_walk } = shown;
         let text = |text: String| Fact::Text(text);
         let cells = region.tile_cells();
+        let walk = if *is_walk { " of a walk, with the rivers and roads of its way" } else { "" };
         let part = if let Some(TileId { x, y }) = tile {
-            format!("tile {x},{y} of {cells} x {cells} cells")
+            format!("tile {x},{y} of {cells} x {cells} cells{walk}")
         } else {
             let (TileId { x, y }, cols, rows) = (region.at(), region.cols(), region.rows());
-            format!("{cols} x {rows} tiles of {cells} x {cells} cells from tile {x},{y} on")
+            format!("{cols} x {rows} tiles of {cells} x {cells} cells from tile {x},{y} on{walk}")
         };
         let channels = quantity.channels().join("; ");
         let mut facts = vec![

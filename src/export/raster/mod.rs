@@ -61,6 +61,7 @@ const WATER: &[Image] = &[Image::new("water/water", Quantity::Water, Encoding::P
 const DEPTH: &[Image] = &[Image::new("water/depth", Quantity::WaterDepth, Encoding::Exr)];
 const FLOW: &[Image] = &[Image::new("water/flow", Quantity::Flow, Encoding::Exr)];
 const SLOPE: &[Image] = &[Image::new("slope/slope", Quantity::Slope8, Encoding::Png)];
+const STEEPNESS: &[Image] = &[Image::new("steepness/steepness", Quantity::Steepness8, Encoding::Png)];
 const CURVATURE: &[Image] = &[Image::new("curvature/curvature", Quantity::Curvature8, Encoding::Png)];
 const ACCUMULATION: &[Image] = &[Image::new("accumulation/accumulation", Quantity::Accumulation8, Encoding::Png)];
 const WETNESS: &[Image] = &[Image::new("wetness/wetness", Quantity::Wetness8, Encoding::Png)];
@@ -84,6 +85,7 @@ const BLEND_TIFF: &[Image] = &[
     Image::new("blend/blend_cover", Quantity::CoverWeights, Encoding::GeoTiff),
 ];
 const SLOPE_TIFF: &[Image] = &[Image::new("slope/slope", Quantity::SlopeDegrees, Encoding::GeoTiff)];
+const STEEPNESS_TIFF: &[Image] = &[Image::new("steepness/steepness", Quantity::Steepness, Encoding::GeoTiff)];
 const CURVATURE_TIFF: &[Image] = &[Image::new("curvature/curvature", Quantity::Curvature, Encoding::GeoTiff)];
 const ACCUMULATION_TIFF: &[Image] =
     &[Image::new("accumulation/accumulation", Quantity::AccumulationM2, Encoding::GeoTiff)];
@@ -98,7 +100,7 @@ const fn tiles(name: &'static str, about: &'static str, images: &'static [Image]
 }
 
 /// The rasters that can be asked for by name.
-pub(super) static NAMED: [Rasters; 42] = [
+pub(super) static NAMED: [Rasters; 45] = [
     region("height", "16-bit grey PNG of the region, over the world's height range", HEIGHT),
     tiles("height-tiles", "the same, a PNG a tile", HEIGHT),
     region("exr", "heights in metres as 32-bit float OpenEXR", METRES),
@@ -121,6 +123,12 @@ pub(super) static NAMED: [Rasters; 42] = [
     tiles("flow-tiles", "the same, an EXR a tile", FLOW),
     region("slope", "how steep the ground is, 8-bit grey PNG: 0 level, 255 upright", SLOPE),
     tiles("slope-tiles", "the same, a PNG a tile", SLOPE),
+    region(
+        "steepness",
+        "the thesis' blend factor by slope, 8-bit grey PNG: 0 level, 255 as steep as bare rock",
+        STEEPNESS,
+    ),
+    tiles("steepness-tiles", "the same, a PNG a tile", STEEPNESS),
     region("curvature", "ridges and hollows, 8-bit grey PNG: 128 flat, lighter on ridges", CURVATURE),
     tiles("curvature-tiles", "the same, a PNG a tile", CURVATURE),
     region("accumulation", "how much land drains through each vertex, 8-bit grey PNG of the logarithm", ACCUMULATION),
@@ -142,6 +150,7 @@ pub(super) static NAMED: [Rasters; 42] = [
     region("depth-geotiff", "depth of the water in metres as 32-bit float GeoTIFF", DEPTH_TIFF),
     region("flow-geotiff", "discharge of the rivers in m3/s as 32-bit float GeoTIFF", FLOW_TIFF),
     region("slope-geotiff", "slope in degrees as 32-bit float GeoTIFF", SLOPE_TIFF),
+    region("steepness-geotiff", "the same factor, 0 to 1, as 32-bit float GeoTIFF", STEEPNESS_TIFF),
     region("curvature-geotiff", "mean curvature a metre as 32-bit float GeoTIFF", CURVATURE_TIFF),
     region("accumulation-geotiff", "flow accumulation in m2 as 32-bit float GeoTIFF", ACCUMULATION_TIFF),
     region("wetness-geotiff", "topographic wetness index as 32-bit float GeoTIFF", WETNESS_TIFF),
@@ -186,16 +195,24 @@ fn encoded_at_most(raw: u64, rows: u64) -> u64 {
 }
 
 impl Rasters {
+    /// The images of what is asked for.
+    fn images_of(&self, request: &Request) -> impl Iterator<Item = Image> {
+        let of_walk = request.walk.is_some() && !self.tiles;
+        let quantity = move |quantity: Quantity| if of_walk { quantity.of_walk() } else { quantity };
+        self.images().map(move |image| Image { quantity: quantity(image.quantity), ..image })
+    }
+
     fn images(&self) -> impl Iterator<Item = Image> {
         // The table shares the images of a region with those of its tiles.
         self.images.iter().map(|image| Image { tiles: self.tiles, placed: self.placed, ..*image })
     }
 
-    fn cost_of(image: &Image, region: &Region) -> FormatCost {
+    fn cost_of(image: &Image, request: &Request) -> FormatCost {
+        let region = &request.region;
         let bytes = image.quantity.sample().bytes() as u64;
         let side = u64::from(region.tile_cells()) + 1;
         let (count, (width, height)) = match image.tiles {
-            true => (region.tiles(), (side, side)),
+            true => (request.tiles(), (side, side)),
             false => (1, image.size(region)),
         };
         let samples = width.saturating_mul(height).saturating_mul(image.encoding.copies());
@@ -217,7 +234,7 @@ impl Rasters {
             },
             tile_file_bytes: if image.tiles { file } else { 0 },
             drawn_a_vertex: match image.quantity {
-                Quantity::Map => DRAWN_BYTES,
+                Quantity::Map | Quantity::MapOfWalk => DRAWN_BYTES,
                 _ => 0,
             },
             accumulation: image.quantity.is_of_accumulation(),
@@ -246,12 +263,7 @@ impl Format for Rasters {
     }
 
     fn lacks(&self, world: &World) -> Option<Lack> {
-        let needs_water = self.images.iter().any(|image| image.quantity.needs_water());
-        (needs_water && world.relief().fluvial().is_none()).then_some(Lack {
-            shows: "the water of fluvial relief",
-            has: "relief of noise",
-            preset: "a preset with [fluvial]",
-        })
+        self.images.iter().find_map(|image| image.quantity.lacks(world))
     }
 
     fn check(&self, request: &Request) -> Result<(), Error> {
@@ -273,6 +285,17 @@ impl Format for Rasters {
             ),
             hint: format!("exports that hold it: {}", others.join(", ")),
         })
+    }
+
+    fn shows_walks(&self) -> bool {
+        let shows = |Image { quantity, encoding, tiles, .. }: Image| {
+            // A fourth channel of GeoTIFFs is a weight and no opacity.
+            let has_gaps =
+                quantity.of_walk().gap().is_some() && (quantity, encoding) != (Quantity::Map, Encoding::GeoTiff);
+            // Accumulation is of land far around, with the rivers that the world has there.
+            !quantity.is_of_accumulation() && (tiles || has_gaps)
+        };
+        self.placed && self.images().all(shows)
     }
 
     fn options(&self) -> &'static [&'static str] {
@@ -298,8 +321,8 @@ impl Format for Rasters {
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
-        self.images()
-            .map(|image| Rasters::cost_of(&image, &request.region))
+        self.images_of(request)
+            .map(|image| Rasters::cost_of(&image, request))
             .fold(FormatCost::default(), FormatCost::and)
     }
 
@@ -313,6 +336,6 @@ impl Format for Rasters {
                 (_, false) => Ok(Box::new(RegionRaster::<RasterWriter>::create(request, self.name, image, out)?)),
             }
         };
-        self.images().map(sink).collect()
+        self.images_of(request).map(sink).collect()
     }
 }

@@ -1,9 +1,10 @@
 //! What rasters can show of a tile, and the painter of their samples.
 
+use crate::export::format::Lack;
 use crate::export::raster::writer::{Encoding, Sample};
-use crate::land::{Water, WaterKind};
+use crate::land::WaterKind;
 use crate::map::{self, MapPainter};
-use crate::tile::{Grows, Growth, Material, Tile, WETTEST};
+use crate::tile::{Grows, Growth, Material, Tile, WETTEST, has_rivers, has_water};
 use crate::world::World;
 
 /// What the pixels of a raster show.
@@ -27,6 +28,8 @@ pub(crate) enum Quantity {
     Normal,
     /// The picture of the map.
     Map,
+    /// The same of a walk, transparent where no tile is.
+    MapOfWalk,
     /// The colour of the ground, without light.
     Colour,
     /// The kind of water, as a grey.
@@ -37,6 +40,10 @@ pub(crate) enum Quantity {
     Flow,
     /// How steep the ground is, as 256 steps to a right angle.
     Slope8,
+    /// The thesis' blend factor, as 256 steps to 1.
+    Steepness8,
+    /// The factor itself.
+    Steepness,
     /// The same in degrees.
     SlopeDegrees,
     /// How the ground is bent, as a grey.
@@ -70,15 +77,21 @@ impl Quantity {
     pub fn sample(self) -> Sample {
         match self {
             Quantity::Height16 | Quantity::Height16Whole => Sample::Grey16,
-            Quantity::HeightMetres | Quantity::Control | Quantity::WaterDepth | Quantity::Flow => Sample::Float32,
-            Quantity::SlopeDegrees | Quantity::Curvature | Quantity::AccumulationM2 | Quantity::Wetness => {
-                Sample::Float32
-            }
-            Quantity::GroundWeights | Quantity::CoverWeights => Sample::Rgba8,
+            Quantity::HeightMetres
+            | Quantity::Control
+            | Quantity::WaterDepth
+            | Quantity::Flow
+            | Quantity::SlopeDegrees
+            | Quantity::Steepness
+            | Quantity::Curvature
+            | Quantity::AccumulationM2
+            | Quantity::Wetness => Sample::Float32,
+            Quantity::GroundWeights | Quantity::CoverWeights | Quantity::MapOfWalk => Sample::Rgba8,
             Quantity::Normal | Quantity::Map | Quantity::Colour => Sample::Rgb8,
             Quantity::Water
             | Quantity::Weight(_)
             | Quantity::Slope8
+            | Quantity::Steepness8
             | Quantity::Curvature8
             | Quantity::Accumulation8
             | Quantity::Wetness8
@@ -95,12 +108,13 @@ impl Quantity {
             Quantity::GroundWeights => "weights of the ground",
             Quantity::CoverWeights => "weights of the cover",
             Quantity::Normal => "normals",
-            Quantity::Map => "map",
+            Quantity::Map | Quantity::MapOfWalk => "map",
             Quantity::Colour => "colour of the ground",
             Quantity::Water => "kind of water",
             Quantity::WaterDepth => "depth of the water",
             Quantity::Flow => "discharge",
             Quantity::Slope8 | Quantity::SlopeDegrees => "slope",
+            Quantity::Steepness8 | Quantity::Steepness => "steepness",
             Quantity::Curvature8 | Quantity::Curvature => "mean curvature",
             Quantity::Accumulation8 | Quantity::AccumulationM2 => "flow accumulation",
             Quantity::Wetness8 | Quantity::Wetness => "topographic wetness index",
@@ -147,14 +161,39 @@ impl Quantity {
         }
     }
 
-    /// Whether it is for the eye; all else is data.
-    pub fn is_colour(self) -> bool {
-        matches!(self, Quantity::Map | Quantity::Colour)
+    /// The same of a walk, of which a raster may have to leave out what no tile shows.
+    pub fn of_walk(self) -> Quantity {
+        if self == Quantity::Map { Quantity::MapOfWalk } else { self }
     }
 
-    /// Whether only worlds have it whose relief knows of water.
-    pub fn needs_water(self) -> bool {
-        matches!(self, Quantity::Water | Quantity::WaterDepth | Quantity::Flow)
+    /// The bytes of a pixel where no tile is, if it can say that.
+    pub fn gap(self) -> Option<[u8; 4]> {
+        match self {
+            Quantity::MapOfWalk => Some([0; 4]),
+            _ => self.no_data().map(f32::to_le_bytes),
+        }
+    }
+
+    /// Whether it is for the eye; all else is data.
+    pub fn is_colour(self) -> bool {
+        matches!(self, Quantity::Map | Quantity::MapOfWalk | Quantity::Colour)
+    }
+
+    /// What of it a world has not.
+    pub fn lacks(self, world: &World) -> Option<Lack> {
+        let (shows, has, is_there, preset) = match self {
+            Quantity::Flow => {
+                ("the discharge of rivers", "none", has_rivers(world), "a preset with [fluvial] or [rivers]")
+            }
+            Quantity::Water | Quantity::WaterDepth => (
+                "water",
+                "neither rivers nor a sea",
+                has_water(world),
+                "a preset with [fluvial], [rivers] or sea_level_m",
+            ),
+            _ => return None,
+        };
+        (!is_there).then_some(Lack { shows, has, preset })
     }
 
     /// What each channel holds, for the manifest.
@@ -176,11 +215,14 @@ impl Quantity {
             Quantity::CoverWeights => &["snow", "forest", "scree", "wetland"],
             Quantity::Normal => &["east", "north", "up"],
             Quantity::Map | Quantity::Colour => &["red", "green", "blue"],
+            Quantity::MapOfWalk => &["red", "green", "blue", "opacity, 0 where no tile is"],
             Quantity::Water => &["water, 0 = none, 64 = river, 128 = lake, 255 = sea"],
             Quantity::WaterDepth => &["depth of the water in metres"],
             Quantity::Flow => &["discharge in cubic metres a second"],
             Quantity::Slope8 => &["slope, 0 = 0 degrees, 255 = 90 degrees"],
             Quantity::SlopeDegrees => &["slope in degrees"],
+            Quantity::Steepness8 => &["steepness min(slope_scale * (1 - normal.up), 1), 0 = 0, 255 = 1"],
+            Quantity::Steepness => &["steepness min(slope_scale * (1 - normal.up), 1)"],
             Quantity::Curvature8 => &[
                 "mean curvature, 128 = flat, 1 = hollow of -0.25 / spacing_m and more, 255 = ridge of 0.25 / spacing_m",
             ],
@@ -205,6 +247,7 @@ impl Quantity {
     pub fn shown(self) -> Option<[f64; 2]> {
         match self {
             Quantity::SlopeDegrees => Some([0.0, 60.0]),
+            Quantity::Steepness => Some([0.0, 1.0]),
             Quantity::Wetness => Some([0.0, f64::from(WETTEST)]),
             _ if self.sample() == Sample::Grey8 => Some([0.0, 255.0]),
             _ => None,
@@ -292,7 +335,7 @@ impl<'a> Painter<'a> {
                 Quantity::Height16Whole => whole_range_m(range_m),
                 _ => range_m,
             },
-            map: (quantity == Quantity::Map).then(|| MapPainter::new(world)),
+            map: matches!(quantity, Quantity::Map | Quantity::MapOfWalk).then(|| MapPainter::new(world)),
             grows: matches!(quantity, Quantity::Density(_)).then(|| Grows::new(world)),
         }
     }
@@ -312,7 +355,11 @@ impl<'a> Painter<'a> {
         let area = tile.area();
         let row_bytes = cols * self.quantity.sample().bytes();
         if let Some(map) = &self.map {
-            return map.paint(tile, cols, rows);
+            let pixels = map.paint(tile, cols, rows);
+            return match self.quantity {
+                Quantity::MapOfWalk => opaque(&pixels),
+                _ => pixels,
+            };
         }
         let mut samples = vec![0; rows * row_bytes];
         for (y, row) in (area.y0..).zip(samples.chunks_exact_mut(row_bytes)) {
@@ -354,11 +401,11 @@ impl<'a> Painter<'a> {
                     *pixel = [*east, -south, *up].map(|axis| (axis * 127.5 + 128.0) as u8);
                 }
             }
-            Quantity::Map => unreachable!("a map is painted tile by tile"),
+            Quantity::Map | Quantity::MapOfWalk => unreachable!("a map is painted tile by tile"),
             Quantity::Colour => map::colour::paint_row(tile, y, row),
             Quantity::Water => {
-                for (grey, kind) in row.iter_mut().zip(water(tile).kind.row(y, x0, x1)) {
-                    *grey = match kind {
+                for (x, grey) in (x0..).zip(row) {
+                    *grey = match tile.water_here(self.world, x, y).kind {
                         WaterKind::Dry => 0,
                         WaterKind::River => 64,
                         WaterKind::Lake => 128,
@@ -366,8 +413,10 @@ impl<'a> Painter<'a> {
                     };
                 }
             }
-            Quantity::WaterDepth => copy_floats(water(tile).depth_m.row(y, x0, x1), row),
-            Quantity::Flow => copy_floats(water(tile).flow_m3s.row(y, x0, x1), row),
+            Quantity::WaterDepth => put_floats(row, (x0..x1).map(|x| tile.water_here(self.world, x, y).depth_m)),
+            Quantity::Flow => put_floats(row, (x0..x1).map(|x| tile.water_here(self.world, x, y).flow_m3s)),
+            Quantity::Steepness8 => put_greys(row, (x0..x1).map(|x| tile.steepness(self.world, x, y) * 255.0)),
+            Quantity::Steepness => put_floats(row, (x0..x1).map(|x| tile.steepness(self.world, x, y))),
             Quantity::Slope8 => put_greys(row, (x0..x1).map(|x| tile.slope_degrees(x, y) * (255.0 / 90.0))),
             Quantity::SlopeDegrees => put_floats(row, (x0..x1).map(|x| tile.slope_degrees(x, y))),
             Quantity::Curvature8 => {
@@ -404,6 +453,11 @@ impl<'a> Painter<'a> {
     }
 }
 
+/// Pixels with a fourth channel, in which they are there.
+fn opaque(pixels: &[u8]) -> Vec<u8> {
+    pixels.as_chunks::<3>().0.iter().flat_map(|[red, green, blue]| [*red, *green, *blue, 255]).collect()
+}
+
 /// A height range rounded out: HTerrain's dialog takes heights from -2000 to 2000 m, and each multiple of the scale that
 /// brings a range into it is a whole number there.
 pub(crate) fn whole_range_m((min_m, max_m): (f32, f32)) -> (f32, f32) {
@@ -419,10 +473,6 @@ pub(crate) fn whole_range_m((min_m, max_m): (f32, f32)) -> (f32, f32) {
 /// By how much HTerrain must stretch heights: 1, or as much more as brings them into its dialog.
 pub(crate) fn hterrain_scale((min_m, max_m): (f32, f32)) -> f32 {
     (min_m.abs().max(max_m.abs()) / 2000.0).ceil().max(1.0)
-}
-
-fn water(tile: &Tile) -> &Water {
-    tile.water().expect("the plan has checked that the world has water")
 }
 
 /// The bits that Terrain3D reads of a vertex: the texture that there is most of, the second, and its share of both. Based

@@ -39,7 +39,7 @@ pub(super) struct Drawing<'a> {
 impl<'a> Drawing<'a> {
     pub fn new(request: &Request<'a>, export: &'static str, image: Image, out: &Path) -> Drawing<'a> {
         let Request { name, world, region, .. } = *request;
-        let shown = Shown { preset_name: name.to_owned(), seed: world.seed(), region };
+        let shown = Shown { preset_name: name.to_owned(), seed: world.seed(), region, is_walk: request.walk.is_some() };
         Drawing {
             export,
             image,
@@ -176,7 +176,11 @@ impl Drawing<'_> {
         for y in 0..rows {
             stop::check();
             line.clear();
-            for piece in pieces {
+            for (col, piece) in (0..).zip(pieces) {
+                if piece.is_empty() {
+                    self.skip(Place { row, col }, &mut line);
+                    continue;
+                }
                 // Tiles of the last column may be a vertex wider.
                 let row_bytes = piece.len() / rows;
                 line.extend_from_slice(&piece[y * row_bytes..][..row_bytes]);
@@ -184,6 +188,13 @@ impl Drawing<'_> {
             call(&line)?;
         }
         Ok(())
+    }
+
+    /// Adds the pixels of a line of a tile that is not there.
+    fn skip(&self, place: Place, line: &mut Vec<u8>) {
+        let (cols, _) = self.image.owned(&self.region, place);
+        let gap = self.image.quantity.gap().expect("the plan has checked that it can be silent");
+        line.extend(std::iter::repeat_n(gap, cols).flatten());
     }
 }
 

@@ -32,7 +32,14 @@ impl Statistics {
             Sample::Grey8 => self.add_all(line.iter().map(|grey| f64::from(*grey))),
             // As PNG has them.
             Sample::Grey16 => self.add_all(line.as_chunks().0.iter().map(|pair| f64::from(u16::from_be_bytes(*pair)))),
-            Sample::Float32 => self.add_all(line.as_chunks().0.iter().map(|word| f64::from(f32::from_le_bytes(*word)))),
+            Sample::Float32 => {
+                let values = line.as_chunks().0.iter().map(|word| f64::from(f32::from_le_bytes(*word)));
+                // Where there is nothing, nothing is measured.
+                match values.clone().any(f64::is_nan) {
+                    true => self.add_all(values.filter(|value| !value.is_nan()).collect::<Vec<_>>().into_iter()),
+                    false => self.add_all(values),
+                }
+            }
             Sample::Rgb8 | Sample::Rgba8 => unreachable!("each channel would have its own"),
         }
     }

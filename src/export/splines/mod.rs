@@ -76,7 +76,7 @@ impl Format for Splines {
 
     fn cost(&self, request: &Request) -> FormatCost {
         // A point is kept with its values, and written twice, with its line's names once: three times what vectors write of it.
-        let disk_bytes = bytes_at_most(request.world, &request.region).saturating_mul(3);
+        let disk_bytes = bytes_at_most(request).saturating_mul(3);
         FormatCost { files: 4, disk_bytes, features: true, ..FormatCost::default() }
     }
 

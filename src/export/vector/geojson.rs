@@ -49,6 +49,10 @@ impl Format for GeoJson {
         "the same layers as GeoJSON, coordinates in metres, which GIS takes for degrees: give it vector, or --degrees"
     }
 
+    fn shows_walks(&self) -> bool {
+        true
+    }
+
     fn options(&self) -> &'static [&'static str] {
         &["--clip", "--contours", "--degrees"]
     }
@@ -58,7 +62,7 @@ impl Format for GeoJson {
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
-        let disk_bytes = bytes_at_most(request.world, &request.region);
+        let disk_bytes = bytes_at_most(request);
         FormatCost {
             files: layers(request.world).len() as u64 + 1,
             disk_bytes,

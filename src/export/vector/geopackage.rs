@@ -114,6 +114,10 @@ impl Format for GeoPackage {
         "for GIS: rivers, lakes, coast, peaks, sites, roads, crossings, contours and tiles as one GeoPackage with styles, and a QGIS project"
     }
 
+    fn shows_walks(&self) -> bool {
+        true
+    }
+
     fn options(&self) -> &'static [&'static str] {
         &["--clip", "--contours"]
     }
@@ -123,7 +127,7 @@ impl Format for GeoPackage {
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
-        let disk_bytes = bytes_at_most(request.world, &request.region);
+        let disk_bytes = bytes_at_most(request);
         let disk_bytes = disk_bytes.saturating_add(project::BYTES);
         FormatCost { files: 2, disk_bytes, features: true, ..FormatCost::default() }
     }
@@ -433,7 +437,7 @@ impl Sink for GeoPackageSink<'_> {
             self.vectors.put(row, pieces, |Row { values, lines }| add(&values, &[lines]))
         })?;
         self.fill(under_way, tiles, |add| {
-            for col in 0..self.region.cols() {
+            for (col, _) in (0..).zip(pieces).filter(|(_, piece)| !piece.is_empty()) {
                 let tile = self.region.tile(Place { row, col });
                 let numbers = [tile.x, tile.y, col as i64, row as i64].map(Value::Integer);
                 add(&numbers, &[vec![footprint(&self.region, self.spacing_m, tile, 1, 1)]])?;
@@ -504,8 +508,16 @@ mod tests {
         std::fs::create_dir_all(out.join("vector")).unwrap();
         let (meshes, vectors) = (MeshOptions::default(), VectorOptions { clipped, ..VectorOptions::default() });
         let (height_range_m, names) = (world.height_range_m(), TileNames::default());
-        let request =
-            Request { name: "test", world: &world, region, meshes: &meshes, vectors: &vectors, names, height_range_m };
+        let request = Request {
+            name: "test",
+            world: &world,
+            region,
+            meshes: &meshes,
+            vectors: &vectors,
+            names,
+            height_range_m,
+            walk: None,
+        };
         let package = GeoPackageSink::create(&request, out).unwrap();
         let json = GeoJsonSink::create(&request, out).unwrap();
         for row in 0..3 {
@@ -517,8 +529,9 @@ mod tests {
                 }
                 Vectors::piece(&piece, &[])
             };
-            package.append(row, &[&piece(&package.vectors)]).unwrap();
-            json.append(row, &[&piece(json.vectors())]).unwrap();
+            let beside = Vectors::piece(&[], &[]);
+            package.append(row, &[&piece(&package.vectors), &beside]).unwrap();
+            json.append(row, &[&piece(json.vectors()), &beside]).unwrap();
         }
         let watch = Watch::default();
         assert_eq!((package.finish(&watch).unwrap().len(), json.finish(&watch).unwrap().len()), (1, 3));

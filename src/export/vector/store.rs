@@ -14,12 +14,13 @@ use crate::export::format::Request;
 use crate::export::locked;
 use crate::export::vector::clip::Envelope;
 use crate::features::layer::{Geometry, Head, Kind};
-use crate::features::{AnyLayer, Row, Value, layers};
+use crate::features::{AnyLayer, Row, Value, layers, visit_walked};
 use crate::file::{Operation, PartFile, gate};
 use crate::preset::Preset;
 use crate::registry::unjournaled;
 use crate::stop;
 use crate::tile::Tile;
+use crate::walker::NODES_A_CELL;
 use crate::world::World;
 
 /// The most bytes that a vector export of a region takes, the store of its features among them.
@@ -27,26 +28,37 @@ use crate::world::World;
 /// How long rivers and roads are shows only when they are made; this is room for ways four times as long as their
 /// reach, for trunk rivers that come from eight nodes around the region, and for a road to every neighbour of all
 /// settlements around.
-pub(crate) fn bytes_at_most(world: &World, region: &Region) -> u64 {
+pub(crate) fn bytes_at_most(request: &Request) -> u64 {
     // A footprint with its row.
     const TILE_BYTES: u64 = 256;
-    let features = match world.relief().fluvial() {
-        Some(_) => fluvial_bytes_at_most(world, region),
-        None => path_bytes_at_most(world.preset(), region),
+    let Request { world, region, walk, .. } = request;
+    let features = match (world.relief().fluvial(), walk) {
+        (Some(_), _) => fluvial_bytes_at_most(world, region),
+        (None, None) => path_bytes_at_most(world.preset(), region),
+        // A tile has a river and a road at most.
+        (None, Some(_)) => {
+            request.tiles().saturating_mul(2 * (most_passage_points(region) * POINT_BYTES + FEATURE_BYTES))
+        }
     };
     // Contours of land as steep as it can be took 12 bytes a vertex in a database, and a third more as text.
     const CONTOUR_BYTES: u64 = 24;
     // What an empty database takes, and how layers are drawn.
-    let vertices = region.vertices().saturating_mul(CONTOUR_BYTES);
-    [features, vertices, region.tiles().saturating_mul(TILE_BYTES), 1 << 20].into_iter().fold(0, u64::saturating_add)
+    let vertices = request.vertices().saturating_mul(CONTOUR_BYTES);
+    [features, vertices, request.tiles().saturating_mul(TILE_BYTES), 1 << 20].into_iter().fold(0, u64::saturating_add)
+}
+
+/// Points that an agent of a walk leaves in a tile at most.
+fn most_passage_points(region: &Region) -> u64 {
+    NODES_A_CELL as u64 * u64::from(region.tile_cells()) + 2
 }
 
 /// A feature without its points: its attributes as text and in the store, and what a database keeps a row; rounded up.
 const FEATURE_BYTES: u64 = 1024;
 
+/// A point of a path as text with all digits, and in the store.
+const POINT_BYTES: u64 = 44 + 16;
+
 fn path_bytes_at_most(preset: &Preset, region: &Region) -> u64 {
-    // A point of a path as text with all digits, and in the store.
-    const POINT_BYTES: u64 = 44 + 16;
     let paths = |density: f64, max_tiles: u32| {
         let side = |count: u64| count.saturating_add(2 * max_tiles as u64);
         let owners = side(region.cols()).saturating_mul(side(region.rows())) as f64 * density;
@@ -102,6 +114,8 @@ pub(crate) struct FeatureStore<'a> {
     layers: &'static [&'static dyn AnyLayer],
     /// What features are cut off at, if they are.
     edge: Option<Envelope>,
+    /// Whether tiles have lines of their own, of which the world knows nothing.
+    is_walk: bool,
     /// What some tile has said since rows were put away last, by layer and key.
     said: Mutex<BTreeSet<(usize, Vec<u8>)>>,
     store: Mutex<(Connection, PartFile)>,
@@ -110,9 +124,9 @@ pub(crate) struct FeatureStore<'a> {
 impl<'a> FeatureStore<'a> {
     /// The store of a world's features, in the folder in which its file will be.
     pub fn create(request: &Request<'a>, file: &FilePath) -> Result<FeatureStore<'a>, Error> {
-        let Request { world, region, vectors, .. } = *request;
+        let Request { world, region, vectors, walk, .. } = *request;
         let edge = vectors.clipped.then(|| around(&region, world.spacing_m()));
-        Ok(FeatureStore { edge, ..FeatureStore::of_layers(world, layers(world), file)? })
+        Ok(FeatureStore { edge, is_walk: walk.is_some(), ..FeatureStore::of_layers(world, layers(world), file)? })
     }
 
     /// The store of some layers of a world, whose features are whole.
@@ -138,7 +152,14 @@ impl<'a> FeatureStore<'a> {
             Ok(connection)
         };
         let connection = open().map_err(Error::sqlite(path))?;
-        Ok(FeatureStore { world, layers, edge: None, said: Mutex::default(), store: Mutex::new((connection, part)) })
+        Ok(FeatureStore {
+            world,
+            layers,
+            edge: None,
+            is_walk: false,
+            said: Mutex::default(),
+            store: Mutex::new((connection, part)),
+        })
     }
 
     /// The layers.
@@ -149,6 +170,10 @@ impl<'a> FeatureStore<'a> {
     /// The features of a tile, as bytes, but for those that another tile of its row has said.
     pub fn take(&self, tile: &Tile) -> Vec<u8> {
         let mut piece = Vec::new();
+        if self.is_walk {
+            visit_walked(self.world, tile, |number, key, row| self.pack(&mut piece, number, key, row));
+            return piece;
+        }
         for (number, layer) in self.layers().iter().enumerate() {
             layer.visit(self.world, &tile.area(), &mut |key, row| self.pack(&mut piece, number, key, row));
         }

@@ -1,4 +1,9 @@
-//! The camera of the experiment: constant speed, a turn of ninety degrees each minute, in virtual time.
+//! The camera of the thesis' experiment: constant speed, a turn of ninety degrees each minute, in virtual time.
+
+use crate::error::Error;
+
+/// Frames a second of the camera's own time, in which it looks whether it has crossed an edge.
+pub const FRAMES_A_SECOND: f64 = 60.0;
 
 /// Seconds from a turn to the next.
 const LEG_S: f64 = 60.0;
@@ -21,6 +26,32 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// The longest walk.
+    pub const MOST_MINUTES: f64 = 1440.0;
+
+    /// Whether a camera can walk over tiles that are so many metres wide.
+    ///
+    /// # Errors
+    /// When it walks for no time, or too long, or does not move, or goes faster than a tile a frame; the hint says what would do.
+    pub fn check(minutes: f64, speed_m_s: f64, tile_m: f64) -> Result<(), Error> {
+        let refuse = |message: String, hint: String| Err(Error::Option { message, hint });
+        if !(minutes > 0.0 && minutes <= Camera::MOST_MINUTES) {
+            return refuse(
+                format!("a walk cannot take {minutes} minutes"),
+                format!("give more than 0 and at most {}, such as 5", Camera::MOST_MINUTES),
+            );
+        }
+        // Faster, and one expansion would be several tiles deep.
+        let fastest_m_s = tile_m * FRAMES_A_SECOND;
+        if !(speed_m_s > 0.0 && speed_m_s <= fastest_m_s) {
+            return refuse(
+                format!("a camera cannot walk tiles of {tile_m} m at {speed_m_s} metres a second"),
+                format!("give more than 0 and at most {fastest_m_s}, a tile a frame, such as 128"),
+            );
+        }
+        Ok(())
+    }
+
     /// The camera that starts at `start_m`, in metres east and south, and goes at `speed_m_s` metres a second.
     pub fn new(start_m: [f64; 2], speed_m_s: f64) -> Camera {
         Camera { start_m, speed_m_s }
@@ -43,6 +74,12 @@ impl Camera {
             heading = [-heading[1], heading[0]];
         }
         position
+    }
+
+    /// Where the camera is at each frame of so many minutes, from the start on.
+    pub fn places_m(self, minutes: f64) -> impl Iterator<Item = [f64; 2]> {
+        let frames = (minutes * 60.0 * FRAMES_A_SECOND).round() as u64;
+        (0..=frames).map(move |frame| self.position_m(frame as f64 / FRAMES_A_SECOND))
     }
 }
 

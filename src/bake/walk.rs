@@ -1,0 +1,83 @@
+//! A walk that is baked: its tiles are made in the order in which the walker comes to them, and handed to the sinks as a bake's are.
+//!
+//! What a tile is depends on those that were made before it, so none is made twice: what sinks keep of them waits in the journal
+//! until the last one stands, and then passes from north to south as rows of the region around them all. In it the pieces of tiles
+//! that were never made are empty.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::area::{Place, TileId};
+use crate::bake::{Batch, JOURNAL, Journal, Kept, Sink};
+use crate::device::LandMaker;
+use crate::error::Error;
+use crate::stop;
+use crate::tile::Tile;
+use crate::walker::{Walk, Walker};
+use crate::watch::Watch;
+use crate::world::World;
+
+/// Walks, of the land that a maker of the world's land gives, and hands all tiles to the sinks, on the threads of the current rayon
+/// pool. Of tiles that the journal has from an earlier run nothing is written again.
+///
+/// Memory holds the tiles that stand around the walker, and a record of each that it has come to; and then a row of tiles of what
+/// the sinks keep.
+///
+/// # Errors
+/// The first error of a sink or of the journal.
+pub(crate) fn walk(
+    (world, maker): (&World, Arc<dyn LandMaker>),
+    walk: &Walk,
+    sinks: &[Box<dyn Sink + '_>],
+    journal: &Journal,
+    watch: &Watch,
+) -> Result<(), Error> {
+    let region = walk.region();
+    watch.begin("walking", Some((walk.tiles().len() as u64, "tiles")));
+    let mut walker = Walker::with_maker(world, walk.options(), maker);
+    let mut seen = BTreeSet::new();
+    for tile in walk.route() {
+        stop::check();
+        let entered: Vec<TileId> = match walker.enter(*tile) {
+            Some(expansion) => expansion.entered,
+            // Those around the first one stand before it moves.
+            None => walker.tiles().map(Tile::id).collect(),
+        };
+        // One that it comes back to is as it was.
+        let new: Vec<TileId> = entered.into_iter().filter(|id| seen.insert(*id)).collect();
+        let note = |id: &TileId| {
+            if journal.recall(*id, sinks.len())?.is_some() {
+                watch.skip(1);
+                return Ok::<_, Error>(());
+            }
+            let (tile, record) = walker.tile(*id).zip(walker.record(*id)).expect("a tile that was entered stands");
+            let place = region.place(*id).expect("the region holds all tiles of the walk");
+            let take = |sink: &dyn Sink| watch.clock.time(&format!("paint {}", sink.name()), || sink.take(tile, place));
+            let kept = sinks.iter().map(|sink| take(sink.as_ref())).collect::<Result<Vec<Kept>, Error>>()?;
+            watch.clock.time(JOURNAL, || journal.record_walked(tile, record, kept))?;
+            watch.add(1);
+            Ok(())
+        };
+        new.par_iter().try_for_each(note)?;
+        watch.clock.time(JOURNAL, || journal.save())?;
+    }
+    for (stage, spent) in walker.clock().stages() {
+        watch.clock.book(&stage, spent);
+    }
+    // What is of the region, from north to south.
+    watch.begin("writing rows", Some((region.rows(), "rows of tiles")));
+    for row in 0..region.rows() {
+        stop::check();
+        let pieces = |col: u64| {
+            let id = region.tile(Place { row, col });
+            let is_there = walk.tiles().contains(&id);
+            if is_there { journal.pieces(id, sinks.len()) } else { Ok(vec![Vec::new(); sinks.len()]) }
+        };
+        let pieces = (0..region.cols()).map(pieces).collect::<Result<Vec<_>, Error>>()?;
+        Batch { first_row: row, pieces }.append(&region, sinks, watch)?;
+        watch.add(1);
+    }
+    Ok(())
+}

@@ -1,0 +1,46 @@
+//! `terrane walk`.
+
+use std::path::{Path, PathBuf};
+
+use crate::area::TileId;
+use crate::cli::args::WalkArguments;
+use crate::cli::bake::{carry_out, on_device};
+use crate::cli::console::Console;
+use crate::error::Error;
+use crate::export::{Export, Mode, Plan};
+use crate::walker::{Tour, Walk, Way};
+use crate::world::World;
+
+/// Walks where the command line asks for, and bakes the tiles that the walker comes to.
+pub(super) fn run(arguments: &WalkArguments, console: &Console) -> Result<(), Error> {
+    let WalkArguments { seed, export, names, vectors, out, overwrite, resume, manner, .. } = arguments;
+    // What is asked for, checked before anything is written.
+    let sources = arguments.sources()?;
+    let name = sources.name().to_owned();
+    let world = World::new(sources.read_all()?, *seed)?;
+    let tour = arguments.tour()?;
+    if !manner.quiet {
+        console.warnings(&world.warnings());
+    }
+    let out = out.clone().unwrap_or_else(|| default_folder(&name, &world, &tour, arguments.path.as_deref()));
+    let plan = Plan::of_walk(&world, &name, Walk::new(tour, &world)?, Export::parse_list(export)?)?
+        .with_vectors(vectors.options())?
+        .with_names(*names);
+    plan.check_options(&vectors.given())?;
+    let mode = match (overwrite, resume) {
+        (true, _) => Mode::Replace,
+        (_, true) => Mode::Resume,
+        _ => Mode::New,
+    };
+    let plan = on_device(plan, manner, console)?;
+    carry_out(&plan, mode, &out, manner, console)
+}
+
+/// The folder of a walk for which none is given: another one for each seed and way.
+fn default_folder(name: &str, world: &World, tour: &Tour, path: Option<&Path>) -> PathBuf {
+    let way = match &tour.way {
+        Way::Camera { at: TileId { x, y }, minutes, .. } => format!("x{x}-y{y}-{minutes}min"),
+        Way::Path { .. } => path.and_then(Path::file_stem).unwrap_or_default().to_string_lossy().into_owned(),
+    };
+    Path::new("out").join(format!("{name}-seed{}-walk-{way}", world.seed()))
+}

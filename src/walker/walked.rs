@@ -1,0 +1,59 @@
+//! What walks have decided, and tiles made again by it, wherever the walker is.
+
+use crate::agents::record::{Records, TileRecord};
+use crate::area::TileId;
+use crate::clock::{Clock, stage};
+use crate::error::Error;
+use crate::tile::Tile;
+use crate::walker::classic::TileAgents;
+use crate::walker::stand;
+use crate::world::World;
+
+/// The records of all tiles of a walk with agents.
+///
+/// Based on: Grelsson (2014), section 4.3.
+#[derive(Debug)]
+pub struct Walked<'w> {
+    world: &'w World,
+    records: Records,
+}
+
+impl<'w> Walked<'w> {
+    /// What records of a world say.
+    ///
+    /// # Errors
+    /// When a tile has two records, or a record cannot be one of this world's.
+    pub fn new(world: &'w World, records: impl IntoIterator<Item = TileRecord>) -> Result<Walked<'w>, Error> {
+        Ok(Walked { world, records: sound(world, records)? })
+    }
+
+    /// The tile at `id` as the walk has left it; `None` where it has left none.
+    pub fn tile(&self, id: TileId, clock: &Clock) -> Option<Tile> {
+        let record = self.records.find(id)?;
+        let heights = clock.time(stage::RELIEF, || Tile::bare_heights(self.world, id));
+        let lines = clock.time(stage::LINES, || TileAgents::new(self.world, id, &heights).lines(record));
+        Some(stand(self.world, Some(&self.records), id, heights, lines, clock))
+    }
+}
+
+/// Records that can be those of a world's tiles.
+///
+/// # Errors
+/// When a tile has two records, or an agent of one is not in its tile.
+pub(super) fn sound(world: &World, records: impl IntoIterator<Item = TileRecord>) -> Result<Records, Error> {
+    let refuse = |message: String| Error::Option {
+        message,
+        hint: "give the records that a walker of the same world has kept".into(),
+    };
+    let records: Vec<TileRecord> = records.into_iter().collect();
+    let cells = world.tile_cells() as u16;
+    for TileRecord { id, river, road } in &records {
+        let places = river.iter().chain(road).flat_map(|passage| [passage.start, passage.last]);
+        if let Some([east, south]) = places.into_iter().find(|place| place.iter().any(|side| *side > cells)) {
+            return Err(refuse(format!(
+                "the record of tile {id} has an agent at vertex ({east}, {south}), but its tiles have {cells} cells a side"
+            )));
+        }
+    }
+    Records::new(records).map_err(|id| refuse(format!("tile {id} has two records")))
+}
