@@ -35,7 +35,6 @@
 //!      |
 //!   fluvial/    rivers first, then the land between them; lakes, coasts, peaks; a survey for those who plan on it
 //!   relief/     World, area -> land: of noise, or fluvial                                     input: the area
-//!   device/     areas -> their land: by the CPU, or by a GPU with the same bits
 //!   places/     survey -> settlements, and roads between them: lines                          reach: 2.5 site cells
 //!   agents/     bare heights -> the thesis' rivers and roads: lines                           reach: the tiles they may cross
 //!      |
@@ -43,6 +42,7 @@
 //!   world       Preset + seed -> World: ranges proved, memories bounded
 //!   tile/       land, lines -> imprint -> normals -> blend weights; the digest of each part
 //!               on request: slope, curvature, accumulation, wetness, what grows               input: 65 vertices more
+//!   device/     areas -> their land and tiles: by the CPU, or by a GPU with the same bits
 //!   walker/     the endless terrain around a walker, whose agents look at neighbours; walks, and the tiles that they come to
 //!   features/   World, area -> rivers, lakes, coasts, roads, sites, peaks, crossings with typed attributes
 //!   find/       "lake > 2 km2", a place -> the nearest ones, seen from afar first
@@ -147,12 +147,12 @@ pub mod lines;
 pub mod names;
 pub mod fluvial;
 pub mod relief;
-pub mod device;
 pub mod places;
 pub mod agents;
 pub mod preset;
 pub mod world;
 pub mod tile;
+pub mod device;
 pub mod walker;
 pub mod features;
 pub mod find;

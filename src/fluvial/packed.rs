@@ -160,7 +160,7 @@ impl FluvialKernel<'_> {
         let FluvialPlanes { metres, height_m, crest_m, distance_m, share, segment } = planes;
         let nodes = Displaced { area: job.nodes, step: self.detail.step, metres };
         // Nothing else is asked for but by gullies.
-        let valleys = Valleys { height_m, crest_m, distance_m, share, segment, ..Valleys::default() };
+        let valleys = Valleys { height_m, crest_m, distance_m, segment, share, ..Valleys::default() };
         let carved = Carved { nodes, hillsides: job.hillsides, valleys };
         self.fluvial.fill_in(&job.segments, job.area, self.detail, carved, clock)
     }

@@ -52,6 +52,9 @@ const UNDER_WAY: usize = 16;
 /// Blocks that a thread writes at a time: an even number, so that their bytes begin where mapped ranges may.
 const PACKED: usize = 64;
 
+/// The bands of a submission, and where their planes belong.
+type Bands<'a> = (Vec<Band>, Vec<&'a mut [u32]>);
+
 /// What a submission computes, once its slot was loaded.
 struct Loaded {
     blocks: u32,
@@ -120,7 +123,7 @@ impl GpuMaker {
         let mut made: Vec<Made> = jobs.par_iter().map(Made::room).collect();
         // What is left to be filled of each plane: bands come from north to south.
         let mut left: Vec<Vec<&mut [u32]>> = made.iter_mut().map(Made::planes_mut).collect();
-        let mut lanes: Vec<Vec<(Vec<Band>, Vec<&mut [u32]>)>> = Vec::new();
+        let mut lanes: Vec<Vec<Bands<'_>>> = Vec::new();
         lanes.resize_with(UNDER_WAY.min(submissions.len()), Vec::new);
         for (number, bands) in submissions.into_iter().enumerate() {
             let room = bands.iter().flat_map(|band| band.split_off(&mut left[band.job])).collect();
@@ -286,7 +289,7 @@ impl GpuMaker {
         let slot = self.slots.take(&self.gpu, [&self.job, &self.same]);
         let loaded = self.load(&jobs, bands, &slot)?;
         slot.time(&self.gpu, loaded.words.own, times, |pass, times| {
-            (0..times).for_each(|_| self.compute(pass, &loaded))
+            (0..times).for_each(|_| self.compute(pass, &loaded));
         })
     }
 }
