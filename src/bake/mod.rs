@@ -116,6 +116,19 @@ fn planning(world: &World) -> Option<&'static str> {
     }
 }
 
+/// Refuses what the CPU has made in the place of a GPU, where its bytes would be others.
+///
+/// # Errors
+/// When a GPU was lost that computes approximately.
+pub(super) fn check_unmixed(maker: &dyn LandMaker) -> Result<(), Error> {
+    match (maker.profile(), maker.trouble()) {
+        (DeviceProfile::GpuApproximate, Some(message)) => {
+            Err(Error::Device { message, hint: "--resume goes on with the bake where the GPU is there".into() })
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Some rows of tiles, as the sinks keep them.
 struct Batch {
     first_row: u64,
@@ -165,13 +178,7 @@ impl Batch {
             let plans: Vec<TilePlan> =
                 missing.par_iter().map(|(_, place)| TilePlan::new(world, region.tile(*place), clock)).collect();
             let tiles = maker.tiles(world, plans, clock);
-            if let (DeviceProfile::GpuApproximate, Some(message)) = (maker.profile(), maker.trouble()) {
-                // What the CPU has made in its place are other bytes.
-                return Err(Error::Device {
-                    message,
-                    hint: "--resume goes on with the bake where the GPU is there".into(),
-                });
-            }
+            check_unmixed(maker)?;
             let made = start.elapsed().div_f64(missing.len().max(1) as f64);
             let finished = missing.par_iter().zip(tiles).map(|(&(_, place), tile)| finish(place, tile, made));
             for ((at, _), made) in missing.iter().zip(finished.collect::<Result<Vec<_>, Error>>()?) {

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::area::{Place, TileId};
-use crate::bake::{Batch, JOURNAL, Journal, Kept, Sink};
+use crate::bake::{Batch, JOURNAL, Journal, Kept, Sink, check_unmixed};
 use crate::device::LandMaker;
 use crate::error::Error;
 use crate::stop;
@@ -36,7 +36,7 @@ pub(crate) fn walk(
 ) -> Result<(), Error> {
     let region = walk.region();
     watch.begin("walking", Some((walk.tiles().len() as u64, "tiles")));
-    let mut walker = Walker::with_maker(world, walk.options(), maker);
+    let mut walker = Walker::with_maker(world, walk.options(), Arc::clone(&maker));
     let mut seen = BTreeSet::new();
     for tile in walk.route() {
         stop::check();
@@ -45,6 +45,7 @@ pub(crate) fn walk(
             // Those around the first one stand before it moves.
             None => walker.tiles().map(Tile::id).collect(),
         };
+        check_unmixed(&*maker)?;
         // One that it comes back to is as it was.
         let new: Vec<TileId> = entered.into_iter().filter(|id| seen.insert(*id)).collect();
         let note = |id: &TileId| {

@@ -202,11 +202,8 @@ fn default_folder(name: &str, world: &World, region: &Region) -> PathBuf {
     Path::new("out").join(format!("{name}-seed{seed}-x{x}-y{y}-{cols}x{rows}{scale}"))
 }
 
-/// The plan with what is asked to make its land; a dry run makes none.
+/// The plan with what is asked to make its land.
 pub(super) fn on_device<'a>(plan: Plan<'a>, options: &Manner, console: &Console) -> Result<Plan<'a>, Error> {
-    if options.dry_run {
-        return Ok(plan);
-    }
     let maker = options.device.maker(plan.world(), console)?;
     Ok(plan.with_maker(maker))
 }

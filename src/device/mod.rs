@@ -39,6 +39,12 @@ pub trait LandMaker: Debug + Send + Sync {
         DeviceProfile::Cpu
     }
 
+    /// Bytes of memory that it takes of the CPU's at most, when so many threads ask it.
+    fn host_bytes(&self, threads: usize) -> u64 {
+        _ = threads;
+        0
+    }
+
     /// For how many tiles it would rather be asked at once.
     fn together(&self) -> usize;
 
@@ -55,6 +61,12 @@ pub trait LandMaker: Debug + Send + Sync {
         let lands = self.lands(&plans.iter().map(|plan| plan.land).collect::<Vec<Area>>(), clock);
         let made = plans.into_par_iter().zip(lands);
         made.map(|(plan, land)| Tile::of_plan(world, plan, land, clock)).collect()
+    }
+
+    /// The GPU that it computes on with the bits of the CPU, if it does: for what else can be computed there.
+    #[cfg(feature = "gpu")]
+    fn gpu(&self) -> Option<Arc<gpu::Gpu>> {
+        None
     }
 
     /// What went wrong with it, if anything did: what it could not make itself was made by the CPU.

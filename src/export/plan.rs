@@ -400,6 +400,7 @@ impl<'a> Plan<'a> {
             records,
             rows,
             walking,
+            self.maker.host_bytes(threads),
             PROCESS_BYTES,
         ];
         let working_bytes = parts.into_iter().fold(0, u64::saturating_add);

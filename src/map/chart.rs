@@ -147,6 +147,8 @@ impl Chart {
     ) -> Arc<Chart> {
         let denominator = scale.denominator();
         let relief = Relief::new(&style, terrain.world(), scale);
+        #[cfg(feature = "gpu")]
+        let relief = relief.on(terrain.maker().gpu());
         let least = style.roads.classes.iter().map(|class| class.most).fold(0.0, f64::max);
         // Agents go everywhere, and their lines are short: far away they would be many and not be seen.
         let has_lines = match world.preset().places {

@@ -16,7 +16,7 @@ const HALF: f32 = 0.5;
 const SINE: f32 = 0.866_025_4;
 
 /// Slope, metres up a metre ahead, of wide forms from which on the light turns as far as it may.
-const TURNED: f32 = 0.12;
+pub(super) const TURNED: f32 = 0.12;
 
 /// Metres that a shore rises within a pixel at least: where it is flatter, its edge is not as soft as it could be.
 const LEAST_RISE_M: f32 = 0.02;

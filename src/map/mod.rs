@@ -24,6 +24,8 @@ pub(crate) mod contour;
 mod drawing;
 mod generalise;
 mod houses;
+#[cfg(feature = "gpu")]
+mod kernel;
 mod light;
 mod outlines;
 mod plain;

@@ -1,8 +1,17 @@
 //! The ground of a map: tints, what the ground is made of, light and shadow.
 
+#[cfg(feature = "gpu")]
+use std::sync::Arc;
+
 use crate::area::Area;
+#[cfg(feature = "gpu")]
+use crate::device::gpu::Gpu;
 use crate::grid::Grid;
+#[cfg(feature = "gpu")]
+use crate::map::kernel::GroundKernel;
 use crate::map::light::{CHUNK, Lamp, Light, WIDE};
+#[cfg(feature = "gpu")]
+use crate::map::light::{FLAT, TURNED};
 use crate::map::rows::{smoothed, weigh};
 use crate::map::scale::Scale;
 use crate::map::signs::REACH;
@@ -10,12 +19,14 @@ use crate::map::sky;
 use crate::map::style::{Colour, Style};
 use crate::map::terrain::{Nodes, Terrain};
 use crate::map::tint::Tints;
+#[cfg(feature = "gpu")]
+use crate::noise::packed::put;
 use crate::simd::dispatch;
 use crate::tile::Material;
 use crate::world::World;
 
 /// Levels of detail that texture shading sums up, each twice as wide as the one before.
-const LEVELS: usize = 4;
+pub(super) const LEVELS: usize = 4;
 
 /// Pixels around an area that its light is made of: what the widest level of detail looks at, and one for slopes.
 const HALO: usize = 2 * ((1 << LEVELS) - 1) + 1;
@@ -34,9 +45,13 @@ pub(super) struct Relief {
     has_stones: bool,
     /// How much of the sky and of cast shadow is seen.
     sky: [f32; 2],
+    /// What makes it on a GPU, where one is used.
+    #[cfg(feature = "gpu")]
+    kernel: Option<GroundKernel>,
 }
 
 /// The ground at the pixels of an area.
+#[derive(PartialEq)]
 pub(super) struct Ground {
     pub area: Area,
     /// Red in the lowest byte, then green and blue.
@@ -99,7 +114,63 @@ impl Relief {
         let covers = style.cover.all().map(|cover| (channels(cover.colour), cover.share as f32 / 255.0));
         let has_stones = style.signs.are_drawn(denominator);
         let sky = [relief.sky, relief.cast].map(|share| share as f32);
-        Relief { tints, covers, lamp, has_stones, sky }
+        Relief {
+            tints,
+            covers,
+            lamp,
+            has_stones,
+            sky,
+            #[cfg(feature = "gpu")]
+            kernel: None,
+        }
+    }
+
+    /// The same, made on a GPU where one is given.
+    #[cfg(feature = "gpu")]
+    #[must_use]
+    pub fn on(mut self, gpu: Option<Arc<Gpu>>) -> Relief {
+        self.kernel = gpu.map(|gpu| GroundKernel::new(gpu, &self));
+        self
+    }
+
+    /// Adds all numbers that are the same for all pixels, for kernels that run elsewhere: `shaders/ground.wgsl` has them by name.
+    #[cfg(feature = "gpu")]
+    pub fn pack(&self, words: &mut Vec<u32>) {
+        let Lamp { metres_per_pixel, sea_level_m, sun, turn, soften, steepening, strength, texture, .. } = self.lamp;
+        let Lamp { aerial, haze, haze_share, under_water, shadow, light, highlight, low_m, per_m, .. } = self.lamp;
+        put(words, [0.125 / metres_per_pixel, steepening, sun[0], sun[1], TURNED * TURNED, turn]);
+        put(words, [1.0 - soften, 0.5 * soften, low_m, per_m, aerial, texture, strength, under_water * strength]);
+        put(words, [haze_share, metres_per_pixel, sea_level_m]);
+        put(words, light.into_iter().chain(shadow.map(|channel| channel - 1.0)).chain(haze));
+        put(words, [highlight, 1.0 / (1.0 - FLAT), 1.0 / FLAT]);
+        put(words, self.tints.scales());
+        put(words, [self.shore_m(), self.sky[0], self.sky[1], self.per_m()]);
+        let (shares, share) = sky::way_shares(sun);
+        put(words, shares.into_iter().chain([share]));
+        put(words, (0..LEVELS).map(|level| self.level_per_m(level)));
+        put(words, self.covers.iter().flat_map(|(colour, seen)| colour.iter().copied().chain([*seen])));
+        put(words, self.tints.tables());
+    }
+
+    /// Whether the colours of stones are asked for.
+    #[cfg(feature = "gpu")]
+    pub fn has_stones(&self) -> bool {
+        self.has_stones
+    }
+
+    /// Metres of the lowest land of some pixels up to which the sea may come into them.
+    fn shore_m(&self) -> f32 {
+        self.lamp.sea_level_m + self.lamp.metres_per_pixel * 8.0
+    }
+
+    /// What makes metres a slope as it is seen.
+    fn per_m(&self) -> f32 {
+        self.lamp.steepening / self.lamp.metres_per_pixel
+    }
+
+    /// The same of what a level of detail has, as a share of what it is wide.
+    fn level_per_m(&self, level: usize) -> f32 {
+        self.lamp.steepening / (self.lamp.metres_per_pixel * (2 << level) as f32)
     }
 
     /// The colour of water over a depth, in metres.
@@ -107,7 +178,7 @@ impl Relief {
         self.tints.sea(depth_m)
     }
 
-    fn looks_up(&self) -> bool {
+    pub fn looks_up(&self) -> bool {
         self.sky != [0.0; 2]
     }
 
@@ -127,26 +198,38 @@ impl Relief {
         self.lamp.sun.map(f64::from)
     }
 
+    /// The pixels whose heights the ground of an area is made of.
+    pub fn wide(&self, area: Area) -> Area {
+        area.padded(if self.looks_up() { HALO.max(sky::REACH) } else { HALO })
+    }
+
     /// The ground at the pixels of an area.
     pub fn ground(&self, terrain: &Terrain, area: Area) -> Ground {
-        let wide = area.padded(if self.looks_up() { HALO.max(sky::REACH) } else { HALO });
+        let wide = self.wide(area);
         let nodes = terrain.nodes(wide);
+        let ground = || self.ground_of(terrain, &nodes, wide, area);
+        #[cfg(feature = "gpu")]
+        if let Some(kernel) = &self.kernel {
+            return kernel.ground((terrain, &nodes), wide, area, ground).unwrap_or_else(ground);
+        }
+        ground()
+    }
+
+    /// The ground at the pixels of an area, given the nodes under it and so much around it.
+    pub fn ground_of(&self, terrain: &Terrain, nodes: &Nodes, wide: Area, area: Area) -> Ground {
         let heights = terrain.at_pixels(&nodes.heights, wide);
         let (texture, smooth) = self.texture_of(&heights, area);
-        let open = self.looks_up().then(|| {
-            let per_m = self.lamp.steepening / self.lamp.metres_per_pixel;
-            sky::openness(&heights, area, per_m, self.lamp.sun, self.sky)
-        });
+        let open = self.looks_up().then(|| sky::openness(&heights, area, self.per_m(), self.lamp.sun, self.sky));
         // What is nowhere needs not be known between the nodes.
         let at_pixels = |plane: Grid<f32>| match plane.values().iter().all(|value| *value == 0.0) {
             true => Grid::filled(area, 0.0),
             false => terrain.at_pixels(&plane, area),
         };
         let covers = self.covers_of(&nodes.ground, &nodes.cover).map(at_pixels);
-        let snow = at_pixels(share_of(&nodes, Material::Snow));
+        let snow = at_pixels(share_of(nodes, Material::Snow));
         let stones = self.has_stones.then(|| {
             [Material::Rock, Material::Scree]
-                .map(|material| terrain.at_pixels(&share_of(&nodes, material), area.padded(REACH)))
+                .map(|material| terrain.at_pixels(&share_of(nodes, material), area.padded(REACH)))
         });
         let lit =
             Lit { heights: &heights, smooth: &smooth, texture: Some(&texture), open: open.as_ref(), covers: &covers };
@@ -201,7 +284,7 @@ impl Relief {
             put(0, index, self.tints.land(*height_m));
         }
         // A shore is soft, so land a little above the sea may have some of it.
-        if lowest_m < self.lamp.sea_level_m + self.lamp.metres_per_pixel * 8.0 {
+        if lowest_m < self.shore_m() {
             for (index, height_m) in heights.iter().enumerate() {
                 put(1, index, self.tints.sea(self.lamp.sea_level_m - height_m));
             }
@@ -247,8 +330,7 @@ impl Relief {
             let Area { x0, y0, x1, y1 } = fine.area();
             let by = 2 * step;
             let coarse = smoothed(&fine, Area { x0: x0 + by, y0: y0 + by, x1: x1 - by, y1: y1 - by }, step);
-            // Metres that this level has, as a share of what it is wide.
-            let per_m = self.lamp.steepening / (self.lamp.metres_per_pixel * (2 * step) as f32);
+            let per_m = self.level_per_m(level);
             for y in area.y0..area.y1 {
                 let rows =
                     [texture.row(y, area.x0, area.x1), fine.row(y, area.x0, area.x1), coarse.row(y, area.x0, area.x1)];

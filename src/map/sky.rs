@@ -4,7 +4,7 @@ use crate::area::Area;
 use crate::grid::Grid;
 
 /// Pixels from a node to the next at which the sky is looked at, counted from the origin of the scale, and how many nodes far.
-const STEP: i64 = 8;
+pub(super) const STEP: i64 = 8;
 const FAR: i64 = 4;
 
 /// Pixels that a node's height is the mean of, to each side.
@@ -24,20 +24,36 @@ const SOFT: f32 = 0.35;
 /// Eight ways, east and south.
 const WAYS: [[i64; 2]; 8] = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
 
+/// The nodes that are looked at for an area, those at its edges as far as is looked from there.
+pub(super) fn nodes(area: Area) -> Area {
+    let span = |from: i64, to: i64| (from.div_euclid(STEP), (to - 1).div_euclid(STEP) + 2);
+    let ((x0, x1), (y0, y1)) = (span(area.x0, area.x1), span(area.y0, area.y1));
+    Area { x0: x0 - FAR, y0: y0 - FAR, x1: x1 + FAR, y1: y1 + FAR }
+}
+
+/// How much each way counts for that to the sun, by how near it is: the two beside it; and what these are divided by.
+pub(super) fn way_shares(sun: [f32; 2]) -> ([f32; 8], f32) {
+    let shares = WAYS.map(|[dx, dy]| {
+        let long = ((dx * dx + dy * dy) as f32).sqrt();
+        let cos = (dx as f32 * sun[0] + dy as f32 * sun[1]) / long;
+        (cos - std::f32::consts::FRAC_1_SQRT_2).max(0.0)
+    });
+    (shares, shares.iter().sum::<f32>().max(1e-6))
+}
+
 /// What an area is lighter by for the sky that it sees, and darker by for cast shadow: given heights of it and [`REACH`]
 /// around it, what makes metres a slope as it is seen, the way to the sun, and how much of both is seen.
 pub(super) fn openness(heights: &Grid<f32>, area: Area, per_m: f32, sun: [f32; 2], [sky, cast]: [f32; 2]) -> Grid<f32> {
-    let span = |from: i64, to: i64| (from.div_euclid(STEP), (to - 1).div_euclid(STEP) + 2);
-    let ((x0, x1), (y0, y1)) = (span(area.x0, area.x1), span(area.y0, area.y1));
-    let wide = Area { x0: x0 - FAR, y0: y0 - FAR, x1: x1 + FAR, y1: y1 + FAR };
+    let wide = nodes(area);
     let mut coarse = Grid::filled(wide, 0.0f32);
     for (x, y) in wide.vertices() {
         let corners = [[0, 0], [-NEAR, -NEAR], [NEAR, -NEAR], [-NEAR, NEAR], [NEAR, NEAR]];
         let sum: f32 = corners.iter().map(|[dx, dy]| heights.at(x * STEP + dx, y * STEP + dy)).sum();
         coarse.row_mut(y, x, x + 1)[0] = sum / corners.len() as f32;
     }
-    let nodes = Area { x0, y0, x1, y1 };
+    let nodes = Area { x0: wide.x0 + FAR, y0: wide.y0 + FAR, x1: wide.x1 - FAR, y1: wide.y1 - FAR };
     let mut seen = Grid::filled(nodes, 0.0f32);
+    let (shares, all) = way_shares(sun);
     for (x, y) in nodes.vertices() {
         // The steepest way up to what is seen there, as seen from here.
         let rises = WAYS.map(|[dx, dy]| {
@@ -50,15 +66,7 @@ pub(super) fn openness(heights: &Grid<f32>, area: Area, per_m: f32, sun: [f32; 2
                 .fold(0.0f32, f32::max)
         });
         let hidden = rises.iter().map(|rise| rise / (1.0 + rise * rise).sqrt()).sum::<f32>() / WAYS.len() as f32;
-        // Between the two ways beside that to the sun, by how near each is.
-        let to_sun = |[dx, dy]: [i64; 2]| {
-            let long = ((dx * dx + dy * dy) as f32).sqrt();
-            let cos = (dx as f32 * sun[0] + dy as f32 * sun[1]) / long;
-            (cos - std::f32::consts::FRAC_1_SQRT_2).max(0.0)
-        };
-        let weights = WAYS.map(to_sun);
-        let weight: f32 = weights.iter().sum();
-        let rise = rises.iter().zip(weights).map(|(rise, share)| rise * share).sum::<f32>() / weight.max(1e-6);
+        let rise = rises.iter().zip(shares).map(|(rise, share)| rise * share).sum::<f32>() / all;
         let shadow = ((rise - SUN_RISE) / SOFT).clamp(0.0, 1.0);
         seen.row_mut(y, x, x + 1)[0] = sky * (1.0 - hidden - USUAL) - cast * shadow;
     }

@@ -109,7 +109,7 @@ pub(super) struct FluvialKernels {
 #[derive(Debug)]
 pub struct Gpu {
     pub(super) name: String,
-    pub(super) device: Device,
+    pub(crate) device: Device,
     pub(super) queue: Queue,
     pub(super) layout: BindGroupLayout,
     pipeline_layout: PipelineLayout,
@@ -117,7 +117,7 @@ pub struct Gpu {
     kernels: OnceLock<Kernels>,
     fluvial_kernels: OnceLock<FluvialKernels>,
     fill: ComputePipeline,
-    pub(super) group_side: u32,
+    pub(crate) group_side: u32,
     /// The largest buffer that it takes, in bytes.
     pub(super) storage_bytes: u64,
     trouble: Arc<Mutex<Option<String>>>,
@@ -190,6 +190,16 @@ impl Gpu {
         Parts { device, layout: pipeline_layout, arithmetic: *arithmetic, group_side: *group_side }
     }
 
+    /// A shader, compiled as far as it is the same for all its kernels.
+    pub(crate) fn module(&self, shader: Shader) -> ShaderModule {
+        self.parts().module(shader)
+    }
+
+    /// A kernel of a shader, with numbers of its own.
+    pub(crate) fn kernel(&self, module: &ShaderModule, entry: &str, numbers: &[(&str, f64)]) -> ComputePipeline {
+        self.parts().kernel(module, entry, numbers)
+    }
+
     /// The kernel that makes heights of noise.
     pub(super) fn fill(&self) -> &ComputePipeline {
         &self.fill
@@ -243,12 +253,12 @@ impl Gpu {
     }
 
     /// Notes that it cannot be used any more, and why, unless that is known.
-    pub(super) fn give_up(&self, why: &str) {
+    pub(crate) fn give_up(&self, why: &str) {
         keep(&self.trouble, why.into());
     }
 
     /// What went wrong first, if anything did: then nothing that it computed is to be used.
-    pub(super) fn trouble(&self) -> Option<String> {
+    pub(crate) fn trouble(&self) -> Option<String> {
         self.trouble
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
@@ -296,21 +306,23 @@ fn keep(trouble: &Mutex<Option<String>>, what: String) {
 
 /// A shader, of one or more kernels.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Shader {
+pub(crate) enum Shader {
     Relief,
     Tile,
     Fluvial,
+    Ground,
 }
 
 impl Shader {
     #[cfg(test)]
-    pub const ALL: [Shader; 3] = [Shader::Relief, Shader::Tile, Shader::Fluvial];
+    pub const ALL: [Shader; 4] = [Shader::Relief, Shader::Tile, Shader::Fluvial, Shader::Ground];
 
     fn name(self) -> &'static str {
         match self {
             Shader::Relief => "relief",
             Shader::Tile => "tile",
             Shader::Fluvial => "fluvial",
+            Shader::Ground => "ground",
         }
     }
 
@@ -320,6 +332,7 @@ impl Shader {
             Shader::Relief => include_str!("../../../shaders/relief.wgsl"),
             Shader::Tile => include_str!("../../../shaders/tile.wgsl"),
             Shader::Fluvial => include_str!("../../../shaders/fluvial.wgsl"),
+            Shader::Ground => include_str!("../../../shaders/ground.wgsl"),
         };
         [include_str!("../../../shaders/job.wgsl"), arithmetic.source(), kernels].join("\n")
     }

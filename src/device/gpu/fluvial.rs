@@ -228,6 +228,10 @@ impl LandMaker for FluvialMaker {
         format!("gpu, {}", self.gpu.name)
     }
 
+    fn host_bytes(&self, threads: usize) -> u64 {
+        self.slots.host_bytes(threads)
+    }
+
     fn together(&self) -> usize {
         TOGETHER
     }
@@ -236,6 +240,10 @@ impl LandMaker for FluvialMaker {
         let kernel = self.fluvial.kernel();
         let land = |area: &Area| kernel.land_by(*area, |area| self.land(&kernel, area, clock));
         areas.par_iter().map(land).collect()
+    }
+
+    fn gpu(&self) -> Option<Arc<Gpu>> {
+        Some(Arc::clone(&self.gpu))
     }
 
     fn trouble(&self) -> Option<String> {

@@ -30,8 +30,8 @@ pub(super) const SURFACE_PLANES: usize = 6;
 pub(super) const IMPRINT_PLANES: usize = 4;
 
 /// Words that a band has for itself, and bands of a submission at most: their table has room for so many.
-pub(super) const BAND_WORDS: usize = 16;
-pub(super) const BANDS: usize = 64;
+pub(crate) const BAND_WORDS: usize = 16;
+pub(crate) const BANDS: usize = 64;
 
 /// The most groups along an axis, which all adapters take.
 const MOST_BLOCKS: usize = 65_535;

@@ -347,6 +347,10 @@ impl LandMaker for GpuMaker {
         }
     }
 
+    fn host_bytes(&self, threads: usize) -> u64 {
+        self.slots.host_bytes(threads)
+    }
+
     fn together(&self) -> usize {
         TOGETHER
     }
@@ -374,6 +378,10 @@ impl LandMaker for GpuMaker {
             Tile::of_surface(world, plan, Land { heights, water: None }, surface)
         };
         plans.into_iter().zip(made).map(tile).collect()
+    }
+
+    fn gpu(&self) -> Option<Arc<Gpu>> {
+        (self.gpu.arithmetic == Arithmetic::Exact).then(|| Arc::clone(&self.gpu))
     }
 
     fn trouble(&self) -> Option<String> {

@@ -21,9 +21,10 @@ mod slot;
 #[cfg(test)]
 mod tests;
 
-#[cfg(test)]
-use adapter::Shader;
+pub(crate) use adapter::Shader;
 pub use adapter::{Adapter, Arithmetic, Gpu, adapters};
 pub use fluvial::FluvialMaker;
+pub(crate) use job::{BAND_WORDS, BANDS};
 pub use maker::GpuMaker;
 pub use probe::probe;
+pub(crate) use slot::{Slots, Words};

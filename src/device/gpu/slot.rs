@@ -14,7 +14,7 @@ use super::adapter::Gpu;
 
 /// The buffers of a submission.
 #[derive(Debug)]
-pub(super) struct Slot {
+pub(crate) struct Slot {
     /// What it is told: where the CPU writes it, and where kernels read it.
     up: Buffer,
     own: Buffer,
@@ -26,7 +26,7 @@ pub(super) struct Slot {
 
 /// Slots that nothing is under way in, of one size.
 #[derive(Debug)]
-pub(super) struct Slots {
+pub(crate) struct Slots {
     /// Words that go up and that come back at most, and that do not come back.
     pub words: usize,
     free: Mutex<Vec<Slot>>,
@@ -34,13 +34,13 @@ pub(super) struct Slots {
 
 /// Words of a submission that go up, and that come back.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Words {
+pub(crate) struct Words {
     pub own: usize,
     pub back: usize,
 }
 
 /// A submission under way.
-pub(super) struct UnderWay {
+pub(crate) struct UnderWay {
     slot: Slot,
     words: Words,
     index: SubmissionIndex,
@@ -52,6 +52,11 @@ impl Slots {
     /// Slots for so many bytes, if the GPU takes as many.
     pub fn new(gpu: &Gpu, bytes: u64) -> Slots {
         Slots { words: bytes.min(gpu.storage_bytes / 2) as usize / 4, free: Mutex::default() }
+    }
+
+    /// Bytes of the CPU's memory that so many slots take: what goes up and what comes back.
+    pub fn host_bytes(&self, count: usize) -> u64 {
+        8 * (count * self.words) as u64
     }
 
     /// A slot that is free, or a new one, whose kernels also read what is the same for all.
