@@ -178,6 +178,9 @@ impl Terrain {
     }
 }
 
+/// Nodes from one to a pixel's middle up to which the fourth one does not count: it would for a part in 10^15.
+const LEAST_SHARE: f32 = 1e-5;
+
 /// The four nodes that a pixel's middle is made of, and their weights: a cubic B-spline, which has no corners that light
 /// would show.
 struct Spline {
@@ -193,6 +196,8 @@ impl Spline {
         let u = 1.0 - t;
         let sixth = 1.0 / 6.0;
         let near = |t: f32| (4.0 - 6.0 * t * t + 3.0 * t * t * t) * sixth;
-        Spline { first: floor as i64 - 1, weights: [u * u * u * sixth, near(t), near(u), t * t * t * sixth] }
+        // What is next to nothing would be less than the least float with all its digits, once it is multiplied, which GPUs take for 0.
+        let far = |t: f32| if t < LEAST_SHARE { 0.0 } else { t * t * t * sixth };
+        Spline { first: floor as i64 - 1, weights: [far(u), near(t), near(u), far(t)] }
     }
 }
