@@ -54,6 +54,8 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
             watch.begin("drawing", Some((page.height() as u64, "rows")));
             let written = file.write(&Sheet::new(&picture, &captions), scale, &texts, &watch);
             console.warnings(&trouble(chart.maker()));
+            let ground = chart.trouble().map(|trouble| format!("the CPU has made the ground of the map: {trouble}"));
+            console.warnings(ground.as_slice());
             written
         })
     })?;

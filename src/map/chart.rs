@@ -131,6 +131,14 @@ impl Chart {
         self.terrain.maker()
     }
 
+    /// What is wrong with a GPU that was to make the ground, if anything is: the CPU has made it.
+    pub fn trouble(&self) -> Option<String> {
+        #[cfg(feature = "gpu")]
+        return self.relief.trouble();
+        #[cfg(not(feature = "gpu"))]
+        None
+    }
+
     /// The maps of the same world in the same scale in another style.
     #[must_use]
     pub fn in_style(&self, style: Style) -> Arc<Chart> {

@@ -152,6 +152,12 @@ impl Relief {
         put(words, self.tints.tables());
     }
 
+    /// What is wrong with a GPU that was to make it, if anything is.
+    #[cfg(feature = "gpu")]
+    pub fn trouble(&self) -> Option<String> {
+        self.kernel.as_ref().and_then(GroundKernel::trouble)
+    }
+
     /// Whether the colours of stones are asked for.
     #[cfg(feature = "gpu")]
     pub fn has_stones(&self) -> bool {

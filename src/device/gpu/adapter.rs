@@ -108,7 +108,7 @@ pub(super) struct FluvialKernels {
 /// A GPU that is ready to compute.
 #[derive(Debug)]
 pub struct Gpu {
-    pub(super) name: String,
+    pub(crate) name: String,
     pub(crate) device: Device,
     pub(super) queue: Queue,
     pub(super) layout: BindGroupLayout,
@@ -253,7 +253,7 @@ impl Gpu {
     }
 
     /// Notes that it cannot be used any more, and why, unless that is known.
-    pub(crate) fn give_up(&self, why: &str) {
+    pub(super) fn give_up(&self, why: &str) {
         keep(&self.trouble, why.into());
     }
 

@@ -49,9 +49,6 @@ const SUBMISSION_BYTES: u64 = 8 << 20;
 /// Submissions of one call that are under way at most: each has its buffers.
 const UNDER_WAY: usize = 16;
 
-/// Blocks that a thread writes at a time: an even number, so that their bytes begin where mapped ranges may.
-const PACKED: usize = 64;
-
 /// The bands of a submission, and where their planes belong.
 type Bands<'a> = (Vec<Band>, Vec<&'a mut [u32]>);
 
@@ -119,8 +116,14 @@ impl GpuMaker {
         made.filter(|_| self.gpu.trouble().is_none())
     }
 
+    /// On one thread where one submission does: who asks for no more may hold what other work of the pool waits for.
     fn make_all(&self, jobs: &[Job], submissions: Vec<Vec<Band>>, clock: &Clock) -> Option<Vec<Made>> {
-        let mut made: Vec<Made> = jobs.par_iter().map(Made::room).collect();
+        let is_one = submissions.len() < 2;
+        let mut made: Vec<Made> = match is_one {
+            true => jobs.iter().map(Made::room).collect(),
+            // To clear memory takes as long as to fill it.
+            false => jobs.par_iter().map(Made::room).collect(),
+        };
         // What is left to be filled of each plane: bands come from north to south.
         let mut left: Vec<Vec<&mut [u32]>> = made.iter_mut().map(Made::planes_mut).collect();
         let mut lanes: Vec<Vec<Bands<'_>>> = Vec::new();
@@ -129,14 +132,17 @@ impl GpuMaker {
             let room = bands.iter().flat_map(|band| band.split_off(&mut left[band.job])).collect();
             lanes[number % UNDER_WAY].push((bands, room));
         }
-        // What the CPU does for one goes on while the GPU makes another.
-        let all = lanes.into_par_iter().map(|lane| {
+        let carry_out = |lane: Vec<Bands<'_>>| {
             lane.into_iter().try_for_each(|(bands, room)| {
                 let submission = clock.time(stage::GPU_LOADS, || self.submit(jobs, &bands))?;
                 self.read(&bands, submission, room, clock)
             })
-        });
-        all.collect::<Option<()>>()?;
+        };
+        match is_one {
+            true => lanes.into_iter().try_for_each(carry_out)?,
+            // What the CPU does for one goes on while the GPU makes another.
+            false => lanes.into_par_iter().map(carry_out).collect::<Option<()>>()?,
+        }
         Some(made)
     }
 
@@ -202,21 +208,16 @@ impl GpuMaker {
         if !lines.is_empty() {
             slot.view(lines_at, lines.len())?.copy_from_slice(cast_slice(&lines));
         }
-        let mut views = Vec::new();
-        for (number, blocks) in blocks.chunks(PACKED).enumerate() {
-            let first = BANDS * BAND_WORDS + number * PACKED * self.block_words;
-            views.push((slot.view(first, blocks.len() * self.block_words)?, blocks));
+        let mut view = slot.view(BANDS * BAND_WORDS, lines_at - BANDS * BAND_WORDS)?;
+        let (block_bytes, mut words) = (4 * self.block_words, Vec::new());
+        for (number, block) in blocks.iter().enumerate() {
+            words.clear();
+            let rough = self.rough.as_ref().filter(|(begins, _)| *begins == block.relief());
+            rough.map_or(&*self.relief, |(_, noise)| noise).pack_block(block, &mut words);
+            words.resize(self.block_words, 0);
+            view.slice(number * block_bytes..).slice(..block_bytes).copy_from_slice(cast_slice(&words));
         }
-        let block_bytes = 4 * self.block_words;
-        views.into_par_iter().for_each_init(Vec::new, |words, (mut view, blocks)| {
-            for (number, block) in blocks.iter().enumerate() {
-                words.clear();
-                let rough = self.rough.as_ref().filter(|(begins, _)| *begins == block.relief());
-                rough.map_or(&*self.relief, |(_, noise)| noise).pack_block(block, words);
-                words.resize(self.block_words, 0);
-                view.slice(number * block_bytes..).slice(..block_bytes).copy_from_slice(cast_slice(words));
-            }
-        });
+        drop(view);
         Some(Loaded {
             blocks: blocks.len() as u32,
             bands: bands.len() as u32,
@@ -272,8 +273,7 @@ impl GpuMaker {
                 planes.extend(land.chunks_exact(band.land.len()).map(|plane| &plane[first..][..band.kept.len()]));
                 planes.extend(cells.chunks_exact(band.cells.len().max(1)));
             }
-            // Fresh memory is slow to be written for the first time.
-            room.into_par_iter().zip(planes).for_each(|(to, plane)| to.copy_from_slice(plane));
+            room.into_iter().zip(planes).for_each(|(to, plane)| to.copy_from_slice(plane));
             Some(())
         })?;
         self.slots.give_back(submission);
@@ -299,14 +299,13 @@ impl Made {
     fn room(job: &Job) -> Made {
         let [of_land, of_cells] = job.planes();
         let cells = job.cells.filter(|_| of_cells == SURFACE_PLANES).unwrap_or(Area { x1: job.land.x0, ..job.land });
-        // Each by a thread: to clear them takes as long as to make them.
-        let grids = |count: usize, area: Area| (0..count).into_par_iter().map(|_| Grid::filled(area, 0.0)).collect();
+        let grids = |count: usize, area: Area| (0..count).map(|_| Grid::filled(area, 0.0)).collect();
         let axes = of_cells.saturating_sub(WORDS);
         Made {
             heights: Grid::filled(job.land, 0.0),
             imprint: grids(of_land - 1, job.land),
             normals: grids(axes, cells),
-            weights: (axes..of_cells).into_par_iter().map(|_| Grid::filled(cells, 0)).collect(),
+            weights: (axes..of_cells).map(|_| Grid::filled(cells, 0)).collect(),
         }
     }
 
