@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# All that is measured on a GPU, in one run: the kernel and the land that comes back (README), whether bakes have the same bytes, how
-# long they take, and the experiment's columns.
+# All that is measured on a GPU, in one run: the kernels, and the land and the tiles that come back (README), whether bakes and maps
+# have the same bytes, how long they take, and the experiment's columns.
 #
 #     benches/gpu.sh [FOLDER]
 #
@@ -18,9 +18,13 @@ cargo build --release
 cargo bench --bench gpu
 
 rm -rf "$work"
-for preset in thesis hills mountains; do
-    for device in cpu gpu; do
+for device in cpu gpu; do
+    for preset in thesis hills mountains; do
         "$terrane" bake "$preset" --size 32x32 --device "$device" --no-progress --out "$work/$device/$preset"
+    done
+    "$terrane" bake alps --size 16x16 --device "$device" --no-progress --verbose --out "$work/$device/alps"
+    for preset in mountains archipelago; do
+        "$terrane" map "$preset" --around=40,-30,40 --width 8000 --device "$device" --out "$work/$device/$preset.png"
     done
 done
 diff --recursive --brief --exclude runs.jsonl "$work"/cpu "$work"/gpu

@@ -380,7 +380,7 @@ fn given(all: &[(bool, &'static str)]) -> Vec<&'static str> {
 /// What makes land.
 #[derive(Args)]
 pub(super) struct DeviceArguments {
-    /// What makes land of noise: auto (a GPU where one is there that gives the same bits), cpu or gpu; the bytes are the same.
+    /// What makes land and tiles: auto (a GPU where one is there that gives the same bits), cpu or gpu; the bytes are the same.
     #[arg(long, value_name = "NAME", default_value = "cpu")]
     #[arg(value_parser = Named(device_names), hide_possible_values = true)]
     pub device: String,

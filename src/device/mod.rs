@@ -3,11 +3,11 @@
 //! ```text
 //!   choice.rs    which device is taken, of those that are asked for and there
 //!   profile.rs   whose arithmetic the bytes of a bake have
-//!   gpu/         the land of noise on a GPU, by the shaders in shaders/
+//!   gpu/         land and tiles on a GPU, by the shaders in shaders/
 //! ```
 //!
-//! A bake is handed a [`LandMaker`] beside its world, and asks it for the land of several tiles at once. Whatever else asks for
-//! land, as agents do, asks the world itself: it makes no difference, byte for byte.
+//! A bake is handed a [`LandMaker`] beside its world, and asks it for several tiles at once, a walker for the land of several.
+//! Whatever else asks for land, as agents do, asks the world itself: it makes no difference, byte for byte.
 
 mod choice;
 #[cfg(feature = "gpu")]
