@@ -1,5 +1,5 @@
-// Valleys and the gullies in their sides, a thread a node: src/fluvial/valley.rs, valley_side.rs and gullies.rs and
-// src/noise/stripes.rs, whose functions have the same names here.
+// Valleys, the gullies in their sides and the coast, a thread a node: valley.rs, valley_side.rs, rest.rs, gullies.rs and coast.rs of
+// src/fluvial and src/noise/stripes.rs, whose functions have the same names here.
 //
 // After job.wgsl, and exact.wgsl or approximate.wgsl, whose add, sub, mul, div and root are all that is done to numbers with a
 // fraction.
@@ -21,6 +21,23 @@ const LISTS: u32 = 13u;
 const STRIPES: u32 = 14u;
 // Whether brooks are not seen: then slopes are followed by the two numbers of rest.rs at each node.
 const HAS_REST: u32 = 20u;
+// How far inland the points of a lattice are: where that begins, its columns, and by how many cells it begins before that of the first
+// node along each axis; how far that node is from the corner of its cell, vertices from a node to the next, and those of a cell. 0
+// without a sea.
+const INLAND: u32 = 21u;
+const INLAND_COLUMNS: u32 = 22u;
+const CELLS_BEFORE: u32 = 23u;
+const IN_CELL: u32 = 25u;
+const STEP: u32 = 27u;
+const CELL: u32 = 28u;
+// Numbers of the coast.
+const PER_VERTEX: u32 = 29u;
+const LOWSTAND_M: u32 = 30u;
+const LAND_SLOPE: u32 = 31u;
+const SHELF_SLOPE: u32 = 32u;
+const DEEPEST_M: u32 = 33u;
+const SHORE_M: u32 = 34u;
+const SEA_LEVEL_M: u32 = 35u;
 
 // The planes, in their order: those first that come back.
 const EAST: u32 = 0u;
@@ -30,16 +47,17 @@ const CREST_M: u32 = 3u;
 const DISTANCE_M: u32 = 4u;
 const SHARE: u32 = 5u;
 const SEGMENT: u32 = 6u;
-const LEVEL_M: u32 = 7u;
-const STEEPNESS: u32 = 8u;
-const FALL_X: u32 = 9u;
-const FALL_Y: u32 = 10u;
-const FOOT_M: u32 = 11u;
+const COAST_M: u32 = 7u;
+const LEVEL_M: u32 = 8u;
+const STEEPNESS: u32 = 9u;
+const FALL_X: u32 = 10u;
+const FALL_Y: u32 = 11u;
+const FOOT_M: u32 = 12u;
 // What is smoothed goes there and back; before there is a fall line, the first two have the way in which the land rises.
-const ROOM: u32 = 12u;
-const CARVED: u32 = 15u;
-const PATCHES: u32 = 16u;
-const ROUGH: u32 = 17u;
+const ROOM: u32 = 13u;
+const CARVED: u32 = 16u;
+const PATCHES: u32 = 17u;
+const ROUGH: u32 = 18u;
 
 // The numbers that are the same for all nodes.
 const SPACING_M: u32 = 0u;
@@ -465,6 +483,57 @@ fn share(node: u32, detail_m: f32) -> f32 {
     let below = min(div(node_f32(CREST_M, node), add(mul(detail_m, CREST_DEPTHS), LEAST_M)), 1.0);
     let crest = mul(mul(below, below), sub(3.0, add(below, below)));
     return mul(mul(channel, crest), node_f32(STEEPNESS, node));
+}
+
+// coast.rs and fields.rs
+
+const EDGE_STEEPER: f32 = 6.0;
+
+// The height that the coast alone gives a place so far inland.
+fn coast_m(inland_m: f32) -> f32 {
+    if inland_m > 0.0 {
+        let rise_m = mul(mul(inland_m, own_f32(LAND_SLOPE)), EDGE_STEEPER);
+        return add(own_f32(LOWSTAND_M), mul(rise_m, add(1.0, div(rise_m, 100.0))));
+    }
+    let depth_m = mul(-inland_m, own_f32(SHELF_SLOPE));
+    return sub(own_f32(LOWSTAND_M), div(depth_m, add(1.0, div(depth_m, own_f32(DEEPEST_M)))));
+}
+
+@compute @workgroup_size(SIDE, SIDE)
+fn coast(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= own[WIDTH] || id.y >= own[HEIGHT] {
+        return;
+    }
+    let node = id.y * own[WIDTH] + id.x;
+    // The cell of the lattice that the node lies in once it is displaced, and how far into it.
+    let cell = own[CELL];
+    let vertices = vec2(own[IN_CELL], own[IN_CELL + 1u]) + own[STEP] * id.xy;
+    let by = vec2(mul(node_f32(EAST, node), own_f32(PER_VERTEX)), mul(node_f32(SOUTH, node), own_f32(PER_VERTEX)));
+    let steps = vec2(
+        div(add(f32(vertices.x % cell), by.x), f32(cell)),
+        div(add(f32(vertices.y % cell), by.y), f32(cell)),
+    );
+    let whole = floor(steps);
+    let share = vec2(sub(steps.x, whole.x), sub(steps.y, whole.y));
+    let own_cell = vertices / cell + vec2(own[CELLS_BEFORE], own[CELLS_BEFORE + 1u]);
+    let at = vec2<u32>(vec2<i32>(own_cell) + vec2<i32>(whole));
+    let columns = own[INLAND_COLUMNS];
+    let point = own[INLAND] + at.y * columns + at.x;
+    let west = own_f32(point);
+    let north = add(west, mul(sub(own_f32(point + 1u), west), share.x));
+    let below = own_f32(point + columns);
+    let south = add(below, mul(sub(own_f32(point + columns + 1u), below), share.x));
+    let inland_m = add(north, mul(sub(south, north), share.y));
+    var height_m = coast_m(inland_m);
+    if own[HAS_REST] != 0u && inland_m > own_f32(SHORE_M) {
+        // What brooks that run to the sea leave of the land's edge, in the mean.
+        let slopes = own[SLOPES] + node;
+        let risen = mul(own_f32(slopes), sub(inland_m, own_f32(SHORE_M)));
+        let above = mul(risen, sub(1.0, own_f32(slopes + nodes())));
+        let left = add(add(above, own_f32(slopes + 2u * nodes())), LEAST_M);
+        height_m = min(height_m, add(own_f32(SEA_LEVEL_M), sub(risen, div(mul(above, above), left))));
+    }
+    put_node(COAST_M, node, height_m);
 }
 
 // stripes.rs

@@ -59,6 +59,51 @@ impl CoastWindow {
     }
 }
 
+/// Vertices from a point of the lattice to the next that nodes so many vertices apart read: one each, where they lie further apart
+/// than its points.
+fn coarse(step: i64) -> i64 {
+    COAST_STEP.max(step)
+}
+
+/// What says how far inland a point of the lattice is.
+fn inland(fields: &Fields, coarse: i64, is_far: bool) -> impl Fn(i64, i64) -> f64 {
+    move |i, j| match coarse {
+        COAST_STEP => fields.inland_of_lattice_m(i, j),
+        _ if is_far => fields.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP)),
+        // No channel asks for the same ones.
+        _ => fields.find_inland_of_lattice_m(i, j),
+    }
+}
+
+/// A window of the lattice, and where nodes lie in it, for kernels that run elsewhere.
+#[cfg(feature = "gpu")]
+pub struct PackedCoast {
+    /// How far inland its points are, in metres, and how many are in a row.
+    pub inland_m: Vec<f32>,
+    pub columns: usize,
+    /// Cells before that of the first node, along each axis, and vertices from the corner of that to the node.
+    pub before: [i64; 2],
+    pub in_cell: [i64; 2],
+    /// Vertices of a cell.
+    pub coarse: i64,
+}
+
+#[cfg(feature = "gpu")]
+impl PackedCoast {
+    /// The window that holds the cells of all nodes of an area, so many vertices apart, that are displaced by so many at most.
+    pub fn new(fields: &Fields, is_far: bool, area: Area, step: i64, most: [f64; 2]) -> PackedCoast {
+        let coarse = coarse(step);
+        // A cell more, for what is rounded.
+        let beyond = most.map(|vertices| (vertices / coarse as f64).ceil() as i64 + 1);
+        let cell = |node: i64| (node * step).div_euclid(coarse);
+        let first = [cell(area.x0) - beyond[0], cell(area.y0) - beyond[1]];
+        let last = [cell(area.x1 - 1) + beyond[0], cell(area.y1 - 1) + beyond[1]];
+        let window = CoastWindow::new(coarse, first, last, inland(fields, coarse, is_far));
+        let in_cell = [area.x0, area.y0].map(|node| (node * step).rem_euclid(coarse));
+        PackedCoast { inland_m: window.inland_m, columns: window.columns, before: beyond, in_cell, coarse }
+    }
+}
+
 /// The height of the coast at the nodes of an area, and infinity where it is not lower than the land; `None` where it
 /// is nowhere. From so far that not even the trunks are seen, hollows that do not lead to the sea are as low as they are: to know
 /// them takes longer than all else.
@@ -74,14 +119,8 @@ pub fn heights(
     }
     let &Displaced { area, step, ref metres } = nodes;
     let per_vertex = (1.0 / spacing_m) as f32;
-    // Nodes that lie further apart than its points need one each.
-    let coarse = COAST_STEP.max(step);
-    let inland_m = |i: i64, j: i64| match coarse {
-        COAST_STEP => fields.inland_of_lattice_m(i, j),
-        _ if is_far => fields.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP)),
-        // No channel asks for the same ones.
-        _ => fields.find_inland_of_lattice_m(i, j),
-    };
+    let coarse = coarse(step);
+    let inland_m = inland(fields, coarse, is_far);
     let shore_m = fields.shore_m();
     let mut coast_m = vec![f32::INFINITY; area.len()];
     let mut any = false;
@@ -108,7 +147,7 @@ pub fn heights(
                 }
                 highest_m = highest_m.max(land_m[index]);
             }
-            let window = CoastWindow::new(coarse, first, last, inland_m);
+            let window = CoastWindow::new(coarse, first, last, &inland_m);
             // Height grows with the way inland. What is left out is above the land, so that it makes no difference,
             // whichever nodes are in the block.
             let nearest_m = window.inland_m.iter().fold(f32::INFINITY, |a, b| a.min(*b));

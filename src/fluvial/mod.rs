@@ -140,6 +140,8 @@ struct Carved {
     nodes: Displaced,
     hillsides: Hillsides,
     valleys: Valleys,
+    /// The height of the coast, where it is known already.
+    coast_m: Option<Vec<f32>>,
 }
 
 /// Nodes that the cells of a level are wide at least whose channels are seen: of fewer only the mean is.
@@ -362,12 +364,12 @@ impl Fluvial {
         if let Some(gullies) = gullies {
             clock.time(stage::GULLIES, || gullies.carve(&nodes, &hillsides.slope, &mut valleys));
         }
-        Carved { nodes, hillsides, valleys }
+        Carved { nodes, hillsides, valleys, coast_m: None }
     }
 
     /// All that is not valleys and gullies: what ice and waves have left, the coast, cuts through what dams, and water.
     fn fill_in(&self, segments: &Segments, area: Area, detail: Detail, carved: Carved, clock: &Clock) -> Land {
-        let Carved { nodes, hillsides, mut valleys } = carved;
+        let Carved { nodes, hillsides, mut valleys, coast_m } = carved;
         if let Some(moraines) = &self.moraines {
             clock.time(stage::MORAINES, || moraines.raise(segments, &nodes, &mut valleys));
         }
@@ -378,8 +380,10 @@ impl Fluvial {
             .glaciers
             .as_ref()
             .map(|glaciers| clock.time(stage::GLACIERS, || glaciers.ice_m(segments, &nodes, &valleys)));
-        let coast_m = clock.time(stage::COAST, || {
-            coast::heights(&self.fields, (self.spacing_m, self.is_far), &nodes, &hillsides, &valleys.height_m)
+        let coast_m = coast_m.or_else(|| {
+            clock.time(stage::COAST, || {
+                coast::heights(&self.fields, (self.spacing_m, self.is_far), &nodes, &hillsides, &valleys.height_m)
+            })
         });
         if detail.breaches {
             clock.time(stage::BREACHES, || self.breach(nodes.area, segments, coast_m.as_deref(), &mut valleys));

@@ -1,8 +1,9 @@
-//! Valleys and gullies as words: what a kernel needs that carves them, `shaders/fluvial.wgsl`.
+//! Valleys, gullies and coasts as words: what a kernel needs that makes them, `shaders/fluvial.wgsl`.
 //!
 //! It runs once a node, in the patches in which lanes do it here, with the names of the functions here. What takes more bits than it
 //! has, where a segment lies seen from a block of patches, is computed here.
 
+use super::coast::PackedCoast;
 use super::gullies::{Gullies, SMOOTHED};
 use super::point::{GRAINS, Point};
 use super::rest::Rest;
@@ -48,6 +49,8 @@ pub(crate) struct FluvialPlanes {
     pub distance_m: Vec<f32>,
     pub share: Vec<f32>,
     pub segment: Vec<u32>,
+    /// The height of the coast, of a world with a sea.
+    pub coast_m: Option<Vec<f32>>,
 }
 
 impl FluvialJob {
@@ -150,6 +153,28 @@ impl FluvialKernel<'_> {
         [segments_at, blocks_at]
     }
 
+    /// Whether there is a sea, and so a coast.
+    pub fn has_sea(&self) -> bool {
+        self.fluvial.fields.has_sea()
+    }
+
+    /// Adds how far inland the points of the coast's lattice around a job are; returns what a kernel asks of it, but for where it begins:
+    /// its columns, cells before that of the first node along each axis, vertices from that cell's corner to the node, vertices from
+    /// a node to the next and those of a cell; and then seven floats.
+    pub fn pack_coast(&self, job: &FluvialJob, words: &mut Vec<u32>) -> Vec<u32> {
+        let Fluvial { fields, warp, spacing_m, is_far, .. } = self.fluvial;
+        let step = self.detail.step;
+        let most = warp.most_m().map(|most_m| most_m / spacing_m);
+        let coast = PackedCoast::new(fields, *is_far, job.nodes, step, most);
+        put(words, coast.inland_m);
+        let whole = [coast.columns as i64].into_iter().chain(coast.before).chain(coast.in_cell);
+        let mut numbers: Vec<u32> = whole.chain([step, coast.coarse]).map(|number| number as u32).collect();
+        put(&mut numbers, [(1.0 / spacing_m) as f32]);
+        put(&mut numbers, fields.coast_numbers());
+        put(&mut numbers, [fields.shore_m(), fields.sea_level_m() as f32]);
+        numbers
+    }
+
     /// The land of a job, all of it made here.
     pub fn land_of_cpu(&self, job: &FluvialJob, clock: &Clock) -> Land {
         self.fluvial.land_of(&job.segments, job.area, self.detail, clock)
@@ -157,11 +182,11 @@ impl FluvialKernel<'_> {
 
     /// The land of a job, given what a kernel has made of it, with the time of each stage booked on `clock`.
     pub fn land(&self, job: FluvialJob, planes: FluvialPlanes, clock: &Clock) -> Land {
-        let FluvialPlanes { metres, height_m, crest_m, distance_m, share, segment } = planes;
+        let FluvialPlanes { metres, height_m, crest_m, distance_m, share, segment, coast_m } = planes;
         let nodes = Displaced { area: job.nodes, step: self.detail.step, metres };
         // Nothing else is asked for but by gullies.
         let valleys = Valleys { height_m, crest_m, distance_m, segment, share, ..Valleys::default() };
-        let carved = Carved { nodes, hillsides: job.hillsides, valleys };
+        let carved = Carved { nodes, hillsides: job.hillsides, valleys, coast_m };
         self.fluvial.fill_in(&job.segments, job.area, self.detail, carved, clock)
     }
 }

@@ -95,10 +95,11 @@ pub(super) struct Kernels {
     pub surface: ComputePipeline,
 }
 
-/// The kernels that carve valleys and gullies, in their order.
+/// The kernels that make valleys, coasts and gullies, in their order.
 #[derive(Debug)]
 pub(super) struct FluvialKernels {
     pub valleys: ComputePipeline,
+    pub coast: ComputePipeline,
     pub fall_line: ComputePipeline,
     pub smooth: Vec<ComputePipeline>,
     pub octaves: Vec<ComputePipeline>,
@@ -238,6 +239,7 @@ impl Gpu {
             FluvialKernels {
                 // Groups are patches.
                 valleys: parts.kernel(&fluvial, "valleys", &[]),
+                coast: parts.kernel(&fluvial, "coast", &[]),
                 fall_line: parts.kernel(&fluvial, "fall_line", &[]),
                 smooth: ways.map(smooth).collect(),
                 octaves: (0..MOST_OCTAVES).map(octave).collect(),

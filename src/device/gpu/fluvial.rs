@@ -1,4 +1,4 @@
-//! Land with rivers on a GPU: valleys and gullies there, and the rest on the CPU, while the next is under way.
+//! Land with rivers on a GPU: valleys, gullies and coasts there, and the rest on the CPU, while the next is under way.
 
 use std::sync::Arc;
 
@@ -41,12 +41,12 @@ const TOGETHER: usize = 4;
 const SUBMISSION_BYTES: u64 = 24 << 20;
 
 /// Planes that come back and that do not, and those that noise is written into: `shaders/fluvial.wgsl` has them by name.
-const BACK: usize = 7;
+const BACK: usize = 8;
 const LEFT: usize = 11;
 const EAST: usize = 0;
 const SOUTH: usize = 1;
-const PATCHES: usize = 16;
-const ROUGH: usize = 17;
+const PATCHES: usize = 17;
+const ROUGH: usize = 18;
 
 /// Nodes a side of a patch of valleys, which is a group of threads.
 const PATCH: u32 = 8;
@@ -140,9 +140,12 @@ impl FluvialMaker {
             .chain([blocks.width(), own, own + segments_at, own + lists_at])
             .chain(stripes_at)
             .chain([usize::from(job.has_rest())]);
-        for (word, number) in words.iter_mut().zip(numbers) {
-            *word = number as u32;
+        let mut table: Vec<u32> = numbers.map(|number| number as u32).collect();
+        if kernel.has_sea() {
+            table.push(words.len() as u32);
+            table.extend(kernel.pack_coast(job, &mut words));
         }
+        words[..table.len()].copy_from_slice(&table);
         let loaded = Loaded {
             nodes,
             noise_blocks,
@@ -162,6 +165,10 @@ impl FluvialMaker {
         pass.dispatch_workgroups(columns, rows, loaded.noise_blocks);
         pass.set_pipeline(&kernels.valleys);
         pass.dispatch_workgroups(width / PATCH, height / PATCH, 1);
+        if self.fluvial.kernel().has_sea() {
+            pass.set_pipeline(&kernels.coast);
+            pass.dispatch_workgroups(across, down, 1);
+        }
         if self.fluvial.kernel().roughness().is_none() {
             // No gullies.
             return;
@@ -196,7 +203,10 @@ impl FluvialMaker {
             let mut floats = || planes.next().map(|plane| cast_slice::<u32, f32>(plane).to_vec());
             let metres = [floats()?, floats()?];
             let [height_m, crest_m, distance_m, share] = [floats()?, floats()?, floats()?, floats()?];
-            Some(FluvialPlanes { metres, height_m, crest_m, distance_m, share, segment: planes.next()?.to_vec() })
+            let segment = planes.next()?.to_vec();
+            let coast_m = self.fluvial.kernel().has_sea().then(|| planes.next());
+            let coast_m = coast_m.flatten().map(|plane| cast_slice::<u32, f32>(plane).to_vec());
+            Some(FluvialPlanes { metres, height_m, crest_m, distance_m, share, segment, coast_m })
         })?;
         self.slots.give_back(submission);
         Some(planes)

@@ -204,6 +204,8 @@ fn valleys_and_gullies_have_the_bits_of_the_cpu() {
         let lands = maker.lands(&areas, &clock);
         assert_eq!(maker.trouble(), None);
         assert_made_there(&clock);
+        let has_coast = clock.stages().iter().any(|(name, _)| name == stage::COAST);
+        assert!(!has_coast || world.preset().sea_level_m.is_none(), "the coast of {name}");
         for (area, land) in areas.into_iter().zip(lands) {
             let reference = fluvial.land(area, &Clock::default());
             let differ = area.vertices().filter(|(x, y)| land.heights.at(*x, *y) != reference.heights.at(*x, *y));
