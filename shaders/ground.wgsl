@@ -146,24 +146,28 @@ fn covers_of(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let node = id.y * own[NODES] + id.x;
-    var sums = array(0.0, 0.0, 0.0, 0.0);
+    var red = 0.0;
+    var green = 0.0;
+    var blue = 0.0;
+    var covered = 0.0;
     for (var material = 0u; material < 8u; material += 1u) {
         let words = MATERIALS + 4u * material;
         let share = the_f32(words + 3u);
         let has = weight(node, material);
         if share > 0.0 && has > 0.0 {
             let seen = mul(has, share);
-            for (var channel = 0u; channel < 3u; channel += 1u) {
-                sums[channel] = add(sums[channel], mul(the_f32(words + channel), seen));
-            }
-            sums[3] = add(sums[3], seen);
+            red = add(red, mul(the_f32(words), seen));
+            green = add(green, mul(the_f32(words + 1u), seen));
+            blue = add(blue, mul(the_f32(words + 2u), seen));
+            covered = add(covered, seen);
         }
     }
     let plane = own[NODES] * own[NODES + 1u];
     let at = own[COVERS] + node;
-    for (var index = 0u; index < 4u; index += 1u) {
-        put_f32(at + index * plane, sums[index]);
-    }
+    put_f32(at, red);
+    put_f32(at + plane, green);
+    put_f32(at + 2u * plane, blue);
+    put_f32(at + 3u * plane, covered);
     put_f32(at + 4u * plane, div(weight(node, SNOW_WEIGHT), 255.0));
     put_f32(at + 5u * plane, div(weight(node, ROCK_WEIGHT), 255.0));
     put_f32(at + 6u * plane, div(weight(node, SCREE_WEIGHT), 255.0));
@@ -247,6 +251,9 @@ const SQRT_2: f32 = 1.4142135;
 const USUAL: f32 = 0.9;
 const SUN_RISE: f32 = 0.5;
 const SOFT: f32 = 0.35;
+// Eight ways: how far each leads east and south, and one more, two bits each, the first in the lowest.
+const EASTS: u32 = 0x901au;
+const SOUTHS: u32 = 0x01a9u;
 
 @compute @workgroup_size(SIDE, SIDE)
 fn sky_heights(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -271,15 +278,14 @@ fn openness(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let here = own[SKY] + id.y * width + id.x;
     let here_m = plane_f32(here);
-    // East and south of each way.
-    var ways = array(
-        vec2(1, 0), vec2(1, 1), vec2(0, 1), vec2(-1, 1), vec2(-1, 0), vec2(-1, -1), vec2(0, -1), vec2(1, -1),
-    );
     var hidden = 0.0;
     var sunny = 0.0;
     for (var way = 0u; way < 8u; way += 1u) {
-        let by = ways[way].y * i32(width) + ways[way].x;
-        let long = select(1.0, SQRT_2, ways[way].x != 0 && ways[way].y != 0);
+        // East and south.
+        let east = i32((EASTS >> (2u * way)) & 3u) - 1;
+        let south = i32((SOUTHS >> (2u * way)) & 3u) - 1;
+        let by = south * i32(width) + east;
+        let long = select(1.0, SQRT_2, east != 0 && south != 0);
         var rise = 0.0;
         for (var far = 1u; far <= FAR; far += 1u) {
             let rise_m = sub(plane_f32(u32(i32(here) + by * i32(far))), here_m);
@@ -373,6 +379,29 @@ fn lit_by(normal: vec2<f32>, light: vec2<f32>) -> f32 {
     return max(add(add(mul(normal.x, light.x), mul(normal.y, light.y)), 1.0), 0.0);
 }
 
+// What the channels of a pixel have in common: the share of the land that nothing covers; how much of full light is mixed in and how
+// deep the shadow is, over land and under water; haze, and the share of the sea.
+struct Tones {
+    bare: f32,
+    land: vec2<f32>,
+    deep: vec2<f32>,
+    haze: f32,
+    sea: f32,
+}
+
+// A channel of a pixel in its place.
+fn colour(channel: u32, land_tint: f32, sea_tint: f32, pixel: vec2<u32>, tones: Tones) -> u32 {
+    let bright = the_f32(LIGHT + channel);
+    let shadow = the_f32(SHADOW + channel);
+    let covered = add(mul(land_tint, tones.bare), cover(channel, pixel));
+    var land = mul(add(covered, mul(sub(bright, covered), tones.land.x)), add(1.0, mul(shadow, tones.land.y)));
+    land = add(land, mul(sub(the_f32(HAZE + channel), land), tones.haze));
+    let water =
+        mul(add(sea_tint, mul(sub(bright, sea_tint), tones.deep.x)), add(1.0, mul(shadow, tones.deep.y)));
+    let mixed = add(land, mul(sub(water, land), tones.sea));
+    return u32(min(add(max(mixed, 0.0), 0.5), 255.0)) << (8u * channel);
+}
+
 @compute @workgroup_size(SIDE, SIDE)
 fn light(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= own[SIDES] || id.y >= own[SIDES + 1u] {
@@ -430,27 +459,14 @@ fn light(@builtin(global_invocation_id) id: vec3<u32>) {
     let rise_m = mul(root(add(mul(east, east), mul(south, south))), the_f32(METRES_PER_PIXEL));
     let depth_m = sub(the_f32(SEA_LEVEL_M), height_m);
     let sea = clamp(add(div(depth_m, max(rise_m, LEAST_RISE_M)), 0.5), 0.0, 1.0);
-    let bare = sub(1.0, cover(3u, pixel));
-    let shared_tone = shares(tone);
-    let shared_deep = shares(deep);
+    let tones = Tones(sub(1.0, cover(3u, pixel)), shares(tone), shares(deep), haze, sea);
     let land_tint = tint(LAND_TINTS, mul(sub(height_m, the_f32(LAND_LOW_M)), the_f32(LAND_STEPS)));
     var sea_tint = vec3(0.0, 0.0, 0.0);
     let chunks = (own[SIDES] + CHUNK - 1u) / CHUNK;
     if plane_f32(own[LOWEST] + id.y * chunks + id.x / CHUNK) < the_f32(SHORE_M) {
         sea_tint = tint(SEA_TINTS, mul(depth_m, the_f32(SEA_STEPS)));
     }
-    var word = 0u;
-    for (var channel = 0u; channel < 3u; channel += 1u) {
-        let bright = the_f32(LIGHT + channel);
-        let shadow = the_f32(SHADOW + channel);
-        let covered = add(mul(land_tint[channel], bare), cover(channel, pixel));
-        var land = mul(add(covered, mul(sub(bright, covered), shared_tone.x)), add(1.0, mul(shadow, shared_tone.y)));
-        land = add(land, mul(sub(the_f32(HAZE + channel), land), haze));
-        var water = sea_tint[channel];
-        water = mul(add(water, mul(sub(bright, water), shared_deep.x)), add(1.0, mul(shadow, shared_deep.y)));
-        let colour = add(land, mul(sub(water, land), sea));
-        word |= u32(min(add(max(colour, 0.0), 0.5), 255.0)) << (8u * channel);
-    }
-    planes[own[PIXELS] + here] = word;
+    planes[own[PIXELS] + here] = colour(0u, land_tint.x, sea_tint.x, pixel, tones)
+        | colour(1u, land_tint.y, sea_tint.y, pixel, tones) | colour(2u, land_tint.z, sea_tint.z, pixel, tones);
     put_f32(own[SNOW] + here, cover(4u, pixel));
 }

@@ -4,7 +4,7 @@
 //! has, where a segment lies seen from a block of patches, is computed here.
 
 use super::coast::PackedCoast;
-use super::gullies::{Gullies, SMOOTHED};
+use super::gullies::Gullies;
 use super::point::{GRAINS, Point};
 use super::rest::Rest;
 use super::segment::Segments;
@@ -19,7 +19,7 @@ use crate::land::Land;
 use crate::noise::packed::put;
 use crate::noise::{Fractal, Stripes};
 
-pub(crate) use super::gullies::{MOST_OCTAVES, SMOOTHED as SMOOTHED_APART};
+pub(crate) use super::gullies::{MOST_OCTAVES, SMOOTHED};
 
 /// Nodes a side of a block of patches, from whose corner places are told.
 pub(crate) const BLOCK: i64 = valley::BLOCK as i64 * PATCH as i64;
@@ -196,5 +196,3 @@ pub(crate) fn blocks(area: Area) -> Area {
     let last = |past: i64| (past - 1).div_euclid(BLOCK) + 1;
     Area { x0: area.x0.div_euclid(BLOCK), y0: area.y0.div_euclid(BLOCK), x1: last(area.x1), y1: last(area.y1) }
 }
-
-const _: () = assert!(SMOOTHED.len() == 3, "the kernel smooths in an even number of ways: both axes each time");

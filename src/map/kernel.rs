@@ -3,11 +3,10 @@
 use std::sync::{Arc, OnceLock};
 
 use bytemuck::cast_slice;
-use wgpu::util::{BufferInitDescriptor, DeviceExt};
-use wgpu::{Buffer, BufferUsages, ComputePass, ComputePipeline};
+use wgpu::{ComputePass, ComputePipeline};
 
 use crate::area::Area;
-use crate::device::gpu::{BAND_WORDS, BANDS, Gpu, Shader, Slots, Words};
+use crate::device::gpu::{Gpu, Shader, Slots, TABLE, Words};
 use crate::grid::Grid;
 use crate::map::light::CHUNK;
 use crate::map::relief::{Ground, LEVELS, Relief};
@@ -21,8 +20,6 @@ use crate::noise::packed::put;
 pub(super) struct GroundKernel {
     gpu: Arc<Gpu>,
     kernels: Kernels,
-    same: Buffer,
-    job: Buffer,
     slots: Slots,
     looks_up: bool,
     has_stones: bool,
@@ -46,9 +43,6 @@ struct Kernels {
 
 /// Bytes of a submission at most that go up, and that come back: room for blocks of half a node a pixel.
 const SUBMISSION_BYTES: u64 = 16 << 20;
-
-/// Words before what a block has for itself.
-const TABLE: usize = BANDS * BAND_WORDS;
 
 /// Planes of nodes: four of what covers the ground, snow, rock and scree.
 const COVERS: usize = 7;
@@ -83,15 +77,9 @@ impl GroundKernel {
         };
         let mut words = Vec::new();
         relief.pack(&mut words);
-        let initial = |words: &[u32], usage: BufferUsages| {
-            let contents = cast_slice(words);
-            gpu.device.create_buffer_init(&BufferInitDescriptor { label: Some("the same"), contents, usage })
-        };
-        let same = initial(&words, BufferUsages::STORAGE);
-        let job = initial(&[0, 0, 0], BufferUsages::UNIFORM);
-        let slots = Slots::new(&gpu, SUBMISSION_BYTES);
+        let slots = Slots::new(&gpu, SUBMISSION_BYTES, &words, [0, 0]);
         let (looks_up, has_stones) = (relief.looks_up(), relief.has_stones());
-        GroundKernel { gpu, kernels, same, job, slots, looks_up, has_stones, is_right: OnceLock::new() }
+        GroundKernel { gpu, kernels, slots, looks_up, has_stones, is_right: OnceLock::new() }
     }
 
     /// The ground at the pixels of an area, given the nodes under it and [what is around](Relief::wide) it; `None` where the GPU
@@ -122,7 +110,7 @@ impl GroundKernel {
             return None;
         }
         let packed = self.pack((terrain, nodes), wide, area)?;
-        let slot = self.slots.take(&self.gpu, [&self.job, &self.same]);
+        let slot = self.slots.take(&self.gpu);
         let count = packed.words.len();
         slot.view(0, count.next_multiple_of(2))?.slice(..4 * count).copy_from_slice(cast_slice(&packed.words));
         let words = Words { own: count, back: packed.back };

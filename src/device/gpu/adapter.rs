@@ -11,7 +11,7 @@ use wgpu::{
     ShaderSource, ShaderStages,
 };
 
-use crate::fluvial::packed::{MOST_OCTAVES, SMOOTHED_APART as SMOOTHED};
+use crate::fluvial::packed::{MOST_OCTAVES, SMOOTHED};
 use crate::tile::{RUBBLE_REACH, RUBBLE_STEPS};
 
 /// How a GPU computes.

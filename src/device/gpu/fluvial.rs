@@ -4,11 +4,10 @@ use std::sync::Arc;
 
 use bytemuck::cast_slice;
 use rayon::prelude::*;
-use wgpu::util::{BufferInitDescriptor, DeviceExt};
-use wgpu::{Buffer, BufferUsages, ComputePass};
+use wgpu::ComputePass;
 
 use super::adapter::Gpu;
-use super::job::{BAND_WORDS, BANDS};
+use super::job::TABLE;
 use super::slot::{Slots, UnderWay, Words};
 use crate::area::Area;
 use crate::clock::{Clock, stage};
@@ -29,8 +28,6 @@ pub struct FluvialMaker {
     noises: Vec<(NoiseRelief, usize, u32)>,
     /// Words of a block of noise.
     block_words: usize,
-    same: Buffer,
-    job: Buffer,
     slots: Slots,
 }
 
@@ -53,9 +50,6 @@ const PATCH: u32 = 8;
 
 /// Words of a block of stripes before what they have for themselves.
 const FIRST_WORDS: usize = 2;
-
-/// Words that are written once for all nodes, before blocks of noise.
-const TABLE: usize = BANDS * BAND_WORDS;
 
 /// What a submission computes.
 struct Loaded {
@@ -88,14 +82,8 @@ impl FluvialMaker {
         noises.extend(patches.map(|patches| noise(Some(patches), 1.0, PATCHES)));
         let rule = reliefs.words.len();
         kernel.pack(&mut reliefs.words);
-        let initial = |words: &[u32], usage: BufferUsages| {
-            let contents = cast_slice(words);
-            gpu.device.create_buffer_init(&BufferInitDescriptor { label: Some("the same"), contents, usage })
-        };
-        let same = initial(&reliefs.words, BufferUsages::STORAGE);
-        let job = initial(&[0, block_words as u32, rule as u32], BufferUsages::UNIFORM);
-        let slots = Slots::new(&gpu, SUBMISSION_BYTES);
-        FluvialMaker { gpu, fluvial, noises, block_words, same, job, slots }
+        let slots = Slots::new(&gpu, SUBMISSION_BYTES, &reliefs.words, [block_words, rule]);
+        FluvialMaker { gpu, fluvial, noises, block_words, slots }
     }
 
     /// The words of a job: a table, blocks of noise, blocks of stripes, and what the job has for itself. `None` where there are more
@@ -188,7 +176,7 @@ impl FluvialMaker {
     /// Hands a job to the GPU; `None` where it is too large, or something went wrong.
     fn submit(&self, job: &FluvialJob) -> Option<UnderWay> {
         let (words, loaded) = self.words(job)?;
-        let slot = self.slots.take(&self.gpu, [&self.job, &self.same]);
+        let slot = self.slots.take(&self.gpu);
         slot.view(0, words.len().next_multiple_of(2))?.slice(..4 * words.len()).copy_from_slice(cast_slice(&words));
         Some(slot.submit(&self.gpu, loaded.words, |pass| self.compute(pass, &loaded)))
     }

@@ -30,8 +30,11 @@ pub(super) const SURFACE_PLANES: usize = 6;
 pub(super) const IMPRINT_PLANES: usize = 4;
 
 /// Words that a band has for itself, and bands of a submission at most: their table has room for so many.
-pub(crate) const BAND_WORDS: usize = 16;
-pub(crate) const BANDS: usize = 64;
+pub(super) const BAND_WORDS: usize = 16;
+pub(super) const BANDS: usize = 64;
+
+/// Words of their table, which comes first of all that goes up; of what knows no bands it is a table of other numbers.
+pub(crate) const TABLE: usize = BANDS * BAND_WORDS;
 
 /// The most groups along an axis, which all adapters take.
 const MOST_BLOCKS: usize = 65_535;
@@ -133,7 +136,7 @@ impl Cost {
     }
 
     fn fits(self, slots: &Slots, block_words: usize) -> bool {
-        let own = BANDS * BAND_WORDS + self.blocks * block_words + self.lines + 1;
+        let own = TABLE + self.blocks * block_words + self.lines + 1;
         self.blocks <= MOST_BLOCKS && own.max(self.back).max(self.left) <= slots.words
     }
 }

@@ -5,11 +5,10 @@ use std::time::Duration;
 
 use bytemuck::{cast_slice, cast_slice_mut};
 use rayon::prelude::*;
-use wgpu::util::{BufferInitDescriptor, DeviceExt};
-use wgpu::{Buffer, BufferUsages, ComputePass, ComputePipeline};
+use wgpu::{ComputePass, ComputePipeline};
 
 use super::adapter::{Arithmetic, Gpu};
-use super::job::{BAND_WORDS, BANDS, Band, IMPRINT_PLANES, Job, LooksAround, SURFACE_PLANES, submissions};
+use super::job::{BAND_WORDS, Band, IMPRINT_PLANES, Job, LooksAround, SURFACE_PLANES, TABLE, submissions};
 use super::slot::{Slot, Slots, UnderWay, Words};
 use crate::area::Area;
 use crate::clock::{Clock, stage};
@@ -33,9 +32,6 @@ pub struct GpuMaker {
     looks: LooksAround,
     /// Words of a block.
     block_words: usize,
-    /// What is the same for all blocks and tiles, and what is not their affair.
-    same: Buffer,
-    job: Buffer,
     slots: Slots,
 }
 
@@ -86,14 +82,8 @@ impl GpuMaker {
         let looks = LooksAround { noise: ragged.is_some(), rubble: ragged.is_some_and(|(_, has_scree)| has_scree) };
         let rule_at = packed.words.len();
         rule.pack(&mut packed.words);
-        let initial = |words: &[u32], usage: BufferUsages| {
-            let contents = cast_slice(words);
-            gpu.device.create_buffer_init(&BufferInitDescriptor { label: Some("the same"), contents, usage })
-        };
-        let same = initial(&packed.words, BufferUsages::STORAGE);
-        let job = initial(&[0, block_words as u32, rule_at as u32], BufferUsages::UNIFORM);
-        let slots = Slots::new(&gpu, SUBMISSION_BYTES);
-        GpuMaker { gpu, relief, rule, rough, looks, block_words, same, job, slots }
+        let slots = Slots::new(&gpu, SUBMISSION_BYTES, &packed.words, [block_words, rule_at]);
+        GpuMaker { gpu, relief, rule, rough, looks, block_words, slots }
     }
 
     /// What is asked for of a tile, given its vertices, the land that it is made of and its lines; `None` where the kernels do not know
@@ -149,11 +139,11 @@ impl GpuMaker {
     /// Writes into a slot what the kernels need for some bands; `None` when something went wrong.
     fn load(&self, jobs: &[Job], bands: &[Band], slot: &Slot) -> Option<Loaded> {
         let mut blocks: Vec<Block> = Vec::new();
-        let mut table = vec![0; BANDS * BAND_WORDS];
+        let mut table = vec![0; TABLE];
         let mut lines = Vec::new();
         let count =
             |band: &Band| Block::count(band.land) + if self.rough.is_some() { Block::count(band.cells) } else { 0 };
-        let lines_at = BANDS * BAND_WORDS + self.block_words * bands.iter().map(count).sum::<usize>();
+        let lines_at = TABLE + self.block_words * bands.iter().map(count).sum::<usize>();
         // Words that are mapped begin at every second.
         let lines_at = lines_at.next_multiple_of(2);
         let mut back = 0;
@@ -208,7 +198,7 @@ impl GpuMaker {
         if !lines.is_empty() {
             slot.view(lines_at, lines.len())?.copy_from_slice(cast_slice(&lines));
         }
-        let mut view = slot.view(BANDS * BAND_WORDS, lines_at - BANDS * BAND_WORDS)?;
+        let mut view = slot.view(TABLE, lines_at - TABLE)?;
         let (block_bytes, mut words) = (4 * self.block_words, Vec::new());
         for (number, block) in blocks.iter().enumerate() {
             words.clear();
@@ -252,7 +242,7 @@ impl GpuMaker {
 
     /// Hands bands to the GPU.
     fn submit(&self, jobs: &[Job], bands: &[Band]) -> Option<UnderWay> {
-        let slot = self.slots.take(&self.gpu, [&self.job, &self.same]);
+        let slot = self.slots.take(&self.gpu);
         let loaded = self.load(jobs, bands, &slot)?;
         let submission = slot.submit(&self.gpu, loaded.words, |pass| self.compute(pass, &loaded));
         self.gpu.trouble().is_none().then_some(submission)
@@ -286,7 +276,7 @@ impl GpuMaker {
         let jobs = [Job { land, cells, lines: Vec::new() }];
         let submissions = submissions(&jobs, self.looks, &self.slots, self.block_words)?;
         let [bands] = &submissions[..] else { return None };
-        let slot = self.slots.take(&self.gpu, [&self.job, &self.same]);
+        let slot = self.slots.take(&self.gpu);
         let loaded = self.load(&jobs, bands, &slot)?;
         slot.time(&self.gpu, loaded.words.own, times, |pass, times| {
             (0..times).for_each(|_| self.compute(pass, &loaded));

@@ -24,7 +24,7 @@ mod tests;
 pub(crate) use adapter::Shader;
 pub use adapter::{Adapter, Arithmetic, Gpu, adapters};
 pub use fluvial::FluvialMaker;
-pub(crate) use job::{BAND_WORDS, BANDS};
+pub(crate) use job::TABLE;
 pub use maker::GpuMaker;
 pub use probe::probe;
 pub(crate) use slot::{Slots, Words};

@@ -4,6 +4,8 @@ use std::sync::mpsc::{self, Receiver};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use bytemuck::cast_slice;
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, Buffer, BufferAsyncError, BufferDescriptor, BufferUsages,
     BufferView, BufferViewMut, CommandBuffer, CommandEncoderDescriptor, ComputePass, ComputePassDescriptor, MapMode,
@@ -24,11 +26,13 @@ pub(crate) struct Slot {
     group: BindGroup,
 }
 
-/// Slots that nothing is under way in, of one size.
+/// Slots that nothing is under way in, of one size, and what kernels read in all of them.
 #[derive(Debug)]
 pub(crate) struct Slots {
     /// Words that go up and that come back at most, and that do not come back.
     pub words: usize,
+    job: Buffer,
+    same: Buffer,
     free: Mutex<Vec<Slot>>,
 }
 
@@ -49,9 +53,20 @@ pub(crate) struct UnderWay {
 }
 
 impl Slots {
-    /// Slots for so many bytes, if the GPU takes as many.
-    pub fn new(gpu: &Gpu, bytes: u64) -> Slots {
-        Slots { words: bytes.min(gpu.storage_bytes / 2) as usize / 4, free: Mutex::default() }
+    /// Slots for so many bytes, if the GPU takes as many. Kernels read the words that are the `same` for all, among which those of a
+    /// rule begin at one, and know how many words a block has: `shaders/job.wgsl`.
+    pub fn new(gpu: &Gpu, bytes: u64, same: &[u32], [block_words, rule]: [usize; 2]) -> Slots {
+        let filled = |words: &[u32], usage: BufferUsages| {
+            let contents = cast_slice(words);
+            gpu.device.create_buffer_init(&BufferInitDescriptor { label: Some("the same"), contents, usage })
+        };
+        Slots {
+            words: bytes.min(gpu.storage_bytes / 2) as usize / 4,
+            // The first is zero, which no compiler knows.
+            job: filled(&[0, block_words as u32, rule as u32], BufferUsages::UNIFORM),
+            same: filled(same, BufferUsages::STORAGE),
+            free: Mutex::default(),
+        }
     }
 
     /// Bytes of the CPU's memory that so many slots take: what goes up and what comes back.
@@ -59,8 +74,8 @@ impl Slots {
         8 * (count * self.words) as u64
     }
 
-    /// A slot that is free, or a new one, whose kernels also read what is the same for all.
-    pub fn take(&self, gpu: &Gpu, [job, same]: [&Buffer; 2]) -> Slot {
+    /// A slot that is free, or a new one.
+    pub fn take(&self, gpu: &Gpu) -> Slot {
         let free = self.free.lock().unwrap_or_else(PoisonError::into_inner).pop();
         free.unwrap_or_else(|| {
             let buffer = |label: &str, words: usize, usage: BufferUsages| {
@@ -72,7 +87,7 @@ impl Slots {
             let planes = buffer("planes", 2 * self.words, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
             let back = buffer("planes read back", self.words, BufferUsages::COPY_DST | BufferUsages::MAP_READ);
             let entries: Vec<BindGroupEntry<'_>> = (0..)
-                .zip([job, same, &own, &planes])
+                .zip([&self.job, &self.same, &own, &planes])
                 .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
                 .collect();
             let descriptor = BindGroupDescriptor { label: None, layout: &gpu.layout, entries: &entries };

@@ -216,9 +216,9 @@ fn valleys_and_gullies_have_the_bits_of_the_cpu() {
     }
 }
 
-/// Quotients and roots of pairs of numbers, by a GPU.
-fn quotients_and_roots(gpu: &Gpu, pairs: &[[f32; 2]]) -> Vec<[f32; 2]> {
-    let arithmetic = [include_str!("../../../shaders/job.wgsl"), Arithmetic::Exact.source()].join("\n");
+/// Quotients and roots of pairs of numbers, by a GPU with that arithmetic.
+fn quotients_and_roots(gpu: &Gpu, exact: &str, pairs: &[[f32; 2]]) -> Vec<[f32; 2]> {
+    let arithmetic = [include_str!("../../../shaders/job.wgsl"), exact].join("\n");
     let kernel = "@compute @workgroup_size(64)
         fn arithmetic(@builtin(global_invocation_id) id: vec3<u32>) {
             if id.x < same[0] {
@@ -306,10 +306,16 @@ fn quotients_and_roots_have_the_bits_of_the_cpu() {
         .chain([[0.0, 3.0], [0.0, -7.5], [1.0, 3.0], [16_777_215.0, 16_777_216.0], [4.0, 2.0], [2.0, 4.0]])
         .collect();
     assert!(pairs.len() > 990_000);
-    // Half of all signs are those of dividends, of which no root is asked.
-    for ([a, b], [quotient, root]) in pairs.iter().zip(quotients_and_roots(&gpu, &pairs)) {
-        assert_eq!(quotient.to_bits(), (a / b).to_bits(), "{a:e} / {b:e} is {quotient:e}, not {:e}", a / b);
-        assert_eq!(root.to_bits(), a.sqrt().to_bits(), "the root of {a:e} is {root:e}, not {:e}", a.sqrt());
+    let exact = Arithmetic::Exact.source();
+    // As by a GPU whose own quotients and roots are off by six units in the last place: the rules allow three.
+    let worse = exact.replace("8388608.0", "8388613.0").replace("2896.3093", "2896.311");
+    assert!(worse.contains("8388613.0") && worse.contains("2896.311"), "{exact}");
+    for arithmetic in [exact, &worse] {
+        // Half of all signs are those of dividends, of which no root is asked.
+        for ([a, b], [quotient, root]) in pairs.iter().zip(quotients_and_roots(&gpu, arithmetic, &pairs)) {
+            assert_eq!(quotient.to_bits(), (a / b).to_bits(), "{a:e} / {b:e} is {quotient:e}, not {:e}", a / b);
+            assert_eq!(root.to_bits(), a.sqrt().to_bits(), "the root of {a:e} is {root:e}, not {:e}", a.sqrt());
+        }
     }
 }
 
