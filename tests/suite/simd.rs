@@ -79,30 +79,28 @@ fn every_backend_bakes_the_same_bytes() {
     }
 }
 
-/// What is baked by a GPU too: land of noise with agents and without, land with rivers near and from afar. A program that does as if it
-/// were a GPU takes seconds to compile its kernels, each time.
+/// What is baked by a GPU too: land of noise with agents, and land with rivers from afar. A program that does as if it were a GPU takes
+/// seconds to compile its kernels, each time; `.ci/run` bakes every preset by one.
 fn is_tried_on_gpu(preset: &str, scale: &str) -> bool {
-    [("thesis", "1"), ("mountains", "1/16"), ("alps", "1"), ("archipelago", "1/16")].contains(&(preset, scale))
+    [("thesis", "1"), ("alps", "1/16")].contains(&(preset, scale))
 }
 
 #[test]
 fn maps_are_the_same_on_every_backend() {
     let folder = tempfile::tempdir().unwrap();
-    let drawn = |preset: &str, backend: Backend| {
-        let out = folder.path().join(format!("{preset}-{}.png", backend.name()));
+    let drawn = |backend: Backend| {
+        let out = folder.path().join(format!("{}.png", backend.name()));
         let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
-        command.args(["map", preset, "--around=40,-30,12", "--width", "180", "--out", out.to_str().unwrap()]);
+        command.args(["map", "mountains", "--around=40,-30,12", "--width", "180", "--out", out.to_str().unwrap()]);
         backend.is_used_by(&mut command);
         let done = command.output().unwrap();
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
         fs::read(out).unwrap()
     };
     let all = Backend::available();
-    for preset in ["mountains", "alps"] {
-        let reference = drawn(preset, all[0]);
-        for backend in &all[1..] {
-            assert!(drawn(preset, *backend) == reference, "{preset}, {backend:?}");
-        }
+    let reference = drawn(all[0]);
+    for backend in &all[1..] {
+        assert!(drawn(*backend) == reference, "{backend:?}");
     }
 }
 
