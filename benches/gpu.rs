@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use terrane::area::{Area, TileId};
 use terrane::clock::Clock;
-use terrane::device::gpu::{Adapter, Arithmetic, Gpu, GpuMaker, adapters};
+use terrane::device::gpu::{Adapter, Arithmetic, Gpu, NoiseMaker, adapters};
 use terrane::device::{Cpu, LandMaker};
 use terrane::preset::Preset;
 use terrane::relief::Relief;
@@ -107,7 +107,10 @@ fn gpu(adapter: &Adapter, world: &World) {
     println!("  {}, {}", adapter.name(), adapter.driver());
     let Relief::Noise(relief) = world.relief() else { return };
     let rounds = if adapter.is_software() { 1 } else { ROUNDS };
-    for (name, arithmetic) in [("exact", Arithmetic::Exact), ("approximate", Arithmetic::Approximate)] {
+    for (name, arithmetic, probed) in [
+        ("exact", Arithmetic::Exact, "the CPU's bits"),
+        ("approximate", Arithmetic::Approximate, "as near to the CPU's as users are told"),
+    ] {
         for group_side in [8, 16, 32] {
             let title = format!("{name}, groups of {group_side} x {group_side}");
             let gpu = match Gpu::open(adapter, group_side, arithmetic) {
@@ -117,7 +120,7 @@ fn gpu(adapter: &Adapter, world: &World) {
                     continue;
                 }
             };
-            let maker = GpuMaker::new(gpu, Arc::clone(relief), GroundRule::of(world));
+            let maker = NoiseMaker::new(gpu, Arc::clone(relief), GroundRule::of(world));
             let times = if adapter.is_software() { 1 } else { 200 };
             let kernels = |land: Area, cells: Option<Area>| {
                 let time = (0..rounds).filter_map(|_| maker.kernel_time(land, cells, times)).min();
@@ -126,7 +129,7 @@ fn gpu(adapter: &Adapter, world: &World) {
             println!(
                 "  {title:44} {}   {}",
                 kernels(Area::new(1024, -3072, SIDE, SIDE), None),
-                maker.probe().map_or_else(|reason| reason, |()| "the CPU's bits".into())
+                maker.probe().map_or_else(|reason| reason, |()| probed.into())
             );
             // As large as a submission takes whole.
             let cells = Area::new(1024, -3072, SIDE / 2, SIDE / 2);

@@ -4,7 +4,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 #[cfg(feature = "gpu")]
-use super::gpu::{Adapter, Arithmetic, FluvialMaker, Gpu, GpuMaker, adapters};
+use super::gpu::{Adapter, Arithmetic, FluvialMaker, Gpu, NoiseMaker, adapters};
 use super::{Cpu, LandMaker};
 use crate::error::{Error, nearest};
 #[cfg(feature = "gpu")]
@@ -95,7 +95,7 @@ fn gpu_maker(world: &World, options: GpuOptions, takes_software: bool) -> Result
     let gpu = Arc::new(Gpu::open(adapter, group_side, arithmetic)?);
     match world.relief() {
         Relief::Noise(noise) => {
-            let maker = GpuMaker::new(gpu, Arc::clone(noise), GroundRule::of(world));
+            let maker = NoiseMaker::new(gpu, Arc::clone(noise), GroundRule::of(world));
             maker.probe()?;
             Ok(Arc::new(maker))
         }

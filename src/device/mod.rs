@@ -40,8 +40,7 @@ pub trait LandMaker: Debug + Send + Sync {
     }
 
     /// Bytes of memory that it takes of the CPU's at most, when so many threads ask it.
-    fn host_bytes(&self, threads: usize) -> u64 {
-        _ = threads;
+    fn host_bytes(&self, _threads: usize) -> u64 {
         0
     }
 

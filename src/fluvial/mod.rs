@@ -26,7 +26,8 @@
 //! `tributary_course` and `tributary` all others; `network` finds channels and their `segment`s by place; `warp`,
 //! `valley` and `valley_side`, `gullies`, `moraine`, `barrier` and `glacier`, which are `stamp`s, `coast`, `skerries`, `breach` and `water`
 //! make rasters of them; `rivers` and `strahler` know whole rivers, and `survey` the land as roads ask for it. From afar, at the
-//! nodes of a stride, `rest` is what the brooks that do not show make of the land, and `mean` that of trunks that do not.
+//! nodes of a stride, `rest` is what the brooks that do not show make of the land, and `mean` that of trunks that do not. `packed` is what a
+//! GPU is told that makes valleys, gullies and coasts.
 
 pub mod settings;
 pub mod point;

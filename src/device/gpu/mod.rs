@@ -4,7 +4,7 @@
 //!   adapter.rs   which GPUs there are, and one of them opened
 //!   job.rs       land and tiles that are asked for -> bands of rows -> submissions
 //!   slot.rs      the buffers of submissions
-//!   maker.rs     submissions -> kernel after kernel -> planes -> land of noise and tiles of it
+//!   noise.rs     submissions -> kernel after kernel -> planes -> land of noise and tiles of it
 //!   fluvial.rs   the same of land with rivers: its valleys and gullies
 //!   probe.rs     whether this GPU gives the bits of the CPU
 //! ```
@@ -15,7 +15,7 @@
 mod adapter;
 mod fluvial;
 mod job;
-mod maker;
+mod noise;
 mod probe;
 mod slot;
 #[cfg(test)]
@@ -25,6 +25,6 @@ pub(crate) use adapter::Shader;
 pub use adapter::{Adapter, Arithmetic, Gpu, adapters};
 pub use fluvial::FluvialMaker;
 pub(crate) use job::TABLE;
-pub use maker::GpuMaker;
+pub use noise::NoiseMaker;
 pub use probe::probe;
 pub(crate) use slot::{Slots, Words};

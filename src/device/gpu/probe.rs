@@ -7,7 +7,7 @@ use serde::Deserialize;
 use super::adapter::{Adapter, Arithmetic, Gpu};
 use super::fluvial::FluvialMaker;
 use super::job::Job;
-use super::maker::GpuMaker;
+use super::noise::NoiseMaker;
 use crate::area::{Area, MAX_COORDINATE, Stride, TileId};
 use crate::clock::Clock;
 use crate::device::LandMaker;
@@ -36,7 +36,7 @@ pub fn probe(adapter: &Adapter) -> Result<(), String> {
     let rule = GroundRule::new(&ground, Some(0.0), 1.0, 9);
     relief.into_iter().try_for_each(|settings| {
         let relief = settings.relief();
-        GpuMaker::new(Arc::clone(&gpu), Arc::new(relief), rule.clone()).probe()
+        NoiseMaker::new(Arc::clone(&gpu), Arc::new(relief), rule.clone()).probe()
     })
 }
 
@@ -121,11 +121,11 @@ impl Compared {
     }
 
     fn job(&self) -> Job {
-        GpuMaker::tile_job(self.cells, self.land(), &self.lines).expect("agents' lines have banks")
+        NoiseMaker::tile_job(self.cells, self.land(), &self.lines).expect("agents' lines have banks")
     }
 }
 
-impl GpuMaker {
+impl NoiseMaker {
     /// Compares the land, the normals and the ground of some tiles, near and far, with those of the CPU: they are the same, or nearly
     /// where they are [approximate](Arithmetic::Approximate).
     ///

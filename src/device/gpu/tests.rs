@@ -1,8 +1,10 @@
 //! The GPU beside the CPU. On a machine without one, or a program that does as if it were one, these tests say that they skip.
 
+use std::cell::Cell;
 use std::sync::Arc;
 
 use bytemuck::cast_slice;
+use rayon::prelude::*;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{
     BindGroupDescriptor, BindGroupEntry, BufferDescriptor, BufferUsages, CommandEncoderDescriptor,
@@ -43,9 +45,9 @@ fn worlds() -> Vec<World> {
         .collect()
 }
 
-fn maker(gpu: Arc<Gpu>, world: &World) -> GpuMaker {
+fn maker(gpu: Arc<Gpu>, world: &World) -> NoiseMaker {
     match world.relief() {
-        Relief::Noise(noise) => GpuMaker::new(gpu, Arc::clone(noise), GroundRule::of(world)),
+        Relief::Noise(noise) => NoiseMaker::new(gpu, Arc::clone(noise), GroundRule::of(world)),
         Relief::Fluvial(_) => panic!("a world of noise"),
     }
 }
@@ -106,6 +108,30 @@ fn more_than_a_submission_takes_goes_in_several() {
     assert_eq!(maker.trouble(), None);
     for (area, land) in areas.into_iter().zip(lands) {
         assert!(land.heights == world.relief().heights(area), "{area:?}");
+    }
+}
+
+/// Who asks for one tile may hold what other work of the same pool waits for, so none of that may begin on its thread.
+#[test]
+fn a_tile_is_made_without_other_work_of_the_pool() {
+    thread_local!(static IS_MAKING: Cell<bool> = const { Cell::new(false) });
+    let Some(adapter) = adapter() else { return };
+    let gpu = Arc::new(Gpu::open(&adapter, 8, Arithmetic::Exact).expect("a GPU that can be opened"));
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().expect("a pool");
+    let presets = ["mountains", "plains"].map(|name| Preset::load(name).expect("it is built in").1);
+    for world in presets.map(|preset| World::new(preset, Some(3)).expect("it is sound").with_tile_cells(32)) {
+        let maker: Box<dyn LandMaker> = match world.relief() {
+            Relief::Noise(_) => Box::new(maker(Arc::clone(&gpu), &world)),
+            Relief::Fluvial(fluvial) => Box::new(FluvialMaker::new(Arc::clone(&gpu), Arc::clone(fluvial))),
+        };
+        let make = |x: i64| {
+            assert!(!IS_MAKING.replace(true), "another tile was begun while one was made");
+            let plan = TilePlan::without_lines(&world, TileId { x, y: 0 });
+            drop(maker.tiles(&world, vec![plan], &Clock::default()));
+            IS_MAKING.set(false);
+        };
+        pool.install(|| (0..48).into_par_iter().for_each(make));
+        assert_eq!(maker.trouble(), None);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Land and tiles of areas, made on a GPU in bands of rows: several bands a submission, several submissions under way.
+//! Land of noise and tiles of it, made on a GPU in bands of rows: several bands a submission, several submissions under way.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -21,9 +21,9 @@ use crate::relief::{Block, NoiseRelief, PackedRelief};
 use crate::tile::{Blend, GroundRule, Normals, Surface, Tile, TilePlan};
 use crate::world::World;
 
-/// A GPU as a maker of a world's land and tiles.
+/// A GPU as a maker of land of noise, and of tiles of it.
 #[derive(Debug)]
-pub struct GpuMaker {
+pub struct NoiseMaker {
     pub(super) gpu: Arc<Gpu>,
     pub(super) relief: Arc<NoiseRelief>,
     pub(super) rule: GroundRule,
@@ -66,9 +66,9 @@ pub(super) struct Made {
     weights: Vec<Grid<u32>>,
 }
 
-impl GpuMaker {
+impl NoiseMaker {
     /// A maker of the land of a relief, and of tiles with that ground.
-    pub fn new(gpu: Arc<Gpu>, relief: Arc<NoiseRelief>, rule: GroundRule) -> GpuMaker {
+    pub fn new(gpu: Arc<Gpu>, relief: Arc<NoiseRelief>, rule: GroundRule) -> NoiseMaker {
         let mut packed = PackedRelief::default();
         relief.pack(&mut packed);
         let mut block_words = packed.block_words;
@@ -83,7 +83,7 @@ impl GpuMaker {
         let rule_at = packed.words.len();
         rule.pack(&mut packed.words);
         let slots = Slots::new(&gpu, SUBMISSION_BYTES, &packed.words, [block_words, rule_at]);
-        GpuMaker { gpu, relief, rule, rough, looks, block_words, slots }
+        NoiseMaker { gpu, relief, rule, rough, looks, block_words, slots }
     }
 
     /// What is asked for of a tile, given its vertices, the land that it is made of and its lines; `None` where the kernels do not know
@@ -324,7 +324,7 @@ impl Made {
 /// Planes of words of weights among those of a surface.
 const WORDS: usize = 2;
 
-impl LandMaker for GpuMaker {
+impl LandMaker for NoiseMaker {
     fn name(&self) -> String {
         format!("gpu, {}", self.gpu.name)
     }
@@ -357,7 +357,7 @@ impl LandMaker for GpuMaker {
     }
 
     fn tiles(&self, world: &World, plans: Vec<TilePlan>, clock: &Clock) -> Vec<Tile> {
-        let job = |plan: &TilePlan| GpuMaker::tile_job(plan.cells(world), plan.land, plan.lines());
+        let job = |plan: &TilePlan| NoiseMaker::tile_job(plan.cells(world), plan.land, plan.lines());
         let jobs =
             if self.gpu.trouble().is_none() { plans.iter().map(job).collect::<Option<Vec<Job>>>() } else { None };
         let made = jobs.and_then(|jobs| self.make(&jobs, clock));
