@@ -45,14 +45,14 @@ const ENCODED_BYTES_A_SECOND: f64 = 600e6;
 // quarter above.
 
 /// A memory that has forgotten things is so full when most are: one of two generations is between empty and full.
-const FULL: f64 = 0.85;
+const FULL: f64 = 0.95;
 
 /// Share of two batches of rows that is held at once: as a rule the first is written before the second is made.
 const BATCHES: f64 = 0.95;
 
 /// What the allocator takes for each byte that is remembered, since things of all sizes come and go, and a little more, so that
 /// as a rule a bake takes no more than is told.
-const SPREAD: f64 = 1.3;
+const SPREAD: f64 = 1.35;
 
 impl Forecast {
     /// Makes the middle tile of a region, for which much may have to be planned first, and concludes from it.
