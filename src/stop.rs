@@ -5,6 +5,9 @@
 //! under way, whose destructors leave nothing behind. No function says in its type that it can be stopped, and none forgets to
 //! hand it on. Where a command or a bake begins, [`catch`] makes an error of it.
 //!
+//! What is not wanted any more while the process goes on, such as a picture that somebody has scrolled away from, ends in the same
+//! way: it runs [within](Stopper::run) a [`Stopper`] of its own, on one thread.
+//!
 //! The alternative is to return [`Error::Interrupted`] from all that takes time, down to the search of a road: most of what
 //! computes here has no other way to fail.
 //!
@@ -32,8 +35,9 @@
 //! # Ok::<(), Error>(())
 //! ```
 
+use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -44,6 +48,14 @@ use crate::error::Error;
 /// Whether all work is to end.
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
+/// How many requests there are: that one, and those of stoppers. While there are none, to look costs a load and a branch.
+static REQUESTS: AtomicUsize = AtomicUsize::new(0);
+
+thread_local! {
+    /// What stops this thread beside the request for all.
+    static STOPPER: RefCell<Option<Stopper>> = const { RefCell::new(None) };
+}
+
 /// Between two looks at the request while something is waited for.
 const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
@@ -52,12 +64,16 @@ struct Stopped;
 
 /// Asks all work of the process to end: it does within a fraction of a second, and what is begun after that ends at once.
 pub fn request() {
-    REQUESTED.store(true, Ordering::Relaxed);
+    if !REQUESTED.swap(true, Ordering::Relaxed) {
+        REQUESTS.fetch_add(1, Ordering::Relaxed);
+    }
 }
 
 /// Lets work begin again, when all that was to end has ended.
 pub fn withdraw() {
-    REQUESTED.store(false, Ordering::Relaxed);
+    if REQUESTED.swap(false, Ordering::Relaxed) {
+        REQUESTS.fetch_sub(1, Ordering::Relaxed);
+    }
 }
 
 /// Whether all work is to end.
@@ -65,12 +81,62 @@ pub fn is_requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }
 
-/// Unwinds when all work is to end: a load and a branch when not. While a thread unwinds already it does nothing, so that
-/// destructors can work. A lock that is held is poisoned: whoever finds it so checks as well, before it takes that for a panic.
+/// Unwinds when all work, or that of this thread's [`Stopper`], is to end: a load and a branch when not. While a thread unwinds
+/// already it does nothing, so that destructors can work. A lock that is held is poisoned: whoever finds it so checks as well, before
+/// it takes that for a panic.
 #[inline]
 pub fn check() {
-    if is_requested() {
+    if REQUESTS.load(Ordering::Relaxed) > 0 {
+        check_whose();
+    }
+}
+
+#[cold]
+fn check_whose() {
+    if is_requested() || STOPPER.with_borrow(|stopper| stopper.as_ref().is_some_and(Stopper::is_requested)) {
         unwind();
+    }
+}
+
+/// Ends some work of the process, and no other: what is not wanted any more.
+///
+/// Work that asks [`Memory`](crate::memory) for what stopped work was making makes it itself.
+#[derive(Clone, Debug, Default)]
+pub struct Stopper(Arc<Asked>);
+
+#[derive(Debug, Default)]
+struct Asked(AtomicBool);
+
+impl Drop for Asked {
+    fn drop(&mut self) {
+        if *self.0.get_mut() {
+            REQUESTS.fetch_sub(1, Ordering::Relaxed);
+        }
+    }
+}
+
+impl Stopper {
+    /// Asks the work to end.
+    pub fn request(&self) {
+        if !self.0.0.swap(true, Ordering::Relaxed) {
+            REQUESTS.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Whether the work is to end.
+    pub fn is_requested(&self) -> bool {
+        self.0.0.load(Ordering::Relaxed)
+    }
+
+    /// What `work` returns, which is done on this thread alone: other threads do not know of this stopper.
+    ///
+    /// # Errors
+    /// Those of `work`, and [`Error::Interrupted`] when it was stopped.
+    pub fn run<T>(&self, work: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+        let outer = STOPPER.replace(Some(self.clone()));
+        let done = catch_unwind(AssertUnwindSafe(|| catch(work)));
+        STOPPER.set(outer);
+        done.unwrap_or_else(|payload| resume_unwind(payload))
     }
 }
 
@@ -131,6 +197,35 @@ mod tests {
         assert!(matches!(catch(|| Ok(1)), Ok(1)));
         let panic = catch_unwind(|| catch::<()>(|| resume_unwind(Box::new("a bug"))));
         assert_eq!(panic.unwrap_err().downcast_ref(), Some(&"a bug"));
+    }
+
+    #[test]
+    fn a_stopper_ends_its_own_work_and_no_other() {
+        let [one, other] = [Stopper::default(), Stopper::default()];
+        let looks = |stopper: &Stopper, by: &Stopper| {
+            stopper.run(|| {
+                check();
+                by.request();
+                check();
+                Ok(())
+            })
+        };
+        assert!(matches!(looks(&one, &one), Err(Error::Interrupted)));
+        assert!(matches!(looks(&one, &one), Err(Error::Interrupted)), "it begins no work either");
+        assert!(matches!(looks(&other, &one), Ok(())));
+        // Who stands outside does not unwind, and one within another ends alone.
+        check();
+        let outer = Stopper::default();
+        let both = outer.run(|| {
+            let inner = one.run(|| {
+                check();
+                Ok(())
+            });
+            assert!(matches!(inner, Err(Error::Interrupted)));
+            check();
+            Ok(())
+        });
+        assert!(matches!(both, Ok(())));
     }
 
     #[test]
