@@ -148,6 +148,12 @@ impl Stride {
         fitting.last().unwrap_or(Stride::ONE)
     }
 
+    /// The stride with nodes twice as far apart, or the widest that there is.
+    #[must_use]
+    pub const fn twice(self) -> Stride {
+        Stride { power: if self.power < Stride::MAX_POWER { self.power + 1 } else { self.power } }
+    }
+
     /// Vertices from a node to the next.
     pub const fn vertices(self) -> i64 {
         1 << self.power

@@ -109,21 +109,40 @@ impl Chart {
         style: Style,
         scale: Scale,
     ) -> Result<Arc<Chart>, Error> {
-        let preset = world.preset();
-        let strided = match scale.stride(preset.spacing_m) {
-            Stride::ONE => Arc::clone(world),
-            stride => {
-                let strided = World::strided(preset.clone(), Some(world.seed()), stride)?;
-                Arc::new(strided.with_tile_cells(Terrain::TILE_CELLS))
-            }
-        };
-        let is_fluvial = preset.fluvial.is_some();
+        let terrain = Chart::terrain(maker, world, scale, scale.stride(world.preset().spacing_m))?;
+        let is_fluvial = world.preset().fluvial.is_some();
         let summits = is_fluvial.then(|| Summits::new(Arc::clone(world), scale)).transpose()?.map(Arc::new);
         let has_ranges = is_fluvial && Afar::is_of_use(world, scale);
         let afar = has_ranges.then(|| Afar::new(world, scale)).transpose()?.map(Arc::new);
-        let maker = maker(&strided)?;
-        let terrain = Arc::new(Terrain::new(strided, maker, scale));
         Ok(Chart::drawn(Arc::clone(world), terrain, (summits, afar), style, scale))
+    }
+
+    /// Sketches of such a [world](Chart::world), for whoever will not wait for the maps: of land at nodes that lie twice as far apart,
+    /// for a quarter of the time, and without names of peaks and ranges.
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range at the scale.
+    pub fn sketch(world: &Arc<World>, style: Style, scale: Scale) -> Result<Arc<Chart>, Error> {
+        let stride = scale.stride(world.preset().spacing_m).twice();
+        let terrain = Chart::terrain(|world| Ok(Cpu::maker(world.relief())), world, scale, stride)?;
+        Ok(Chart::drawn(Arc::clone(world), terrain, (None, None), style, scale))
+    }
+
+    /// The land of a world at the nodes of a stride.
+    fn terrain(
+        maker: impl FnOnce(&World) -> Result<Arc<dyn LandMaker>, Error>,
+        world: &Arc<World>,
+        scale: Scale,
+        stride: Stride,
+    ) -> Result<Arc<Terrain>, Error> {
+        let strided = if stride == Stride::ONE {
+            Arc::clone(world)
+        } else {
+            let strided = World::strided(world.preset().clone(), Some(world.seed()), stride)?;
+            Arc::new(strided.with_tile_cells(Terrain::TILE_CELLS))
+        };
+        let maker = maker(&strided)?;
+        Ok(Arc::new(Terrain::new(strided, maker, scale)))
     }
 
     /// What makes the land that is lit.
@@ -264,7 +283,7 @@ impl Picture {
     }
 
     /// The names that are written within it: what each is, what it is called, and where it is in pixels.
-    pub(super) fn names(&self) -> impl Iterator<Item = (&'static str, &str, [f64; 2])> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = (&'static str, &str, [f64; 2])> {
         let within = |at: [f64; 2]| self.area.meets([at[0], at[1], at[0], at[1]]);
         let named = self.writings.iter().filter(move |writing| !writing.name.is_empty() && within(writing.at));
         named.map(|writing| (writing.kind, writing.name.as_str(), writing.at))
