@@ -25,7 +25,7 @@
 //! so. Each layer is a pure function of the world and of lattice coordinates, and no tile ever looks at a neighbour.
 //!
 //! ```text
-//!   error, area, grid, hash, geometry, contour, stop, clock, watch, threads, memory, generator, simd   what all use
+//!   error, area, grid, hash, geometry, contour, stop, clock, watch, threads, memory, generator, shell, simd   what all use
 //!      |
 //!   noise/      fractals of simplex noise on the lanes of simd
 //!   recipe/     what an author writes -> a preset or a style; what all settings share: key paths, faults, checks, masks
@@ -57,6 +57,7 @@
 //!   web/        pictures at any scale -> a pyramid of tiles, packed for the web, and a page that shows it
 //!   export/     a file a format, and the list of formats; profiles, plan, manifest; the folder of a bake
 //!   experiment/ World, camera -> timings, tables, charts: the thesis' measurement
+//!   explore/    the endless world in a browser, drawn while one looks
 //!   cli/        the command, a thin layer on all this, and the only part that prints
 //! ```
 //!
@@ -138,6 +139,8 @@ pub mod watch;
 pub mod threads;
 mod memory;
 pub mod generator;
+#[cfg(any(feature = "cli", feature = "explore"))]
+mod shell;
 pub mod simd;
 
 pub mod noise;
@@ -164,5 +167,7 @@ pub mod bake;
 pub mod web;
 pub mod export;
 pub mod experiment;
+#[cfg(feature = "explore")]
+pub mod explore;
 #[cfg(feature = "cli")]
 pub mod cli;

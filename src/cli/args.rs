@@ -43,6 +43,10 @@ pub(super) enum Command {
     Atlas(AtlasArguments),
     /// Find the nearest lakes, peaks, rivers and places that are as you want them, each with the command that bakes it.
     Find(FindArguments),
+    /// Look around in an endless world: a page in your browser, drawn while you look, at any scale and in any style. It finds
+    /// places, shows them in three dimensions, changes the preset, and bakes what you mark.
+    #[cfg(feature = "explore")]
+    Explore(ExploreArguments),
     /// Walk through endless terrain as the thesis has it, and bake each tile as the walker comes to it: its rivers and roads go on
     /// from tile to tile, and depend on the way.
     Walk(WalkArguments),
@@ -640,6 +644,41 @@ pub(super) struct FindArguments {
     pub json: bool,
 }
 
+#[cfg(feature = "explore")]
+#[derive(Args)]
+pub(super) struct ExploreArguments {
+    /// A preset file, which may be edited while the page is open, or the name of a built-in preset (terrane presets).
+    #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
+    pub preset: String,
+    /// What the page begins with.
+    #[command(flatten)]
+    pub place: PlaceArguments,
+    /// Seed of the world [default: the preset's].
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Set a key of the preset, as for bake. May be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// The port of the page's address on this machine; 0 is any that is free. Other machines do not reach it.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub port: u16,
+    /// Open the page in the browser.
+    #[arg(long)]
+    pub open: bool,
+    /// The folder for what was drawn, so that it is there at once the next time [default: the user's folder for such things].
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+    /// How much it takes, such as 500MB or 4GB; 0 keeps nothing.
+    #[arg(long, value_name = "SIZE", default_value = "1GB", value_parser = parse_bytes)]
+    pub cache_limit: u64,
+    /// Threads to use [default: one a core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Print the address as a JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
 #[derive(Args)]
 pub(super) struct ExperimentArguments {
     /// Cells a tile side, 16 to 4096, with commas between.
@@ -722,6 +761,8 @@ impl Command {
             | Command::Styles { json, .. } => *json,
             Command::Map(MapArguments { style, .. }) | Command::Atlas(AtlasArguments { style, .. }) => style.json,
             Command::Find(arguments) => arguments.json,
+            #[cfg(feature = "explore")]
+            Command::Explore(arguments) => arguments.json,
             Command::Verify(arguments) => arguments.json,
             Command::Experiment(arguments) => arguments.json,
             _ => false,
@@ -917,6 +958,18 @@ fn parse_kilometres(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Bytes, in powers of ten.
+#[cfg(feature = "explore")]
+fn parse_bytes(text: &str) -> Result<u64, String> {
+    let units = [("kB", 1e3), ("KB", 1e3), ("MB", 1e6), ("GB", 1e9), ("TB", 1e12), ("B", 1.0), ("", 1.0)];
+    let bytes = units.iter().find_map(|(unit, bytes)| {
+        let number: f64 = text.trim().strip_suffix(unit)?.trim().parse().ok()?;
+        Some(number * bytes)
+    });
+    let bytes = bytes.filter(|bytes| (0.0..=1e18).contains(bytes));
+    bytes.map(|bytes| bytes as u64).ok_or_else(|| "expected bytes, such as 500MB or 4GB".into())
+}
+
 fn parse_scale(text: &str) -> Result<Stride, String> {
     let vertices = text.strip_prefix("1/").unwrap_or(if text == "1" { "1" } else { "" });
     let stride = vertices.parse().ok().and_then(Stride::new);
@@ -982,6 +1035,11 @@ pub(super) fn sources(preset: &str, settings: &[String]) -> Result<Sources, Erro
 }
 
 impl PlaceArguments {
+    /// Whether any place is asked for.
+    pub fn is_given(&self) -> bool {
+        self.at.is_some() || self.size.is_some() || self.bounds.is_some() || self.around.is_some()
+    }
+
     /// The same place by numbers alone: a name is looked for in the world of a preset.
     ///
     /// # Errors

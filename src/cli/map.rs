@@ -19,6 +19,7 @@ use crate::map::Chart;
 use crate::map::scale::Scale;
 use crate::map::sheet::{Captions, Cells, Furniture, Overlay, Sheet, thousands};
 use crate::preset::Preset;
+use crate::shell::quoted;
 use crate::watch::Watch;
 
 /// Millimetres of an inch.
@@ -103,9 +104,7 @@ impl Subject {
         let manifest = Manifest::read(Path::new(source))?;
         manifest.check_is_no_walk(Path::new(source))?;
         let Manifest { preset_name: name, preset, seed, region, .. } = manifest;
-        let is_elsewhere =
-            place.at.is_some() || place.size.is_some() || place.bounds.is_some() || place.around.is_some();
-        let bounds_m = match is_elsewhere {
+        let bounds_m = match place.is_given() {
             true => place.located(&preset, Some(seed))?.bounds_m(region.tile_cells, preset.spacing_m)?,
             false => region.bounds_km.map(|km| km * 1000.0),
         };
@@ -197,14 +196,4 @@ pub(super) fn texts(
         letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
     });
     Texts { title, description, software: format!("terrane {}", env!("CARGO_PKG_VERSION")) }
-}
-
-/// A text as a shell takes it for one word.
-fn quoted(text: &str) -> String {
-    let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_./,:=".contains(&byte);
-    if !text.is_empty() && text.bytes().all(is_plain) {
-        text.to_owned()
-    } else {
-        format!("'{}'", text.replace('\'', "'\\''"))
-    }
 }

@@ -7,6 +7,8 @@ mod completions;
 mod console;
 mod devices;
 mod experiment;
+#[cfg(feature = "explore")]
+mod explore;
 mod find;
 mod info;
 mod map;
@@ -58,6 +60,8 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
         Command::Map(arguments) => map::run(&arguments, console),
         Command::Atlas(arguments) => atlas::run(&arguments, console),
         Command::Find(arguments) => find::run(&arguments, console),
+        #[cfg(feature = "explore")]
+        Command::Explore(arguments) => explore::run(arguments, console),
         Command::Registry(arguments) => registry_list::run(&arguments, console),
         Command::Walk(arguments) => walk::run(&arguments, console),
         Command::Extend(arguments) => bake::extend(&arguments, console),

@@ -17,7 +17,7 @@ pub(super) const TERRAIN: &str = "terrain";
 pub(super) const HEIGHTS: &str = "heights";
 
 /// Pixels between two heights that the page reads. At each it would take as much as the pictures, for no metre that shows.
-pub(super) const HEIGHT_SPACING_PX: usize = 2;
+pub(crate) const HEIGHT_SPACING_PX: usize = 2;
 
 /// Pictures that belong together: one layer at one scale.
 pub(super) struct Set<'a> {

@@ -27,7 +27,7 @@ impl Encoding {
     }
 
     /// A square picture from its pixels: RGB, rows from the north.
-    pub(super) fn encode(self, side: u32, rgb: &[u8]) -> Vec<u8> {
+    pub(crate) fn encode(self, side: u32, rgb: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::new();
         match self {
             Encoding::WebP => WebPEncoder::new(&mut bytes)
@@ -71,14 +71,14 @@ pub fn terrain_height_m([red, green, blue]: [u8; 3]) -> f64 {
 }
 
 /// Metres of a step of the heights that the page reads, which shows whole metres.
-pub(super) const HEIGHT_STEP_M: f32 = 0.5;
+pub(crate) const HEIGHT_STEP_M: f32 = 0.5;
 
 /// Heights as text for a script: steps, as differences to the western neighbour, packed and in base64.
 ///
 /// Of a row's first the neighbour is that of the row before, and of all the first, zero. A difference is a zigzag number
 /// of seven bits a byte, lowest first; all are compressed with zlib. A page that was opened from the disk may run
 /// scripts beside it, and may not read the pixels of pictures beside it: so heights come to it as scripts.
-pub(super) fn height_text(heights_m: &[f32], width: usize) -> String {
+pub(crate) fn height_text(heights_m: &[f32], width: usize) -> String {
     let mut numbers = Vec::with_capacity(2 * heights_m.len());
     let mut first = 0;
     for row in heights_m.chunks(width) {

@@ -22,7 +22,11 @@ mod page;
 mod pmtiles;
 mod pyramid;
 
+#[cfg(feature = "explore")]
+pub(crate) use draft::HEIGHT_SPACING_PX;
 pub use encode::{Encoding, terrain_height_m, terrain_rgb};
+#[cfg(feature = "explore")]
+pub(crate) use encode::{HEIGHT_STEP_M, height_text};
 pub(crate) use folder::LISTING;
 pub use meta::Meta;
 pub use pyramid::{Block, Bounds, MAX_ZOOM, Plan, TILE_PX, TilePlace};

@@ -18,8 +18,10 @@ use crate::web::{Choice, Content, EXPORT, Feature, Plan};
 /// The page, which is there only when all is that it shows.
 pub(super) const PAGE: &str = "index.html";
 
-/// The page and its program, which is put into it so that nothing can part them.
+/// The page, its look and its program, which are put into it so that nothing can part them.
 const VIEWER: &str = include_str!("viewer.html");
+const LOOK: &str = include_str!("viewer.css");
+const LOOK_PLACE: &str = "/* viewer.css */";
 const PROGRAM: &str = include_str!("viewer.js");
 const PROGRAM_PLACE: &str = "/* viewer.js */";
 
@@ -34,7 +36,7 @@ pub(super) fn write(
     let files = [
         ("map.js", format!("terrane.map({});\n", about(plan, meta, choice, content))),
         ("names.js", format!("terrane.names({});\n", names(content))),
-        (PAGE, VIEWER.replace(PROGRAM_PLACE, PROGRAM)),
+        (PAGE, VIEWER.replace(LOOK_PLACE, LOOK).replace(PROGRAM_PLACE, PROGRAM)),
     ];
     let write = |(name, text): (&str, String)| {
         let finished = write_whole(folder.join(name), text.as_bytes())?;

@@ -1,15 +1,16 @@
 "use strict";
 
-// A view of a pyramid of tiles: drawn on a canvas, moved by pointers, wheel and keys.
+// A view of a pyramid of tiles: drawn on a canvas, moved by pointers, wheel and keys. The tiles are files beside the page,
+// or a server draws them while one looks: then the map has no end, and each tile comes as a draft first.
 //
 // Places are counted in pixels of the finest zoom from the north-western corner of the square of tiles ("world"), or in
 // CSS pixels of the window ("screen"). `view.zoom` may lie between two levels; a world pixel is 2^(zoom - finest) on screen.
+// Tile numbers may be negative and have more bits than an Int32: there are no bit operators on them.
 const terrane = (() => {
   const TILE = 256;
-  const BEYOND = 2; // levels that the finest tiles may be enlarged by
   const KEPT_TILES = { plain: 480, dense: 160 }; // pictures in memory: 130 MB, or 170 MB of dense ones
-  const KEPT_HEIGHTS = 64;
-  const AT_ONCE = 8; // pictures under way
+  const KEPT_HEIGHTS = 128;
+  const ARRIVALS = 3; // pictures that one frame draws for the first time, since each is then copied to the GPU
   const FADE_MS = 160;
   const NEAR_PX = 44; // a name this near to the pointer is told
   const KEY_PX = 140;
@@ -19,23 +20,49 @@ const terrane = (() => {
   const context = canvas.getContext("2d", { alpha: false });
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
+  // Files beside the page. A page from the disk may not fetch, but it may show pictures and run scripts.
+  const FILES = {
+    live: false,
+    kinds: [""], // of pictures of one tile, the best last
+    beyond: 2, // levels that the finest tiles may be enlarged by
+    atOnce: 8, // pictures under way
+    address: (said, layer, kind, { z, x, y }) =>
+      `${said.layers[layer].name}/${z}/${x}/${y}${said.dense && size.dense > 1.25 ? "@2x" : ""}.${said.ending}`,
+    async picture(at) {
+      const image = new Image();
+      image.src = at;
+      await image.decode();
+      return image;
+    },
+    askHeights(said, key) {
+      const script = document.createElement("script");
+      script.src = `heights/${key}.js`;
+      script.onload = script.onerror = () => script.remove();
+      document.head.append(script);
+    },
+  };
+
   let about = null; // what map.js says
+  let source = FILES;
   let ground = null;
   let bounds = null; // in world pixels: { x0, y0, x1, y1 }
   let names = [];
   let layer = 0;
-  let layerBefore = 0;
+  let earlier = []; // what was shown before: { said, layer }, until all of the new is there
+  const hooks = {}; // what a page adds; the last lines tell which there are
   let size = { width: 0, height: 0, dense: 1 };
   const view = { x: 0, y: 0, zoom: 0 };
-  let motion = null; // what moves the view: (milliseconds since the last frame) => whether it goes on
+  // What moves the view: (milliseconds since the last frame) => whether it goes on. Its `end` is the view that it leads to.
+  let motion = null;
   let framed = false;
+  let paused = false;
   let lastFrame = 0;
 
   const clamp = (value, low, high) => Math.min(Math.max(value, low), Math.max(low, high));
 
   // ---------- places
 
-  const scale = () => 2 ** (view.zoom - ground.max_zoom);
+  const scale = (of = view) => 2 ** (of.zoom - ground.max_zoom);
   const toWorld = ([east, north]) => ({
     x: (east - ground.corner_m[0]) / ground.finest_m,
     y: (ground.corner_m[1] - north) / ground.finest_m,
@@ -45,16 +72,18 @@ const terrane = (() => {
     x: (x - view.x) * scale() + size.width / 2,
     y: (y - view.y) * scale() + size.height / 2,
   });
-  const fromScreen = ({ x, y }) => ({
-    x: (x - size.width / 2) / scale() + view.x,
-    y: (y - size.height / 2) / scale() + view.y,
+  const fromScreen = ({ x, y }, of = view) => ({
+    x: (x - size.width / 2) / scale(of) + of.x,
+    y: (y - size.height / 2) / scale(of) + of.y,
   });
 
   // The part of the window that no panel covers, on phones above and below.
   const margins = () =>
     size.width <= 640 ? { top: 104, right: 12, bottom: 76, left: 12 } : { top: 24, right: 60, bottom: 60, left: 24 };
 
+  // All of the map, or where a map without end began.
   function whole() {
+    if (source.live) return { ...toWorld(about.home.at_m), zoom: zoomOf(about.home.pixel_m) };
     const { top, right, bottom, left } = margins();
     const [width, height] = [Math.max(size.width - left - right, 80), Math.max(size.height - top - bottom, 80)];
     const fit = Math.min(width / (bounds.x1 - bounds.x0), height / (bounds.y1 - bounds.y0));
@@ -66,13 +95,15 @@ const terrane = (() => {
     };
   }
 
-  const lowest = () => whole().zoom - 0.25;
-  const highest = () => ground.max_zoom + BEYOND;
+  const zoomOf = (pixel_m) => ground.max_zoom + Math.log2(ground.finest_m / pixel_m);
+  const lowest = () => (source.live ? 0 : whole().zoom - 0.25);
+  const highest = () => ground.max_zoom + source.beyond;
 
   // A view whose middle is in the map; the nearer it comes to showing all, the nearer to the middle of all.
   function kept({ x, y, zoom }) {
     const all = whole();
     const near = clamp(zoom, lowest(), highest());
+    if (source.live) return { x: clamp(x, bounds.x0, bounds.x1), y: clamp(y, bounds.y0, bounds.y1), zoom: near };
     const free = clamp((near - all.zoom) / 0.75, 0.12, 1);
     const between = (at, middle, low, high) => clamp(at, middle + (low - middle) * free, middle + (high - middle) * free);
     return { x: between(x, all.x, bounds.x0, bounds.x1), y: between(y, all.y, bounds.y0, bounds.y1), zoom: near };
@@ -80,14 +111,15 @@ const terrane = (() => {
 
   const keepIn = () => Object.assign(view, kept(view));
 
-  function zoomAround(zoom, anchor) {
+  // The view with another zoom in which the anchor on the screen stands over the same place.
+  function zoomed(zoom, anchor) {
     const held = fromScreen(anchor);
-    view.zoom = clamp(zoom, lowest(), highest());
-    const now = fromScreen(anchor);
-    view.x += held.x - now.x;
-    view.y += held.y - now.y;
-    keepIn();
+    const other = { ...view, zoom: clamp(zoom, lowest(), highest()) };
+    const now = fromScreen(anchor, other);
+    return kept({ x: other.x + held.x - now.x, y: other.y + held.y - now.y, zoom: other.zoom });
   }
+
+  const zoomAround = (zoom, anchor) => Object.assign(view, zoomed(zoom, anchor));
 
   const middle = () => ({ x: size.width / 2, y: size.height / 2 });
 
@@ -114,6 +146,7 @@ const terrane = (() => {
       return !done;
     };
     step.zooms = true;
+    step.end = zoomed(zoomGoal, anchor);
     move(step);
   }
   const zoomFrom = () => (motion && motion.zooms && zoomGoal !== null ? zoomGoal : view.zoom);
@@ -129,12 +162,16 @@ const terrane = (() => {
     panGoal = { x: clamp(from.x + dx / scale(), bounds.x0, bounds.x1), y: clamp(from.y + dy / scale(), bounds.y0, bounds.y1) };
     const step = (ms) => {
       const rest = left(ms);
-      view.x = panGoal.x + (view.x - panGoal.x) * rest;
-      view.y = panGoal.y + (view.y - panGoal.y) * rest;
+      const [x, y] = [view.x, view.y];
+      view.x = panGoal.x + (x - panGoal.x) * rest;
+      view.y = panGoal.y + (y - panGoal.y) * rest;
       keepIn();
-      return Math.hypot(view.x - panGoal.x, view.y - panGoal.y) * scale() > 0.4;
+      // Near the ends of an endless world a step may round to none.
+      const stuck = rest > 0 && view.x === x && view.y === y;
+      return !stuck && Math.hypot(view.x - panGoal.x, view.y - panGoal.y) * scale() > 0.4;
     };
     step.pans = true;
+    step.end = { ...panGoal, zoom: view.zoom };
     move(step);
   }
 
@@ -181,7 +218,7 @@ const terrane = (() => {
     }
     const lasts = calm.matches ? 0 : clamp(path.length * 420, 250, 1800);
     let passed = 0;
-    move((ms) => {
+    const step = (ms) => {
       passed += ms;
       const t = lasts > 0 ? Math.min(passed / lasts, 1) : 1;
       if (t >= 1) {
@@ -193,42 +230,79 @@ const terrane = (() => {
         view.y = start.y + dy * share;
       }
       return t < 1;
-    });
+    };
+    step.end = end;
+    move(step);
   }
 
   // ---------- tiles
 
-  const tiles = new Map(); // address -> { image, state, since, used }
+  const tiles = new Map(); // address -> { picture, kind, state, since, used, stop }
+  let arrived = []; // those that the next frames draw for the first time
   let frame = 0;
   let under = 0;
+  let lacking = { draft: 0, full: 0 }; // tiles on the screen that are not there
 
-  const isDense = () => about.dense && size.dense > 1.25;
-  const address = (z, x, y, of = layer) => `${about.layers[of].name}/${z}/${x}/${y}${isDense() ? "@2x" : ""}.${about.ending}`;
+  const best = () => source.kinds.length - 1;
+  const address = (at, kind = best(), of = { said: about, layer }) => source.address(of.said, of.layer, kind, at);
 
-  function tile(z, x, y, of) {
-    const found = tiles.get(address(z, x, y, of));
+  function tile(at, kind, of) {
+    const found = tiles.get(address(at, kind, of));
     if (!found || found.state !== "ready") return null;
     found.used = frame;
     return found;
   }
 
-  function load(at) {
-    const image = new Image();
-    const entry = { image, state: "waiting", since: 0, used: frame };
+  // The best picture of a tile that is there.
+  function bestTile(at, of) {
+    for (let kind = best(); kind >= 0; kind--) {
+      const found = tile(at, kind, of);
+      if (found) return found;
+    }
+    return null;
+  }
+
+  function load({ at, kind, place }) {
+    const stop = new AbortController();
+    const entry = { picture: null, kind, state: "waiting", since: 0, used: frame, stop };
     tiles.set(at, entry);
     under += 1;
-    const ended = (state) => {
-      under -= 1;
-      entry.state = state;
-      entry.since = performance.now();
-      invalidate();
-    };
-    image.src = at;
-    image.decode().then(() => ended("ready"), () => ended("missing"));
+    const of = { said: about, layer };
+    const gone = () => tiles.get(at) !== entry;
+    source.picture(at, stop.signal).then(
+      (picture) => {
+        under -= 1;
+        invalidate();
+        if (gone()) return picture.close?.();
+        entry.picture = picture;
+        arrived.push({ entry, place, of });
+      },
+      (error) => {
+        under -= 1;
+        invalidate();
+        if (gone()) return;
+        entry.state = "missing";
+        // A server may be busy, or not there for a while.
+        if (error.again_ms) setTimeout(() => (gone() || tiles.delete(at), invalidate()), error.again_ms);
+      },
+    );
+  }
+
+  function drop(at, entry) {
+    entry.stop.abort();
+    entry.picture?.close?.();
+    tiles.delete(at);
+  }
+
+  function receive(now) {
+    for (const { entry, place, of } of arrived.splice(0, ARRIVALS)) {
+      Object.assign(entry, { state: "ready", since: now });
+      hooks.arrived?.(place, entry.kind, of);
+    }
   }
 
   // The tiles of a level that are in a rectangle of the world and in the map.
-  function* covering(z, area) {
+  function* covering(z, area = shown(0)) {
     const side = TILE * 2 ** (ground.max_zoom - z);
     const first = (a, b) => Math.floor(Math.max(a, b) / side);
     const last = (a, b) => Math.ceil(Math.min(a, b) / side) - 1;
@@ -237,85 +311,132 @@ const terrane = (() => {
     }
   }
 
-  function shown(pad) {
-    const a = fromScreen({ x: -pad, y: -pad });
-    const b = fromScreen({ x: size.width + pad, y: size.height + pad });
+  function shown(pad, of = view) {
+    const a = fromScreen({ x: -pad, y: -pad }, of);
+    const b = fromScreen({ x: size.width + pad, y: size.height + pad }, of);
     return { x0: a.x, y0: a.y, x1: b.x, y1: b.y };
   }
 
-  const level = () => clamp(Math.round(view.zoom), 0, ground.max_zoom);
+  const level = (of = view) => clamp(Math.round(of.zoom), 0, ground.max_zoom);
 
-  // Asks for what is missing: what is shown, from the middle outwards, the coarse picture of all, then what is around.
-  function request(z) {
+  // Asks for what is missing: the coarse picture of all, what is shown, from the middle outwards, then what is around. What
+  // a server draws is asked for where a motion ends, drafts first and the coarse picture last, since it takes as long, and
+  // stopped when it is no longer wanted.
+  function request() {
+    const goal = (source.live && motion?.end) || view;
+    const z = level(goal);
     const wanted = [];
-    const want = (tilesOf, priority) => {
-      for (const { z, x, y } of tilesOf) {
-        const at = address(z, x, y);
+    const want = (tilesOf, kind, priority) => {
+      let lacks = 0;
+      for (const place of tilesOf) {
+        const at = address(place, kind);
         const known = tiles.get(at);
+        lacks += known?.state !== "ready";
         if (known) {
           known.used = frame;
           continue;
         }
-        const side = 2 ** (ground.max_zoom - z) * TILE;
-        const far = Math.hypot((x + 0.5) * side - view.x, (y + 0.5) * side - view.y) * scale();
-        wanted.push({ at, order: priority + far });
+        const side = 2 ** (ground.max_zoom - place.z) * TILE;
+        const far = Math.hypot((place.x + 0.5) * side - goal.x, (place.y + 0.5) * side - goal.y) * scale(goal);
+        wanted.push({ at, kind, place, order: priority + far });
       }
+      return lacks;
     };
-    want(covering(Math.min(z, 2), shown(0)), 0);
-    want(covering(z, shown(0)), 1e3);
-    if (!motion) want(covering(z, shown(TILE)), 1e6);
+    const seen = [...covering(z, shown(0, goal))];
+    const around = covering(z, shown(TILE, goal));
+    if (source.live) {
+      const draftless = seen.filter((at) => tiles.get(address(at))?.state !== "ready");
+      lacking = { draft: want(draftless, 0, 1e4), full: want(seen, 1, 1e6) };
+      want(around, 0, 1e8);
+      want(covering(Math.max(z - 3, 0), shown(0, goal)), 0, 1e9);
+      thin(lacking.draft > 0);
+    } else {
+      want(covering(Math.min(z, 2), shown(0)), 0, 0);
+      lacking = { draft: 0, full: want(seen, 0, 1e4) };
+      want(around, 0, 1e8);
+    }
     wanted.sort((a, b) => a.order - b.order);
-    for (const { at } of wanted) {
-      if (under >= AT_ONCE) break;
-      if (!tiles.has(at)) load(at);
+    let full = source.live ? fullUnderWay().length : 0;
+    for (const one of wanted) {
+      if (under >= source.atOnce) break;
+      if (tiles.has(one.at) || (one.order >= 1e8 && motion)) continue;
+      if (source.live && one.kind === 1) {
+        if (full >= (lacking.draft > 0 ? source.fullBesideDrafts : source.fullAtOnce)) continue;
+        full += 1;
+      }
+      load(one);
     }
   }
 
+  const fullUnderWay = () => [...tiles].filter(([, entry]) => entry.state === "waiting" && !entry.picture && entry.kind === 1);
+
+  // Stops what nobody wants, and makes way for drafts.
+  function thin(draftsLack) {
+    for (const [at, entry] of tiles) if (entry.state === "waiting" && !entry.picture && entry.used < frame) drop(at, entry);
+    if (draftsLack) for (const [at, entry] of fullUnderWay().slice(source.fullBesideDrafts)) drop(at, entry);
+  }
+
   function forget() {
-    const kept = isDense() ? KEPT_TILES.dense : KEPT_TILES.plain;
+    const kept = about.dense && size.dense > 1.25 ? KEPT_TILES.dense : KEPT_TILES.plain;
     if (tiles.size <= kept) return;
     const old = [...tiles].filter(([, entry]) => entry.state !== "waiting" && entry.used < frame);
     old.sort(([, a], [, b]) => a.used - b.used);
-    for (const [at] of old.slice(0, tiles.size - kept)) tiles.delete(at);
+    for (const [at, entry] of old.slice(0, tiles.size - kept)) drop(at, entry);
   }
 
   // Draws a part of a picture where a tile is; edges lie on whole pixels of the screen, so that neighbours meet.
-  function put({ image }, z, x, y, part) {
+  function put({ picture }, { z, x, y }, part) {
     const side = TILE * 2 ** (ground.max_zoom - z);
     const edge = (at, from, half) => Math.round(((at * side - from) * scale() + half) * size.dense);
     const [x0, x1] = [edge(x, view.x, size.width / 2), edge(x + 1, view.x, size.width / 2)];
     const [y0, y1] = [edge(y, view.y, size.height / 2), edge(y + 1, view.y, size.height / 2)];
     const { u, v, share } = part ?? { u: 0, v: 0, share: 1 };
-    const pixels = image.naturalWidth;
-    context.drawImage(image, u * pixels, v * pixels, share * pixels, share * pixels, x0, y0, x1 - x0, y1 - y0);
+    const pixels = picture.naturalWidth ?? picture.width;
+    context.drawImage(picture, u * pixels, v * pixels, share * pixels, share * pixels, x0, y0, x1 - x0, y1 - y0);
   }
 
-  // Draws a tile, or what there is in its place: a part of a coarser one, finer ones over it, or that of the layer before.
-  function drawTile({ z, x, y }, now) {
-    const own = tile(z, x, y);
-    const shownFor = own ? now - own.since : 0;
-    const opacity = !own ? 0 : calm.matches ? 1 : Math.min(shownFor / FADE_MS, 1);
-    if (opacity < 1) {
-      for (let up = 1; up <= z; up++) {
-        const coarse = tile(z - up, x >> up, y >> up);
-        if (!coarse) continue;
-        const share = 2 ** -up;
-        put(coarse, z, x, y, { u: (x % 2 ** up) * share, v: (y % 2 ** up) * share, share });
-        break;
-      }
-      for (const [dx, dy] of z < ground.max_zoom ? [[0, 0], [1, 0], [0, 1], [1, 1]] : []) {
-        const fine = tile(z + 1, 2 * x + dx, 2 * y + dy);
-        if (fine) put(fine, z + 1, 2 * x + dx, 2 * y + dy);
-      }
-      const before = layerBefore === layer ? null : tile(z, x, y, layerBefore);
-      if (before) put(before, z, x, y);
+  // The nearest coarser tile that is there, and which part of it a tile is.
+  function coarser({ z, x, y }) {
+    for (let up = 1; up <= z; up++) {
+      const many = 2 ** up;
+      const [column, row] = [Math.floor(x / many), Math.floor(y / many)];
+      const found = bestTile({ z: z - up, x: column, y: row });
+      if (found) return { found, part: { u: (x - column * many) / many, v: (y - row * many) / many, share: 1 / many } };
     }
-    if (own) {
+    return null;
+  }
+
+  // Draws a tile, or what there is in its place: a part of a coarser one, finer ones over it, or that of before. Returns
+  // whether it fades in, and whether it is there.
+  function drawTile(at, now) {
+    const own = []; // the best first, down to one that hides what is under it
+    const opacity = ({ since }) => (calm.matches ? 1 : Math.min((now - since) / FADE_MS, 1));
+    for (let kind = best(); kind >= 0; kind--) {
+      const found = tile(at, kind);
+      if (found && own.push({ found, opacity: opacity(found) }) && opacity(found) === 1) break;
+    }
+    if (own.at(-1)?.opacity !== 1) drawInstead(at);
+    for (const { found, opacity } of own.reverse()) {
       context.globalAlpha = opacity;
-      put(own, z, x, y);
-      context.globalAlpha = 1;
+      put(found, at);
     }
-    return !own || opacity === 1;
+    context.globalAlpha = 1;
+    return { fades: own.some(({ opacity }) => opacity < 1), there: own[0]?.opacity === 1 };
+  }
+
+  function drawInstead(at) {
+    const { z, x, y } = at;
+    const coarse = coarser(at);
+    if (coarse) put(coarse.found, at, coarse.part);
+    for (const [dx, dy] of z < ground.max_zoom ? [[0, 0], [1, 0], [0, 1], [1, 1]] : []) {
+      const part = { z: z + 1, x: 2 * x + dx, y: 2 * y + dy };
+      const fine = bestTile(part);
+      if (fine) put(fine, part);
+    }
+    for (const of of earlier) {
+      const before = bestTile(at, of);
+      if (before) return put(before, at);
+    }
   }
 
   // ---------- drawing
@@ -328,7 +449,7 @@ const terrane = (() => {
 
   function draw(now) {
     framed = false;
-    if (!about) return;
+    if (!about || paused) return;
     const ms = clamp(now - lastFrame, 1, 50);
     lastFrame = now;
     frame += 1;
@@ -336,34 +457,58 @@ const terrane = (() => {
       motion = null;
       remember();
     }
-    context.setTransform(1, 0, 0, 1, 0, 0);
-    context.fillStyle = "#e9ebe6";
-    context.fillRect(0, 0, canvas.width, canvas.height);
-    const [a, b] = [toScreen({ x: bounds.x0, y: bounds.y0 }), toScreen({ x: bounds.x1, y: bounds.y1 })];
-    const [left, top, right, bottom] = [a.x, a.y, b.x, b.y].map((edge) => Math.round(edge * size.dense));
-    context.save();
-    context.beginPath();
-    context.rect(left, top, right - left, bottom - top);
-    context.fillStyle = "#dcdfd9";
-    context.fill();
-    context.clip();
-    context.imageSmoothingQuality = "medium";
-    const z = level();
-    let still = true;
-    for (const at of covering(z, shown(0))) still = drawTile(at, now) && still;
-    context.restore();
-    context.lineWidth = size.dense;
-    context.strokeStyle = "#00000052";
-    context.strokeRect(left - size.dense / 2, top - size.dense / 2, right - left + size.dense, bottom - top + size.dense);
-    context.setTransform(size.dense, 0, 0, size.dense, 0, 0);
-    drawMarks();
-    request(z);
+    receive(now);
+    const still = hooks.paint ? hooks.paint(now) : paint(now);
+    request();
     forget();
     tellScale();
     tell();
     $("in").disabled = view.zoom >= highest() - 0.01;
     $("out").disabled = view.zoom <= lowest() + 0.01;
-    if (motion || !still) invalidate();
+    hooks.drawn?.(lacking);
+    if (motion || !still || arrived.length > 0) invalidate();
+  }
+
+  // Draws the map; returns whether it would look the same in the next frame.
+  function paint(now) {
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.fillStyle = "#e9ebe6";
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    context.save();
+    const frame = source.live ? null : edges();
+    if (frame) {
+      context.beginPath();
+      context.rect(...frame);
+      context.fillStyle = "#dcdfd9";
+      context.fill();
+      context.clip();
+    }
+    context.imageSmoothingQuality = "medium";
+    let [fades, there] = [false, true];
+    for (const at of covering(level())) {
+      const tile = drawTile(at, now);
+      fades ||= tile.fades;
+      there &&= tile.there;
+    }
+    if (there) earlier = [];
+    context.restore();
+    if (frame) {
+      const [left, top, width, height] = frame;
+      context.lineWidth = size.dense;
+      context.strokeStyle = "#00000052";
+      context.strokeRect(left - size.dense / 2, top - size.dense / 2, width + size.dense, height + size.dense);
+    }
+    context.setTransform(size.dense, 0, 0, size.dense, 0, 0);
+    hooks.overlay?.(context);
+    drawMarks();
+    return !fades;
+  }
+
+  // The map's edges in pixels of the canvas: left, top, width, height.
+  function edges() {
+    const [a, b] = [toScreen({ x: bounds.x0, y: bounds.y0 }), toScreen({ x: bounds.x1, y: bounds.y1 })];
+    const [left, top, right, bottom] = [a.x, a.y, b.x, b.y].map((edge) => Math.round(edge * size.dense));
+    return [left, top, right - left, bottom - top];
   }
 
   function ring(at, radius, colour, width) {
@@ -418,10 +563,7 @@ const terrane = (() => {
   function askHeights(key) {
     if (heights.has(key)) return;
     heights.set(key, { values: null, used: frame });
-    const script = document.createElement("script");
-    script.src = `heights/${key}.js`;
-    script.onload = script.onerror = () => script.remove();
-    document.head.append(script);
+    source.askHeights(about, key);
     if (heights.size <= KEPT_HEIGHTS) return;
     const [oldest] = [...heights].sort(([, a], [, b]) => a.used - b.used)[0];
     heights.delete(oldest);
@@ -445,38 +587,57 @@ const terrane = (() => {
   }
 
   async function takeHeights(key, text) {
+    const of = about;
     const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
     const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+    if (of !== about) return;
     heights.set(key, { values: unpacked(bytes), used: frame });
     tell();
+    hooks.heights?.(key);
   }
 
-  // The height in metres, from the tile of this zoom or, until it is there, from the finest that is.
-  function heightAt(world) {
+  // Height in metres and slope in degrees, from the tile of this zoom or, until it is there, from the finest that is.
+  function groundAt(world) {
     if (!about.heights || world.x < bounds.x0 || world.x > bounds.x1 || world.y < bounds.y0 || world.y > bounds.y1) return null;
     for (let z = level(); z >= 0; z--) {
       const [x, y] = [world.x, world.y].map((at) => at * 2 ** (z - ground.max_zoom));
       const [column, row] = [x, y].map((at) => Math.floor(at / TILE));
       const key = `${z}/${column}/${row}`;
-      if (z === level()) askHeights(key);
+      if (z === level() && !(source.live && motion)) askHeights(key);
       const found = heights.get(key);
       if (!found?.values) continue;
       found.used = frame;
-      return between(found.values, x - column * TILE, y - row * TILE);
+      return between(found.values, x - column * TILE, y - row * TILE, ground.finest_m * 2 ** (ground.max_zoom - z));
+    }
+    return null;
+  }
+
+  // The finest heights that there are of a tile, and which part of their own tile it is.
+  function gridOf({ z, x, y }) {
+    for (let up = 0; up <= z; up++) {
+      const many = 2 ** up;
+      const [column, row] = [Math.floor(x / many), Math.floor(y / many)];
+      const found = heights.get(`${z - up}/${column}/${row}`);
+      if (!found?.values) continue;
+      found.used = frame;
+      return { values: found.values, u: (x - column * many) / many, v: (y - row * many) / many, share: 1 / many };
     }
     return null;
   }
 
   // Heights are those of the middles of pixels.
-  function between(values, x, y) {
+  function between(values, x, y, pixel_m) {
     const { spacing_px: spacing, step_m: step } = about.heights;
     const cells = TILE / spacing;
     const [u, v] = [x, y].map((at) => clamp((at - 0.5) / spacing, 0, cells));
     const [i, j] = [u, v].map((at) => Math.min(Math.floor(at), cells - 1));
-    const at = (di, dj) => values[(j + dj) * (cells + 1) + i + di];
-    const row = (dj) => at(0, dj) * (1 - (u - i)) + at(1, dj) * (u - i);
-    return (row(0) * (1 - (v - j)) + row(1) * (v - j)) * step;
+    const at = (di, dj) => values[(j + dj) * (cells + 1) + i + di] * step;
+    const mix = (a, b, share) => a * (1 - share) + b * share;
+    const [north, south] = [0, 1].map((dj) => mix(at(0, dj), at(1, dj), u - i));
+    const [west, east] = [0, 1].map((di) => mix(at(di, 0), at(di, 1), v - j));
+    const rise = Math.hypot(east - west, south - north) / (spacing * pixel_m);
+    return { height: mix(north, south, v - j), slope: (Math.atan(rise) * 180) / Math.PI };
   }
 
   // ---------- what stands under the pointer
@@ -506,6 +667,7 @@ const terrane = (() => {
     return points[(Math.round(Math.atan2(-dy, dx) / (Math.PI / 4)) + 8) % 8];
   };
   const length = (metres) => (metres < 995 ? `${Math.round(metres)} m` : `${(metres / 1e3).toFixed(metres < 9950 ? 1 : 0)} km`);
+  const grouped = (number) => number.toLocaleString("en").replaceAll(",", "\u202f").replace("-", "\u2212");
   const write = (id, text) => {
     if ($(id).textContent !== text) $(id).textContent = text;
   };
@@ -520,13 +682,14 @@ const terrane = (() => {
     const pixel_m = ground.finest_m / scale();
     const digits = pixel_m < 3 ? 3 : pixel_m < 30 ? 2 : 1;
     const side = (metres, plus, minus) => {
-      const km = Math.abs(metres / 1e3).toFixed(digits);
+      const km = Math.abs(metres) < 1e7 ? Math.abs(metres / 1e3).toFixed(digits) : grouped(Math.round(Math.abs(metres / 1e3)));
       return `${km}\u202fkm ${metres < 0 ? minus : plus}`;
     };
     write("at", `${side(east, "E", "W")}, ${side(north, "N", "S")}`);
-    const height = heightAt(probe.at);
-    write("height", height === null ? "" : `${Math.round(height).toLocaleString("en").replaceAll(",", "\u202f").replace("-", "\u2212")}\u202fm`);
+    const under = groundAt(probe.at);
+    write("height", under === null ? "" : `${grouped(Math.round(under.height))}\u202fm`);
     tellName();
+    hooks.told?.({ at_m: [east, north], kind: probe.kind, ...under });
   }
 
   function tellName() {
@@ -544,7 +707,7 @@ const terrane = (() => {
     const most = ((size.width <= 640 ? 72 : 110) / scale()) * ground.finest_m;
     const power = 10 ** Math.floor(Math.log10(most));
     const metres = [5, 2, 1].find((step) => step * power <= most) * power;
-    write("length", metres >= 1e3 ? `${metres / 1e3} km` : metres >= 1 ? `${metres} m` : `${Math.round(metres * 100)} cm`);
+    write("length", metres >= 1e3 ? `${grouped(metres / 1e3)} km` : metres >= 1 ? `${metres} m` : `${Math.round(metres * 100)} cm`);
     $("bar").style.width = `${((metres / ground.finest_m) * scale()).toFixed(1)}px`;
   }
 
@@ -555,14 +718,23 @@ const terrane = (() => {
   let travelled = 0;
   let lastTap = null;
 
+  let grip = null; // what a page's tool does with the one pointer: { move, end }
+
   const place = (event) => ({ x: event.clientX, y: event.clientY });
 
   function down(event) {
     if (event.pointerType === "mouse" && event.button !== 0) return;
     canvas.setPointerCapture(event.pointerId);
     canvas.focus({ preventScroll: true });
-    if (touching.size === 0) travelled = 0;
+    if (touching.size === 0) {
+      travelled = 0;
+      grip = hooks.grip?.(place(event), event) ?? null;
+    } else if (grip) {
+      grip.end(false);
+      grip = null;
+    }
     touching.set(event.pointerId, place(event));
+    if (grip) return;
     canvas.classList.add("held");
     motion = null;
     zoomGoal = null;
@@ -573,14 +745,18 @@ const terrane = (() => {
     const at = place(event);
     pointer = event.pointerType === "mouse" ? at : null;
     const before = touching.get(event.pointerId);
-    if (before && touching.size <= 2) {
-      const grip = hold();
+    if (before && grip) {
+      grip.move(at);
+    } else if (before && touching.size <= 2) {
+      const held = hold();
       touching.set(event.pointerId, at);
-      follow(grip, hold());
+      follow(held, hold());
       travelled += Math.hypot(at.x - before.x, at.y - before.y);
       if (event.pointerType !== "mouse" && travelled > 8) pin = null;
       trail.push({ ...at, time: event.timeStamp });
       while (trail.length > 2 && trail[0].time < event.timeStamp - 90) trail.shift();
+    } else if (!before) {
+      hooks.hover?.(at);
     }
     invalidate();
   }
@@ -602,6 +778,12 @@ const terrane = (() => {
 
   function up(event) {
     if (!touching.delete(event.pointerId)) return;
+    if (grip) {
+      grip.end(event.type === "pointerup");
+      grip = null;
+      invalidate();
+      return;
+    }
     if (touching.size > 0) {
       // The fingers that stay do not fling the map.
       trail = [];
@@ -638,7 +820,8 @@ const terrane = (() => {
   // ---------- keys
 
   function pressed(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target === $("query")) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.("input, select, textarea")) return;
+    if (hooks.key?.(event)) return event.preventDefault();
     // Buttons and the switch of layers have keys of their own.
     const onButton = event.target instanceof HTMLButtonElement;
     const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
@@ -678,15 +861,18 @@ const terrane = (() => {
     const matches = names.map((name) => ({ name, worth: worth(name) })).filter(({ worth }) => worth < 3);
     // Names come by rank, and the order of equals stays.
     matches.sort((a, b) => a.worth - b.worth);
-    found = matches.slice(0, 8).map(({ name }) => name);
-    picked = 0;
+    const { rows = [], first = false } = hooks.search?.($("query").value.trim()) ?? {};
+    found = matches.slice(0, 8 - rows.length).map(({ name }) => name);
+    found.push(...rows);
     list(query !== "");
+    if (first) pick(found.length - rows.length);
   }
 
   function list(asked) {
     const rows = found.map((name, index) => {
       const row = document.createElement("li");
       const [title, kind] = [document.createElement("b"), document.createElement("i")];
+      row.classList.toggle("act", Boolean(name.act));
       title.textContent = name.name;
       kind.textContent = name.kind;
       row.append(title, kind);
@@ -726,11 +912,15 @@ const terrane = (() => {
   }
 
   function go(name) {
+    if (name.act) {
+      close();
+      return name.act();
+    }
     $("query").value = name.name;
     canvas.focus({ preventScroll: true });
     close();
     choose(name);
-    fly({ x: name.x, y: name.y, zoom: Math.max(view.zoom, ground.max_zoom - 1) });
+    fly({ x: name.x, y: name.y, zoom: Math.max(view.zoom, ground.max_zoom - (source.live ? 3 : 1)) });
   }
 
   function choose(name) {
@@ -760,7 +950,8 @@ const terrane = (() => {
   // ---------- layers
 
   function show(index) {
-    [layerBefore, layer] = [layer, index];
+    if (index !== layer) remind({ said: about, layer });
+    layer = index;
     for (const [at, button] of [...$("layers").children].entries()) {
       button.setAttribute("aria-checked", String(at === index));
       button.tabIndex = at === index ? 0 : -1;
@@ -768,6 +959,11 @@ const terrane = (() => {
     remember();
     invalidate();
   }
+
+  // What was shown stays until all of the new is there.
+  const remind = (of) => {
+    earlier = [of, ...earlier].slice(0, 3);
+  };
 
   function offerLayers() {
     const buttons = about.layers.map(({ title }, index) => {
@@ -779,13 +975,13 @@ const terrane = (() => {
     });
     $("layers").replaceChildren(...buttons);
     $("layers").hidden = buttons.length < 2;
-    $("layers").addEventListener("keydown", (event) => {
+    $("layers").onkeydown = (event) => {
       const step = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 }[event.key];
       if (!step) return;
       event.preventDefault();
       show((layer + step + buttons.length) % buttons.length);
       buttons[layer].focus();
-    });
+    };
   }
 
   // ---------- the address: #east,north,metres a pixel,layer
@@ -794,6 +990,7 @@ const terrane = (() => {
   function remember() {
     clearTimeout(remembering);
     remembering = setTimeout(() => {
+      if (!about) return;
       const [east, north] = toMetres(view).map(Math.round);
       const pixel_m = Number((ground.finest_m / scale()).toPrecision(4));
       try {
@@ -809,14 +1006,13 @@ const terrane = (() => {
     const numbers = [east, north, pixel_m].map(Number);
     show(Math.max(0, about.layers.findIndex((layer) => layer.name === name)));
     if (!(pixel_m && numbers.every(Number.isFinite) && numbers[2] > 0)) return Object.assign(view, whole());
-    Object.assign(view, toWorld(numbers), { zoom: ground.max_zoom + Math.log2(ground.finest_m / numbers[2]) });
-    keepIn();
+    Object.assign(view, kept({ ...toWorld(numbers), zoom: zoomOf(numbers[2]) }));
   }
 
   // ---------- the beginning
 
   function resize() {
-    const all = about && Math.abs(view.zoom - whole().zoom) < 0.01;
+    const all = about && !source.live && Math.abs(view.zoom - whole().zoom) < 0.01;
     size = { width: innerWidth, height: innerHeight, dense: devicePixelRatio || 1 };
     canvas.width = Math.round(size.width * size.dense);
     canvas.height = Math.round(size.height * size.dense);
@@ -826,8 +1022,12 @@ const terrane = (() => {
     invalidate();
   }
 
-  function start(said) {
-    [about, ground] = [said, said.ground];
+  const looking = () => ({ at_m: toMetres(view), pixel_m: ground.finest_m / scale() });
+
+  // Shows a map: at first where the address says, and another one after it from where one was.
+  function start(said, from = FILES) {
+    const before = about && { said: about, layer, look: looking(), style: about.layers[layer].name };
+    [about, source, ground] = [said, from, said.ground];
     const [west, south, east, north] = ground.bounds_m;
     const [a, b] = [toWorld([west, north]), toWorld([east, south])];
     bounds = { x0: a.x, y0: a.y, x1: b.x, y1: b.y };
@@ -837,8 +1037,18 @@ const terrane = (() => {
     $("about").title = about.description;
     $("foot").hidden = false;
     probe.cross = matchMedia("(hover: none)").matches;
+    if (before) {
+      [motion, zoomGoal, pin, names] = [null, null, null, []];
+      heights.clear();
+      layer = Math.max(0, about.layers.findIndex(({ name }) => name === before.style));
+      Object.assign(view, kept({ ...toWorld(before.look.at_m), zoom: zoomOf(before.look.pixel_m) }));
+      const alike = ground.finest_m === before.said.ground.finest_m && ground.max_zoom === before.said.ground.max_zoom;
+      if (alike) remind(before);
+      else earlier = [];
+    }
     offerLayers();
-    recall();
+    if (before) show(layer);
+    else recall();
     invalidate();
   }
 
@@ -872,10 +1082,60 @@ const terrane = (() => {
     heights: takeHeights,
     // For tests: where the view is, and whether anything still moves or loads.
     state() {
-      const [east_m, north_m] = toMetres(view);
-      const pixel_m = ground.finest_m / scale();
+      const { at_m: [east_m, north_m], pixel_m } = looking();
       const missing = [...tiles].filter(([, entry]) => entry.state === "missing").map(([at]) => at);
-      return { east_m, north_m, pixel_m, zoom: view.zoom, layer: about.layers[layer].name, tiles: tiles.size, missing, still: !motion && !framed && under === 0 };
+      const still = !motion && !framed && under === 0;
+      return { east_m, north_m, pixel_m, zoom: view.zoom, layer: about.layers[layer].name, tiles: tiles.size, missing, lacking, moving: motion !== null, still };
+    },
+
+    // What a page that adds to the map needs, in metres and in pixels of the screen.
+    //
+    // Hooks: overlay(context) draws over the map, paint(now) draws instead of it, drawn(lacking) follows each frame,
+    // arrived(place, kind, of) each picture and heights(key) each grid; told(under) what is told of the place under the
+    // pointer; grip(at, event) may take the pointer and returns { move, end }; hover, key and search(query) => { rows, first }.
+    hooks,
+    invalidate,
+    looking,
+    look({ at_m, pixel_m }, flies = false) {
+      const goal = kept({ ...toWorld(at_m), zoom: zoomOf(pixel_m) });
+      if (flies) return fly(goal);
+      [motion, zoomGoal] = [null, null];
+      Object.assign(view, goal);
+      remember();
+      invalidate();
+    },
+    toScreen: (at_m) => toScreen(toWorld(at_m)),
+    toMetres: (at) => toMetres(fromScreen(at)),
+    panBy,
+    zoomBy,
+    nothingWanted: (is) => {
+      paused = is;
+      if (is) for (const [at, entry] of tiles) if (entry.state === "waiting") drop(at, entry);
+      invalidate();
+    },
+    noHeights: (key) => (heights.delete(key), invalidate()),
+    // The tiles on the screen, each with the best picture there is of it and which part of that it is, and heights likewise.
+    patches() {
+      const whole = { u: 0, v: 0, share: 1 };
+      const of = (at) => {
+        const own = bestTile(at);
+        if (!motion) askHeights(`${at.z}/${at.x}/${at.y}`);
+        return { ...at, picture: own ? { found: own, part: whole } : coarser(at), grid: gridOf(at) };
+      };
+      return [...covering(level())].map(of);
+    },
+    about: () => about,
+    layer: () => about.layers[layer].name,
+    choose: (name, at_m) => choose(name === null ? null : { name, ...toWorld(at_m) }),
+    addNames(rows) {
+      const known = new Set(names.map(({ name, kind, x, y }) => `${name} ${kind} ${x} ${y}`));
+      for (const { name, kind, at } of rows) {
+        const one = { name, kind, rank: 0, plain: plain(name), ...toWorld(at) };
+        if (!known.has(`${name} ${kind} ${one.x} ${one.y}`)) names.push(one);
+      }
+      // As many as are looked through at each move of the pointer without being felt.
+      names = names.slice(-4000);
+      tell();
     },
   };
 })();

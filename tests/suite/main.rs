@@ -8,6 +8,7 @@ mod cli;
 mod cost;
 mod desk;
 mod disks;
+mod explore;
 mod far;
 mod features;
 mod fluvial;

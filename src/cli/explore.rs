@@ -1,0 +1,64 @@
+//! `terrane explore`.
+
+use std::env;
+use std::path::PathBuf;
+
+use serde_json::json;
+
+use crate::cli::args::{ExploreArguments, sources};
+use crate::cli::console::Console;
+use crate::cli::thread_count;
+use crate::error::Error;
+use crate::explore::{Given, Options, Server};
+
+/// The folder of what this program keeps, in the user's for such things.
+const CACHE: &str = "terrane";
+
+/// Pixels that a page shows of a part of the world that it is to begin with.
+const VIEW_PX: f64 = 900.0;
+
+/// Shows a world in a browser until it is interrupted.
+pub(super) fn run(arguments: ExploreArguments, console: &Console) -> Result<(), Error> {
+    let ExploreArguments { preset, place, seed, set, port, open, cache, cache_limit, threads, .. } = arguments;
+    if preset == "-" {
+        return Err(Error::Option {
+            message: "the explorer reads the preset again when it has changed, which standard input does not".into(),
+            hint: "give a file, or the name of a built-in preset".into(),
+        });
+    }
+    let view = if place.is_given() {
+        let read = sources(&preset, &set)?.read_all()?;
+        let located = place.located(&read, seed)?;
+        let [west, south, east, north] = located.bounds_m(read.tile_cells, read.spacing_m)?;
+        let pixel_m = (east - west).max(north - south) / VIEW_PX;
+        Some(([west.midpoint(east), south.midpoint(north)], pixel_m))
+    } else {
+        None
+    };
+    let program = env::current_exe().map_err(Error::io("this program"))?;
+    let options = Options {
+        given: Given { preset, seed, set },
+        view,
+        port,
+        cache: (cache_limit > 0).then(|| cache.or_else(default_cache)).flatten(),
+        cached_bytes: cache_limit,
+        program,
+        threads: thread_count(threads),
+    };
+    let server = Server::bind(options)?;
+    let url = server.url();
+    console.message(json!({ "type": "serving", "url": url }), &format!("{url}\nCtrl-C ends\n"))?;
+    if open && let Err(error) = open::that_detached(&url) {
+        console.warnings(&[format!("no browser could be opened: {error}")]);
+    }
+    match server.serve() {
+        // That is how it ends.
+        Err(Error::Interrupted) => Ok(()),
+        served => served,
+    }
+}
+
+/// The user's folder for what can be made again, if there is one.
+fn default_cache() -> Option<PathBuf> {
+    dirs::cache_dir().map(|folder| folder.join(CACHE))
+}

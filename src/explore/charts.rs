@@ -1,0 +1,84 @@
+//! The maps of open worlds at their zoom levels, as they are drawn from.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, OnceLock};
+
+use crate::error::Error;
+use crate::explore::spot::{Stage, pixel_m};
+use crate::explore::worlds::Opened;
+use crate::map::Chart;
+use crate::map::scale::Scale;
+use crate::map::style::Style;
+
+/// Levels that are kept, drafts and full maps apart: each remembers its land ([`Chart::REMEMBERED`]) and what is planned on it.
+const MOST: usize = 4;
+
+/// Pixels of a millimetre on screens, by which lines and letters have their size.
+const PIXELS_A_MM: f64 = 96.0 / 25.4;
+
+/// The maps of a level in the styles that were asked for, which have their land in common.
+#[derive(Default)]
+struct Level(Mutex<BTreeMap<&'static str, Arc<OnceLock<Arc<Chart>>>>>);
+
+/// Those that were asked for last, in front.
+#[derive(Default)]
+pub(super) struct Charts(Mutex<VecDeque<(Key, Arc<Level>)>>);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Key {
+    world: blake3::Hash,
+    stage: Stage,
+    zoom: u8,
+    is_dense: bool,
+}
+
+impl Charts {
+    /// The map of a world at a zoom level.
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range at that level.
+    pub fn chart(
+        &self,
+        opened: &Opened,
+        (zoom, is_dense): (u8, bool),
+        style: &'static str,
+        stage: Stage,
+    ) -> Result<Arc<Chart>, Error> {
+        let level = self.level(Key { world: opened.digest, stage, zoom, is_dense });
+        let (slot, other) = {
+            let mut styles = level.0.lock().expect("no thread panics while it looks for a style");
+            let other = styles.values().find_map(|slot| slot.get().cloned());
+            (styles.entry(style).or_default().clone(), other)
+        };
+        if let Some(chart) = slot.get() {
+            return Ok(chart.clone());
+        }
+        let mut drawn = Style::load(style)?;
+        if stage == Stage::Draft {
+            // What must be planned on all land around, or written around what is.
+            drawn.contours.draw = false;
+            drawn.roads.draw = false;
+            drawn.places.draw = false;
+            drawn.labels.draw = false;
+        }
+        let dense = if is_dense { 2.0 } else { 1.0 };
+        let metres_per_pixel = pixel_m(opened.world.spacing_m(), zoom) / dense;
+        let scale = Scale { metres_per_pixel, pixels_per_mm: PIXELS_A_MM * dense };
+        let chart = match (other, stage) {
+            (Some(other), _) => other.in_style(drawn),
+            (None, Stage::Draft) => Chart::sketch(&opened.world, drawn, scale)?,
+            (None, Stage::Full) => Chart::of_world(&opened.world, drawn, scale)?,
+        };
+        // Of two threads that were here at once one is forgotten: they are the same.
+        Ok(slot.get_or_init(|| chart).clone())
+    }
+
+    fn level(&self, key: Key) -> Arc<Level> {
+        let mut kept = self.0.lock().expect("no thread panics while it looks for a level");
+        let at = kept.iter().position(|(known, _)| *known == key);
+        let level = at.and_then(|at| kept.remove(at)).map_or_else(Arc::default, |(_, level)| level);
+        kept.push_front((key, level.clone()));
+        kept.truncate(MOST);
+        level
+    }
+}

@@ -1,0 +1,334 @@
+//! What is asked for, on its way to the threads that draw it.
+//!
+//! Who asks gets a [`Ticket`], which it waits for and may drop. What several ask for is done once; what nobody waits for any more is
+//! taken out, or stopped where it is under way.
+
+use std::collections::{HashMap, VecDeque};
+use std::future::Future;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::pin::Pin;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::task::{Context, Poll};
+use std::thread;
+use std::time::Duration;
+
+use tokio::sync::oneshot;
+
+use crate::error::Error;
+use crate::explore::request::{Failure, Status};
+use crate::stop::{self, Stopper};
+
+/// What a thread makes of a request: bytes for the page.
+pub(super) type Product = Arc<Vec<Vec<u8>>>;
+
+/// What comes out of it.
+pub(super) type Outcome = Result<Product, Failure>;
+
+/// How long a thread waits before it looks whether all is to end.
+const LOOK_INTERVAL: Duration = Duration::from_millis(50);
+
+/// Things that wait in a lane at most.
+const MOST_WAITING: usize = 256;
+
+/// How much less of the processor the slow lane's threads get where both have work.
+#[cfg(target_os = "linux")]
+const NICER: i32 = 10;
+
+/// Which threads do it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Lane {
+    /// What is done in tenths of a second, and is waited for.
+    Quick,
+    /// What may take a minute.
+    Slow,
+}
+
+/// Two lanes of threads.
+#[derive(Debug)]
+pub(super) struct Queue {
+    shared: Arc<Shared>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    state: Mutex<State>,
+    come: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    lanes: [VecDeque<blake3::Hash>; 2],
+    jobs: HashMap<blake3::Hash, Job>,
+    /// Jobs and those who wait, counted, so that each has a number of its own.
+    count: u64,
+    is_closed: bool,
+}
+
+struct Job {
+    number: u64,
+    lane: Lane,
+    /// Until a thread takes it.
+    work: Option<Work>,
+    stopper: Stopper,
+    waiting: Vec<(u64, oneshot::Sender<Outcome>)>,
+}
+
+type Work = Box<dyn FnOnce() -> Result<Product, Error> + Send>;
+
+impl std::fmt::Debug for Job {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Job")
+            .field("number", &self.number)
+            .field("waiting", &self.waiting.len())
+            .finish_non_exhaustive()
+    }
+}
+
+/// One who waits for something.
+#[derive(Debug)]
+pub(super) struct Ticket {
+    key: blake3::Hash,
+    number: u64,
+    outcome: oneshot::Receiver<Outcome>,
+    shared: Arc<Shared>,
+}
+
+impl Queue {
+    /// Starts so many threads for each lane, which end with the queue.
+    ///
+    /// # Errors
+    /// When the system starts no more.
+    pub fn start(threads: usize) -> Result<Queue, Error> {
+        let queue = Queue { shared: Arc::new(Shared { state: Mutex::default(), come: Condvar::new() }) };
+        for lane in [Lane::Quick, Lane::Slow].iter().flat_map(|lane| std::iter::repeat_n(*lane, threads)) {
+            let shared = queue.shared.clone();
+            thread::Builder::new().name(format!("{lane:?}")).spawn(move || shared.serve(lane)).map_err(|error| {
+                Error::Option {
+                    message: format!("{} threads cannot be started: {error}", 2 * threads),
+                    hint: "give fewer with --threads".into(),
+                }
+            })?;
+        }
+        Ok(queue)
+    }
+
+    /// Asks for what a digest names, which `work` makes if nobody else has asked for it.
+    ///
+    /// # Errors
+    /// When too much is waiting.
+    pub fn ask(
+        &self,
+        lane: Lane,
+        key: blake3::Hash,
+        work: impl FnOnce() -> Result<Product, Error> + Send + 'static,
+    ) -> Result<Ticket, Failure> {
+        let mut state = self.shared.state();
+        if !state.jobs.contains_key(&key) {
+            if state.lanes[lane as usize].len() >= MOST_WAITING {
+                return Err(Failure::new(Status::Busy, "too much is asked for at once", "ask again in a second"));
+            }
+            state.count += 1;
+            let number = state.count;
+            let (work, stopper): (Work, _) = (Box::new(work), Stopper::default());
+            state.jobs.insert(key, Job { number, lane, work: Some(work), stopper, waiting: Vec::new() });
+            state.lanes[lane as usize].push_back(key);
+        }
+        state.count += 1;
+        let number = state.count;
+        let (sender, outcome) = oneshot::channel();
+        state.jobs.get_mut(&key).expect("it is there now").waiting.push((number, sender));
+        drop(state);
+        self.shared.come.notify_all();
+        Ok(Ticket { key, number, outcome, shared: self.shared.clone() })
+    }
+}
+
+impl Drop for Queue {
+    fn drop(&mut self) {
+        let mut state = self.shared.state();
+        state.is_closed = true;
+        state.jobs.values().for_each(|job| job.stopper.request());
+        drop(state);
+        self.shared.come.notify_all();
+    }
+}
+
+impl Shared {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().expect("no thread panics while it looks at the queue")
+    }
+
+    /// Does what there is in a lane until all is to end.
+    fn serve(&self, lane: Lane) {
+        if lane == Lane::Slow {
+            #[cfg(target_os = "linux")]
+            // Where it may not be, both lanes get as much.
+            let _ = rustix::process::nice(NICER);
+        }
+        // What is drawn asks for threads: this one is all that it gets, so that its stopper stops all of it.
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
+        let _pool = pool.expect("a pool of one thread that is there already starts none");
+        loop {
+            let mut state = self.state();
+            let (key, number, work, stopper) = loop {
+                if state.is_closed || stop::is_requested() {
+                    return;
+                }
+                // What was taken out is not there any more.
+                if let Some(key) = state.lanes[lane as usize].pop_front() {
+                    let taken = state.jobs.get_mut(&key).and_then(|job| {
+                        let work = job.work.take()?;
+                        Some((key, job.number, work, job.stopper.clone()))
+                    });
+                    match taken {
+                        Some(taken) => break taken,
+                        None => continue,
+                    }
+                }
+                let waited = self.come.wait_timeout(state, LOOK_INTERVAL);
+                state = waited.expect("no thread panics while it looks at the queue").0;
+            };
+            drop(state);
+            // Another one is drawn all the same.
+            let done = catch_unwind(AssertUnwindSafe(|| stopper.run(work)));
+            let outcome = match done {
+                Ok(done) => done.map_err(|error| Failure::of(&error)),
+                Err(_) => {
+                    Err(Failure::new(Status::Broken, "this could not be drawn: that is a fault of the program", ""))
+                }
+            };
+            let mut state = self.state();
+            // If everybody left and others came, it is theirs that is there now.
+            if state.jobs.get(&key).is_some_and(|job| job.number == number) {
+                let job = state.jobs.remove(&key).expect("it was there");
+                drop(state);
+                for (_, sender) in job.waiting {
+                    // Who left is not told.
+                    _ = sender.send(outcome.clone());
+                }
+            }
+        }
+    }
+}
+
+impl Future for Ticket {
+    type Output = Outcome;
+
+    fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Outcome> {
+        let closed = || Err(Failure::new(Status::Busy, "the explorer is closing", ""));
+        Pin::new(&mut self.outcome).poll(context).map(|outcome| outcome.unwrap_or_else(|_| closed()))
+    }
+}
+
+impl Drop for Ticket {
+    fn drop(&mut self) {
+        let mut state = self.shared.state();
+        let Some(job) = state.jobs.get_mut(&self.key) else { return };
+        let before = job.waiting.len();
+        job.waiting.retain(|(number, _)| *number != self.number);
+        if job.waiting.is_empty() && before > 0 {
+            let job = state.jobs.remove(&self.key).expect("it was there");
+            job.stopper.request();
+            state.lanes[job.lane as usize].retain(|key| *key != self.key);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::sync::mpsc::channel;
+    use std::time::Instant;
+
+    fn key(number: u32) -> blake3::Hash {
+        blake3::hash(&number.to_le_bytes())
+    }
+
+    fn wait(ticket: Ticket) -> Outcome {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
+        runtime.block_on(async { tokio::time::timeout(Duration::from_secs(20), ticket).await.unwrap() })
+    }
+
+    fn product(byte: u8) -> Product {
+        Arc::new(vec![vec![byte]])
+    }
+
+    #[test]
+    fn what_several_ask_for_is_made_once() {
+        let queue = Queue::start(1).unwrap();
+        let made = Arc::new(AtomicUsize::new(0));
+        let (go, gone) = channel();
+        let count = made.clone();
+        let first = queue.ask(Lane::Quick, key(1), move || {
+            gone.recv().unwrap();
+            count.fetch_add(1, Ordering::Relaxed);
+            Ok(product(1))
+        });
+        let second = queue.ask(Lane::Quick, key(1), || unreachable!("somebody else has asked"));
+        go.send(()).unwrap();
+        assert_eq!(wait(first.unwrap()).unwrap()[0], [1]);
+        assert_eq!(wait(second.unwrap()).unwrap()[0], [1]);
+        assert_eq!(made.load(Ordering::Relaxed), 1);
+        // Afterwards it is made anew.
+        assert_eq!(wait(queue.ask(Lane::Quick, key(1), || Ok(product(2))).unwrap()).unwrap()[0], [2]);
+    }
+
+    #[test]
+    fn what_nobody_waits_for_is_stopped_or_never_begun() {
+        let queue = Queue::start(1).unwrap();
+        let (begun, begins) = channel();
+        let endless = move || {
+            begun.send(()).unwrap();
+            loop {
+                stop::check();
+                thread::sleep(Duration::from_millis(1));
+            }
+        };
+        let running = queue.ask(Lane::Slow, key(1), endless).unwrap();
+        begins.recv().unwrap();
+        let waiting = queue.ask(Lane::Slow, key(2), || unreachable!("nobody wants it")).unwrap();
+        let last = queue.ask(Lane::Slow, key(3), || Ok(product(3))).unwrap();
+        // The other lane does not wait for it.
+        assert!(wait(queue.ask(Lane::Quick, key(4), || Ok(product(4))).unwrap()).is_ok());
+        drop(waiting);
+        drop(running);
+        let since = Instant::now();
+        assert_eq!(wait(last).unwrap()[0], [3]);
+        assert!(since.elapsed() < Duration::from_secs(5));
+        assert!(queue.shared.state().jobs.is_empty());
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_and_the_rest_goes_on() {
+        let queue = Queue::start(1).unwrap();
+        let refused = || Err(Error::Option { message: "no such thing".into(), hint: "another".into() });
+        let failure = wait(queue.ask(Lane::Quick, key(1), refused).unwrap()).unwrap_err();
+        assert_eq!(failure.status, Status::Faulty);
+        let panic = queue.ask(Lane::Quick, key(2), || std::panic::resume_unwind(Box::new("a bug"))).unwrap();
+        assert_eq!(wait(panic).unwrap_err().status, Status::Broken);
+        assert!(wait(queue.ask(Lane::Quick, key(3), || Ok(product(1))).unwrap()).is_ok());
+    }
+
+    #[test]
+    fn no_more_waits_than_there_is_room_for() {
+        let queue = Queue::start(1).unwrap();
+        let (go, gone) = channel::<()>();
+        let (begun, begins) = channel();
+        let first = queue.ask(Lane::Slow, key(0), move || {
+            begun.send(()).unwrap();
+            _ = gone.recv();
+            Ok(product(0))
+        });
+        begins.recv().unwrap();
+        let ask = |number| queue.ask(Lane::Slow, key(number), || Ok(product(1)));
+        let tickets: Vec<Ticket> = (1..=MOST_WAITING as u32).map(|number| ask(number).unwrap()).collect();
+        assert_eq!(ask(9999).unwrap_err().status, Status::Busy);
+        assert!(ask(5).is_ok(), "that is asked for already");
+        drop(go);
+        assert!(wait(first.unwrap()).is_ok());
+        for ticket in tickets {
+            assert!(wait(ticket).is_ok());
+        }
+    }
+}

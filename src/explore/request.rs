@@ -1,0 +1,311 @@
+//! What may be asked for, and by whom: every address and every body is read here, and what is wrong with one is told.
+//!
+//! A page that somebody else serves can make a browser ask this machine for anything, so the explorer answers to its own page alone:
+//! to requests that name its own address as their host, and, where a browser says which page asks, to its own.
+
+use serde::Serialize;
+
+use crate::error::Error;
+use crate::explore::spot::{Spot, Stage};
+
+/// Why something is not answered.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub(super) struct Failure {
+    #[serde(skip)]
+    pub status: Status,
+    pub error: String,
+    pub hint: Option<String>,
+    /// Where in a preset, with the line.
+    pub place: Option<String>,
+}
+
+/// The kind of an answer, by its number in HTTP.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Status {
+    /// The address or the body makes no sense.
+    Malformed = 400,
+    /// The request comes from elsewhere.
+    Forbidden = 403,
+    Missing = 404,
+    /// Not with this method.
+    Method = 405,
+    /// Not as things are.
+    Conflict = 409,
+    /// A body is larger than any that makes sense.
+    Large = 413,
+    /// A body is not said to be JSON.
+    Form = 415,
+    /// It is understood, and cannot be done.
+    Faulty = 422,
+    /// A fault of the program.
+    Broken = 500,
+    /// Another time.
+    Busy = 503,
+}
+
+impl Failure {
+    pub fn new(status: Status, error: impl Into<String>, hint: impl Into<String>) -> Failure {
+        let hint = Some(hint.into()).filter(|hint| !hint.is_empty());
+        Failure { status, error: error.into(), hint, place: None }
+    }
+
+    /// What an error of the library says.
+    pub fn of(error: &Error) -> Failure {
+        let hint = error.hint().unwrap_or_default();
+        match error {
+            Error::Preset { message, source_place: Some(_), .. } => {
+                let text = error.to_string();
+                let place = text.replacen(message, "", 1).trim_end_matches(": ").replacen(": \n", "\n", 1);
+                Failure { place: Some(place), ..Failure::new(Status::Faulty, message, hint) }
+            }
+            Error::Interrupted => Failure::new(Status::Busy, "this was not wanted any more", ""),
+            Error::Io { .. } => Failure::new(Status::Broken, error.to_string(), hint),
+            _ => Failure::new(Status::Faulty, error.to_string(), hint),
+        }
+    }
+
+    fn malformed(error: impl Into<String>) -> Failure {
+        Failure::new(Status::Malformed, error, "")
+    }
+
+    pub fn missing() -> Failure {
+        Failure::new(Status::Missing, "there is nothing at this address", "")
+    }
+}
+
+/// What a browser says of where a request comes from.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sender<'a> {
+    pub host: Option<&'a str>,
+    pub origin: Option<&'a str>,
+    /// The header `Sec-Fetch-Site`.
+    pub site: Option<&'a str>,
+}
+
+impl Sender<'_> {
+    /// Whether the request is for the explorer at a port, from its own page or from no page.
+    ///
+    /// # Errors
+    /// When it is not.
+    pub fn check(&self, port: u16) -> Result<(), Failure> {
+        let own = [format!("127.0.0.1:{port}"), format!("localhost:{port}")];
+        let is_host = self.host.is_some_and(|host| own.iter().any(|own| own.eq_ignore_ascii_case(host)));
+        let is_own = |origin: &str| own.iter().any(|own| origin.strip_prefix("http://") == Some(own));
+        let is_near = |site: &str| matches!(site, "same-origin" | "none");
+        if is_host && self.origin.is_none_or(is_own) && self.site.is_none_or(is_near) {
+            return Ok(());
+        }
+        Err(Failure::new(
+            Status::Forbidden,
+            "the explorer answers to its own page alone",
+            format!("open http://{}/", own[0]),
+        ))
+    }
+}
+
+/// Something that can be had without a change to anything.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Asked {
+    /// A file of the page.
+    Page(String),
+    Start,
+    Schema,
+    Tile {
+        world: String,
+        style: String,
+        stage: Stage,
+        spot: Spot,
+    },
+    Heights {
+        world: String,
+        spot: Spot,
+    },
+    Names {
+        world: String,
+        style: String,
+        spot: Spot,
+    },
+    Find {
+        world: String,
+        query: String,
+        near_km: [f64; 2],
+        limit: usize,
+    },
+    Watch {
+        world: String,
+    },
+    Bake(u64),
+    Map(u64),
+}
+
+/// What an address asks for, by its path and the query behind it.
+///
+/// # Errors
+/// When there is no such address, or a number in it makes no sense.
+pub(super) fn read(path: &str, query: &str) -> Result<Asked, Failure> {
+    let parts: Vec<&str> = path.strip_prefix('/').ok_or_else(Failure::missing)?.split('/').collect();
+    let own = |text: &str| text.to_owned();
+    match parts[..] {
+        [file] => Ok(Asked::Page(if file.is_empty() { "index.html".into() } else { own(file) })),
+        ["api", "start"] => Ok(Asked::Start),
+        ["api", "schema"] => Ok(Asked::Schema),
+        ["api", "bakes", number] => Ok(Asked::Bake(natural(number)?)),
+        ["bakes", number, "map.png"] => Ok(Asked::Map(natural(number)?)),
+        ["w", world, "heights", zoom, x, y] => {
+            let y = y.strip_suffix(".js").ok_or_else(Failure::missing)?;
+            Ok(Asked::Heights { world: own(world), spot: spot([zoom, x, y], false)? })
+        }
+        ["w", world, "names", style, zoom, x, y] => {
+            let y = y.strip_suffix(".json").ok_or_else(Failure::missing)?;
+            Ok(Asked::Names { world: own(world), style: own(style), spot: spot([zoom, x, y], false)? })
+        }
+        ["w", world, style, stage, zoom, x, y] => {
+            let stage = match stage {
+                "draft" => Stage::Draft,
+                "full" => Stage::Full,
+                _ => return Err(Failure::missing()),
+            };
+            let y = y.strip_suffix(".webp").ok_or_else(Failure::missing)?;
+            let (y, is_dense) = y.strip_suffix("@2x").map_or((y, false), |y| (y, true));
+            Ok(Asked::Tile { world: own(world), style: own(style), stage, spot: spot([zoom, x, y], is_dense)? })
+        }
+        ["w", world, "find"] => find(own(world), query),
+        ["w", world, "watch"] => Ok(Asked::Watch { world: own(world) }),
+        _ => Err(Failure::missing()),
+    }
+}
+
+/// Things that a search returns at most.
+const MOST_FOUND: usize = 100;
+
+/// Characters of a search at most.
+const MOST_LETTERS: usize = 200;
+
+fn find(world: String, query: &str) -> Result<Asked, Failure> {
+    let (mut text, mut near_km, mut limit) = (None, [0.0; 2], 20);
+    for (key, value) in form_urlencoded::parse(query.as_bytes()) {
+        match &*key {
+            "q" => text = Some(value.into_owned()),
+            "near" => {
+                let numbers: Option<Vec<f64>> = value.split(',').map(|number| number.parse().ok()).collect();
+                near_km = numbers
+                    .and_then(|numbers| numbers.try_into().ok())
+                    .filter(|near: &[f64; 2]| near.iter().all(|km| km.is_finite()))
+                    .ok_or_else(|| Failure::malformed("near: expected kilometres east and north, such as 12.5,-3"))?;
+            }
+            "limit" => {
+                limit = value
+                    .parse()
+                    .ok()
+                    .filter(|limit| (1..=MOST_FOUND).contains(limit))
+                    .ok_or_else(|| Failure::malformed(format!("limit: expected 1 to {MOST_FOUND}")))?;
+            }
+            _ => {}
+        }
+    }
+    let is_short = |text: &String| !text.trim().is_empty() && text.chars().count() <= MOST_LETTERS;
+    let query = text.filter(is_short).ok_or_else(|| Failure::malformed("q: expected what to find"))?;
+    Ok(Asked::Find { world, query, near_km, limit })
+}
+
+fn spot([zoom, x, y]: [&str; 3], is_dense: bool) -> Result<Spot, Failure> {
+    let wrong = || Failure::malformed(format!("{zoom}/{x}/{y} is no tile"));
+    let zoom = natural(zoom).map_err(|_| wrong())?;
+    let [x, y] = [x, y].map(integer);
+    let (Some(x), Some(y)) = (x, y) else { return Err(wrong()) };
+    Spot::new(zoom, x, y, is_dense).ok_or_else(wrong)
+}
+
+/// A whole number as it is usually written, so that nothing has two addresses.
+fn integer(text: &str) -> Option<i64> {
+    text.parse().ok().filter(|number: &i64| number.to_string() == text)
+}
+
+fn natural(text: &str) -> Result<u64, Failure> {
+    let number = integer(text).and_then(|number| u64::try_from(number).ok());
+    number.ok_or_else(|| Failure::malformed(format!("{text} is no number")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn its_own_page_may_ask_and_no_other() {
+        let sender = |host, origin, site| Sender { host, origin, site }.check(8123).is_ok();
+        assert!(sender(Some("127.0.0.1:8123"), None, None));
+        assert!(sender(Some("LOCALHOST:8123"), Some("http://localhost:8123"), Some("same-origin")));
+        assert!(sender(Some("127.0.0.1:8123"), Some("http://127.0.0.1:8123"), Some("none")));
+        for (host, origin, site) in [
+            (None, None, None),
+            // A name of somebody else's that leads to this machine.
+            (Some("terrane.example:8123"), None, None),
+            (Some("127.0.0.1"), None, None),
+            (Some("127.0.0.1:80"), None, None),
+            (Some("127.0.0.1:8123"), Some("http://terrane.example"), None),
+            (Some("127.0.0.1:8123"), Some("https://127.0.0.1:8123"), None),
+            (Some("127.0.0.1:8123"), Some("null"), None),
+            (Some("127.0.0.1:8123"), None, Some("cross-site")),
+            (Some("127.0.0.1:8123"), None, Some("same-site")),
+        ] {
+            assert!(!sender(host, origin, site), "{host:?} {origin:?} {site:?}");
+        }
+    }
+
+    #[test]
+    fn tiles_have_one_address_each_and_others_are_malformed() {
+        let tile = |path: &str| read(path, "").map_err(|failure| failure.status as u16);
+        let spot = Spot::new(11, -3, 12, true).unwrap();
+        let asked = Asked::Tile { world: "0f".into(), style: "atlas".into(), stage: Stage::Full, spot };
+        assert_eq!(tile("/w/0f/atlas/full/11/-3/12@2x.webp"), Ok(asked));
+        let heights = Asked::Heights { world: "0f".into(), spot: Spot::new(0, 0, -1, false).unwrap() };
+        assert_eq!(tile("/w/0f/heights/0/0/-1.js"), Ok(heights));
+        for wrong in
+            ["12/0/0", "-1/0/0", "+1/0/0", "01/0/0", "1/0x1/0", "1/-0/0", "1/1.5/0", "1/1e3/0", "1//0", "1/NaN/0"]
+        {
+            assert_eq!(tile(&format!("/w/0f/atlas/draft/{wrong}.webp")), Err(400), "{wrong}");
+        }
+        for number in ["9223372036854775807", "-9223372036854775808", "99999999999999999999999999", "1000000000000000"]
+        {
+            assert_eq!(tile(&format!("/w/0f/atlas/draft/3/{number}/0.webp")), Err(400), "{number}");
+            assert_eq!(tile(&format!("/w/0f/heights/3/0/{number}.js")), Err(400), "{number}");
+        }
+        for nothing in
+            ["", "w", "/w/0f/atlas/half/1/0/0.webp", "/w/0f/atlas/full/1/0/0.png", "/w/../../etc/passwd", "/a/b/c"]
+        {
+            assert_eq!(tile(nothing), Err(404), "{nothing}");
+        }
+    }
+
+    #[test]
+    fn a_search_says_what_where_and_how_many() {
+        let find = |query: &str| read("/w/0f/find", query).map_err(|failure| failure.status as u16);
+        let asked =
+            |query: &str, near_km, limit| Asked::Find { world: "0f".into(), query: query.into(), near_km, limit };
+        assert_eq!(find("q=lake+%3E+2%20km2&near=-3.5,12&limit=7"), Ok(asked("lake > 2 km2", [-3.5, 12.0], 7)));
+        assert_eq!(find("q=Feanmere"), Ok(asked("Feanmere", [0.0, 0.0], 20)));
+        for wrong in [
+            "",
+            "q=",
+            "q=%20",
+            "q=a&near=1",
+            "q=a&near=1,inf",
+            "q=a&limit=0",
+            "q=a&limit=1000",
+            &format!("q={}", "a".repeat(201)),
+        ] {
+            assert_eq!(find(wrong), Err(400), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn an_error_of_a_preset_is_told_with_its_place() {
+        let text = "seed = 1\nspacing_m = -1\n";
+        let error = crate::preset::Preset::parse("my.toml", text).unwrap_err();
+        let failure = Failure::of(&error);
+        assert_eq!(failure.status, Status::Faulty);
+        let place = failure.place.unwrap();
+        assert!(place.starts_with("my.toml:2:13\n") && place.contains("2 | spacing_m = -1\n"), "{place}");
+        assert!(failure.error.contains("spacing_m") && failure.hint.is_some(), "{}", failure.error);
+    }
+}

@@ -1,0 +1,117 @@
+//! A world of the page as a preset file.
+
+use std::path::Path;
+
+use toml::{Table, Value};
+
+use crate::error::Error;
+use crate::explore::request::{Failure, Status};
+use crate::explore::worlds::Opened;
+use crate::file::write_whole;
+use crate::preset::Preset;
+
+/// Letters of a name at most.
+const MOST_LETTERS: usize = 64;
+
+/// Writes a world's preset into the folder that the explorer was started in, and returns the name of the file.
+///
+/// # Errors
+/// When the name is none, when there is such a file that may not be replaced, or when it cannot be written.
+pub(super) fn save(opened: &Opened, name: &str, overwrite: bool) -> Result<String, Failure> {
+    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';
+    if name.is_empty() || name.len() > MOST_LETTERS || !name.chars().all(is_plain) {
+        let hint = format!("up to {MOST_LETTERS} letters, digits, - and _");
+        return Err(Failure::new(Status::Malformed, format!("{name:?} is no name for a preset"), hint));
+    }
+    let file = format!("{name}.toml");
+    if Path::new(&file).exists() && !overwrite {
+        return Err(Failure::new(
+            Status::Conflict,
+            format!("{file} is there already"),
+            "replace it, or take another name",
+        ));
+    }
+    let text = text(opened).map_err(|error| Failure::of(&error))?;
+    write_whole(file.clone().into(), text.as_bytes()).map_err(|error| Failure::of(&error))?;
+    Ok(file)
+}
+
+/// The text of a preset that makes the world: what is set on top of what it extends, or all of it where that cannot be written so.
+fn text(opened: &Opened) -> Result<String, Error> {
+    let recipe = &opened.recipe;
+    let about = format!("# {}, with changes\n", opened.name);
+    let wanted = Preset { seed: opened.world.seed(), ..opened.preset.clone() };
+    let short = short(&opened.source, recipe.seed, &recipe.set).map(|text| about.clone() + &text);
+    if let Some(text) = short
+        && Preset::parse("saved", &text).is_ok_and(|preset| preset == wanted)
+    {
+        return Ok(text);
+    }
+    let all = toml::to_string(&wanted).map_err(|error| Error::Option {
+        message: format!("this preset cannot be written: {error}"),
+        hint: String::new(),
+    })?;
+    Ok(about + &all)
+}
+
+/// What is set on top of a preset, as tables; `None` where a key has an index, which no table has.
+fn short(source: &str, seed: Option<u64>, set: &[String]) -> Option<String> {
+    let mut root = Table::new();
+    root.insert("extends".into(), source.into());
+    if let Some(seed) = seed {
+        root.insert("seed".into(), i64::try_from(seed).ok()?.into());
+    }
+    for setting in set {
+        let parsed: Table = toml::from_str(setting).ok()?;
+        merge(&mut root, parsed);
+    }
+    toml::to_string(&root).ok()
+}
+
+fn merge(into: &mut Table, from: Table) {
+    for (key, value) in from {
+        match (into.get_mut(&key), value) {
+            (Some(Value::Table(known)), Value::Table(new)) => merge(known, new),
+            (_, value) => _ = into.insert(key, value),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::explore::worlds::{Given, Recipe, Worlds};
+
+    #[test]
+    fn a_saved_preset_makes_the_same_world() {
+        for (preset, seed, set, is_short) in [
+            ("alps", None, vec![], true),
+            ("alps", Some(7), vec!["fluvial.ceiling_m=2000", "fluvial.runoff_m=1", "spacing_m=8"], true),
+            // No table has a key with an index.
+            ("thesis", None, vec!["noise[0].height_m=300"], false),
+        ] {
+            let worlds = Worlds::new(Given { preset: preset.into(), seed: None, set: Vec::new() });
+            let set: Vec<String> = set.into_iter().map(str::to_owned).collect();
+            let opened = worlds.open(&Recipe { preset: preset.into(), seed, set }).unwrap();
+            let text = text(&opened).unwrap();
+            assert_eq!(text.contains(&format!("extends = \"{preset}\"")), is_short, "{text}");
+            let saved = Preset::parse("saved", &text).unwrap();
+            assert_eq!(saved, Preset { seed: opened.world.seed(), ..opened.preset.clone() });
+        }
+    }
+
+    #[test]
+    fn a_seed_that_no_file_can_have_is_refused() {
+        let worlds = Worlds::new(Given { preset: "thesis".into(), seed: Some(u64::MAX), set: Vec::new() });
+        assert!(text(&worlds.open(&worlds.first()).unwrap()).is_err());
+    }
+
+    #[test]
+    fn names_stay_in_the_folder() {
+        let worlds = Worlds::new(Given { preset: "thesis".into(), seed: None, set: Vec::new() });
+        let opened = worlds.open(&worlds.first()).unwrap();
+        for name in ["", "..", "../x", "a/b", "a\\b", "a.b", "ä", "a b", &"a".repeat(65)] {
+            assert_eq!(save(&opened, name, true).unwrap_err().status, Status::Malformed, "{name}");
+        }
+    }
+}

@@ -1,0 +1,242 @@
+//! The pictures, heights and names of tiles: from the disk, or drawn.
+
+use std::sync::{Arc, LazyLock};
+
+use serde_json::json;
+
+use crate::area::Area;
+use crate::error::Error;
+use crate::explore::cache::Cache;
+use crate::explore::charts::Charts;
+use crate::explore::queue::{Lane, Product, Queue, Ticket};
+use crate::explore::request::Failure;
+use crate::explore::spot::{Spot, Stage};
+use crate::explore::worlds::Opened;
+use crate::map::Chart;
+use crate::map::style::STYLES;
+use crate::web::{Encoding, HEIGHT_SPACING_PX, TILE_PX, height_text};
+
+/// Pixels a side of what is drawn at once: a block of a chart, which is four tiles, or a dense one.
+const BLOCK_PX: i64 = 2 * TILE_PX;
+
+/// The style whose maps tell heights: any would do.
+const HEIGHTS_STYLE: &str = "topographic";
+
+/// What draws tiles.
+pub(super) struct Studio {
+    pub charts: Charts,
+    pub cache: Option<Cache>,
+    pub queue: Queue,
+}
+
+/// Something that is here already, or on its way: one of the parts of a product.
+pub(super) enum Pending {
+    Here(Vec<u8>),
+    Coming(Ticket, usize),
+}
+
+impl Pending {
+    /// Waits for it.
+    ///
+    /// # Errors
+    /// When it cannot be made.
+    pub async fn bytes(self) -> Result<Vec<u8>, Failure> {
+        match self {
+            Pending::Here(bytes) => Ok(bytes),
+            Pending::Coming(ticket, part) => Ok(ticket.await?[part].clone()),
+        }
+    }
+}
+
+/// A picture in one style, by what it is made with.
+#[derive(Clone)]
+struct Subject {
+    opened: Arc<Opened>,
+    style: &'static str,
+    stage: Stage,
+}
+
+/// What a digest is of beside a tile's place.
+#[derive(Clone, Copy)]
+#[repr(u8)]
+enum Kind {
+    Picture,
+    Names,
+    Heights,
+    Block,
+}
+
+/// What the styles say, those that others extend among them: another text is another picture.
+static STYLES_DIGEST: LazyLock<blake3::Hash> = LazyLock::new(|| {
+    let mut hasher = blake3::Hasher::new();
+    for (name, text) in STYLES {
+        hasher.update(name.as_bytes()).update(&[0]).update(text.as_bytes()).update(&[0]);
+    }
+    hasher.finalize()
+});
+
+impl Subject {
+    fn new(opened: &Arc<Opened>, style: &str, stage: Stage) -> Result<Subject, Failure> {
+        // A style of this name may be a file in the folder, which is nobody's business here.
+        let known = STYLES.iter().find(|(name, _)| *name == style).map(|(name, _)| *name);
+        Ok(Subject { opened: opened.clone(), style: known.ok_or_else(Failure::missing)?, stage })
+    }
+
+    /// The digest of all that something depends on. Names do not depend on the pixels of the screen that asks.
+    fn key(&self, kind: Kind, zoom: u8, is_dense: bool, x: i64, y: i64) -> blake3::Hash {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(self.opened.digest.as_bytes()).update(STYLES_DIGEST.as_bytes());
+        hasher.update(self.style.as_bytes()).update(&[0, self.stage as u8, kind as u8, zoom, is_dense.into()]);
+        hasher.update(&x.to_le_bytes()).update(&y.to_le_bytes());
+        hasher.finalize()
+    }
+}
+
+/// The tiles of a block, from the north-west row by row.
+fn tiles_of(zoom: u8, is_dense: bool, [x, y]: [i64; 2]) -> Vec<Spot> {
+    if is_dense {
+        return vec![Spot { zoom, x, y, is_dense }];
+    }
+    [(0, 0), (1, 0), (0, 1), (1, 1)]
+        .map(|(right, down)| Spot { zoom, x: 2 * x + right, y: 2 * y + down, is_dense })
+        .to_vec()
+}
+
+/// The block that a tile is in.
+fn block_of(spot: Spot) -> [i64; 2] {
+    let Area { x0, y0, .. } = spot.pixels();
+    [x0, y0].map(|at| at.div_euclid(BLOCK_PX))
+}
+
+impl Studio {
+    /// The picture of a tile.
+    ///
+    /// # Errors
+    /// When there is no such style, or too much is asked for.
+    pub fn picture(
+        self: &Arc<Self>,
+        opened: &Arc<Opened>,
+        style: &str,
+        stage: Stage,
+        spot: Spot,
+    ) -> Result<Pending, Failure> {
+        let subject = Subject::new(opened, style, stage)?;
+        let key = subject.key(Kind::Picture, spot.zoom, spot.is_dense, spot.x, spot.y);
+        self.kept_or(&key, || {
+            let ticket = self.block(subject, spot)?;
+            Ok(Pending::Coming(ticket, place_in_block(spot)))
+        })
+    }
+
+    /// The names that are written in a tile, as JSON.
+    ///
+    /// # Errors
+    /// As for [`picture`](Studio::picture).
+    pub fn names(self: &Arc<Self>, opened: &Arc<Opened>, style: &str, spot: Spot) -> Result<Pending, Failure> {
+        let subject = Subject::new(opened, style, Stage::Full)?;
+        let key = subject.key(Kind::Names, spot.zoom, false, spot.x, spot.y);
+        self.kept_or(&key, || {
+            let ticket = self.block(subject, spot)?;
+            // After the pictures.
+            Ok(Pending::Coming(ticket, tiles_of(spot.zoom, spot.is_dense, block_of(spot)).len() + place_in_block(spot)))
+        })
+    }
+
+    /// The heights of a tile, as a script for the page.
+    ///
+    /// # Errors
+    /// When too much is asked for.
+    pub fn heights(self: &Arc<Self>, opened: &Arc<Opened>, spot: Spot) -> Result<Pending, Failure> {
+        let subject = Subject::new(opened, HEIGHTS_STYLE, Stage::Draft)?;
+        let key = subject.key(Kind::Heights, spot.zoom, false, spot.x, spot.y);
+        self.kept_or(&key, || {
+            let studio = self.clone();
+            let work = move || {
+                let chart = studio.charts.chart(&subject.opened, (spot.zoom, false), subject.style, subject.stage)?;
+                let script = height_script(&chart, spot).into_bytes();
+                studio.keep(&key, &script);
+                Ok(Arc::new(vec![script]))
+            };
+            Ok(Pending::Coming(self.queue.ask(Lane::Quick, key, work)?, 0))
+        })
+    }
+
+    fn kept_or(&self, key: &blake3::Hash, make: impl FnOnce() -> Result<Pending, Failure>) -> Result<Pending, Failure> {
+        match self.cache.as_ref().and_then(|cache| cache.get(key)) {
+            Some(bytes) => Ok(Pending::Here(bytes)),
+            None => make(),
+        }
+    }
+
+    fn keep(&self, key: &blake3::Hash, bytes: &[u8]) {
+        if let Some(cache) = &self.cache {
+            cache.put(key, bytes);
+        }
+    }
+
+    /// Asks for the block that a tile is in: its pictures, and what is written in each.
+    fn block(self: &Arc<Self>, subject: Subject, spot: Spot) -> Result<Ticket, Failure> {
+        let [x, y] = block_of(spot);
+        let key = subject.key(Kind::Block, spot.zoom, spot.is_dense, x, y);
+        let lane = if subject.stage == Stage::Draft { Lane::Quick } else { Lane::Slow };
+        let studio = self.clone();
+        self.queue.ask(lane, key, move || studio.draw(&subject, spot.zoom, spot.is_dense, [x, y]))
+    }
+
+    fn draw(&self, subject: &Subject, zoom: u8, is_dense: bool, block: [i64; 2]) -> Result<Product, Error> {
+        let chart = self.charts.chart(&subject.opened, (zoom, is_dense), subject.style, subject.stage)?;
+        let area = Area::new(block[0] * BLOCK_PX, block[1] * BLOCK_PX, BLOCK_PX as usize, BLOCK_PX as usize);
+        let picture = chart.picture(area);
+        let tiles = tiles_of(zoom, is_dense, block);
+        let mut product = Vec::new();
+        let block_pixels = picture.pixels(area);
+        for tile in &tiles {
+            let bytes = encoded(&block_pixels, area, tile.pixels());
+            self.keep(&subject.key(Kind::Picture, zoom, is_dense, tile.x, tile.y), &bytes);
+            product.push(bytes);
+        }
+        if subject.stage == Stage::Full {
+            let metres = chart.scale().metres_per_pixel;
+            for tile in &tiles {
+                let pixels = tile.pixels();
+                let here = picture.names().filter(|(.., [x, y])| pixels.meets([*x, *y, *x, *y]));
+                let names = here.map(|(kind, name, [x, y])| {
+                    let [east, north] = [x * metres, 0.0 - y * metres].map(|metres| (metres * 10.0).round() / 10.0);
+                    json!({ "name": name, "kind": kind, "at": [east, north] })
+                });
+                let bytes = json!(names.collect::<Vec<_>>()).to_string().into_bytes();
+                self.keep(&subject.key(Kind::Names, zoom, false, tile.x, tile.y), &bytes);
+                product.push(bytes);
+            }
+        }
+        Ok(Arc::new(product))
+    }
+}
+
+/// Which of the tiles of its block one is.
+fn place_in_block(spot: Spot) -> usize {
+    let tiles = tiles_of(spot.zoom, spot.is_dense, block_of(spot));
+    tiles.iter().position(|tile| *tile == spot).expect("a tile is in its block")
+}
+
+/// The picture of a part of an area.
+fn encoded(rgb: &[u8], area: Area, part: Area) -> Vec<u8> {
+    let row = |y: i64| {
+        let first = (y - area.y0) as usize * area.width() + (part.x0 - area.x0) as usize;
+        &rgb[3 * first..][..3 * part.width()]
+    };
+    let cut: Vec<u8> = (part.y0..part.y1).flat_map(row).copied().collect();
+    Encoding::WebP.encode(part.width() as u32, &cut)
+}
+
+/// The heights of every second pixel of a tile, and of those where the next begin.
+fn height_script(chart: &Chart, spot: Spot) -> String {
+    let mut area = spot.pixels();
+    area.x1 += 1;
+    area.y1 += 1;
+    let heights_m = chart.heights_m(area);
+    let rows = heights_m.chunks(area.width()).step_by(HEIGHT_SPACING_PX);
+    let nodes: Vec<f32> = rows.flat_map(|row| row.iter().step_by(HEIGHT_SPACING_PX).copied()).collect();
+    let text = height_text(&nodes, TILE_PX as usize / HEIGHT_SPACING_PX + 1);
+    format!("terrane.heights(\"{}/{}/{}\",\"{text}\");\n", spot.zoom, spot.x, spot.y)
+}
