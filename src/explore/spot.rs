@@ -3,8 +3,9 @@
 use crate::area::{Area, MAX_COORDINATE};
 use crate::web::TILE_PX;
 
-/// The finest zoom level, whose pixels are a quarter of the way from a vertex to the next; the coarsest is 0.
-pub(super) const MAX_ZOOM: u8 = 11;
+/// The finest zoom level, whose pixels are a quarter of the way from a vertex to the next. The coarsest is 0, where a pixel is 128
+/// vertices: from further away it takes minutes to see what a screen shows.
+pub(super) const MAX_ZOOM: u8 = 9;
 
 /// Pixels of a vertex at the finest level, as a power of two.
 const FINEST: u8 = 2;
@@ -58,7 +59,7 @@ mod tests {
 
     #[test]
     fn levels_halve_and_end_where_the_world_does() {
-        assert_eq!([11, 9, 0].map(|zoom| pixel_m(10.0, zoom)), [2.5, 10.0, 5120.0]);
+        assert_eq!([9, 7, 0].map(|zoom| pixel_m(10.0, zoom)), [2.5, 10.0, 1280.0]);
         for zoom in 0..=MAX_ZOOM {
             // What a column is in vertices, without fractions.
             let side = i128::from(TILE_PX) << (MAX_ZOOM - zoom);
@@ -69,7 +70,7 @@ mod tests {
                     && Spot::new(zoom.into(), 0, -last - 2, false).is_none()
             );
         }
-        assert_eq!(Spot::new(12, 0, 0, false), None);
+        assert_eq!(Spot::new(10, 0, 0, false), None);
         assert_eq!(Spot::new(5, -1, 2, true).unwrap().pixels(), Area::new(-512, 1024, 512, 512));
     }
 }

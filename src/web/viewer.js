@@ -320,8 +320,8 @@ const terrane = (() => {
   const level = (of = view) => clamp(Math.round(of.zoom), 0, ground.max_zoom);
 
   // Asks for what is missing: the coarse picture of all, what is shown, from the middle outwards, then what is around. What
-  // a server draws is asked for where a motion ends, drafts first and the coarse picture last, since it takes as long, and
-  // stopped when it is no longer wanted.
+  // a server draws is asked for where a motion ends, a coarse picture first where there is none, then drafts, and stopped when
+  // it is no longer wanted.
   function request() {
     const goal = (source.live && motion?.end) || view;
     const z = level(goal);
@@ -347,8 +347,8 @@ const terrane = (() => {
     if (source.live) {
       const draftless = seen.filter((at) => tiles.get(address(at))?.state !== "ready");
       lacking = { draft: want(draftless, 0, 1e4), full: want(seen, 1, 1e6) };
+      want(coarseUnder(draftless.filter((at) => !coarser(at))), 0, 0);
       want(around, 0, 1e8);
-      want(covering(Math.max(z - 3, 0), shown(0, goal)), 0, 1e9);
       thin(lacking.draft > 0);
     } else {
       want(covering(Math.min(z, 2), shown(0)), 0, 0);
@@ -366,6 +366,17 @@ const terrane = (() => {
       }
       load(one);
     }
+  }
+
+  // The tiles two levels up that hold some: a sixteenth of their pixels, so that there is something to go by at once.
+  function coarseUnder(places) {
+    const coarse = new Map();
+    for (const { z, x, y } of places) {
+      const up = Math.min(z, 2);
+      const [column, row] = [x, y].map((at) => Math.floor(at / 2 ** up));
+      if (up > 0) coarse.set(`${column}/${row}`, { z: z - up, x: column, y: row });
+    }
+    return coarse.values();
   }
 
   const fullUnderWay = () => [...tiles].filter(([, entry]) => entry.state === "waiting" && !entry.picture && entry.kind === 1);

@@ -122,7 +122,7 @@ fn a_tile_is_the_same_part_of_the_map() {
     let explorer = Explorer::start("hills", &["--seed", "5"]);
     let world = explorer.world();
     let (_, preset) = Preset::load("hills").unwrap();
-    for (zoom, x, y, is_dense) in [(9, -3, 5, false), (9, 2, -1, false), (4, 7, 7, true)] {
+    for (zoom, x, y, is_dense) in [(7, -3, 5, false), (7, 2, -1, false), (2, 7, 7, true)] {
         let mark = if is_dense { "@2x" } else { "" };
         let path = format!("/w/{world}/atlas/full/{zoom}/{x}/{y}{mark}.webp");
         let answer = explorer.get(&path);
@@ -130,7 +130,7 @@ fn a_tile_is_the_same_part_of_the_map() {
         assert!(answer.headers.contains("content-type: image/webp") && answer.headers.contains("nosniff"));
         let (side, rgb) = decoded(&answer.body);
         let dense = if is_dense { 2.0 } else { 1.0 };
-        let metres_per_pixel = preset.spacing_m * f64::from(2_u32.pow(11 - zoom)) / 4.0 / dense;
+        let metres_per_pixel = preset.spacing_m * f64::from(2_u32.pow(9 - zoom)) / 4.0 / dense;
         let scale = Scale { metres_per_pixel, pixels_per_mm: 96.0 / 25.4 * dense };
         let chart = Chart::new(&preset, Some(5), Style::load("atlas").unwrap(), scale).unwrap();
         let area = Area::new(x * i64::from(side), y * i64::from(side), side as usize, side as usize);
@@ -140,15 +140,15 @@ fn a_tile_is_the_same_part_of_the_map() {
         let draft = explorer.get(&path.replace("full", "draft"));
         assert_eq!(decoded(&draft.body).0, side);
     }
-    let heights = explorer.get(&format!("/w/{world}/heights/9/-3/5.js"));
+    let heights = explorer.get(&format!("/w/{world}/heights/7/-3/5.js"));
     assert!(
-        heights.body.starts_with(b"terrane.heights(\"9/-3/5\",\""),
+        heights.body.starts_with(b"terrane.heights(\"7/-3/5\",\""),
         "{}",
         String::from_utf8_lossy(&heights.body[..40])
     );
-    assert_eq!(explorer.get(&format!("/w/{world}/names/atlas/9/-3/5.json")).json(), json!([]));
+    assert_eq!(explorer.get(&format!("/w/{world}/names/atlas/7/-3/5.json")).json(), json!([]));
     // The coarsest, the finest and the furthest.
-    for place in ["0/0/0", "11/-1/-1", "11/70368744177663/-70368744177664"] {
+    for place in ["0/0/0", "9/-1/-1", "9/70368744177663/-70368744177664"] {
         let answer = explorer.get(&format!("/w/{world}/satellite/draft/{place}.webp"));
         assert_eq!(answer.status, 200, "{place}");
         assert_eq!(decoded(&answer.body).0, 256);
@@ -162,7 +162,7 @@ fn names_that_are_drawn_are_told() {
     let names: Vec<Value> = [[0, 0], [1, 0], [0, 1], [1, 1]]
         .iter()
         .flat_map(|[x, y]| {
-            let names = explorer.get(&format!("/w/{world}/names/topographic/9/{x}/{y}.json")).json();
+            let names = explorer.get(&format!("/w/{world}/names/topographic/7/{x}/{y}.json")).json();
             names.as_array().unwrap().clone()
         })
         .collect();
@@ -182,7 +182,7 @@ fn what_makes_no_sense_or_comes_from_elsewhere_is_refused() {
     let (world, host) = (explorer.world(), explorer.host.clone());
     let status = |path: &str| explorer.get(path).status;
     for tile in
-        ["12/0/0", "9/99999999999999999999/0", "9/0/9223372036854775807", "9/-0/0", "9/a/0", "9/0.5/0", "9/%30/0"]
+        ["10/0/0", "9/99999999999999999999/0", "9/0/9223372036854775807", "9/-0/0", "9/a/0", "9/0.5/0", "9/%30/0"]
     {
         assert_eq!(status(&format!("/w/{world}/atlas/draft/{tile}.webp")), 400, "{tile}");
         assert_eq!(status(&format!("/w/{world}/heights/{tile}.js")), 400, "{tile}");
@@ -193,9 +193,9 @@ fn what_makes_no_sense_or_comes_from_elsewhere_is_refused() {
         "/..%2fsecret.toml",
         "//etc/passwd",
         "/page/index.html",
-        "/w/0123456789abcdef/atlas/draft/9/0/0.webp",
-        &format!("/w/{world}/secret/draft/9/0/0.webp"),
-        &format!("/w/{world}/secret.toml/draft/9/0/0.webp"),
+        "/w/0123456789abcdef/atlas/draft/7/0/0.webp",
+        &format!("/w/{world}/secret/draft/7/0/0.webp"),
+        &format!("/w/{world}/secret.toml/draft/7/0/0.webp"),
         "/api/nothing",
         "/api/bakes/1",
         "/bakes/1/map.png",
@@ -235,7 +235,7 @@ fn what_makes_no_sense_or_comes_from_elsewhere_is_refused() {
     assert_eq!(refused("/api/plan", order([0, 0], [1, 1], "--out=/tmp/x")).0, 422);
     assert_eq!(refused("/api/save", json!({ "name": "../up", "world": world })).0, 400);
     // It is well after all that.
-    assert_eq!(explorer.get(&format!("/w/{world}/atlas/draft/9/0/0.webp")).status, 200);
+    assert_eq!(explorer.get(&format!("/w/{world}/atlas/draft/7/0/0.webp")).status, 200);
     let page = explorer.get("/");
     assert!(page.headers.contains("content-security-policy: default-src 'self'") && page.status == 200);
 }
@@ -246,15 +246,15 @@ fn thousands_of_requests_at_once_are_answered_within_its_limits() {
     const ROUNDS: usize = 20;
     let explorer = Explorer::start("hills", &[]);
     let world = explorer.world();
-    explorer.get(&format!("/w/{world}/atlas/draft/9/0/0.webp"));
+    explorer.get(&format!("/w/{world}/atlas/draft/7/0/0.webp"));
     let before_kb = explorer.peak_kb();
     for round in 0..ROUNDS {
         let mut open = Vec::new();
         for number in 0..AT_ONCE {
             let mut stream = explorer.connect();
             let path = match number % 4 {
-                0 => format!("/w/{world}/atlas/draft/9/{}/{round}.webp", number % 8),
-                1 => format!("/w/{world}/atlas/draft/9/{number}{number}{number}{number}{number}{number}/0.webp"),
+                0 => format!("/w/{world}/atlas/draft/7/{}/{round}.webp", number % 8),
+                1 => format!("/w/{world}/atlas/draft/7/{number}{number}{number}{number}{number}{number}/0.webp"),
                 2 => "/api/schema".to_owned(),
                 _ => "/nothing".to_owned(),
             };
@@ -285,21 +285,21 @@ fn what_nobody_waits_for_any_more_is_not_drawn() {
     let open: Vec<TcpStream> = (0..6)
         .map(|x| {
             let mut stream = explorer.connect();
-            let path = format!("/w/{world}/topographic/full/3/{}/0.webp", 2 * x);
+            let path = format!("/w/{world}/topographic/full/1/{}/0.webp", 2 * x);
             stream.write_all(format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n").as_bytes()).unwrap();
             stream
         })
         .collect();
     thread::sleep(Duration::from_millis(1500));
     // Meanwhile a draft is drawn as if there were nothing else.
-    assert_eq!(explorer.get(&format!("/w/{world}/topographic/draft/9/5/5.webp")).status, 200);
+    assert_eq!(explorer.get(&format!("/w/{world}/topographic/draft/7/5/5.webp")).status, 200);
     drop(open);
     thread::sleep(Duration::from_secs(2));
     let before = explorer.ticks();
     thread::sleep(Duration::from_secs(2));
     let spent = explorer.ticks() - before;
     assert!(spent < 30, "{spent} hundredths of a second for nobody");
-    assert_eq!(explorer.get(&format!("/w/{world}/topographic/full/9/5/5.webp")).status, 200);
+    assert_eq!(explorer.get(&format!("/w/{world}/topographic/full/7/5/5.webp")).status, 200);
 }
 
 #[test]
@@ -330,7 +330,7 @@ fn a_preset_that_is_edited_is_told_of() {
     assert_eq!(changed["spacing_m"], 2.0);
     assert_ne!(changed["id"], about["id"]);
     let id = changed["id"].as_str().unwrap();
-    assert_eq!(explorer.get(&format!("/w/{id}/plain/draft/8/0/0.webp")).status, 200);
+    assert_eq!(explorer.get(&format!("/w/{id}/plain/draft/6/0/0.webp")).status, 200);
 }
 
 #[test]
@@ -396,7 +396,7 @@ fn an_interrupt_ends_it_well() {
     let mut explorer = Explorer::start("alps", &[]);
     let world = explorer.world();
     let mut stream = explorer.connect();
-    let request = format!("GET /w/{world}/topographic/full/3/0/0.webp HTTP/1.1\r\nHost: {}\r\n\r\n", explorer.host);
+    let request = format!("GET /w/{world}/topographic/full/1/0/0.webp HTTP/1.1\r\nHost: {}\r\n\r\n", explorer.host);
     stream.write_all(request.as_bytes()).unwrap();
     thread::sleep(Duration::from_millis(500));
     let start = Instant::now();
