@@ -9,6 +9,7 @@ use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
 use clap::{Arg, Args, Parser, Subcommand, ValueEnum};
 
 use crate::area::{MAX_COORDINATE, Region, Stride, TileId};
+use crate::bake::Shard;
 use crate::cli::console::Console;
 use crate::device::{Device, GpuOptions, LandMaker};
 use crate::error::Error;
@@ -37,6 +38,8 @@ pub(super) enum Command {
     Bake(BakeArguments),
     /// Bake one tile alone: the same bytes as in any region.
     Tile(TileArguments),
+    /// Put the shards of a bake together: the folder has the bytes that it has where one machine bakes all of it.
+    Merge(MergeArguments),
     /// Draw a map of a part of a world: relief, contours, waters, roads, places and names, at any scale.
     Map(MapArguments),
     /// Draw an atlas: sheets side by side with an index and a gazetteer of all names, as pictures and as one document.
@@ -140,8 +143,30 @@ pub(super) struct BakeArguments {
     pub preset: String,
     #[command(flatten)]
     pub place: PlaceArguments,
+    /// Bake one shard of the region alone: the third of sixteen rectangles of its tiles for 3/16, each as large as the others. Files of
+    /// tiles are there; those of the region come with terrane merge, when all shards are baked.
+    #[arg(long, value_name = "I/N", conflicts_with = "add")]
+    pub shard: Option<Shard>,
     #[command(flatten)]
     pub common: CommonArguments,
+}
+
+#[derive(Args)]
+pub(super) struct MergeArguments {
+    /// Folders of the shards, in any order. Some may have the same tiles, if these are the same bytes.
+    #[arg(required = true, value_name = "DIR")]
+    pub shards: Vec<PathBuf>,
+    /// Folder for the bake [default: in out/, named after preset, seed, place and size].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace the bake that is in the folder. It stays whole until the new one is.
+    #[arg(long, help_heading = "Folder")]
+    pub overwrite: bool,
+    /// Go on with this merge where it was cut off; where it is whole, make again what is damaged of it.
+    #[arg(long, help_heading = "Folder", conflicts_with = "overwrite")]
+    pub resume: bool,
+    #[command(flatten)]
+    pub course: Course,
 }
 
 #[derive(Args)]
@@ -422,11 +447,18 @@ fn device_names() -> Vec<&'static str> {
 /// How a bake goes.
 #[derive(Args)]
 pub(super) struct Manner {
+    #[command(flatten)]
+    pub course: Course,
+    #[command(flatten)]
+    pub device: DeviceArguments,
+}
+
+/// How a bake goes, whatever makes its land.
+#[derive(Args)]
+pub(super) struct Course {
     /// Threads to use [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
-    #[command(flatten)]
-    pub device: DeviceArguments,
     /// Say what would be written, and what it would take, and write nothing.
     #[arg(long)]
     pub dry_run: bool,
@@ -709,10 +741,11 @@ impl Command {
     pub fn is_json(&self) -> bool {
         match self {
             Command::Bake(BakeArguments { common, .. }) | Command::Tile(TileArguments { common, .. }) => {
-                common.manner.json
+                common.manner.course.json
             }
-            Command::Extend(arguments) => arguments.manner.json,
-            Command::Walk(arguments) => arguments.manner.json,
+            Command::Extend(arguments) => arguments.manner.course.json,
+            Command::Walk(arguments) => arguments.manner.course.json,
+            Command::Merge(arguments) => arguments.course.json,
             Command::Registry(RegistryArguments { json, .. })
             | Command::Repair { json, .. }
             | Command::Info { json, .. }
@@ -960,7 +993,7 @@ fn parse_size(text: &str) -> Result<(u64, u64), String> {
 impl From<TileArguments> for BakeArguments {
     fn from(TileArguments { preset, x, y, common }: TileArguments) -> BakeArguments {
         let place = PlaceArguments { at: Some(TileId { x, y }), size: Some((1, 1)), bounds: None, around: None };
-        BakeArguments { preset, place, common }
+        BakeArguments { preset, place, shard: None, common }
     }
 }
 

@@ -10,6 +10,7 @@ mod experiment;
 mod find;
 mod info;
 mod map;
+mod merge;
 mod progress;
 mod registry_list;
 mod signals;
@@ -55,6 +56,7 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
     match command {
         Command::Bake(arguments) => bake::run(&arguments, console),
         Command::Tile(arguments) => bake::run(&arguments.into(), console),
+        Command::Merge(arguments) => merge::run(&arguments, console),
         Command::Map(arguments) => map::run(&arguments, console),
         Command::Atlas(arguments) => atlas::run(&arguments, console),
         Command::Find(arguments) => find::run(&arguments, console),
