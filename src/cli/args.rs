@@ -40,6 +40,9 @@ pub(super) enum Command {
     Tile(TileArguments),
     /// Put the shards of a bake together: the folder has the bytes that it has where one machine bakes all of it.
     Merge(MergeArguments),
+    /// Print a job that bakes in shards on many machines, for a program that runs jobs: each shard as often as it takes, and then
+    /// the merge.
+    ShardPlan(ShardPlanArguments),
     /// Draw a map of a part of a world: relief, contours, waters, roads, places and names, at any scale.
     Map(MapArguments),
     /// Draw an atlas: sheets side by side with an index and a gazetteer of all names, as pictures and as one document.
@@ -167,6 +170,46 @@ pub(super) struct MergeArguments {
     pub resume: bool,
     #[command(flatten)]
     pub course: Course,
+}
+
+#[derive(Args)]
+pub(super) struct ShardPlanArguments {
+    /// A preset file, or the name of a built-in preset (terrane presets).
+    #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
+    pub preset: String,
+    /// What runs the job: slurm, kubernetes, parallel (GNU parallel, on one machine or over ssh) or make.
+    #[arg(long, value_name = "NAME", help_heading = "Job")]
+    pub engine: Engine,
+    /// How many shards [default: as many as each take about --minutes].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), help_heading = "Job")]
+    pub shards: Option<u64>,
+    /// Minutes that a shard is to take on this machine's cores, or as many as --threads says.
+    #[arg(long, value_name = "N", default_value_t = 60.0, value_parser = parse_minutes, help_heading = "Job")]
+    #[arg(conflicts_with = "shards")]
+    pub minutes: f64,
+    /// Kubernetes: the image that has terrane.
+    #[arg(long, value_name = "NAME", default_value = "terrane", help_heading = "Job")]
+    pub image: String,
+    /// Kubernetes: the claim of a volume that all pods can write to.
+    #[arg(long, value_name = "NAME", default_value = "terrane", help_heading = "Job")]
+    pub claim: String,
+    #[command(flatten)]
+    pub place: PlaceArguments,
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+/// A program that runs jobs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Engine {
+    /// Slurm: an array of jobs, and one that depends on it.
+    Slurm,
+    /// Kubernetes: an indexed job, and one that waits until it is let go.
+    Kubernetes,
+    /// GNU parallel.
+    Parallel,
+    /// Make.
+    Make,
 }
 
 #[derive(Args)]
@@ -947,6 +990,13 @@ fn parse_kilometres(text: &str) -> Result<f64, String> {
     match number.strip_suffix("km").unwrap_or(number).trim_end().parse::<f64>() {
         Ok(km) if km.is_finite() && km > 0.0 => Ok(km),
         _ => Err(format!("expected kilometres above 0, such as 200km, found {text:?}")),
+    }
+}
+
+fn parse_minutes(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(minutes) if (0.1..=1e6).contains(&minutes) => Ok(minutes),
+        _ => Err(format!("expected minutes, 0.1 to 1,000,000, found {text:?}")),
     }
 }
 

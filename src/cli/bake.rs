@@ -39,7 +39,7 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
 }
 
 /// Makes the plan of what the command line asks for, with the folder that it is for, and hands it on.
-fn planned(
+pub(super) fn planned(
     arguments: &BakeArguments,
     console: &Console,
     hand_on: impl FnOnce(Plan<'_>, PathBuf) -> Result<(), Error>,

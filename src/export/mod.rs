@@ -53,7 +53,7 @@ mod web;
 
 pub use atlas::{AtlasFiles, WrittenAtlas};
 pub use check::{Checked, Fault, Rebake, check};
-pub use cost::{Cost, Forecast};
+pub use cost::{Cost, Forecast, Trial};
 pub use folder::{Cleaned, Mode, Output, clean, registry};
 pub use limit::Limit;
 pub(crate) use limit::kilobytes;

@@ -8,7 +8,7 @@ use crate::area::Region;
 use crate::bake::{Shard, rows_in_flight};
 use crate::device::{Cpu, LandMaker};
 use crate::error::Error;
-use crate::export::cost::{Cost, Forecast};
+use crate::export::cost::{Cost, Forecast, Trial};
 use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
 use crate::export::manifest::{Manifest, ShardRecord};
 use crate::export::merge::Shards;
@@ -19,6 +19,7 @@ use crate::walker::Walk;
 use crate::world::World;
 
 /// A bake that has been thought through: the formats can hold the region.
+#[derive(Clone)]
 pub struct Plan<'a> {
     world: &'a World,
     preset_name: &'a str,
@@ -482,7 +483,17 @@ impl<'a> Plan<'a> {
 
     /// What the bake of that cost will probably take. It may take as long as planning does to say so.
     pub fn forecast(&self, cost: &Cost, threads: usize) -> Forecast {
-        Forecast::new(&self.request_of_made(), cost, &self.format_cost(), threads)
+        self.forecast_by(&self.trial(), cost, threads)
+    }
+
+    /// What one tile of it takes. It may take as long as planning does to say so, and is the same for all shards of a bake.
+    pub fn trial(&self) -> Trial {
+        Trial::take(&self.request_of_made(), &self.format_cost())
+    }
+
+    /// What the bake of that cost will probably take, by one tile of it.
+    pub fn forecast_by(&self, trial: &Trial, cost: &Cost, threads: usize) -> Forecast {
+        Forecast::new(trial, &self.request_of_made(), cost, &self.format_cost(), threads)
     }
 
     /// The manifest of the bake before there is any file.
