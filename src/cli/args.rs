@@ -789,6 +789,7 @@ impl Command {
             Command::Extend(arguments) => arguments.manner.course.json,
             Command::Walk(arguments) => arguments.manner.course.json,
             Command::Merge(arguments) => arguments.course.json,
+            Command::ShardPlan(arguments) => arguments.common.manner.course.json,
             Command::Registry(RegistryArguments { json, .. })
             | Command::Repair { json, .. }
             | Command::Info { json, .. }

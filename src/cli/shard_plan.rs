@@ -21,6 +21,7 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
     let ShardPlanArguments { preset, engine, shards, minutes, image, claim, place, common } = arguments;
     let unfit = [
         (preset == "-", "-", "name a file that all machines have"),
+        (common.manner.device.gpu_approximate, "--gpu-approximate", "its tiles may not meet those of another GPU"),
         (common.add, "--add", "add exports to the bake when it is whole"),
         (common.overwrite, "--overwrite", "choose a folder that is empty with --out"),
         (common.manner.course.dry_run, "--dry-run", "leave it out: shard-plan bakes nothing"),
@@ -31,8 +32,7 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
     }
     let bake = bake_words()?;
     let threads = thread_count(common.manner.course.threads);
-    // A shard, so that what none can have is refused here.
-    let arguments = BakeArguments { preset, place, shard: Shard::new(1, 1), common };
+    let arguments = BakeArguments { preset, place, shard: None, common };
     planned(&arguments, console, |plan, out| {
         let shards = match shards {
             Some(shards) => shards,
