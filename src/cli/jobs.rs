@@ -27,7 +27,7 @@ pub(super) struct Job {
 /// Jobs of an array that Slurm takes by default are fewer than 1,001.
 const ARRAY: u64 = 1000;
 
-/// How often a shard is begun that ends otherwise than by a mistake of the one who asks for it.
+/// How often a shard is begun that does not come to its end.
 const TRIES: u64 = 4;
 
 impl Job {
@@ -96,8 +96,8 @@ for ((first = 0; first < {shards}; first += {ARRAY})); do
 number=$((TERRANE_FIRST + SLURM_ARRAY_TASK_ID))
 {shard} && exit
 code=$?
-# A mistake stays one; whatever else was in the way may not be there next time.
-if [ $code -ne 2 ] && [ \"${{SLURM_RESTART_COUNT:-0}}\" -lt {tries} ]; then
+# What was in the way may not be there next time: a node, or one who was thought to be gone and still writes here.
+if [ \"${{SLURM_RESTART_COUNT:-0}}\" -lt {tries} ]; then
     scontrol requeue \"$SLURM_JOB_ID\"
 fi
 exit $code
@@ -148,7 +148,6 @@ MERGE
                 json(claim)
             )
         };
-        // A mistake stays one; whatever else was in the way may not be there next time.
         _ = write!(
             text,
             "apiVersion: batch/v1
@@ -160,10 +159,6 @@ spec:
   completions: {shards}
   parallelism: {shards}
   backoffLimitPerIndex: {}
-  podFailurePolicy:
-    rules:
-    - action: FailIndex
-      onExitCodes: {{containerName: shard, operator: In, values: [2]}}
 {}---
 apiVersion: batch/v1
 kind: Job
