@@ -20,6 +20,7 @@ cd "$folder"
 export SLURM_CONF=$PWD/slurm.conf
 host=$(hostname -s)
 cores=$(nproc)
+memory=$(awk '/MemTotal/ { print int($2 / 1024) }' /proc/meminfo)
 # The nodes' daemons, and those that all ask.
 daemons=()
 stop() {
@@ -55,7 +56,7 @@ MpiDefault=none
 CONF
 for node in 1 2 3 4; do
     # Each node has all cores of the machine, of which they are told to be as many as a task asks for.
-    echo "NodeName=n$node NodeHostname=$host NodeAddr=127.0.0.1 Port=1700$node CPUs=$cores RealMemory=4000"
+    echo "NodeName=n$node NodeHostname=$host NodeAddr=127.0.0.1 Port=1700$node CPUs=$cores RealMemory=$memory"
 done >>slurm.conf
 echo "PartitionName=all Nodes=n[1-4] Default=YES State=UP MaxTime=INFINITE" >>slurm.conf
 

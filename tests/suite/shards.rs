@@ -106,7 +106,7 @@ fn every_export_of_rivers_is_merged_to_the_bytes_of_one_bake() {
 
 #[test]
 fn every_export_of_noise_is_merged_to_the_bytes_of_one_bake() {
-    let exports = exports(|name| ["water", "depth", "flow", "web"].iter().any(|left_out| name.starts_with(left_out)));
+    let exports = exports(|name| name.starts_with("web"));
     let bake = ["bake", "noise.toml", "--size", "3x5", "--names", "world", "--export", &exports, "--clip"];
     merges_to_one_bake(&bake, &[4, 1, 3, 15]);
 }

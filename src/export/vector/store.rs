@@ -105,6 +105,9 @@ fn road_bytes_at_most(world: &World, region: &Region) -> f64 {
     cells(region.width()) * cells(region.height()) * (FEATURE_BYTES as f64 + ROADS * road)
 }
 
+/// Features that were said, by layer and key.
+type Said = BTreeSet<(usize, Vec<u8>)>;
+
 /// The features of a region, each once, by layer and key.
 ///
 /// They come with their row of tiles and wait in a nameless database in the folder of the bake, so memory does not grow with
@@ -116,9 +119,9 @@ pub(crate) struct FeatureStore<'a> {
     edge: Option<Envelope>,
     /// Whether tiles have lines of their own, of which the world knows nothing.
     is_walk: bool,
-    /// What some tile has said since rows were put away last, by layer and key. None where each tile says all that it has, so that
+    /// What some tile has said since rows were put away last. None where each tile says all that it has, so that
     /// what it says does not depend on the others.
-    said: Option<Mutex<BTreeSet<(usize, Vec<u8>)>>>,
+    said: Option<Mutex<Said>>,
     store: Mutex<(Connection, PartFile)>,
 }
 
