@@ -3,13 +3,13 @@
 #
 #     benches/shards.sh [LARGEST]
 #
-# First what is planned beyond their edges: the middle one of nine shards, 3 x 3 of so many tiles a side, beside what a tile costs in
-# a large bake; for land of noise, and for land with rivers and roads. Then a model of a bake in shards up to 10^12 vertices, and its
-# test at 10^8 and 10^9 vertices, or up to 10^LARGEST.
+# First what is planned beyond their edges: the middle one of nine shards, of so many tiles a side, for land of noise with rivers and
+# roads of agents, and for land of rivers with planned roads. Then a model of a bake in shards up to 10^12 vertices, and its test at 10^8
+# and 10^9 vertices, or up to 10^LARGEST; heights and hashes are written. Takes python3, and 10 GiB of the disk.
 #
-# The model, of a bake of V vertices in N shards: a shard takes a + b V/N + c sqrt(V/N) of a core's time, where a is its begin and end,
-# b what a vertex costs, and c what lies beyond its edge. Its assumptions: tiles cost the same everywhere, cores are those of this machine
-# and have their shard for themselves, disks are as fast for all as for one, and the merge reads what shards keep at the rate measured here.
+# The model: a shard of V vertices takes a + b V + c sqrt(V) of a core's time, where a is its begin and its end, b what a vertex costs, and
+# c what lies beyond its edges; and a merge d for each vertex. Its assumptions: tiles cost the same everywhere, cores are those of
+# this machine, and disks are as fast for all shards at once as for one. TERRANE may name the program.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -29,72 +29,92 @@ spent() {
     awk '{ print $1 + $2 }' "$work/time.txt"
 }
 
-# Seconds of a shard of so many tiles a side, with eight others around it.
+# The least of three times: other work only adds to them.
 shard() {
-    local preset=$1 side=$2 exports=$3
-    rm -rf "$work/shard"
-    spent "$terrane" bake "$preset" --size "$((3 * side))x$((3 * side))" --shard 5/9 --export "$exports" --quiet --out "$work/shard"
+    for _ in 1 2 3; do
+        rm -rf "$work/shard"
+        spent "$terrane" bake "$1" --size "$((3 * $2))x$((3 * $2))" --shard 5/9 --export height,hashes --quiet --out "$work/shard"
+    done | sort -g | head -n 1
 }
 
-echo "| preset | shard | vertices | core seconds | us a vertex | over the largest |"
+# The a, b and c of lines of vertices and seconds, none of them below zero.
+fit() {
+    python3 - "$1" <<'FIT'
+import itertools
+import sys
+
+rows = [[float(word) for word in line.split()] for line in open(sys.argv[1])]
+
+
+def solved(terms):
+    """Least squares of what is off in parts of what was measured, so that all sizes count alike."""
+    lines = [[(1, v, v**0.5)[term] / s for term in terms] for _, v, s in rows]
+    size = len(terms)
+    matrix = [[sum(l[i] * l[j] for l in lines) for j in range(size)] + [sum(l[i] for l in lines)] for i in range(size)]
+    for i in range(size):
+        for j in range(size):
+            if i != j:
+                factor = matrix[j][i] / matrix[i][i]
+                matrix[j] = [x - factor * y for x, y in zip(matrix[j], matrix[i])]
+    found = [matrix[i][size] / matrix[i][i] for i in range(size)]
+    off = sum((sum(x * y for x, y in zip(line, found)) - 1) ** 2 for line in lines)
+    values = [0, 0, 0]
+    for term, value in zip(terms, found):
+        values[term] = value
+    return off, values
+
+
+choices = [terms for count in (1, 2, 3) for terms in itertools.combinations(range(3), count)]
+fits = [fit for fit in map(solved, choices) if min(fit[1]) >= 0]
+print(*min(fits)[1])
+FIT
+}
+
+echo "| preset | shard | vertices | core seconds | us a vertex | more than without an edge |"
 echo "|---|---|---|---|---|---|"
-for row in thesis:8,16,32,64 alps:2,4,8,16; do
+for row in alps:2,4,8,16 thesis:8,16,32,64; do
     preset=${row%:*}
     sides=${row#*:}
     : >"$work/$preset.txt"
     for side in ${sides//,/ }; do
-        vertices=$((side * side * 256 * 256))
-        echo "$side $vertices $(shard "$preset" "$side" height,hashes)" >>"$work/$preset.txt"
+        echo "$side $((side * side * 256 * 256)) $(shard "$preset" "$side")" >>"$work/$preset.txt"
     done
-    awk -v preset="$preset" '
-        { side[NR] = $1; vertices[NR] = $2; seconds[NR] = $3 }
-        END {
-            least = seconds[NR] / vertices[NR]
-            for (i = 1; i <= NR; i++)
-                printf "| %s | %d x %d tiles | %.2g | %.2f | %.3f | %+.0f %% |\n", preset, side[i], side[i], vertices[i], seconds[i],
-                    1e6 * seconds[i] / vertices[i], 100 * (seconds[i] / vertices[i] / least - 1)
-        }' "$work/$preset.txt"
+    read -r a b c < <(fit "$work/$preset.txt")
+    awk -v preset="$preset" -v b="$b" '{
+        printf "| %s | %d x %d tiles | %.2g | %.2f | %.3f | %+.0f %% |\n", preset, $1, $1, $2, $3, 1e6 * $3 / $2, 100 * ($3 / $2 / b - 1)
+    }' "$work/$preset.txt"
+    echo "$preset: a = $a s, b = $b s, c = $c s" >>"$work/models.txt"
 done
+echo
+cat "$work/models.txt"
+echo
 
-# The model of land of noise, by least squares of the share of each in what was measured.
-read -r a b c < <(python3 - "$work/thesis.txt" <<'FIT'
-import sys
-
-rows = [[float(word) for word in line.split()] for line in open(sys.argv[1])]
-# Divided by what was measured, so that all sizes count alike.
-lines = [[1 / seconds, vertices / seconds, vertices**0.5 / seconds] for _, vertices, seconds in rows]
-matrix = [[sum(line[i] * line[j] for line in lines) for j in range(3)] + [sum(line[i] for line in lines)] for i in range(3)]
-for i in range(3):
-    for j in range(3):
-        if i != j:
-            factor = matrix[j][i] / matrix[i][i]
-            matrix[j] = [x - factor * y for x, y in zip(matrix[j], matrix[i])]
-print(*(matrix[i][3] / matrix[i][i] for i in range(3)))
-FIT
-)
-printf '\na shard takes %.3g s + %.3g us a vertex + %.3g us for each vertex of a side, of a core\n\n' "$a" "$(awk -v b="$b" 'BEGIN { print 1e6 * b }')" "$(awk -v c="$c" 'BEGIN { print 1e6 * c }')"
-model() {
-    awk -v a="$a" -v b="$b" -v c="$c" -v v="$1" -v n="$2" 'BEGIN { s = v / n; print n * (a + b * s + c * sqrt(s)) }'
-}
-
-echo "| vertices | shards | model, core seconds | measured | error |"
-echo "|---|---|---|---|---|"
+# Of the last one, whose bakes are cheap enough to be tried.
+merging=0
+echo "| vertices | shards | model, core seconds | measured | model is off by | merge, core seconds |"
+echo "|---|---|---|---|---|---|"
 for power in $(seq 8 12); do
-    # Squares of 256 cells: 10,000 vertices a side are 39 tiles.
     tiles=$(awk -v p="$power" 'BEGIN { printf "%.0f", sqrt(10 ^ p) / 256 }')
-    shards=$(awk -v p="$power" 'BEGIN { printf "%.0f", 4 ^ (p - 7) }')
+    shards=$((4 ** (power - 7)))
     vertices=$((tiles * tiles * 65536))
-    expected=$(model "$vertices" "$shards")
-    measured=- error=-
+    expected=$(awk -v a="$a" -v b="$b" -v c="$c" -v v="$vertices" -v n="$shards" 'BEGIN { s = v / n; print n * (a + b * s + c * sqrt(s)) }')
+    measured=- off=- merged=$(awk -v m="$merging" -v v="$vertices" 'BEGIN { printf "%.0f by the model", m * v }')
     if [ "$power" -le "$largest" ]; then
         measured=0
         for number in $(seq "$shards"); do
-            rm -rf "$work/shard"
-            seconds=$(spent "$terrane" bake thesis --size "${tiles}x$tiles" --shard "$number/$shards" --export height,hashes --quiet --out "$work/shard")
+            # More of them than 10^9 vertices would fill the disk: they are baked, and not merged.
+            [ "$power" -le 9 ] || rm -rf "$work/shards"
+            seconds=$(spent "$terrane" bake thesis --size "${tiles}x$tiles" --shard "$number/$shards" --export height,hashes --quiet \
+                --out "$work/shards/$number")
             measured=$(awk -v a="$measured" -v b="$seconds" 'BEGIN { print a + b }')
         done
-        error=$(awk -v m="$measured" -v e="$expected" 'BEGIN { printf "%+.1f %%", 100 * (e / m - 1) }')
+        off=$(awk -v m="$measured" -v e="$expected" 'BEGIN { printf "%+.1f %%", 100 * (e / m - 1) }')
+        if [ "$power" -le 9 ]; then
+            merged=$(spent "$terrane" merge "$work"/shards/* --quiet --out "$work/merged")
+            merging=$(awk -v m="$merged" -v v="$vertices" 'BEGIN { print m / v }')
+        fi
+        rm -rf "$work/shards" "$work/merged"
     fi
-    printf '| %.3g | %d | %.4g | %s | %s |\n' "$vertices" "$shards" "$expected" "$measured" "$error"
+    printf '| %.3g | %d | %.4g | %s | %s | %s |\n' "$vertices" "$shards" "$expected" "$measured" "$off" "$merged"
 done
 rm -rf "$work"

@@ -131,7 +131,7 @@ fn bakes_on_failing_disks(kind: Kind, step: usize, all: bool) -> [u64; 2] {
     double::with(&undisturbed, counted.clone(), || bake(&undisturbed, Mode::New).unwrap());
     let wanted = all_files(&undisturbed);
     let operations = counted.count.load(Ordering::Relaxed);
-    assert!(operations > 200, "{operations} operations");
+    assert!(operations > 100, "{operations} operations");
     let mut outcomes = [0; 2];
     for (turn, at) in (0..operations).step_by(step).enumerate() {
         let turns = if all { 0..2 * FAULTS.len() } else { turn..turn + 1 };
@@ -170,8 +170,8 @@ fn bakes_on_failing_disks(kind: Kind, step: usize, all: bool) -> [u64; 2] {
 #[test]
 fn a_disk_that_fails_leaves_nothing_that_looks_whole_and_what_is_left_goes_on() {
     for kind in [Kind::Bake, Kind::Shard, Kind::Merge] {
-        let [failed, done] = bakes_on_failing_disks(kind, 5, false);
-        assert!(failed > 20 && done > 5);
+        let [failed, done] = bakes_on_failing_disks(kind, 3, false);
+        assert!(failed > 15 && done > 5);
     }
 }
 
@@ -182,6 +182,6 @@ fn every_fault_at_every_operation_is_survived() {
     let all = std::env::var_os("TERRANE_ALL_FAULTS").is_some();
     for kind in [Kind::Bake, Kind::Shard, Kind::Merge] {
         let [failed, done] = bakes_on_failing_disks(kind, 1, all);
-        assert!(failed > 100 && done > 20);
+        assert!(failed > 50 && done > 20);
     }
 }
