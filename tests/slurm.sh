@@ -108,9 +108,12 @@ baking() {
 }
 begun_by() {
     for process in /proc/[0-9]*; do
-        [ "$(readlink "$process/cwd")" = "$PWD" ] || continue
-        ! grep -qzx "SLURMD_NODENAME=$1" "$process/environ" || basename "$process"
-    done
+        [ "$(readlink "$process/cwd")" = "$PWD" ] && grep -qzx "SLURMD_NODENAME=$1" "$process/environ" || continue
+        parent=$(awk '/^PPid:/ { print $2 }' "$process/status")
+        # Those that would tell how it ended come first: of a node that fails nobody does.
+        [ "$(cat "/proc/$parent/comm")" != slurmstepd ] || echo "0 $parent"
+        echo "1 ${process#/proc/}"
+    done 2>/dev/null | sort -u | cut -d ' ' -f 2
 }
 while :; do
     case $(state "$merge") in
@@ -129,7 +132,8 @@ while :; do
         running=$(squeue --noheader --nodelist=n4 --states=running --format=%i | head -n 1)
         if [ -n "$running" ]; then
             kill -KILL "${nodes[3]}"
-            kill -KILL $(begun_by n4) 2>/dev/null || true
+            # In that order; some may have ended.
+            for process in $(begun_by n4); do kill -KILL "$process" 2>/dev/null || true; done
             scontrol update nodename=n4 state=down reason=test && failed=n4 && echo "n4 failed, with $running"
         fi
     fi
