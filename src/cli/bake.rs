@@ -253,8 +253,8 @@ pub(super) fn carry_out(
     let refused = Output::check(out, mode, plan, &cost);
     let short = Limit::now(threads).map_or(Ok(()), |limit| limit.check(&cost));
     if options.dry_run && !options.quiet {
-        // To look at a tile takes memory too.
-        let forecast = short.is_ok().then(|| {
+        // To look at a tile takes memory too; of a merge it would say nothing.
+        let forecast = (short.is_ok() && !plan.is_merge()).then(|| {
             if !options.no_progress && world.relief().fluvial().is_some() {
                 // When nobody listens there is nobody to tell.
                 _ = writeln!(io::stderr(), "planning what lies around one tile, to see what the bake takes");

@@ -380,6 +380,11 @@ impl<'a> Plan<'a> {
         self.shards
     }
 
+    /// Whether all tiles are taken from shards, and none are made.
+    pub fn is_merge(&self) -> bool {
+        self.shards.is_some()
+    }
+
     /// The rectangle of tiles that is baked: the region, or the shard of it.
     pub fn made(&self) -> Region {
         let shard = self.shard.as_ref().and_then(|shard| shard.tiles(&self.region));
@@ -447,6 +452,8 @@ impl<'a> Plan<'a> {
         // The manifest lists all files, and is made in memory when they are finished.
         let records = files.saturating_mul(RECORD_BYTES);
         let rows = batch_tiles.saturating_mul(2 * ROW_BYTES);
+        // What is read of a batch, packed, while it is unpacked.
+        let packed = if self.is_merge() { batch_bytes } else { 0 };
         let walking = match &self.walk {
             None => 0,
             Some(walk) => {
@@ -467,6 +474,7 @@ impl<'a> Plan<'a> {
             features,
             format.held_bytes,
             batch_bytes.saturating_mul(2),
+            packed,
             (a_thread + drained + planning + search + THREAD_BYTES) * threads as u64,
             records,
             rows,

@@ -248,6 +248,9 @@ fn a_damaged_shard_is_refused_and_named_and_can_be_mended() {
     desk.done(&["repair", "2of2"]);
     fs::remove_file(desk.path("2of2/height/height_x2_y1.png")).unwrap();
     desk.done(&[&BAKE[..], &["--shard", "2/2", "--resume", "-q", "--out", "2of2"]].concat());
+    let dry = desk.done(&["merge", "1of2", "2of2", "--dry-run", "--json", "--out", "o"]).object();
+    assert_eq!((&dry["tiles"], &dry["seconds"]), (&12.into(), &serde_json::Value::Null));
+    assert!(!desk.path("o").exists());
     desk.done(&merge(&shards, "o"));
     desk.done(&["verify", "o", "--all"]);
     // What is there is not merged again, and nothing but with leave.
