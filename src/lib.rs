@@ -53,9 +53,9 @@
 //!   file/       files that are whole or not there, and the disk, which may refuse anything
 //!   registry    which tiles and files there are; a log and never an input of a bake
 //!   bake/       Region -> all its tiles, in parallel, in order, to sinks; a walk's, as the walker comes to them; the journal by
-//!               which either goes on
+//!               which either goes on; a shard's, to a file of what the sinks keep
 //!   web/        pictures at any scale -> a pyramid of tiles, packed for the web, and a page that shows it
-//!   export/     a file a format, and the list of formats; profiles, plan, manifest; the folder of a bake
+//!   export/     a file a format, and the list of formats; profiles, plan, manifest; the folder of a bake; shards -> a bake
 //!   experiment/ World, camera -> timings, tables, charts: the thesis' measurement
 //!   explore/    the endless world in a browser, drawn while one looks
 //!   cli/        the command, a thin layer on all this, and the only part that prints
@@ -111,6 +111,7 @@
 //! | scale, pixel | metres that a pixel of a map shows, and pixels to a millimetre of paper / the square of the world that it is |
 //! | chart, picture, sheet | all maps of a world in one style and scale / a part of one / that with a frame and a legend around it |
 //! | style | how maps are drawn: a file of its own, never a part of a world |
+//! | shard, merge | one of some rectangles of a region that are baked by themselves / what makes the bake of the region of them all |
 //! | format, sink | a way to write a bake / what writes one bake so |
 //! | piece of a sink, journal | what it keeps of a tile until it writes it / where a bake under way has those of all its tiles |
 //! | memory | values of a pure function that are kept for a while, bounded by bytes |

@@ -2,9 +2,13 @@
 
 pub(crate) mod frames;
 mod journal;
+mod shard;
+pub(crate) mod store;
 mod walk;
 
 pub(crate) use journal::Journal;
+pub use shard::Shard;
+pub(crate) use shard::corners;
 pub(crate) use walk::walk;
 
 use std::time::{Duration, Instant};
@@ -83,6 +87,19 @@ pub(crate) fn bake(
 ) -> Result<(), Error> {
     world.agents().prepare_for(region.cols());
     watch.begin(planning(world).unwrap_or(TILES), Some((region.tiles(), "tiles")));
+    deliver(region, sinks, journal, watch, |first_row, rows| {
+        Batch::make((world, maker), region, first_row, rows, sinks, journal, watch)
+    })
+}
+
+/// Hands all rows of a region to the sinks: while they write one batch of rows, the next is made.
+fn deliver(
+    region: &Region,
+    sinks: &[Box<dyn Sink + '_>],
+    journal: &Journal,
+    watch: &Watch,
+    mut make: impl FnMut(u64, u64) -> Result<Batch, Error> + Send,
+) -> Result<(), Error> {
     let batch_rows = rows_in_flight(region, rayon::current_num_threads());
     let mut made: Option<Batch> = None;
     let mut first_row = 0;
@@ -90,7 +107,7 @@ pub(crate) fn bake(
         let rows = batch_rows.min(region.rows() - first_row);
         let (written, next) = rayon::join(
             || made.take().map_or(Ok(()), |batch| batch.append(region, sinks, watch)),
-            || Batch::make((world, maker), region, first_row, rows, sinks, journal, watch),
+            || make(first_row, rows),
         );
         written?;
         watch.clock.time(JOURNAL, || journal.save())?;
@@ -99,6 +116,27 @@ pub(crate) fn bake(
     }
     watch.clock.time(JOURNAL, || journal.save())?;
     made.map_or(Ok(()), |batch| batch.append(region, sinks, watch))
+}
+
+/// Hands what sinks have kept of all tiles of a region to the same sinks, as it is read: of each tile of some rows, row by row,
+/// what each of them kept.
+///
+/// # Errors
+/// The first error of a sink, of the journal, or of the one who reads.
+pub(crate) fn hand_on(
+    region: &Region,
+    sinks: &[Box<dyn Sink + '_>],
+    journal: &Journal,
+    watch: &Watch,
+    mut read: impl FnMut(u64, u64) -> Result<Vec<Vec<Vec<u8>>>, Error> + Send,
+) -> Result<(), Error> {
+    watch.begin("merging tiles", Some((region.tiles(), "tiles")));
+    deliver(region, sinks, journal, watch, |first_row, rows| {
+        stop::check();
+        let pieces = read(first_row, rows)?;
+        watch.add(rows * region.cols());
+        Ok(Batch { first_row, pieces })
+    })
 }
 
 /// The stage in which tiles are made.

@@ -9,6 +9,7 @@ use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
 use clap::{Arg, Args, Parser, Subcommand, ValueEnum};
 
 use crate::area::{MAX_COORDINATE, Region, Stride, TileId};
+use crate::bake::Shard;
 use crate::cli::console::Console;
 use crate::device::{Device, GpuOptions, LandMaker};
 use crate::error::Error;
@@ -37,6 +38,11 @@ pub(super) enum Command {
     Bake(BakeArguments),
     /// Bake one tile alone: the same bytes as in any region.
     Tile(TileArguments),
+    /// Put the shards of a bake together: the folder has the bytes that it has where one machine bakes all of it.
+    Merge(MergeArguments),
+    /// Print a job that bakes in shards on many machines, for a program that runs jobs: each shard as often as it takes, and then
+    /// the merge.
+    ShardPlan(ShardPlanArguments),
     /// Draw a map of a part of a world: relief, contours, waters, roads, places and names, at any scale.
     Map(MapArguments),
     /// Draw an atlas: sheets side by side with an index and a gazetteer of all names, as pictures and as one document.
@@ -144,8 +150,70 @@ pub(super) struct BakeArguments {
     pub preset: String,
     #[command(flatten)]
     pub place: PlaceArguments,
+    /// Bake one shard of the region alone: the third of sixteen rectangles of its tiles for 3/16, each as large as the others. Files of
+    /// tiles are there; those of the region come with terrane merge, when all shards are baked.
+    #[arg(long, value_name = "I/N", conflicts_with = "add")]
+    pub shard: Option<Shard>,
     #[command(flatten)]
     pub common: CommonArguments,
+}
+
+#[derive(Args)]
+pub(super) struct MergeArguments {
+    /// Folders of the shards, in any order. Some may have the same tiles, if these are the same bytes.
+    #[arg(required = true, value_name = "DIR")]
+    pub shards: Vec<PathBuf>,
+    /// Folder for the bake [default: in out/, named after preset, seed, place and size].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace the bake that is in the folder. It stays whole until the new one is.
+    #[arg(long, help_heading = "Folder")]
+    pub overwrite: bool,
+    /// Go on with this merge where it was cut off; where it is whole, make again what is damaged of it.
+    #[arg(long, help_heading = "Folder", conflicts_with = "overwrite")]
+    pub resume: bool,
+    #[command(flatten)]
+    pub course: Course,
+}
+
+#[derive(Args)]
+pub(super) struct ShardPlanArguments {
+    /// A preset file, or the name of a built-in preset (terrane presets).
+    #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
+    pub preset: String,
+    /// What runs the job: slurm, kubernetes, parallel (GNU parallel, on one machine or over ssh) or make.
+    #[arg(long, value_name = "NAME", help_heading = "Job")]
+    pub engine: Engine,
+    /// How many shards [default: as many as each take about --minutes].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), help_heading = "Job")]
+    pub shards: Option<u64>,
+    /// Minutes that a shard is to take on this machine's cores, or as many as --threads says.
+    #[arg(long, value_name = "N", default_value_t = 60.0, value_parser = parse_minutes, help_heading = "Job")]
+    #[arg(conflicts_with = "shards")]
+    pub minutes: f64,
+    /// Kubernetes: the image that has terrane.
+    #[arg(long, value_name = "NAME", default_value = "terrane", help_heading = "Job")]
+    pub image: String,
+    /// Kubernetes: the claim of a volume that all pods can write to.
+    #[arg(long, value_name = "NAME", default_value = "terrane", help_heading = "Job")]
+    pub claim: String,
+    #[command(flatten)]
+    pub place: PlaceArguments,
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+/// A program that runs jobs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Engine {
+    /// Slurm: an array of jobs, and one that depends on it.
+    Slurm,
+    /// Kubernetes: an indexed job, and one that waits until it is let go.
+    Kubernetes,
+    /// GNU parallel.
+    Parallel,
+    /// Make.
+    Make,
 }
 
 #[derive(Args)]
@@ -426,11 +494,18 @@ fn device_names() -> Vec<&'static str> {
 /// How a bake goes.
 #[derive(Args)]
 pub(super) struct Manner {
+    #[command(flatten)]
+    pub course: Course,
+    #[command(flatten)]
+    pub device: DeviceArguments,
+}
+
+/// How a bake goes, whatever makes its land.
+#[derive(Args)]
+pub(super) struct Course {
     /// Threads to use [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
-    #[command(flatten)]
-    pub device: DeviceArguments,
     /// Say what would be written, and what it would take, and write nothing.
     #[arg(long)]
     pub dry_run: bool,
@@ -748,10 +823,12 @@ impl Command {
     pub fn is_json(&self) -> bool {
         match self {
             Command::Bake(BakeArguments { common, .. }) | Command::Tile(TileArguments { common, .. }) => {
-                common.manner.json
+                common.manner.course.json
             }
-            Command::Extend(arguments) => arguments.manner.json,
-            Command::Walk(arguments) => arguments.manner.json,
+            Command::Extend(arguments) => arguments.manner.course.json,
+            Command::Walk(arguments) => arguments.manner.course.json,
+            Command::Merge(arguments) => arguments.course.json,
+            Command::ShardPlan(arguments) => arguments.common.manner.course.json,
             Command::Registry(RegistryArguments { json, .. })
             | Command::Repair { json, .. }
             | Command::Info { json, .. }
@@ -970,6 +1047,13 @@ fn parse_bytes(text: &str) -> Result<u64, String> {
     bytes.map(|bytes| bytes as u64).ok_or_else(|| "expected bytes, such as 500MB or 4GB".into())
 }
 
+fn parse_minutes(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(minutes) if (0.1..=1e6).contains(&minutes) => Ok(minutes),
+        _ => Err(format!("expected minutes, 0.1 to 1,000,000, found {text:?}")),
+    }
+}
+
 fn parse_scale(text: &str) -> Result<Stride, String> {
     let vertices = text.strip_prefix("1/").unwrap_or(if text == "1" { "1" } else { "" });
     let stride = vertices.parse().ok().and_then(Stride::new);
@@ -1013,7 +1097,7 @@ fn parse_size(text: &str) -> Result<(u64, u64), String> {
 impl From<TileArguments> for BakeArguments {
     fn from(TileArguments { preset, x, y, common }: TileArguments) -> BakeArguments {
         let place = PlaceArguments { at: Some(TileId { x, y }), size: Some((1, 1)), bounds: None, around: None };
-        BakeArguments { preset, place, common }
+        BakeArguments { preset, place, shard: None, common }
     }
 }
 

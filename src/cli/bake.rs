@@ -9,7 +9,8 @@ use std::time::Instant;
 use serde_json::json;
 
 use crate::area::{Region, Stride, TileId};
-use crate::cli::args::{AskedRange, BakeArguments, CommonArguments, ExtendArguments, Manner};
+use crate::bake::Shard;
+use crate::cli::args::{AskedRange, BakeArguments, CommonArguments, Course, ExtendArguments, Manner};
 use crate::cli::console::Console;
 use crate::cli::progress::{Reporter, Tiles};
 use crate::cli::{thread_count, thread_pool};
@@ -25,6 +26,31 @@ use crate::world::World;
 /// Bakes what the command line asks for.
 pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Error> {
     let options = &arguments.common;
+    let mode = match options {
+        CommonArguments { overwrite: true, .. } => Mode::Replace,
+        CommonArguments { resume: true, .. } => Mode::Resume,
+        CommonArguments { add: true, .. } => Mode::Add,
+        _ => Mode::New,
+    };
+    planned(arguments, console, |plan, out| {
+        let plan = on_device(plan, &options.manner, console)?;
+        carry_out(&plan, mode, &out, &options.manner.course, console)
+    })
+}
+
+/// Makes the plan of what the command line asks for, with the folder that it is for, and hands it on.
+pub(super) fn planned(
+    arguments: &BakeArguments,
+    console: &Console,
+    hand_on: impl FnOnce(Plan<'_>, PathBuf) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let options = &arguments.common;
+    if arguments.shard.is_some() && options.manner.device.gpu_approximate {
+        return Err(Error::Option {
+            message: "shards of approximate land may not meet those that another GPU makes".into(),
+            hint: "leave out --gpu-approximate, or --shard".into(),
+        });
+    }
     // What is asked for, checked before anything is written.
     if let Some(version) = &options.generator {
         generator::check(version)?;
@@ -36,7 +62,7 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     let asked = place.region(preset.tile_cells, preset.spacing_m)?;
     let mut region = if options.scale == Stride::ONE { asked } else { asked.strided(options.scale)? };
     let mut world = World::strided(preset, options.seed, options.scale)?.with_tile_cells(region.tile_cells());
-    if !options.manner.quiet {
+    if !options.manner.course.quiet {
         console.warnings(&world.warnings());
     }
     let (mut exports, mut profile) = (arguments.exports()?, arguments.profile()?);
@@ -52,13 +78,13 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     if let Some(profile) = profile.filter(|_| !arguments.asks_for_size())
         && let Some((fitted, named)) = profile.fitted(&world, &region)?
     {
-        if !options.manner.quiet {
+        if !options.manner.course.quiet {
             say_fitted(console, profile, &region, &fitted, &named)?;
         }
         region = fitted;
         world = World::new(world.preset().with_tile_cells(region.tile_cells()), options.seed)?;
     }
-    let out = options.out.clone().unwrap_or_else(|| default_folder(&name, &world, &region));
+    let out = options.out.clone().unwrap_or_else(|| default_folder(&name, &world, &region, arguments.shard));
     let mut height_range_m = match options.height_range {
         None => None,
         Some(AskedRange::Metres(range_m)) => Some(range_m),
@@ -93,14 +119,10 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
         plan = plan.with_profile(profile)?;
     }
     plan.check_options(&[of_meshes, of_vectors, of_heights].concat())?;
-    let mode = match options {
-        CommonArguments { overwrite: true, .. } => Mode::Replace,
-        CommonArguments { resume: true, .. } => Mode::Resume,
-        CommonArguments { add: true, .. } => Mode::Add,
-        _ => Mode::New,
-    };
-    let plan = on_device(plan, &options.manner, console)?;
-    carry_out(&plan, mode, &out, &options.manner, console)
+    if let Some(shard) = arguments.shard {
+        plan = plan.with_shard(shard)?;
+    }
+    hand_on(plan, out)
 }
 
 /// The heights of a region as they are: as a bake that was begun in the folder has measured them, or as they are measured now. A dry
@@ -112,7 +134,7 @@ fn auto_range_m(
     options: &CommonArguments,
     console: &Console,
 ) -> Result<Option<[f32; 2]>, Error> {
-    if options.manner.dry_run {
+    if options.manner.course.dry_run {
         return Ok(None);
     }
     let known = if options.resume || options.add { look(out).unwrap_or_default() } else { Vec::new() };
@@ -120,9 +142,9 @@ fn auto_range_m(
         return Ok(begun.manifest.chosen_range_m(world));
     }
     let watch = Watch::default();
-    let pool = thread_pool(thread_count(options.manner.threads))?;
+    let pool = thread_pool(thread_count(options.manner.course.threads))?;
     let range_m = thread::scope(|scope| {
-        let shown = !options.manner.quiet && !options.manner.no_progress;
+        let shown = !options.manner.course.quiet && !options.manner.course.no_progress;
         let tiles = Tiles { count: region.tiles(), cells: (region.tile_cells() as u64).pow(2) };
         let _reporter = shown.then(|| Reporter::start(scope, console, &watch, Some(tiles)));
         pool.install(|| measured_range_m(world, region, &watch))
@@ -135,6 +157,7 @@ pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(
     let ExtendArguments { folder, place, manner } = arguments;
     let manifest = Manifest::read(folder)?;
     manifest.check_is_no_walk(folder)?;
+    manifest.check_is_no_shard(folder)?;
     let world = manifest.world()?;
     let old = manifest.region.region()?;
     let place = place.located(&manifest.preset, Some(manifest.seed))?;
@@ -162,7 +185,7 @@ pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(
         )]);
     }
     let plan = on_device(plan, manner, console)?;
-    carry_out(&plan, Mode::Extend, folder, manner, console)
+    carry_out(&plan, Mode::Extend, folder, &manner.course, console)
 }
 
 /// Says which region a profile gets in the place of the default one.
@@ -193,13 +216,14 @@ fn say_fitted(
     console.message(object, &text)
 }
 
-/// The folder of a bake for which none is given: another one for each seed and place.
-fn default_folder(name: &str, world: &World, region: &Region) -> PathBuf {
+/// The folder of a bake for which none is given: another one for each seed, place and shard.
+pub(super) fn default_folder(name: &str, world: &World, region: &Region, shard: Option<Shard>) -> PathBuf {
     let TileId { x, y } = region.at();
     let (seed, cols, rows) = (world.seed(), region.cols(), region.rows());
     let scale = world.stride().vertices();
     let scale = if scale == 1 { String::new() } else { format!("-scale{scale}") };
-    Path::new("out").join(format!("{name}-seed{seed}-x{x}-y{y}-{cols}x{rows}{scale}"))
+    let shard = shard.map_or(String::new(), |shard| format!("-shard{}of{}", shard.number(), shard.of()));
+    Path::new("out").join(format!("{name}-seed{seed}-x{x}-y{y}-{cols}x{rows}{scale}{shard}"))
 }
 
 /// The plan with what is asked to make its land.
@@ -219,18 +243,18 @@ pub(super) fn carry_out(
     plan: &Plan<'_>,
     mode: Mode,
     out: &Path,
-    options: &Manner,
+    options: &Course,
     console: &Console,
 ) -> Result<(), Error> {
-    let (world, region) = (plan.world(), *plan.region());
+    let (world, region) = (plan.world(), plan.made());
     let threads = thread_count(options.threads);
     let cost = plan.cost(threads);
     // Kept until the plan is printed: a dry run says what it would take even where it may not.
     let refused = Output::check(out, mode, plan, &cost);
     let short = Limit::now(threads).map_or(Ok(()), |limit| limit.check(&cost));
     if options.dry_run && !options.quiet {
-        // To look at a tile takes memory too.
-        let forecast = short.is_ok().then(|| {
+        // To look at a tile takes memory too; of a merge it would say nothing.
+        let forecast = (short.is_ok() && !plan.is_merge()).then(|| {
             if !options.no_progress && world.relief().fluvial().is_some() {
                 // When nobody listens there is nobody to tell.
                 _ = writeln!(io::stderr(), "planning what lies around one tile, to see what the bake takes");
@@ -289,9 +313,13 @@ pub(super) fn carry_out(
             format!("{}: is whole already: {} files, {}\n", out.display(), manifest.files.len() + 1, Bytes(bytes));
         return console.message(object, &text);
     }
-    let walked = plan.walk().map_or(String::new(), |_| format!("a walk to {} tiles of ", plan.tiles()));
+    let part = match (plan.walk(), plan.shard()) {
+        (Some(_), _) => format!("a walk to {} tiles of ", plan.tiles()),
+        (_, Some(shard)) => format!("shard {shard}, "),
+        _ => String::new(),
+    };
     let text = format!(
-        "{}: {walked}{} x {} vertices, {}, in {} files, {}, {:.2} s ({rate:.1} Mvertices/s)\n",
+        "{}: {part}{} x {} vertices, {}, in {} files, {}, {:.2} s ({rate:.1} Mvertices/s)\n",
         out.display(),
         region.width(),
         region.height(),
@@ -320,7 +348,7 @@ fn print_plan(
     threads: usize,
     out: &Path,
 ) -> Result<(), Error> {
-    let region = plan.region();
+    let region = &plan.made();
     let (min_m, max_m) = plan.height_range_m();
     let step_m = (max_m - min_m) / 65535.0;
     let memory_bytes = forecast.map(|forecast| forecast.memory_bytes);
@@ -337,6 +365,10 @@ fn print_plan(
     line("folder", out.display().to_string());
     if let Some(walk) = plan.walk() {
         line("walk", walk.tour().to_string());
+    }
+    if let Some(shard) = plan.shard() {
+        let whole = plan.region();
+        line("shard", format!("{shard} of {} x {} tiles", whole.cols(), whole.rows()));
     }
     line("region", format!("{} tiles, {} x {} vertices", plan.tiles(), region.width(), region.height()));
     let [west, south, east, north] = region.bounds_km(world.spacing_m());

@@ -40,7 +40,7 @@ fn object(folder: &Path, contents: &Contents) -> Value {
         "at": [region.at.x, region.at.y], "cols": region.cols, "rows": region.rows, "width": region.width,
         "height": region.height, "bounds_km": region.bounds_km, "min_m": manifest.height_range.min_m,
         "max_m": manifest.height_range.max_m, "sea_level_m": manifest.sea_level_m, "profile": manifest.profile,
-        "exports": manifest.exports, "tiles": tiles, "tiles_of": tiles_of, "walk": manifest.walk,
+        "exports": manifest.exports, "tiles": tiles, "tiles_of": tiles_of, "walk": manifest.walk, "shard": manifest.shard,
         "files": manifest.files.len(), "bytes": bytes, "missing": missing, "runs": runs,
     })
 }
@@ -59,6 +59,10 @@ fn text(contents: &Contents) -> String {
     line("region", format!("{cols} x {rows} tiles from {x},{y}, {} x {} vertices", region.width, region.height));
     if let Some(tour) = &manifest.walk {
         line("walk", tour.to_string());
+    }
+    if let Some(shard) = &manifest.shard {
+        let TileId { x, y } = shard.at;
+        line("shard", format!("{shard}, {} x {} tiles from {x},{y}", shard.cols, shard.rows));
     }
     let sea = manifest.sea_level_m.map_or(String::new(), |metres| format!(", the sea at {metres} m"));
     let [min_m, max_m] = heights.written_m();

@@ -11,9 +11,12 @@ mod experiment;
 mod explore;
 mod find;
 mod info;
+mod jobs;
 mod map;
+mod merge;
 mod progress;
 mod registry_list;
+mod shard_plan;
 mod signals;
 mod verify;
 mod walk;
@@ -57,6 +60,8 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
     match command {
         Command::Bake(arguments) => bake::run(&arguments, console),
         Command::Tile(arguments) => bake::run(&arguments.into(), console),
+        Command::Merge(arguments) => merge::run(&arguments, console),
+        Command::ShardPlan(arguments) => shard_plan::run(arguments, console),
         Command::Map(arguments) => map::run(&arguments, console),
         Command::Atlas(arguments) => atlas::run(&arguments, console),
         Command::Find(arguments) => find::run(&arguments, console),

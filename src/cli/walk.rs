@@ -19,7 +19,7 @@ pub(super) fn run(arguments: &WalkArguments, console: &Console) -> Result<(), Er
     let name = sources.name().to_owned();
     let world = World::new(sources.read_all()?, *seed)?;
     let tour = arguments.tour()?;
-    if !manner.quiet {
+    if !manner.course.quiet {
         console.warnings(&world.warnings());
     }
     let out = out.clone().unwrap_or_else(|| default_folder(&name, &world, &tour, arguments.path.as_deref()));
@@ -33,7 +33,7 @@ pub(super) fn run(arguments: &WalkArguments, console: &Console) -> Result<(), Er
         _ => Mode::New,
     };
     let plan = on_device(plan, manner, console)?;
-    carry_out(&plan, mode, &out, manner, console)
+    carry_out(&plan, mode, &out, &manner.course, console)
 }
 
 /// The folder of a walk for which none is given: another one for each seed and way.

@@ -27,6 +27,45 @@ pub struct Cost {
     pub memory_bytes: u64,
 }
 
+/// What one tile of a bake takes: how long it takes to make the first time, in seconds, when much may have to be planned for it, and
+/// how long again; and what the world remembers then.
+pub struct Trial {
+    first: f64,
+    again: f64,
+    usages: Vec<Usage>,
+}
+
+impl Trial {
+    /// Makes the middle tile of a region.
+    ///
+    /// Where `formats` ask for features, these are looked for there too, and where they ask for its accumulation, that is made.
+    pub(super) fn take(request: &Request, formats: &FormatCost) -> Trial {
+        let Request { world, region, .. } = request;
+        let middle = region.tile(Place { row: region.rows() / 2, col: region.cols() / 2 });
+        let clock = Clock::default();
+        // Made and dropped: what counts is how long it takes, and what the world remembers of it.
+        let time = || {
+            let start = Instant::now();
+            let tile = black_box(Tile::timed(world, middle, &clock));
+            if formats.features {
+                let area = tile.area();
+                for layer in layers(world) {
+                    layer.visit(world, &area, &mut |_, row| _ = black_box(row()));
+                }
+            }
+            if formats.accumulation {
+                black_box(tile.accumulation_m2(world));
+            }
+            start.elapsed().as_secs_f64()
+        };
+        // The first time pays for what later ones find remembered.
+        let first = time();
+        // The least of three, which is what another program disturbs least.
+        let again = (0..3).map(|_| time()).fold(f64::INFINITY, f64::min);
+        Trial { first, again, usages: world.usages() }
+    }
+}
+
 /// What a bake will probably take, by one tile of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
@@ -55,32 +94,10 @@ const BATCHES: f64 = 0.95;
 const SPREAD: f64 = 1.35;
 
 impl Forecast {
-    /// Makes the middle tile of a region, for which much may have to be planned first, and concludes from it.
-    ///
-    /// Where `formats` ask for features, these are looked for there too, and where they ask for its accumulation, that is made.
-    pub(super) fn new(request: &Request, cost: &Cost, formats: &FormatCost, threads: usize) -> Forecast {
+    /// What a trial says of a bake.
+    pub(super) fn new(trial: &Trial, request: &Request, cost: &Cost, formats: &FormatCost, threads: usize) -> Forecast {
         let Request { world, region, .. } = request;
-        let middle = region.tile(Place { row: region.rows() / 2, col: region.cols() / 2 });
-        let clock = Clock::default();
-        // Made and dropped: what counts is how long it takes, and what the world remembers of it.
-        let time = || {
-            let start = Instant::now();
-            let tile = black_box(Tile::timed(world, middle, &clock));
-            if formats.features {
-                let area = tile.area();
-                for layer in layers(world) {
-                    layer.visit(world, &area, &mut |_, row| _ = black_box(row()));
-                }
-            }
-            if formats.accumulation {
-                black_box(tile.accumulation_m2(world));
-            }
-            start.elapsed().as_secs_f64()
-        };
-        // The first time pays for what later ones find remembered.
-        let first = time();
-        // The least of three, which is what another program disturbs least.
-        let again = (0..3).map(|_| time()).fold(f64::INFINITY, f64::min);
+        let Trial { first, again, usages } = trial;
         // What is planned, and what of it is remembered, grows with the area that is planned for.
         let growth = match request.walk {
             None => {
@@ -91,11 +108,11 @@ impl Forecast {
             Some(_) => 0.0,
         };
         // One whose values are large may hold more already than it should.
-        let remembered = |usage: Usage| {
+        let remembered = |usage: &Usage| {
             let held = usage.held as f64;
             (held * growth).min(usage.most as f64 * FULL).max(held) * SPREAD
         };
-        let remembered: f64 = world.usages().into_iter().map(remembered).sum();
+        let remembered: f64 = usages.iter().map(remembered).sum();
         let tiles = request.tiles();
         let formats_s = (request.vertices() * formats.work_ns_a_vertex) as f64 * 1e-9;
         let work = (first - again).max(0.0) * growth + again * tiles as f64 + formats_s;

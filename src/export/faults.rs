@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::*;
 use crate::area::{Region, TileId};
+use crate::bake::Shard;
 use crate::file::{Disk, Operation, double};
 use crate::preset::Preset;
 use crate::watch::Watch;
@@ -36,6 +37,14 @@ const FAULTS: [Fault; 7] = [
     Fault::Interrupted,
     Fault::Short,
 ];
+
+/// What is done on a disk.
+#[derive(Clone, Copy)]
+enum Kind {
+    Bake,
+    Shard,
+    Merge,
+}
 
 /// A disk on which an operation fails, and those after it too if it is for good.
 struct Failing {
@@ -86,18 +95,32 @@ fn all_files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     found
 }
 
-/// Bakes on disks that fail at every `step`th operation, in the ways of `faults` by turns, or in all of them; returns how many bakes
-/// failed and how many did not.
-fn bakes_on_failing_disks(step: usize, all: bool) -> [u64; 2] {
+/// Bakes, or a shard or a merge, on disks that fail at every `step`th operation, in the ways of `faults` by turns, or in all of them;
+/// returns how many failed and how many did not.
+fn bakes_on_failing_disks(kind: Kind, step: usize, all: bool) -> [u64; 2] {
     let text = "tile_cells = 16\nnoise = [{ kind = \"fbm\", height_m = 60.0, wavelength_m = 300.0, octaves = 3 }]\n\
                 rivers = { density = 0.6, width_m = [1.0, 4.0], bank_m = 3.0 }";
     let world = World::new(Preset::parse("test", text).unwrap(), None).unwrap();
     let region = Region::new(TileId { x: 0, y: 0 }, 3, 3, 16).unwrap();
     let exports = Export::parse_list("height,exr,r16-tiles,map,gltf,obj,hashes,vector,geojson").unwrap();
     let plan = Plan::new(&world, "test", region, exports).unwrap();
-    let cost = plan.cost(1);
     // On one thread the operations come in one order.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let shard = |number| plan.clone().with_shard(Shard::new(number, 2).unwrap()).unwrap();
+    let source = tempfile::tempdir().unwrap();
+    let folders = [1, 2].map(|number| source.path().join(number.to_string()));
+    for (number, folder) in (1..).zip(&folders) {
+        let shard = shard(number);
+        let output = Output::prepare(folder, Mode::New, &shard, &shard.cost(1)).unwrap();
+        pool.install(|| shard.run(&output, &Watch::default())).unwrap();
+    }
+    let shards = Shards::open(&folders).unwrap();
+    let plan = match kind {
+        Kind::Bake => plan,
+        Kind::Shard => shard(2),
+        Kind::Merge => shards.plan(&world).unwrap(),
+    };
+    let cost = plan.cost(1);
     let bake = |folder: &Path, mode: Mode| {
         pool.install(|| {
             Output::prepare(folder, mode, &plan, &cost).and_then(|output| plan.run(&output, &Watch::default()))
@@ -108,7 +131,7 @@ fn bakes_on_failing_disks(step: usize, all: bool) -> [u64; 2] {
     double::with(&undisturbed, counted.clone(), || bake(&undisturbed, Mode::New).unwrap());
     let wanted = all_files(&undisturbed);
     let operations = counted.count.load(Ordering::Relaxed);
-    assert!(operations > 200, "{operations} operations");
+    assert!(operations > 100, "{operations} operations");
     let mut outcomes = [0; 2];
     for (turn, at) in (0..operations).step_by(step).enumerate() {
         let turns = if all { 0..2 * FAULTS.len() } else { turn..turn + 1 };
@@ -146,8 +169,10 @@ fn bakes_on_failing_disks(step: usize, all: bool) -> [u64; 2] {
 
 #[test]
 fn a_disk_that_fails_leaves_nothing_that_looks_whole_and_what_is_left_goes_on() {
-    let [failed, done] = bakes_on_failing_disks(5, false);
-    assert!(failed > 20 && done > 5);
+    for kind in [Kind::Bake, Kind::Shard, Kind::Merge] {
+        let [failed, done] = bakes_on_failing_disks(kind, 3, false);
+        assert!(failed > 15 && done > 5);
+    }
 }
 
 /// `cargo test --profile quick --lib -- --ignored every_fault`
@@ -155,6 +180,8 @@ fn a_disk_that_fails_leaves_nothing_that_looks_whole_and_what_is_left_goes_on() 
 #[ignore = "slow for its own sake"]
 fn every_fault_at_every_operation_is_survived() {
     let all = std::env::var_os("TERRANE_ALL_FAULTS").is_some();
-    let [failed, done] = bakes_on_failing_disks(1, all);
-    assert!(failed > 100 && done > 20);
+    for kind in [Kind::Bake, Kind::Shard, Kind::Merge] {
+        let [failed, done] = bakes_on_failing_disks(kind, 1, all);
+        assert!(failed > 50 && done > 20);
+    }
 }

@@ -24,6 +24,8 @@ pub(crate) struct Request<'a> {
     pub height_range_m: (f32, f32),
     /// The walk whose tiles are shown, if they are not all of the region.
     pub walk: Option<&'a Walk>,
+    /// Whether the tiles are those of a shard: what sinks keep of them is written down, and the same however often it is made.
+    pub is_shard: bool,
 }
 
 impl Request<'_> {

@@ -78,6 +78,9 @@ pub fn look(folder: &Path) -> Result<Vec<Contents>, Error> {
 
 /// How many tiles a manifest tells of; all of the region, where this program cannot tell which are those of a walk.
 fn tiles_of(manifest: &Manifest) -> u64 {
+    if let Some(shard) = &manifest.shard {
+        return shard.cols.saturating_mul(shard.rows);
+    }
     let walked = manifest.walk.as_ref().and_then(|_| manifest.tiles().ok());
     walked.map_or(manifest.region.cols * manifest.region.rows, |tiles| tiles.len() as u64)
 }

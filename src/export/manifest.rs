@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::area::{Place, Region, Stride, TileId};
-use crate::bake::FileRecord;
+use crate::bake::{FileRecord, Shard, store};
 use crate::device::DeviceProfile;
 use crate::error::{Error, clipped};
 use crate::export::digits::{noise_m, shortest};
@@ -73,6 +73,9 @@ pub struct Manifest {
     /// The walk whose tiles these are: which of the region's were baked, and in which order. None where all of them were.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub walk: Option<Tour>,
+    /// The shard of the region that these files are, if they are one: which of its tiles were baked. None where all of them were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<ShardRecord>,
     /// Every other file of the bake, sorted by path.
     pub files: Vec<FileRecord>,
     /// BLAKE3 hash, in hexadecimal, of this file as it would be with nothing between these quotes; none in old ones.
@@ -110,6 +113,51 @@ impl RegionRecord {
     /// When there cannot be such a one.
     pub fn region(&self) -> Result<Region, Error> {
         Region::new(self.at, self.cols, self.rows, self.tile_cells)
+    }
+}
+
+/// Which tiles of a region a shard has.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct ShardRecord {
+    /// Its number, from 1 on.
+    pub number: u64,
+    /// How many shards the region has.
+    pub of: u64,
+    /// Its north-western tile.
+    pub at: TileId,
+    /// Tiles from west to east.
+    pub cols: u64,
+    /// Tiles from north to south.
+    pub rows: u64,
+}
+
+impl ShardRecord {
+    /// What is written down of a shard of a region.
+    ///
+    /// # Errors
+    /// When there is no such shard.
+    pub(crate) fn of(shard: Shard, whole: &Region) -> Result<ShardRecord, Error> {
+        let tiles = shard.region(whole)?;
+        Ok(ShardRecord {
+            number: shard.number(),
+            of: shard.of(),
+            at: tiles.at(),
+            cols: tiles.cols(),
+            rows: tiles.rows(),
+        })
+    }
+
+    /// The tiles that it has, if they are tiles of that region.
+    pub(crate) fn tiles(&self, whole: &Region) -> Option<Region> {
+        let tiles = Region::new(self.at, self.cols, self.rows, whole.tile_cells()).ok()?;
+        let last = tiles.tile(Place { row: tiles.rows() - 1, col: tiles.cols() - 1 });
+        [tiles.at(), last].into_iter().all(|tile| whole.place(tile).is_some()).then_some(tiles)
+    }
+}
+
+impl std::fmt::Display for ShardRecord {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}/{}", self.number, self.of)
     }
 }
 
@@ -235,6 +283,7 @@ impl Manifest {
             tile_names: plan.names(),
             vectors: plan.vectors().clone(),
             walk: plan.walk().map(|walk| walk.tour().clone()),
+            shard: plan.shard().cloned(),
             files,
             blake3: String::new(),
         };
@@ -312,8 +361,8 @@ impl Manifest {
         ];
         let [own, other] = [self, other].map(|manifest| serde_json::to_value(manifest).expect("a manifest is JSON"));
         let mut found = Vec::new();
-        // A walk first, since the region is only what comes of it.
-        for key in ["walk"].into_iter().chain(ASKED).chain(["meshes", "vectors"]).filter(|key| counts(key)) {
+        // A walk early, since the region is only what comes of it.
+        for key in ["shard", "walk"].into_iter().chain(ASKED).chain(["meshes", "vectors"]).filter(|key| counts(key)) {
             compare(key, &own[key], &other[key], &mut found);
         }
         found
@@ -334,7 +383,14 @@ impl Manifest {
         if let Some(tour) = &self.walk {
             return Ok(Walk::new(tour.clone(), &self.world()?)?.tiles().clone());
         }
-        let region = self.region.region()?;
+        let whole = self.region.region()?;
+        let region = match &self.shard {
+            None => whole,
+            Some(shard) => shard.tiles(&whole).ok_or_else(|| Error::Option {
+                message: format!("the manifest has a shard {shard} that is no part of its region"),
+                hint: "bake again".into(),
+            })?,
+        };
         let places = (0..region.rows()).flat_map(|row| (0..region.cols()).map(move |col| Place { row, col }));
         Ok(places.map(|place| region.tile(place)).collect())
     }
@@ -350,6 +406,21 @@ impl Manifest {
                 path: folder.to_owned(),
                 message: "holds a walk, whose rivers and roads are its own, and whose tiles are no rectangle".into(),
                 hint: "walk another way with terrane walk, or name the folder of a bake".into(),
+            }),
+        }
+    }
+
+    /// Refuses a shard, which has not all tiles of its region, and no file of that.
+    ///
+    /// # Errors
+    /// When it is one.
+    pub fn check_is_no_shard(&self, folder: &Path) -> Result<(), Error> {
+        match &self.shard {
+            None => Ok(()),
+            Some(shard) => Err(Error::Output {
+                path: folder.to_owned(),
+                message: format!("holds the shard {shard} of a bake"),
+                hint: "put all shards together with terrane merge, and name the folder of that".into(),
             }),
         }
     }
@@ -404,7 +475,8 @@ impl Manifest {
     pub fn schema() -> Schema {
         let mut schema = schemars::schema_for!(Manifest);
         let profiles = Profile::ALL.into_iter().map(Profile::name);
-        let names: BTreeSet<_> = Export::known().map(Export::name).chain(profiles).chain(["registry"]).collect();
+        let names: BTreeSet<_> =
+            Export::known().map(Export::name).chain(profiles).chain(["registry", store::EXPORT]).collect();
         let export = schema.pointer_mut("/$defs/FileRecord/properties/export").expect("files have exports");
         // The type is a text; only here is known which there are.
         export["enum"] = names.into_iter().collect();

@@ -10,7 +10,7 @@
 //!   web.rs        the region as a web map, drawn as maps are
 //!   profile/      what an engine takes: formats of its own, sizes, IMPORT.md
 //!   map_picture.rs   a map -> PNG, WebP and a world file, pdf.rs, svg.rs; atlas.rs, many of them
-//!   plan.rs       what is asked for -> its cost;  run.rs -> files
+//!   plan.rs       what is asked for -> its cost;  run.rs -> files;  merge.rs   the shards of a bake -> the bake
 //!   folder.rs     where they go, lock.rs one bake at a time; look.rs, check.rs, repair.rs
 //!   georeference.rs   where files lie, in the words of GIS          measure.rs   the heights of a region
 //!   digits.rs     numbers for people
@@ -43,6 +43,7 @@ mod atlas;
 mod georeference;
 mod map_picture;
 mod measure;
+mod merge;
 mod pdf;
 mod plan;
 mod project;
@@ -52,14 +53,15 @@ mod web;
 
 pub use atlas::{AtlasFiles, WrittenAtlas};
 pub use check::{Checked, Fault, Rebake, check};
-pub use cost::{Cost, Forecast};
+pub use cost::{Cost, Forecast, Trial};
 pub use folder::{Cleaned, Mode, Output, clean, registry};
 pub use limit::Limit;
 pub(crate) use limit::kilobytes;
 pub use look::{Contents, State, look};
-pub use manifest::{Axes, HeightRange, Manifest, RegionRecord};
+pub use manifest::{Axes, HeightRange, Manifest, RegionRecord, ShardRecord};
 pub use map_picture::{MapPicture, Texts};
 pub use measure::measured_range_m;
+pub use merge::Shards;
 pub use options::{Lods, MeshOptions, TileNames, VectorOptions};
 pub use plan::{Bytes, Plan};
 pub use profile::Profile;
@@ -233,6 +235,7 @@ mod tests {
             names: TileNames::default(),
             height_range_m,
             walk: None,
+            is_shard: false,
         };
         for export in exports {
             let files: Vec<_> = manifest.files.iter().filter(|file| file.export == export.name()).collect();

@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use crate::agents::record::TileRecord;
 use crate::area::Region;
-use crate::bake::rows_in_flight;
+use crate::bake::{Shard, rows_in_flight};
 use crate::device::{Cpu, LandMaker};
 use crate::error::Error;
-use crate::export::cost::{Cost, Forecast};
+use crate::export::cost::{Cost, Forecast, Trial};
 use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
-use crate::export::manifest::Manifest;
+use crate::export::manifest::{Manifest, ShardRecord};
+use crate::export::merge::Shards;
 use crate::export::{Export, MeshOptions, Profile, TileNames, VectorOptions, profile, registry_file};
 use crate::mesh::default_origin;
 use crate::tile::{accumulation_input, shaped_input};
@@ -18,6 +19,7 @@ use crate::walker::Walk;
 use crate::world::World;
 
 /// A bake that has been thought through: the formats can hold the region.
+#[derive(Clone)]
 pub struct Plan<'a> {
     world: &'a World,
     preset_name: &'a str,
@@ -30,6 +32,8 @@ pub struct Plan<'a> {
     profile: Option<Profile>,
     maker: Arc<dyn LandMaker>,
     walk: Option<Walk>,
+    shard: Option<ShardRecord>,
+    shards: Option<&'a Shards>,
 }
 
 /// The program itself, with what the allocator keeps: what a bake of one tile of the thesis' world on one thread was measured
@@ -105,9 +109,23 @@ impl<'a> Plan<'a> {
         let vectors = VectorOptions::default();
         let names = TileNames::default();
         let maker = Cpu::maker(world.relief());
-        let (height_range_m, profile) = (None, None);
-        Plan { world, preset_name, region, exports, meshes, vectors, height_range_m, names, profile, maker, walk }
-            .checked()
+        let (height_range_m, profile, shard, shards) = (None, None, None, None);
+        Plan {
+            world,
+            preset_name,
+            region,
+            exports,
+            meshes,
+            vectors,
+            height_range_m,
+            names,
+            profile,
+            maker,
+            walk,
+            shard,
+            shards,
+        }
+        .checked()
     }
 
     /// The plan with the files of a profile too.
@@ -162,8 +180,13 @@ impl<'a> Plan<'a> {
 
     pub(super) fn request(&self) -> Request<'_> {
         let Plan { world, preset_name: name, region, meshes, vectors, names, .. } = self;
-        let (height_range_m, walk) = (self.height_range_m(), self.walk.as_ref());
-        Request { name, world, region: *region, meshes, vectors, names: *names, height_range_m, walk }
+        let (height_range_m, walk, is_shard) = (self.height_range_m(), self.walk.as_ref(), self.shard.is_some());
+        Request { name, world, region: *region, meshes, vectors, names: *names, height_range_m, walk, is_shard }
+    }
+
+    /// What a bake of the tiles alone that are made would ask of its formats.
+    fn request_of_made(&self) -> Request<'_> {
+        Request { region: self.made(), ..self.request() }
     }
 
     /// The plan with meshes made in another way.
@@ -213,6 +236,20 @@ impl<'a> Plan<'a> {
         Plan { maker, ..self }
     }
 
+    /// The plan of a shard of it alone: its tiles, and what the files of the region need of them.
+    ///
+    /// # Errors
+    /// When there are fewer tiles than shards.
+    pub fn with_shard(self, shard: Shard) -> Result<Plan<'a>, Error> {
+        let shard = Some(ShardRecord::of(shard, &self.region)?);
+        Ok(Plan { shard, ..self })
+    }
+
+    /// The plan with all tiles taken from shards, and none made.
+    pub(super) fn with_shards(self, shards: &'a Shards) -> Plan<'a> {
+        Plan { shards: Some(shards), ..self }
+    }
+
     /// What makes the land of its tiles.
     pub fn maker(&self) -> &dyn LandMaker {
         &*self.maker
@@ -243,7 +280,10 @@ impl<'a> Plan<'a> {
     /// When the manifest names an export or a profile that is not known, or a region that cannot be.
     pub fn of(manifest: &'a Manifest, world: &'a World) -> Result<Plan<'a>, Error> {
         match &manifest.walk {
-            None => Plan::of_region(manifest, world, manifest.region.region()?),
+            None => {
+                let plan = Plan::of_region(manifest, world, manifest.region.region()?)?;
+                Ok(Plan { shard: manifest.shard.clone(), ..plan })
+            }
             Some(tour) => {
                 let walk = Walk::new(tour.clone(), world)?;
                 Plan::of_walk(world, &manifest.preset_name, walk, manifest.known_exports()?)?.like(manifest)
@@ -271,6 +311,14 @@ impl<'a> Plan<'a> {
             Some(profile) => plan.with_profile(profile.parse()?),
             None => Ok(plan),
         }
+    }
+
+    /// The plan of the whole of which a shard is a part; of a bake that is whole its own.
+    ///
+    /// # Errors
+    /// As [`of`](Plan::of).
+    pub(super) fn of_whole(manifest: &'a Manifest, world: &'a World) -> Result<Plan<'a>, Error> {
+        Ok(Plan { shard: None, ..Plan::of(manifest, world)? })
     }
 
     /// What is baked: the world, the name of its preset, the exports, the profile, and how meshes are made.
@@ -322,33 +370,54 @@ impl<'a> Plan<'a> {
         self.walk.as_ref()
     }
 
+    /// The shard that is baked, if it is one.
+    pub fn shard(&self) -> Option<&ShardRecord> {
+        self.shard.as_ref()
+    }
+
+    /// The shards that all tiles are taken from, if none are made.
+    pub(super) fn shards(&self) -> Option<&Shards> {
+        self.shards
+    }
+
+    /// Whether all tiles are taken from shards, and none are made.
+    pub fn is_merge(&self) -> bool {
+        self.shards.is_some()
+    }
+
+    /// The rectangle of tiles that is baked: the region, or the shard of it.
+    pub fn made(&self) -> Region {
+        let shard = self.shard.as_ref().and_then(|shard| shard.tiles(&self.region));
+        shard.unwrap_or(self.region)
+    }
+
     /// How many tiles there are.
     pub fn tiles(&self) -> u64 {
-        self.request().tiles()
+        self.request_of_made().tiles()
     }
 
     /// How many vertices they have.
     pub fn vertices(&self) -> u64 {
-        self.request().vertices()
+        self.request_of_made().vertices()
     }
 
     /// What the files of all exports take.
     fn format_cost(&self) -> FormatCost {
-        let request = self.request();
+        let request = self.request_of_made();
         let costs = self.exports.iter().map(|export| export.0.cost(&request));
         costs.fold(FormatCost::default(), FormatCost::and)
     }
 
     /// The most bytes of the files of the exports that have a folder.
     pub(super) fn folder_bytes(&self, folder: &str) -> u64 {
-        let request = self.request();
+        let request = self.request_of_made();
         let inside = self.exports.iter().filter(|export| export.0.folders().contains(&folder));
         inside.map(|export| export.0.cost(&request).disk_bytes).fold(0, u64::saturating_add)
     }
 
     /// What the bake will leave and need on so many threads.
     pub fn cost(&self, threads: usize) -> Cost {
-        let region = &self.region;
+        let region = &self.made();
         let side = region.tile_cells() as u64 + 1;
         let format = self.format_cost();
         let FormatCost { mut files, mut disk_bytes, kept_a_vertex, tile_file_bytes, features, .. } = format;
@@ -361,7 +430,8 @@ impl<'a> Plan<'a> {
         // A tile is made with some vertices around it, which normals and weights read.
         let shaped = shaped_input(self.world, region.at().area(region.tile_cells())).len() as u64;
         // Heights, four floats of normal and slope and two words of weights a vertex, the relief's bands, and a file.
-        let a_thread = shaped * 4 + side * side * (16 + 8 + format.drawn_a_vertex) + (5 << 18) + 2 * tile_file_bytes;
+        let mut a_thread =
+            shaped * 4 + side * side * (16 + 8 + format.drawn_a_vertex) + (5 << 18) + 2 * tile_file_bytes;
         // What the accumulation of a tile is made of, and it and the densities that stay with the tile.
         let drained = match format.accumulation {
             true => {
@@ -370,12 +440,20 @@ impl<'a> Plan<'a> {
             }
             false => 0,
         };
+        if self.shard.is_some() {
+            // What is kept is written down instead of the files of the region; and a thread holds that of a tile, and it packed.
+            let kept = self.vertices().saturating_mul(kept_a_vertex);
+            disk_bytes = disk_bytes.saturating_add(kept + kept / 64);
+            a_thread += 2 * side * side * kept_a_vertex;
+        }
         // Two batches of rows: the one that is made and the one that is written.
         let batch_tiles = region.cols().saturating_mul(rows_in_flight(region, threads));
         let batch_bytes = batch_tiles.saturating_mul(side * side * kept_a_vertex);
         // The manifest lists all files, and is made in memory when they are finished.
         let records = files.saturating_mul(RECORD_BYTES);
         let rows = batch_tiles.saturating_mul(2 * ROW_BYTES);
+        // What is read of a batch, packed, while it is unpacked.
+        let packed = if self.is_merge() { batch_bytes } else { 0 };
         let walking = match &self.walk {
             None => 0,
             Some(walk) => {
@@ -396,6 +474,7 @@ impl<'a> Plan<'a> {
             features,
             format.held_bytes,
             batch_bytes.saturating_mul(2),
+            packed,
             (a_thread + drained + planning + search + THREAD_BYTES) * threads as u64,
             records,
             rows,
@@ -412,7 +491,17 @@ impl<'a> Plan<'a> {
 
     /// What the bake of that cost will probably take. It may take as long as planning does to say so.
     pub fn forecast(&self, cost: &Cost, threads: usize) -> Forecast {
-        Forecast::new(&self.request(), cost, &self.format_cost(), threads)
+        self.forecast_by(&self.trial(), cost, threads)
+    }
+
+    /// What one tile of it takes. It may take as long as planning does to say so, and is the same for all shards of a bake.
+    pub fn trial(&self) -> Trial {
+        Trial::take(&self.request_of_made(), &self.format_cost())
+    }
+
+    /// What the bake of that cost will probably take, by one tile of it.
+    pub fn forecast_by(&self, trial: &Trial, cost: &Cost, threads: usize) -> Forecast {
+        Forecast::new(trial, &self.request_of_made(), cost, &self.format_cost(), threads)
     }
 
     /// The manifest of the bake before there is any file.

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use crate::area::{Place, Region};
+use crate::area::Place;
 use crate::bake::{FileRecord, Journal};
 use crate::error::Error;
-use crate::export::{Export, Plan, TileNames};
+use crate::export::{Export, Plan};
 use crate::file::PartFile;
 use crate::registry::{EXPORT, FILE_NAME, Registry, TileRow, TileState};
 use crate::tile::TilePart;
@@ -23,7 +23,7 @@ pub(super) fn write(plan: &Plan, journal: &Journal, files: &[FileRecord], folder
     journal.for_each(|row| {
         // One that is no tile of the region was damaged, and the tile that it was is made again.
         let Some(place) = region.place(row.tile) else { return Ok(()) };
-        let files = rasters(plan.exports(), region, place, plan.names()).collect();
+        let files = rasters(plan, place).collect();
         rows.push(TileRow { state, files, ..row });
         if rows.len() < ROWS { Ok(()) } else { registry.append(rows.drain(..)) }
     })?;
@@ -38,7 +38,7 @@ pub(super) fn bytes_at_most(plan: &Plan, files: u64) -> u64 {
     let region = plan.region();
     // One of both has the longest names, for its numbers are the largest.
     let (first, last) = (Place { row: 0, col: 0 }, Place { row: region.rows() - 1, col: region.cols() - 1 });
-    let long = |place| rasters(plan.exports(), region, place, plan.names()).map(|name| name.len() + 3).sum();
+    let long = |place| rasters(plan, place).map(|name| name.len() + 3).sum();
     let names: usize = usize::max(long(first), long(last));
     // How many lines concern a tile shows only when it is made; this is room for a hundred with ids of 24 characters.
     const LINES: usize = 100 * 24;
@@ -52,7 +52,9 @@ pub(super) fn bytes_at_most(plan: &Plan, files: u64) -> u64 {
     once.saturating_mul(2).saturating_add(16 * 4096)
 }
 
-/// The rasters that have the vertices of the tile at a place.
-fn rasters(exports: &[Export], region: &Region, place: Place, names: TileNames) -> impl Iterator<Item = String> {
-    exports.iter().flat_map(move |export| export.0.rasters_of(region, place, names))
+/// The rasters that have the vertices of the tile at a place. A shard has none of the region.
+fn rasters(plan: &Plan, place: Place) -> impl Iterator<Item = String> {
+    let is_there = |export: &&Export| plan.shard().is_none() || export.0.is_of_tiles_alone();
+    let exports = plan.exports().iter().filter(is_there);
+    exports.flat_map(move |export| export.0.rasters_of(plan.region(), place, plan.names()))
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::area::TileId;
+use crate::bake::store::Store;
 use crate::bake::{FileRecord, Journal, Sink, bake, walk};
 use crate::error::Error;
 use crate::export::check::{check, check_files};
@@ -57,7 +58,7 @@ impl Plan<'_> {
     fn bake_into(&self, output: &Output, journal: &Journal, watch: &Watch) -> Result<Manifest, Error> {
         let out = &output.files();
         // What is there and stays.
-        let kept = kept_files(output, watch)?;
+        let mut kept = kept_files(output, watch)?;
         let request = self.request();
         let is_there =
             |export: &&Export| output.mode() == Mode::Add && output.old().is_some_and(|old| old.has(**export));
@@ -65,11 +66,15 @@ impl Plan<'_> {
         for export in self.exports().iter().filter(|export| !is_there(export)) {
             sinks.extend(export.0.sinks(&request, out)?);
         }
+        if self.shard().is_some() {
+            sinks = vec![Box::new(Store::create(*self.region(), sinks, out)?)];
+        }
         self.adopt(output, journal, sinks.len())?;
         // Every tile, to every sink.
-        match self.walk() {
-            None => bake((self.world(), self.maker()), self.region(), &sinks, journal, watch)?,
-            Some(way) => walk((self.world(), self.shared_maker()), way, &sinks, journal, watch)?,
+        match (self.walk(), self.shards()) {
+            (None, None) => bake((self.world(), self.maker()), &self.made(), &sinks, journal, watch)?,
+            (Some(way), _) => walk((self.world(), self.shared_maker()), way, &sinks, journal, watch)?,
+            (None, Some(shards)) => kept.extend(shards.hand_on(out, &sinks, journal, watch)?),
         }
         check_tiles(output, journal)?;
         // The ends of all files, brought to the disk together.
@@ -85,9 +90,12 @@ impl Plan<'_> {
         let records = sinks.par_iter().map(|sink| finish(sink.as_ref())).collect::<Result<Vec<_>, Error>>()?;
         let mut records = [records.concat(), journal.tile_files()?, kept].concat();
         // What the one who imports them has to know.
-        let mut written = Vec::from_iter(project::write(self, out)?);
-        if let Some(profile) = self.profile() {
-            written.extend(profile.write(&self.request(), out)?);
+        let mut written = Vec::new();
+        if self.shard().is_none() {
+            written.extend(project::write(self, out)?);
+            if let Some(profile) = self.profile() {
+                written.extend(profile.write(&self.request(), out)?);
+            }
         }
         records.retain(|record| written.iter().all(|written| written.path != record.path));
         records.extend(written);

@@ -571,15 +571,16 @@ fn schemas_describe_what_is_written() {
     assert!(bake["required"].as_array().is_some_and(|required| !required.is_empty()), "{bake}");
     for (schema, written) in [(&bake, &manifest), (&preset, &manifest["preset"])] {
         let mut described: BTreeSet<_> = schema["properties"].as_object().unwrap().keys().collect();
-        // What a preset extends is part of it once it is read; and a bake does not say that it is no walk.
-        described.retain(|key| !["extends", "walk"].contains(&key.as_str()));
+        // What a preset extends is part of it once it is read; and a bake does not say that it is no walk and no shard.
+        described.retain(|key| !["extends", "shard", "walk"].contains(&key.as_str()));
         let written: BTreeSet<_> = written.as_object().unwrap().keys().collect();
         assert_eq!(described, written);
     }
     assert!(bake["properties"]["walk"].is_object() && bake["$defs"]["Tour"]["properties"]["layers"].is_object());
-    // Of each export by name, of those that a profile brings, and of what every bake has.
+    assert!(bake["properties"]["shard"].is_object() && bake["$defs"]["ShardRecord"]["properties"]["of"].is_object());
+    // Of each export by name, of those that a profile brings, and of what every bake or every shard has.
     let exports = bake["$defs"]["FileRecord"]["properties"]["export"]["enum"].as_array().unwrap();
-    for export in ["height", "obj-tiles", "geojson", "unity", "blender", "registry"] {
+    for export in ["height", "obj-tiles", "geojson", "unity", "blender", "registry", "shard"] {
         assert!(exports.contains(&export.into()), "{exports:?}");
     }
     desk.refused(&["schema", "map"], &["map", "bake", "preset", "style"]);

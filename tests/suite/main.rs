@@ -24,6 +24,7 @@ mod profiles;
 mod range;
 mod resume;
 mod seams;
+mod shards;
 mod simd;
 mod stops;
 mod strides;

@@ -116,7 +116,7 @@ impl<'a> SplineSink<'a> {
             spacing_m,
             // Not the negative, which has a zero of its own.
             origin_m: [x, 0.0 - y],
-            store: FeatureStore::of_layers(world, SPLINES, &out.join(FOLDER).join("lines"))?,
+            store: FeatureStore::of_layers(request, SPLINES, &out.join(FOLDER).join("lines"))?,
             out: out.to_owned(),
             files: Mutex::new(Some(files)),
         })

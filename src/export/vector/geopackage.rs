@@ -517,6 +517,7 @@ mod tests {
             names,
             height_range_m,
             walk: None,
+            is_shard: false,
         };
         let package = GeoPackageSink::create(&request, out).unwrap();
         let json = GeoJsonSink::create(&request, out).unwrap();

@@ -105,6 +105,9 @@ fn road_bytes_at_most(world: &World, region: &Region) -> f64 {
     cells(region.width()) * cells(region.height()) * (FEATURE_BYTES as f64 + ROADS * road)
 }
 
+/// Features that were said, by layer and key.
+type Said = BTreeSet<(usize, Vec<u8>)>;
+
 /// The features of a region, each once, by layer and key.
 ///
 /// They come with their row of tiles and wait in a nameless database in the folder of the bake, so memory does not grow with
@@ -116,8 +119,9 @@ pub(crate) struct FeatureStore<'a> {
     edge: Option<Envelope>,
     /// Whether tiles have lines of their own, of which the world knows nothing.
     is_walk: bool,
-    /// What some tile has said since rows were put away last, by layer and key.
-    said: Mutex<BTreeSet<(usize, Vec<u8>)>>,
+    /// What some tile has said since rows were put away last. None where each tile says all that it has, so that
+    /// what it says does not depend on the others.
+    said: Option<Mutex<Said>>,
     store: Mutex<(Connection, PartFile)>,
 }
 
@@ -126,12 +130,13 @@ impl<'a> FeatureStore<'a> {
     pub fn create(request: &Request<'a>, file: &FilePath) -> Result<FeatureStore<'a>, Error> {
         let Request { world, region, vectors, walk, .. } = *request;
         let edge = vectors.clipped.then(|| around(&region, world.spacing_m()));
-        Ok(FeatureStore { edge, is_walk: walk.is_some(), ..FeatureStore::of_layers(world, layers(world), file)? })
+        let store = FeatureStore::of_layers(request, layers(world), file)?;
+        Ok(FeatureStore { edge, is_walk: walk.is_some(), ..store })
     }
 
     /// The store of some layers of a world, whose features are whole.
     pub fn of_layers(
-        world: &'a World,
+        request: &Request<'a>,
         layers: &'static [&'static dyn AnyLayer],
         file: &FilePath,
     ) -> Result<FeatureStore<'a>, Error> {
@@ -153,11 +158,11 @@ impl<'a> FeatureStore<'a> {
         };
         let connection = open().map_err(Error::sqlite(path))?;
         Ok(FeatureStore {
-            world,
+            world: request.world,
             layers,
             edge: None,
             is_walk: false,
-            said: Mutex::default(),
+            said: (!request.is_shard).then(Mutex::default),
             store: Mutex::new((connection, part)),
         })
     }
@@ -182,7 +187,9 @@ impl<'a> FeatureStore<'a> {
 
     /// Adds a feature of a layer to the piece of a tile, unless another tile has said it.
     pub fn pack(&self, piece: &mut Vec<u8>, layer: usize, key: Vec<u8>, row: impl Fn() -> Row) {
-        if !locked(&self.said).insert((layer, key.clone())) {
+        if let Some(said) = &self.said
+            && !locked(said).insert((layer, key.clone()))
+        {
             return;
         }
         // Not under the lock: a long river takes its time.
@@ -197,7 +204,7 @@ impl<'a> FeatureStore<'a> {
     /// Puts away the features of a row of tiles.
     pub fn put(&self, pieces: &[&[u8]]) -> Result<(), Error> {
         // A tile that is being made may say them again, which does no harm.
-        locked(&self.said).clear();
+        self.said.iter().for_each(|said| locked(said).clear());
         let (connection, part) = &mut *locked(&self.store);
         let mut put = || {
             let transaction = connection.transaction()?;

@@ -1,0 +1,100 @@
+//! `terrane shard-plan`.
+
+use std::env;
+
+use serde_json::json;
+
+use crate::bake::Shard;
+use crate::cli::args::{BakeArguments, ShardPlanArguments};
+use crate::cli::bake::planned;
+use crate::cli::console::Console;
+use crate::cli::jobs::Job;
+use crate::cli::thread_count;
+use crate::error::Error;
+use crate::export::Plan;
+
+/// Options of the command that bakes do not know, each with a value, and that of the folder, which each shard has its own of.
+const OWN: [&str; 6] = ["--engine", "--shards", "--minutes", "--image", "--claim", "--out"];
+
+/// Prints a job.
+pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<(), Error> {
+    let ShardPlanArguments { preset, engine, shards, minutes, image, claim, place, common } = arguments;
+    let unfit = [
+        (preset == "-", "-", "name a file that all machines have"),
+        (common.manner.device.gpu_approximate, "--gpu-approximate", "its tiles may not meet those of another GPU"),
+        (common.add, "--add", "add exports to the bake when it is whole"),
+        (common.overwrite, "--overwrite", "choose a folder that is empty with --out"),
+        (common.manner.course.dry_run, "--dry-run", "leave it out: shard-plan bakes nothing"),
+        (common.manner.course.verbose, "--verbose", "leave it out: what jobs say goes to files"),
+    ];
+    if let Some((_, option, hint)) = unfit.into_iter().find(|(is_given, ..)| *is_given) {
+        return Err(Error::Option { message: format!("shard-plan takes no {option}"), hint: hint.into() });
+    }
+    let bake = bake_words()?;
+    let threads = thread_count(common.manner.course.threads);
+    let arguments = BakeArguments { preset, place, shard: None, common };
+    planned(&arguments, console, |plan, out| {
+        let shards = match shards {
+            Some(shards) => shards,
+            None => fitting(&plan, minutes * 60.0, threads)?,
+        };
+        let merge_memory_bytes = plan.cost(threads).memory_bytes;
+        let shard = plan.with_shard(Shard::new(1, shards).expect("there is a first one"))?;
+        let cost = shard.cost(threads);
+        let forecast = shard.forecast(&cost, threads);
+        let job = Job {
+            bake,
+            out: out.to_string_lossy().into_owned(),
+            shards,
+            threads,
+            memory_bytes: cost.memory_bytes,
+            merge_memory_bytes,
+            seconds: forecast.time.as_secs_f64(),
+            image,
+            claim,
+        };
+        let text = job.text(engine);
+        let object = json!({
+            "type": "job", "shards": shards, "threads": threads, "seconds": job.seconds, "memory_bytes": job.memory_bytes, "text": text,
+        });
+        console.message(object, &text)
+    })
+}
+
+/// The fewest shards of which each takes no longer than so many seconds; or one a tile, if even that takes longer.
+fn fitting(plan: &Plan<'_>, seconds: f64, threads: usize) -> Result<u64, Error> {
+    let trial = plan.trial();
+    let fits = |shards: u64| {
+        let shard = plan.clone().with_shard(Shard::new(1, shards).expect("there is a first one"))?;
+        let forecast = shard.forecast_by(&trial, &shard.cost(threads), threads);
+        Ok::<_, Error>(forecast.time.as_secs_f64() <= seconds)
+    };
+    let (mut least, mut most) = (1, plan.region().tiles());
+    while least < most {
+        let middle = least + (most - least) / 2;
+        (least, most) = if fits(middle)? { (least, middle) } else { (middle + 1, most) };
+    }
+    Ok(least)
+}
+
+/// The words of the command line that a shard is baked with, from `bake` on.
+fn bake_words() -> Result<Vec<String>, Error> {
+    let mut words = vec!["bake".to_owned()];
+    let mut given = env::args().skip_while(|word| word != "shard-plan").skip(1);
+    while let Some(word) = given.next() {
+        if OWN.contains(&&word[..]) {
+            given.next();
+        } else if !OWN.iter().any(|own| word.strip_prefix(own).is_some_and(|rest| rest.starts_with('=')))
+            && !["--json", "--resume", "--quiet", "-q"].contains(&&word[..])
+        {
+            words.push(word);
+        }
+    }
+    match words.iter().find(|word| word.contains('\n')) {
+        None => Ok(words),
+        Some(word) => Err(Error::Option {
+            message: format!("{word:?} has several lines, and a job has its command on one"),
+            hint: "write it to a preset file".into(),
+        }),
+    }
+}

@@ -1,0 +1,335 @@
+//! The merge: the shards of a bake become the bake, with the bytes that it has where one machine bakes all of it.
+//!
+//! Files of single tiles are taken over as they are. Of the files of the region the sinks are those of any bake: they are handed
+//! what they have kept of each tile in the shards, row by row from north to south, so memory holds two batches of rows and nothing
+//! is made again but what a sink asks of the world at its end.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use crate::area::{Area, Place, Region, TileId};
+use crate::bake::store::{self, Block, Blocks};
+use crate::bake::{FileRecord, Journal, Sink, corners, hand_on};
+use crate::error::Error;
+use crate::export::folder::begun;
+use crate::export::manifest::{self, Manifest};
+use crate::export::plan::Plan;
+use crate::file::{link, path_in};
+use crate::generator;
+use crate::registry::{self, Registry, TileRow, TileState};
+use crate::watch::Watch;
+use crate::world::World;
+
+/// All shards of a bake, which leave no tile of its region out. Some may have tiles in common.
+pub struct Shards {
+    whole: Region,
+    /// From north to south and from west to east.
+    parts: Vec<Part>,
+}
+
+/// A shard in its folder.
+struct Part {
+    folder: PathBuf,
+    manifest: Manifest,
+    tiles: Region,
+}
+
+/// What to do about a shard that is not as it was baked.
+const AGAIN: &str = "the command that baked this shard, with --resume, bakes again what is damaged of it";
+
+impl Shards {
+    /// The shards in some folders.
+    ///
+    /// # Errors
+    /// When a folder has no whole shard, or one of another bake than the first, or one that this program cannot put together with
+    /// others; and when a tile of the region is in none of them. Each error names the folder or the tiles.
+    pub fn open(folders: &[PathBuf]) -> Result<Shards, Error> {
+        let mut parts = folders.iter().map(|folder| Part::open(folder)).collect::<Result<Vec<Part>, Error>>()?;
+        let Some((first, others)) = parts.split_first() else {
+            return Err(Error::Option {
+                message: "no shard is given".into(),
+                hint: "name the folders of all shards of a bake".into(),
+            });
+        };
+        let whole = first.manifest.region.region()?;
+        for part in others {
+            // All but which of the tiles it has.
+            let differences = part.manifest.differences(&first.manifest, |key| key != "shard");
+            if let Some(difference) = differences.first() {
+                return Err(part.refused(
+                    "",
+                    format!("is no shard of the bake of which {} is one: {difference}", first.folder.display()),
+                    "bake all shards with the same command but for --shard and --out",
+                ));
+            }
+        }
+        parts.sort_by_key(|part| (part.tiles.at().y, part.tiles.at().x));
+        let shards = Shards { whole, parts };
+        shards.check_covers()?;
+        Ok(shards)
+    }
+
+    /// A manifest of one of them: but for which tiles it has, all say the same.
+    pub fn manifest(&self) -> &Manifest {
+        &self.parts[0].manifest
+    }
+
+    /// The plan of their bake in its world, all of whose tiles come from the shards.
+    ///
+    /// # Errors
+    /// When the manifest names what is not known here.
+    pub fn plan<'a>(&'a self, world: &'a World) -> Result<Plan<'a>, Error> {
+        Ok(Plan::of_whole(self.manifest(), world)?.with_shards(self))
+    }
+
+    /// Refuses a gap, and names it.
+    fn check_covers(&self) -> Result<(), Error> {
+        let edges = |region: &Region| [region.at().y, region.at().y + region.rows() as i64];
+        let ends = |region: &Region| [region.at().x, region.at().x + region.cols() as i64];
+        let rows: BTreeSet<i64> =
+            self.parts.iter().flat_map(|part| edges(&part.tiles)).chain(edges(&self.whole)).collect();
+        let rows: Vec<i64> = rows.into_iter().collect();
+        for band in rows.windows(2) {
+            let [north, south] = [band[0], band[1]];
+            let within = |part: &&Part| (edges(&part.tiles)[0]..edges(&part.tiles)[1]).contains(&north);
+            let mut spans: Vec<[i64; 2]> = self.parts.iter().filter(within).map(|part| ends(&part.tiles)).collect();
+            let [west, east] = ends(&self.whole);
+            spans.push([east, east]);
+            spans.sort_unstable();
+            let mut covered = west;
+            for [from, to] in spans {
+                if from > covered {
+                    let at = TileId { x: covered, y: north };
+                    let (cols, rows) = ((from - covered) as u64, (south - north) as u64);
+                    return Err(self.gap(&Region::new(at, cols, rows, self.whole.tile_cells())?));
+                }
+                covered = covered.max(to);
+            }
+        }
+        Ok(())
+    }
+
+    fn gap(&self, missing: &Region) -> Error {
+        let records = || self.parts.iter().filter_map(|part| part.manifest.shard.as_ref());
+        let of: BTreeSet<u64> = records().map(|shard| shard.of).collect();
+        let there: BTreeSet<u64> = records().map(|shard| shard.number).collect();
+        // Of shards of several sizes none has a number among the others.
+        let numbers = of.first().filter(|_| of.len() == 1).map(|of| {
+            let mut numbers = (1..=*of).filter(|number| !there.contains(number));
+            let listed: Vec<String> = numbers.by_ref().take(8).map(|number| format!("{number}/{of}")).collect();
+            let more = numbers.count();
+            listed.join(", ") + &if more > 0 { format!(" and {more} more") } else { String::new() }
+        });
+        Error::Option {
+            message: format!(
+                "{} of the region are in no shard{}",
+                corners(missing),
+                numbers.as_ref().map_or(String::new(), |numbers| format!(": {numbers} is missing"))
+            ),
+            hint: "bake what is missing, and name its folder too".into(),
+        }
+    }
+
+    /// Looks whether all files of the shards have the bytes that they were written with, and whether tiles that several shards have
+    /// are the same in all, on the threads of the current rayon pool.
+    ///
+    /// # Errors
+    /// When they have not, or are not; the error names the shard, and the file or the tile.
+    pub fn check(&self, watch: &Watch) -> Result<(), Error> {
+        let files: Vec<(&Part, &FileRecord)> =
+            self.parts.iter().flat_map(|part| part.manifest.files.iter().map(move |file| (part, file))).collect();
+        watch.begin("reading shards", Some((files.len() as u64, "files")));
+        let fault = |(part, file): &(&Part, &FileRecord)| {
+            let fault = file.fault(&part.folder);
+            watch.add(1);
+            fault.map(|fault| part.refused(&file.path, format!("{fault}: {} is damaged", part.name()), AGAIN))
+        };
+        // The first in the order of the list, whichever thread comes to one.
+        if let Some(error) = files.par_iter().find_map_first(fault) {
+            return Err(error);
+        }
+        for (number, part) in self.parts.iter().enumerate() {
+            for other in &self.parts[..number] {
+                part.check_agrees(other)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes over the files of single tiles into the folder of the bake, and hands all else to its sinks.
+    pub(super) fn hand_on(
+        &self,
+        out: &Path,
+        sinks: &[Box<dyn Sink + '_>],
+        journal: &Journal,
+        watch: &Watch,
+    ) -> Result<Vec<FileRecord>, Error> {
+        let mut files = BTreeMap::new();
+        for part in &self.parts {
+            for record in part.tile_files() {
+                if files.contains_key(&record.path[..]) {
+                    continue;
+                }
+                let from = path_in(&part.folder, &record.path);
+                let from = from.ok_or_else(|| part.refused(&record.path, "leads over a link".into(), AGAIN))?;
+                link(&from, &out.join(&record.path))?;
+                files.insert(&record.path[..], record);
+            }
+        }
+        let mut readers: Vec<Option<Reader>> = self.parts.iter().map(|_| None).collect();
+        hand_on(&self.whole, sinks, journal, watch, |first_row, rows| {
+            let mut tiles = Vec::new();
+            for row in first_row..first_row + rows {
+                tiles.extend(self.read_row(row, &mut readers, journal)?);
+            }
+            let pieces = |(tile, block, part): &(TileId, Block, &Part)| block.pieces(*tile, sinks.len(), &part.folder);
+            tiles.par_iter().map(pieces).collect()
+        })?;
+        Ok(files.into_values().cloned().collect())
+    }
+
+    /// What the shards have of a row of tiles, from west to east. The journal gets to know the tiles.
+    fn read_row<'a>(
+        &'a self,
+        row: u64,
+        readers: &mut [Option<Reader>],
+        journal: &Journal,
+    ) -> Result<Vec<(TileId, Block, &'a Part)>, Error> {
+        let y = self.whole.tile(Place { row, col: 0 }).y;
+        let mut tiles = BTreeMap::new();
+        for (part, reader) in self.parts.iter().zip(readers) {
+            let (first, end) = (part.tiles.at().y, part.tiles.at().y + part.tiles.rows() as i64);
+            if !(first..end).contains(&y) {
+                continue;
+            }
+            let open = reader.take().map_or_else(|| Reader::open(part), Ok)?;
+            let Reader { blocks, registry } = reader.insert(open);
+            for col in 0..part.tiles.cols() {
+                let tile = part.tiles.tile(Place { row: (y - first) as u64, col });
+                let block = blocks.next()?;
+                if tiles.contains_key(&tile.x) {
+                    continue;
+                }
+                let lost = || part.refused(registry::FILE_NAME, format!("has no tile {tile}"), AGAIN);
+                let known = registry.row(tile)?.ok_or_else(lost)?;
+                let known = TileRow { state: TileState::Made, files: Vec::new(), ..known };
+                journal.adopt(known, Vec::new(), 0)?;
+                tiles.insert(tile.x, (tile, block, part));
+            }
+            if y + 1 == end {
+                *reader = None;
+            }
+        }
+        Ok(tiles.into_values().collect())
+    }
+}
+
+/// A shard that is being read, from its first row of tiles to its last.
+struct Reader {
+    blocks: Blocks,
+    registry: Registry,
+}
+
+impl Reader {
+    fn open(part: &Part) -> Result<Reader, Error> {
+        Ok(Reader { blocks: Blocks::open(&part.folder)?, registry: part.registry()? })
+    }
+}
+
+impl Part {
+    fn open(folder: &Path) -> Result<Part, Error> {
+        let refuse =
+            |path: PathBuf, message: String, hint: &str| Err(Error::Output { path, message, hint: hint.into() });
+        if !folder.join(manifest::PATH).exists() && begun(folder).is_some() {
+            let message = "holds a shard that is under way or was cut off".into();
+            return refuse(folder.into(), message, "the command that began it goes on with it with --resume");
+        }
+        let manifest = Manifest::read(folder)?;
+        if !manifest.is_sealed() {
+            return refuse(folder.join(manifest::PATH), "is not as it was written".into(), AGAIN);
+        }
+        let Some(shard) = &manifest.shard else {
+            let hint = "name the folders of shards, which terrane bake makes with --shard";
+            return refuse(folder.into(), "holds a whole bake, and no shard".into(), hint);
+        };
+        // What sinks keep of tiles is for the same program, whatever the version of its layers.
+        if manifest.generator != generator::NAME {
+            let message = format!("is a shard of {}, and this is {}", manifest.generator, generator::NAME);
+            return refuse(folder.into(), message, "merge with the program that has baked it, or bake it again");
+        }
+        manifest.check_generator()?;
+        // Those of two GPUs need not meet, nor those of one that was put into another machine.
+        if manifest.check_device().is_err() {
+            let message = "has the approximate arithmetic of a GPU, whose tiles meet no others without a seam".into();
+            return refuse(folder.into(), message, "bake this shard again without --gpu-approximate");
+        }
+        let Some(tiles) = shard.tiles(&manifest.region.region()?) else {
+            let message = "names tiles that are not of its region".into();
+            return refuse(folder.join(manifest::PATH), message, AGAIN);
+        };
+        Ok(Part { folder: folder.into(), tiles, manifest })
+    }
+
+    /// What it is called in an error.
+    fn name(&self) -> String {
+        self.manifest.shard.as_ref().map_or(String::new(), |shard| format!("shard {shard}"))
+    }
+
+    fn refused(&self, path: &str, message: String, hint: &str) -> Error {
+        let path = if path.is_empty() { self.folder.clone() } else { self.folder.join(path) };
+        Error::Output { path, message, hint: hint.into() }
+    }
+
+    fn registry(&self) -> Result<Registry, Error> {
+        Registry::read(&self.folder.join(registry::FILE_NAME))
+    }
+
+    /// The files of single tiles.
+    fn tile_files(&self) -> impl Iterator<Item = &FileRecord> {
+        let own = [registry::EXPORT, store::EXPORT];
+        self.manifest.files.iter().filter(move |file| !own.contains(&&file.export[..]))
+    }
+
+    /// Refuses to have other tiles than another shard that has the same ones: as files, and as the registries have their digests.
+    fn check_agrees(&self, other: &Part) -> Result<(), Error> {
+        let places = |Part { tiles, .. }: &Part| {
+            Area::new(tiles.at().x, tiles.at().y, tiles.cols() as usize, tiles.rows() as usize)
+        };
+        let Some(common) = places(self).common(&places(other)) else { return Ok(()) };
+        let differs = |path: &str, what: String| {
+            let message = format!("{what} than in {}, which has the same tiles", other.folder.display());
+            Err(self.refused(
+                path,
+                message,
+                "leave out the one of which terrane verify --all says that something is wrong",
+            ))
+        };
+        let is_same_shard = self.manifest.shard == other.manifest.shard;
+        let is_common = |file: &&FileRecord| {
+            let tile = file.tile.map(|TileId { x, y }| Area::new(x, y, 1, 1));
+            is_same_shard || tile.is_some_and(|tile| common.contains(&tile))
+        };
+        let files = |part: &Part| -> BTreeMap<String, String> {
+            let files = part.manifest.files.iter().filter(is_common);
+            files.map(|file| (file.path.clone(), file.blake3.clone())).collect()
+        };
+        let (own, others) = (files(self), files(other));
+        let mut paths = own.keys().chain(others.keys());
+        if let Some(path) = paths.find(|path| own.get(*path) != others.get(*path)) {
+            return differs(path, "has other bytes".into());
+        }
+        if is_same_shard {
+            return Ok(());
+        }
+        let (own, others) = (self.registry()?, other.registry()?);
+        for (x, y) in common.vertices() {
+            let tile = TileId { x, y };
+            if own.row(tile)? != others.row(tile)? {
+                return differs("", format!("has another tile {tile}"));
+            }
+        }
+        Ok(())
+    }
+}
