@@ -11,7 +11,7 @@ use crate::cli::console::Console;
 use crate::cli::jobs::Job;
 use crate::cli::thread_count;
 use crate::error::Error;
-use crate::export::Plan;
+use crate::export::{Plan, Trial};
 
 /// Options of the command that bakes do not know, each with a value, and that of the folder, which each shard has its own of.
 const OWN: [&str; 6] = ["--engine", "--shards", "--minutes", "--image", "--claim", "--out"];
@@ -34,14 +34,16 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
     let threads = thread_count(common.manner.course.threads);
     let arguments = BakeArguments { preset, place, shard: None, common };
     planned(&arguments, console, |plan, out| {
+        // One for all: another one would be told other times.
+        let trial = plan.trial();
         let shards = match shards {
             Some(shards) => shards,
-            None => fitting(&plan, minutes * 60.0, threads)?,
+            None => fitting(&plan, &trial, minutes * 60.0, threads)?,
         };
         let merge_memory_bytes = plan.cost(threads).memory_bytes;
         let shard = plan.with_shard(Shard::new(1, shards).expect("there is a first one"))?;
         let cost = shard.cost(threads);
-        let forecast = shard.forecast(&cost, threads);
+        let forecast = shard.forecast_by(&trial, &cost, threads);
         let job = Job {
             bake,
             out: out.to_string_lossy().into_owned(),
@@ -62,11 +64,10 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
 }
 
 /// The fewest shards of which each takes no longer than so many seconds; or one a tile, if even that takes longer.
-fn fitting(plan: &Plan<'_>, seconds: f64, threads: usize) -> Result<u64, Error> {
-    let trial = plan.trial();
+fn fitting(plan: &Plan<'_>, trial: &Trial, seconds: f64, threads: usize) -> Result<u64, Error> {
     let fits = |shards: u64| {
         let shard = plan.clone().with_shard(Shard::new(1, shards).expect("there is a first one"))?;
-        let forecast = shard.forecast_by(&trial, &shard.cost(threads), threads);
+        let forecast = shard.forecast_by(trial, &shard.cost(threads), threads);
         Ok::<_, Error>(forecast.time.as_secs_f64() <= seconds)
     };
     let (mut least, mut most) = (1, plan.region().tiles());
