@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(open(Some(first.world.seed()), &[]).id(), id);
         assert!(Arc::ptr_eq(&open(Some(first.world.seed()), &[]).world, &first.world));
         assert_ne!(open(Some(77), &[]).id(), id);
-        assert_ne!(open(None, &["spacing_m=3"]).id(), id);
+        assert_ne!(open(None, &["spacing_m=0.5"]).id(), id);
         assert!(worlds.known(&id).is_some() && worlds.known("0123456789abcdef").is_none());
     }
 
@@ -204,18 +204,18 @@ mod tests {
     fn no_file_is_read_but_the_one_that_was_given() {
         let folder = tempfile::tempdir().unwrap();
         let [given, other] = ["given.toml", "other.toml"].map(|name| folder.path().join(name).display().to_string());
-        std::fs::write(&given, "extends = \"thesis\"\nspacing_m = 7\n").unwrap();
+        std::fs::write(&given, "extends = \"thesis\"\nspacing_m = 0.5\n").unwrap();
         std::fs::write(&other, "extends = \"thesis\"\n").unwrap();
         let worlds = worlds(&given);
         let recipe = |preset: &str| Recipe { preset: preset.into(), ..Recipe::default() };
         assert_eq!(worlds.first(), recipe(FILE));
-        assert_eq!(worlds.open(&recipe(FILE)).unwrap().world.spacing_m(), 7.0);
+        assert_eq!(worlds.open(&recipe(FILE)).unwrap().world.spacing_m(), 0.5);
         for elsewhere in [&given, &other, "/etc/passwd", "../Cargo.toml", "-", ""] {
             assert!(worlds.open(&recipe(elsewhere)).is_err(), "{elsewhere}");
         }
         // As it is now, not as it was.
-        std::fs::write(&given, "extends = \"thesis\"\nspacing_m = 8\n").unwrap();
-        assert_eq!(worlds.open(&recipe(FILE)).unwrap().world.spacing_m(), 8.0);
+        std::fs::write(&given, "extends = \"thesis\"\nspacing_m = 2\n").unwrap();
+        assert_eq!(worlds.open(&recipe(FILE)).unwrap().world.spacing_m(), 2.0);
         std::fs::write(&given, "spacing_m = \n").unwrap();
         assert!(worlds.open(&recipe(FILE)).err().unwrap().to_string().contains("given.toml:1"));
         // Without one there is none.
