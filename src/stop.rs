@@ -100,7 +100,7 @@ fn check_whose() {
 
 /// Ends some work of the process, and no other: what is not wanted any more.
 ///
-/// Work that asks [`Memory`](crate::memory) for what stopped work was making makes it itself.
+/// What stopped work was making, and others wait for, they make themselves.
 #[derive(Clone, Debug, Default)]
 pub struct Stopper(Arc<Asked>);
 

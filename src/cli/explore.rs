@@ -3,6 +3,7 @@
 use std::env;
 use std::path::PathBuf;
 
+use etcetera::{BaseStrategy, choose_base_strategy};
 use serde_json::json;
 
 use crate::cli::args::{ExploreArguments, sources};
@@ -60,5 +61,5 @@ pub(super) fn run(arguments: ExploreArguments, console: &Console) -> Result<(), 
 
 /// The user's folder for what can be made again, if there is one.
 fn default_cache() -> Option<PathBuf> {
-    dirs::cache_dir().map(|folder| folder.join(CACHE))
+    choose_base_strategy().ok().map(|strategy| strategy.cache_dir().join(CACHE))
 }
