@@ -14,7 +14,7 @@
 //! A tile of the page is a tile of a web map ([`crate::web`]): so many pixels of the world, counted from its origin, drawn by
 //! [`Chart`](crate::map::Chart) in any style. Zoom levels have no end in columns and rows, only the range of the world.
 //!
-//! Each is drawn twice. A draft has relief and waters, which takes tenths of a second; the full picture also contours, roads, places and
+//! Each is drawn twice. A draft has relief and waters, which takes a second or so; the full picture also contours, roads, places and
 //! names, for which all that lies around must be planned. Two lanes of threads draw them, so that what is new on the screen never
 //! waits for what is already there as a draft.
 

@@ -37,7 +37,7 @@ const NICER: i32 = 10;
 /// Which threads do it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Lane {
-    /// What is done in tenths of a second, and is waited for.
+    /// What is done in a second or two, and is waited for.
     Quick,
     /// What may take a minute.
     Slow,

@@ -5,7 +5,7 @@
 //!   encode.rs     pixels -> WebP, PNG; heights -> colours, scripts          meta.rs   what each file says of the map
 //!   draft.rs      blocks, functions that draw -> the pictures of tiles
 //!   folder.rs     a file a tile, and a list      mbtiles.rs   a database      pmtiles.rs   an archive      archives.rs   both of a layer
-//!   page.rs, viewer.html, viewer.js                                         the page
+//!   page.rs, viewer.html, viewer.css, viewer.js                             the page; the explorer has the last two in common with it
 //! ```
 //!
 //! What tiles show comes from functions of the caller, which are asked for one block after another: this module knows
