@@ -150,7 +150,13 @@ impl World {
 
     /// All lakes of a fluvial world of which a part lies in `area`, whole, sorted by id.
     pub fn lakes(&self, area: &Area) -> Vec<Arc<Lake>> {
-        self.fluvial(|fluvial| self.landforms.lakes(fluvial, area))
+        self.wide_lakes(area, 0.0)
+    }
+
+    /// Those of them that are of levels on which some are so many metres wide to each side of their middle: for much less work where
+    /// most are narrow.
+    pub(crate) fn wide_lakes(&self, area: &Area, least_half_width_m: f64) -> Vec<Arc<Lake>> {
+        self.fluvial(|fluvial| self.landforms.lakes(fluvial, area, least_half_width_m))
     }
 
     /// All pieces of coast of a fluvial world of which a part lies in `area`, whole, sorted by id.

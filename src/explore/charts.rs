@@ -10,7 +10,7 @@ use crate::map::Chart;
 use crate::map::scale::Scale;
 use crate::map::style::Style;
 
-/// Levels that are kept, drafts and full maps apart: each remembers its land ([`Chart::REMEMBERED`]) and what is planned on it.
+/// Levels that are kept, each stage apart: each remembers its land ([`Chart::REMEMBERED`]) and what is planned on it.
 const MOST: usize = 4;
 
 /// Pixels of a millimetre on screens, by which lines and letters have their size.
@@ -54,7 +54,7 @@ impl Charts {
             return Ok(chart.clone());
         }
         let mut drawn = Style::load(style)?;
-        if stage == Stage::Draft {
+        if stage != Stage::Full {
             // What must be planned on all land around, or written around what is.
             drawn.contours.draw = false;
             drawn.roads.draw = false;
@@ -64,10 +64,10 @@ impl Charts {
         let dense = if is_dense { 2.0 } else { 1.0 };
         let metres_per_pixel = pixel_m(opened.world.spacing_m(), zoom) / dense;
         let scale = Scale { metres_per_pixel, pixels_per_mm: PIXELS_A_MM * dense };
-        let chart = match (other, stage) {
+        let chart = match (other, stage.halvings()) {
             (Some(other), _) => other.in_style(drawn),
-            (None, Stage::Draft) => Chart::sketch(&opened.world, drawn, scale)?,
-            (None, Stage::Full) => Chart::of_world(&opened.world, drawn, scale)?,
+            (None, Some(halvings)) => Chart::sketch(&opened.world, drawn, scale, halvings)?,
+            (None, None) => Chart::of_world(&opened.world, drawn, scale)?,
         };
         // Of two threads that were here at once one is forgotten: they are the same.
         Ok(slot.get_or_init(|| chart).clone())

@@ -161,6 +161,7 @@ pub(super) fn read(path: &str, query: &str) -> Result<Asked, Failure> {
         }
         ["w", world, style, stage, zoom, x, y] => {
             let stage = match stage {
+                "glance" => Stage::Glance,
                 "draft" => Stage::Draft,
                 "full" => Stage::Full,
                 _ => return Err(Failure::missing()),

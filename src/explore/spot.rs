@@ -16,10 +16,23 @@ pub(super) const REACH: i64 = MAX_COORDINATE / 2;
 /// How much of a map is drawn, and how well.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Stage {
+    /// As a draft, of land at fewer nodes again.
+    Glance,
     /// Relief and waters, of land at fewer nodes.
     Draft,
     /// All that the style draws.
     Full,
+}
+
+impl Stage {
+    /// How often the nodes of its land are thinned out to every second one, if they are.
+    pub fn halvings(self) -> Option<u32> {
+        match self {
+            Stage::Glance => Some(2),
+            Stage::Draft => Some(1),
+            Stage::Full => None,
+        }
+    }
 }
 
 /// A tile: its zoom level, column from the west and row from the north, counted from the world's origin.

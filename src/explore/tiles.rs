@@ -178,7 +178,7 @@ impl Studio {
     fn block(self: &Arc<Self>, subject: Subject, spot: Spot) -> Result<Ticket, Failure> {
         let [x, y] = block_of(spot);
         let key = subject.key(Kind::Block, spot.zoom, spot.is_dense, x, y);
-        let lane = if subject.stage == Stage::Draft { Lane::Quick } else { Lane::Slow };
+        let lane = if subject.stage == Stage::Full { Lane::Slow } else { Lane::Quick };
         let studio = self.clone();
         self.queue.ask(lane, key, move || studio.draw(&subject, spot.zoom, spot.is_dense, [x, y]))
     }

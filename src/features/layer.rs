@@ -163,7 +163,12 @@ impl<S, F> Layer<S, F> {
 
     /// All features of which a part lies in the rectangle that the outer vertices of an area span, whole, sorted by key.
     pub fn find(&self, world: &World, area: &Area) -> Vec<F> {
-        let mut sources: Vec<_> = (self.sources)(world, area).into_iter().map(|it| ((self.key)(&it), it)).collect();
+        self.features(world, (self.sources)(world, area))
+    }
+
+    /// The features of what the world has, sorted by key.
+    pub(crate) fn features(&self, world: &World, sources: Vec<S>) -> Vec<F> {
+        let mut sources: Vec<_> = sources.into_iter().map(|it| ((self.key)(&it), it)).collect();
         sources.sort_by(|a, b| a.0.cmp(&b.0));
         // An area may come upon a source twice, such as a settlement in it at which its roads end too.
         sources.dedup_by(|a, b| a.0 == b.0);

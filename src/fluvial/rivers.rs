@@ -125,12 +125,13 @@ impl Fluvial {
         found.into_values().collect()
     }
 
-    /// The lakes that may touch an area, sorted.
-    pub fn lake_ids(&self, area: &Area) -> Vec<LakeId> {
+    /// The lakes that may touch an area, sorted, of levels on which some are so many metres wide to each side of their middle.
+    pub fn lake_ids(&self, area: &Area, least_half_width_m: f64) -> Vec<LakeId> {
         let rectangle = self.network_around(area, Hollow::widest(&self.fields, 0) as i64);
         let mut lakes = Vec::new();
-        // Every channel that runs into a lake names it, so also those of its bays.
-        for level in 0..self.levels() {
+        let widest_m = |level| Hollow::widest(&self.fields, level) * self.fields.metres_a_grain();
+        for level in (0..self.levels()).take_while(|level| widest_m(*level) >= least_half_width_m) {
+            // Every channel that runs into a lake names it, so also those of its bays.
             self.network.channels(level, rectangle, |channel| lakes.extend(channel.lake));
         }
         lakes.sort_unstable();

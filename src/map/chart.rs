@@ -53,10 +53,18 @@ pub struct Chart {
     /// its lines are.
     world: Arc<World>,
     has_lines: bool,
+    detail: Detail,
+    interval_m: f64,
+}
+
+/// What a chart shows beside the land and what lies on it.
+#[derive(Clone, Debug, Default)]
+struct Detail {
     /// Where the names of peaks, and those of ranges and valleys, come from.
     summits: Option<Arc<Summits>>,
     afar: Option<Arc<Afar>>,
-    interval_m: f64,
+    /// Whether it leaves out what is small.
+    is_sketch: bool,
 }
 
 /// A part of a chart, whose lines and names are known.
@@ -109,40 +117,37 @@ impl Chart {
         style: Style,
         scale: Scale,
     ) -> Result<Arc<Chart>, Error> {
-        let terrain = Chart::terrain(maker, world, scale, scale.stride(world.preset().spacing_m))?;
+        let stride = scale.stride(world.preset().spacing_m);
+        let strided =
+            if stride == Stride::ONE { Arc::clone(world) } else { Chart::strided(world, stride, Terrain::TILE_CELLS)? };
+        let maker = maker(&strided)?;
+        let terrain = Arc::new(Terrain::new(strided, maker, scale));
         let is_fluvial = world.preset().fluvial.is_some();
         let summits = is_fluvial.then(|| Summits::new(Arc::clone(world), scale)).transpose()?.map(Arc::new);
         let has_ranges = is_fluvial && Afar::is_of_use(world, scale);
         let afar = has_ranges.then(|| Afar::new(world, scale)).transpose()?.map(Arc::new);
-        Ok(Chart::drawn(Arc::clone(world), terrain, (summits, afar), style, scale))
+        let detail = Detail { summits, afar, is_sketch: false };
+        Ok(Chart::drawn(Arc::clone(world), terrain, detail, style, scale))
     }
 
-    /// Sketches of such a [world](Chart::world), for whoever will not wait for the maps: of land at nodes that lie twice as far apart,
-    /// for a quarter of the time, and without names of peaks and ranges.
+    /// Sketches of such a [world](Chart::world), for whoever will not wait for the maps: of land at nodes that lie 2^`halvings` times as far
+    /// apart, without names of peaks and ranges, and without narrow lakes.
     ///
     /// # Errors
     /// When a value of the preset is out of its range at the scale.
-    pub fn sketch(world: &Arc<World>, style: Style, scale: Scale) -> Result<Arc<Chart>, Error> {
-        let stride = scale.stride(world.preset().spacing_m).twice();
-        let terrain = Chart::terrain(|world| Ok(Cpu::maker(world.relief())), world, scale, stride)?;
-        Ok(Chart::drawn(Arc::clone(world), terrain, (None, None), style, scale))
+    pub fn sketch(world: &Arc<World>, style: Style, scale: Scale, halvings: u32) -> Result<Arc<Chart>, Error> {
+        let stride = (0..halvings).fold(scale.stride(world.preset().spacing_m), |stride, _| stride.twice());
+        let strided = Chart::strided(world, stride, Terrain::SMALL_TILE_CELLS)?;
+        let maker = Cpu::maker(strided.relief());
+        let terrain = Arc::new(Terrain::new(strided, maker, scale));
+        let detail = Detail { is_sketch: true, ..Detail::default() };
+        Ok(Chart::drawn(Arc::clone(world), terrain, detail, style, scale))
     }
 
-    /// The land of a world at the nodes of a stride.
-    fn terrain(
-        maker: impl FnOnce(&World) -> Result<Arc<dyn LandMaker>, Error>,
-        world: &Arc<World>,
-        scale: Scale,
-        stride: Stride,
-    ) -> Result<Arc<Terrain>, Error> {
-        let strided = if stride == Stride::ONE {
-            Arc::clone(world)
-        } else {
-            let strided = World::strided(world.preset().clone(), Some(world.seed()), stride)?;
-            Arc::new(strided.with_tile_cells(Terrain::TILE_CELLS))
-        };
-        let maker = maker(&strided)?;
-        Ok(Arc::new(Terrain::new(strided, maker, scale)))
+    /// A world at the nodes of a stride, in tiles of so many cells a side.
+    fn strided(world: &World, stride: Stride, tile_cells: u32) -> Result<Arc<World>, Error> {
+        let strided = World::strided(world.preset().clone(), Some(world.seed()), stride)?;
+        Ok(Arc::new(strided.with_tile_cells(tile_cells)))
     }
 
     /// What makes the land that is lit.
@@ -161,17 +166,10 @@ impl Chart {
     /// The maps of the same world in the same scale in another style.
     #[must_use]
     pub fn in_style(&self, style: Style) -> Arc<Chart> {
-        let heights = (self.summits.clone(), self.afar.clone());
-        Chart::drawn(Arc::clone(&self.world), Arc::clone(&self.terrain), heights, style, self.scale)
+        Chart::drawn(Arc::clone(&self.world), Arc::clone(&self.terrain), self.detail.clone(), style, self.scale)
     }
 
-    fn drawn(
-        world: Arc<World>,
-        terrain: Arc<Terrain>,
-        (summits, afar): (Option<Arc<Summits>>, Option<Arc<Afar>>),
-        style: Style,
-        scale: Scale,
-    ) -> Arc<Chart> {
+    fn drawn(world: Arc<World>, terrain: Arc<Terrain>, detail: Detail, style: Style, scale: Scale) -> Arc<Chart> {
         let denominator = scale.denominator();
         let relief = Relief::new(&style, terrain.world(), scale);
         #[cfg(feature = "gpu")]
@@ -186,7 +184,7 @@ impl Chart {
             if style.contours.draw && style.contours.interval_m.is_none() { terrain.steepness() } else { 1.0 };
         let chosen_m = interval_m(denominator, style.contours.spacing_mm, steepness, relief.range_m());
         let interval_m = style.contours.interval_m.unwrap_or(chosen_m);
-        Arc::new(Chart { style, scale, terrain, relief, world, has_lines, summits, afar, interval_m })
+        Arc::new(Chart { style, scale, terrain, relief, world, has_lines, detail, interval_m })
     }
 
     /// The scale of the maps.
@@ -218,6 +216,7 @@ impl Chart {
             world: self.terrain.world(),
             settled: &self.world,
             has_lines: self.has_lines,
+            is_sketch: self.detail.is_sketch,
         };
         let mut writings = Vec::new();
         let drawing = if self.style.labels.draw {
@@ -225,8 +224,9 @@ impl Chart {
             let named = if self.style.contours.draw { area.on_grid(SQUARE) } else { area };
             let pad = names::pad(self.scale);
             let drawing = draughtsman.draw(named, pad);
-            let seen = self.afar.as_ref().map(|afar| afar.look(named.padded(pad)));
-            let summits = |area| self.summits.iter().flat_map(|summits| summits.find(self.scale, area)).collect();
+            let seen = self.detail.afar.as_ref().map(|afar| afar.look(named.padded(pad)));
+            let summits =
+                |area| self.detail.summits.iter().flat_map(|summits| summits.find(self.scale, area)).collect();
             let finders = Finders { sites: &|area| draughtsman.sites(area), summits: &summits };
             writings = names::write((&self.style, self.scale), &drawing, seen.as_ref(), &finders, named);
             drawing

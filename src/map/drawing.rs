@@ -40,6 +40,9 @@ const CHORDS: u32 = 12;
 /// Square pixels that a lake has at least.
 const LEAST_LAKE: f64 = 6.0;
 
+/// Pixels that the widest lakes of a level are wide to each side of their middle, if a sketch has that level's.
+const SKETCHED_LAKE: f64 = 2.0;
+
 /// How many times the discharge of the least river that is drawn one has that has a name.
 const NAMED: f64 = 6.0;
 
@@ -131,6 +134,8 @@ pub(super) struct Draughtsman<'a> {
     /// The world at all vertices, whose settlements are drawn, and whether all of them, its roads and its agents' rivers are.
     pub settled: &'a World,
     pub has_lines: bool,
+    /// Whether what is small may be left out.
+    pub is_sketch: bool,
 }
 
 impl Draughtsman<'_> {
@@ -195,7 +200,12 @@ impl Draughtsman<'_> {
             let ring: Vec<[f64; 2]> = ring.iter().map(|at| self.scale.pixel(*at)).collect();
             thinned(&ring, LEAST_BEND).into_iter().map(|index| ring[index]).collect::<Vec<_>>()
         };
-        for lake in Self::find(nodes, |part| LAKES.find(self.world, part), |lake| lake.id.clone()) {
+        let least_px = if self.is_sketch { SKETCHED_LAKE } else { 0.0 };
+        let lakes = |part: &Area| {
+            let lakes = self.world.wide_lakes(part, least_px * self.scale.metres_per_pixel);
+            LAKES.features(self.world, lakes)
+        };
+        for lake in Self::find(nodes, lakes, |lake| lake.id.clone()) {
             let area_px = lake.area_m2 / self.scale.metres_per_pixel / self.scale.metres_per_pixel;
             if area_px >= LEAST_LAKE {
                 let rings: Vec<Vec<[f64; 2]>> = lake.rings.iter().map(|ring| smooth(&outline(ring))).collect();

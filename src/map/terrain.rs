@@ -15,8 +15,7 @@ use crate::memory::{Memory, heap_bytes};
 use crate::tile::TilePlan;
 use crate::world::World;
 
-/// Nodes a side of a patch of land that is made at once, and bytes of patches that are remembered.
-const PATCH: i64 = 256;
+/// Bytes of patches of land that are remembered.
 pub(super) const REMEMBERED: usize = 192 << 20;
 
 /// Looks at a world along each side of a square, metres from one to the next, and nodes a side of each.
@@ -57,10 +56,13 @@ pub(super) struct Nodes {
 }
 
 impl Terrain {
-    /// Cells that a tile of its world has a side.
-    pub const TILE_CELLS: u32 = PATCH as u32;
+    /// Cells a side of the tiles in which land is made: the larger, the less of it is made twice.
+    pub const TILE_CELLS: u32 = 256;
 
-    /// The land of a world that was made for the stride of a scale, in tiles of so many cells, by a maker of that land.
+    /// Cells a side of tiles for whoever waits for a single picture: little is made beyond its edges.
+    pub const SMALL_TILE_CELLS: u32 = 64;
+
+    /// The land of a world that was made for the stride of a scale, tile by tile, by a maker of that land.
     pub fn new(world: Arc<World>, maker: Arc<dyn LandMaker>, scale: Scale) -> Terrain {
         Terrain { world, maker, scale, patches: Memory::new(REMEMBERED) }
     }
@@ -124,15 +126,16 @@ impl Terrain {
             (ends[0], ends[1] + 4)
         });
         let area = Area { x0: x.0, y0: y.0, x1: x.1, y1: y.1 };
+        let side = i64::from(self.world.tile_cells());
         let mut nodes =
             Nodes { heights: Grid::filled(area, 0.0), ground: Grid::filled(area, 0), cover: Grid::filled(area, 0) };
-        for ty in area.y0.div_euclid(PATCH)..=(area.y1 - 1).div_euclid(PATCH) {
-            for tx in area.x0.div_euclid(PATCH)..=(area.x1 - 1).div_euclid(PATCH) {
-                let patch = self.patch(TileId { x: tx, y: ty });
-                let own = Area::new(tx * PATCH, ty * PATCH, PATCH as usize, PATCH as usize);
+        for ty in area.y0.div_euclid(side)..=(area.y1 - 1).div_euclid(side) {
+            for tx in area.x0.div_euclid(side)..=(area.x1 - 1).div_euclid(side) {
+                let id = TileId { x: tx, y: ty };
+                let (patch, own) = (self.patch(id), self.own(id));
                 let common = own.common(&area).expect("the patch was chosen by the area");
                 for y in common.y0..common.y1 {
-                    let start = ((y - own.y0) * PATCH + common.x0 - own.x0) as usize;
+                    let start = ((y - own.y0) * side + common.x0 - own.x0) as usize;
                     let range = start..start + common.width();
                     nodes.heights.row_mut(y, common.x0, common.x1).copy_from_slice(&patch.heights[range.clone()]);
                     nodes.ground.row_mut(y, common.x0, common.x1).copy_from_slice(&patch.ground[range.clone()]);
@@ -143,11 +146,17 @@ impl Terrain {
         nodes
     }
 
+    /// The nodes of a tile's patch.
+    fn own(&self, id: TileId) -> Area {
+        let side = i64::from(self.world.tile_cells());
+        Area::new(id.x * side, id.y * side, side as usize, side as usize)
+    }
+
     fn patch(&self, id: TileId) -> Arc<Patch> {
         self.patches.get(id, || {
             let plan = TilePlan::without_lines(&self.world, id);
             let tile = self.maker.tiles(&self.world, vec![plan], &Clock::default()).remove(0);
-            let area = Area::new(id.x * PATCH, id.y * PATCH, PATCH as usize, PATCH as usize);
+            let area = self.own(id);
             Patch {
                 heights: tile.heights().part(area).values().to_vec(),
                 ground: tile.blend().ground().part(area).values().to_vec(),

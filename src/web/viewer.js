@@ -346,9 +346,9 @@ const terrane = (() => {
     const around = covering(z, shown(TILE, goal));
     if (source.live) {
       const draftless = seen.filter((at) => tiles.get(address(at))?.state !== "ready");
-      lacking = { draft: want(draftless, 0, 1e4), full: want(seen, 1, 1e6) };
+      lacking = { draft: want(draftless, best() - 1, 1e4), full: want(seen, best(), 1e6) };
       want(coarseUnder(draftless.filter((at) => !coarser(at))), 0, 0);
-      want(around, 0, 1e8);
+      want(around, best() - 1, 1e8);
       thin(lacking.draft > 0);
     } else {
       want(covering(Math.min(z, 2), shown(0)), 0, 0);
@@ -360,7 +360,7 @@ const terrane = (() => {
     for (const one of wanted) {
       if (under >= source.atOnce) break;
       if (tiles.has(one.at) || (one.order >= 1e8 && motion)) continue;
-      if (source.live && one.kind === 1) {
+      if (source.live && one.kind === best()) {
         if (full >= (lacking.draft > 0 ? source.fullBesideDrafts : source.fullAtOnce)) continue;
         full += 1;
       }
@@ -379,7 +379,7 @@ const terrane = (() => {
     return coarse.values();
   }
 
-  const fullUnderWay = () => [...tiles].filter(([, entry]) => entry.state === "waiting" && !entry.picture && entry.kind === 1);
+  const fullUnderWay = () => [...tiles].filter(([, entry]) => entry.state === "waiting" && !entry.picture && entry.kind === best());
 
   // Stops what nobody wants, and makes way for drafts.
   function thin(draftsLack) {

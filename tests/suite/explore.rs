@@ -137,8 +137,10 @@ fn a_tile_is_the_same_part_of_the_map() {
         assert!(rgb == chart.picture(area).pixels(area), "{path}");
         // It comes from the disk the second time, and is the same.
         assert!(explorer.get(&path).body == answer.body);
-        let draft = explorer.get(&path.replace("full", "draft"));
-        assert_eq!(decoded(&draft.body).0, side);
+        for sketch in ["draft", "glance"] {
+            let sketch = explorer.get(&path.replace("full", sketch));
+            assert_eq!(decoded(&sketch.body).0, side);
+        }
     }
     let heights = explorer.get(&format!("/w/{world}/heights/7/-3/5.js"));
     assert!(

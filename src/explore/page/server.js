@@ -25,17 +25,17 @@ const later = (again_ms) => Object.assign(new Error("not now"), { again_ms });
 const SHARE = { atOnce: 4, fullAtOnce: 3, fullBesideDrafts: 2 };
 const HALF = { atOnce: 2, fullAtOnce: 1, fullBesideDrafts: 1 };
 
-// The tiles of a world, for the map: drafts, and what is drawn in full after them. `away` is told when the server does not
+// The tiles of a world, for the map: glances from afar, drafts, and what is drawn in full after them. `away` is told when the server does not
 // answer, and when it does again.
 export function tilesOf(world, embedded, away) {
   const pictures = {
     live: true,
-    kinds: ["draft", "full"],
+    kinds: ["glance", "draft", "full"],
     beyond: 1,
     ...(embedded ? HALF : SHARE),
-    // Drafts are soft, and have no more pixels on dense screens.
+    // All but the best are soft, and have no more pixels on dense screens.
     address: (said, layer, kind, { z, x, y }) => {
-      const dense = kind === 1 && said.dense && devicePixelRatio > 1.25 ? "@2x" : "";
+      const dense = kind === pictures.kinds.length - 1 && said.dense && devicePixelRatio > 1.25 ? "@2x" : "";
       return `w/${said.id}/${said.layers[layer].name}/${pictures.kinds[kind]}/${z}/${x}/${y}${dense}.${said.ending}`;
     },
     async picture(at, signal) {

@@ -54,10 +54,12 @@ fn cells(area: &Area, side: i64, pad: i64) -> impl Iterator<Item = (i64, i64)> +
 }
 
 impl Landforms {
-    /// All lakes of which a part lies in an area, whole, sorted by id.
-    pub fn lakes(&self, fluvial: &Fluvial, area: &Area) -> Vec<Arc<Lake>> {
+    /// All lakes of which a part lies in an area, whole, sorted by id, of levels on which some are so many metres wide to each side
+    /// of their middle.
+    pub fn lakes(&self, fluvial: &Fluvial, area: &Area, least_half_width_m: f64) -> Vec<Arc<Lake>> {
         let lake = |id| Option::clone(&self.lakes.get(id, || Lake::new(fluvial, id).map(Arc::new)));
-        fluvial.lake_ids(area).into_iter().filter_map(lake).filter(|lake| lake.touches(area)).collect()
+        let ids = fluvial.lake_ids(area, least_half_width_m).into_iter();
+        ids.filter_map(lake).filter(|lake| lake.touches(area)).collect()
     }
 
     /// All pieces of coast of which a part lies in an area, whole, sorted by id.
@@ -81,5 +83,32 @@ impl Landforms {
             cells(area, side, 0).filter_map(|cell| Peak::of_cell(fluvial, cell, summits)).filter(inside).collect();
         found.sort_by_key(|peak| peak.id);
         found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fluvial::lake::Hollow;
+    use crate::preset::Preset;
+
+    #[test]
+    fn wide_lakes_are_those_of_the_coarser_levels() {
+        let (_, preset) = Preset::load("highlands").unwrap();
+        let mut settings = preset.fluvial.unwrap();
+        settings.lakes = 1.0;
+        let fluvial = Fluvial::new(&settings, preset.spacing_m, None, 3, None);
+        let area = Area::new(-1024, -1024, 2048, 2048);
+        let found = |least_m| {
+            let lakes = Landforms::default().lakes(&fluvial, &area, least_m);
+            lakes.iter().map(|lake| lake.id).collect::<Vec<_>>()
+        };
+        let all = found(0.0);
+        for level in 0..4 {
+            let widest_m = Hollow::widest(fluvial.fields(), level) * fluvial.fields().metres_a_grain();
+            let wide: Vec<LakeId> = all.iter().copied().filter(|lake| lake.0.0 <= level).collect();
+            assert_eq!(found(widest_m), wide, "level {level}");
+        }
+        assert!(all.iter().any(|lake| lake.0.0 > 1) && all.iter().any(|lake| lake.0.0 <= 1), "{all:?}");
     }
 }
