@@ -55,6 +55,7 @@ async function opened(browser, viewport, faults, query = "") {
     if (!["data:", "blob:"].includes(url.protocol) && url.host !== PAGE.host) faults.push(`another host: ${url.href}`);
   });
   await page.setViewport(viewport);
+  page.begun = Date.now();
   await page.goto(PAGE.href + query);
   await until(page, () => window.terrane !== undefined || typeof terrane !== "undefined");
   await until(page, () => terrane.about() !== null);
@@ -116,9 +117,12 @@ async function smoothness(page) {
 
 async function onDesk(browser, faults) {
   const page = await opened(browser, DESK, faults);
-  const begun = Date.now();
+  const { begun } = page;
+  const since = () => `${((Date.now() - begun) / 1000).toFixed(1)} s from the beginning`;
+  const first = await until(page, () => performance.getEntriesByType("resource").find(({ name }) => /\/(glance|draft)\//.test(name))?.name);
+  check((await first.jsonValue()).includes("/glance/"), "a glance comes first", since());
   await drafted(page);
-  check(true, "drafts of all that is on the screen come", `${((Date.now() - begun) / 1000).toFixed(1)} s`);
+  check(true, "drafts of all that is on the screen come", since());
   await shoot(page, "desk-draft");
   const start = await state(page);
 
@@ -165,7 +169,7 @@ async function onDesk(browser, faults) {
   // One tile in full tells that there are more; pictures are of all.
   const lacks = (await state(page)).lacking.full;
   await until(page, (most) => terrane.state().lacking.full <= most, pictures ? 0 : Math.max(0, lacks - 1));
-  check(true, "tiles are drawn in full", `${((Date.now() - begun) / 1000).toFixed(0)} s from the beginning`);
+  check(true, "tiles are drawn in full", since());
   await wait(1500);
   await shoot(page, "desk");
   return page;
