@@ -28,7 +28,7 @@ impl Stage {
     /// How often the nodes of its land are thinned out to every second one, if they are.
     pub fn halvings(self) -> Option<u32> {
         match self {
-            Stage::Glance => Some(2),
+            Stage::Glance => Some(3),
             Stage::Draft => Some(1),
             Stage::Full => None,
         }

@@ -22,6 +22,10 @@ const BLOCK_PX: i64 = 2 * TILE_PX;
 /// The style whose maps tell heights: any would do.
 const HEIGHTS_STYLE: &str = "topographic";
 
+/// The version of what glances and drafts show: raised with each change, since what was kept before it is another picture. Full maps
+/// have that of their layer, in the digests of worlds.
+const SKETCHES: u8 = 2;
+
 /// What draws tiles.
 pub(super) struct Studio {
     pub charts: Charts,
@@ -66,9 +70,10 @@ enum Kind {
     Block,
 }
 
-/// What the styles say, those that others extend among them: another text is another picture.
+/// What the styles say, those that others extend among them, and the version of sketches: another text is another picture.
 static STYLES_DIGEST: LazyLock<blake3::Hash> = LazyLock::new(|| {
     let mut hasher = blake3::Hasher::new();
+    hasher.update(&[SKETCHES]);
     for (name, text) in STYLES {
         hasher.update(name.as_bytes()).update(&[0]).update(text.as_bytes()).update(&[0]);
     }
