@@ -25,8 +25,8 @@ const later = (again_ms) => Object.assign(new Error("not now"), { again_ms });
 const SHARE = { atOnce: 4, fullAtOnce: 3, fullBesideDrafts: 2 };
 const HALF = { atOnce: 2, fullAtOnce: 1, fullBesideDrafts: 1 };
 
-// The tiles of a world, for the map: glances from afar, drafts, and what is drawn in full after them. `away` is told when the server does not
-// answer, and when it does again.
+// The tiles of a world, for the map: glances from afar, drafts, and what is drawn in full after them. `away` is told when
+// the server does not answer, and when it does again.
 export function tilesOf(world, embedded, away) {
   const pictures = {
     live: true,
