@@ -3,30 +3,17 @@
 // The first must hold puppeteer-core; CHROMIUM names the browser, or it is the `chromium` of the path. The address is
 // what `terrane explore` prints; the test waits for drafts, and for the full picture of a tile only where it must. Any
 // access to another host is a failure. Prints one line a check, with a figure; exits with 1 if one has failed.
-const fs = require("fs");
-const os = require("os");
 const path = require("path");
 const { createRequire } = require("module");
+const { check, checkFit, fingersOf, near, run, state, wait } = require("./browser.js");
 
 const [modules, address, pictures] = process.argv.slice(2);
 const puppeteer = createRequire(path.resolve(modules, "node_modules", "x"))("puppeteer-core");
 const PAGE = new URL("/", address);
-// Without a GPU, WebGL is computed by the CPU.
-const FLAGS = ["--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run", "--disable-background-networking"];
 const DESK = { width: 1280, height: 800, deviceScaleFactor: 1 };
 const PHONE = { width: 390, height: 844, deviceScaleFactor: 2, isMobile: true, hasTouch: true };
 const SLOW_MS = 180000; // until a picture in full, a plan or a search is there
 
-let [done, failed] = [0, 0];
-function check(good, what, figure) {
-  done += 1;
-  failed += !good;
-  console.log(`${good ? "ok    " : "FAILED"} ${what}: ${figure}`);
-}
-
-const near = (a, b, tolerance) => Math.abs(a - b) <= tolerance;
-const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
-const state = (page) => page.evaluate(() => terrane.state());
 const text = (page, selector) => page.$eval(selector, (element) => element.textContent);
 const until = (page, what, ...rest) => page.waitForFunction(what, { polling: 60, timeout: SLOW_MS }, ...rest);
 const drafted = (page) => until(page, () => terrane.about() && terrane.state().tiles > 0 && terrane.state().lacking.draft === 0);
@@ -329,33 +316,15 @@ async function onPhone(browser, faults) {
   const page = await opened(browser, PHONE, faults);
   await drafted(page);
   await shoot(page, "phone");
-  const wide = await page.evaluate(() => document.documentElement.scrollWidth);
-  check(wide <= PHONE.width, "nothing is wider than a phone", `${wide} px`);
-  const apart = await page.evaluate(() => {
-    const boxes = ["head", "layers", "zoom", "foot"].map((id) => document.getElementById(id).getBoundingClientRect());
-    const meet = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
-    return boxes.every((a, i) => boxes.every((b, j) => i === j || !meet(a, b)) && a.left >= 0 && a.right <= innerWidth && a.bottom <= innerHeight);
-  });
-  check(apart, "no panel covers another", `${PHONE.width} x ${PHONE.height}`);
+  await checkFit(page, PHONE);
   const start = await state(page);
-  const client = await page.createCDPSession();
-  const touch = (type, points) => client.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
-  await touch("touchStart", [[195, 400], [195, 460]]);
-  for (let step = 1; step <= 10; step++) {
-    await touch("touchMove", [[195, 400 - 3 * step], [195, 460 + 3 * step]]);
-    await wait(16);
-  }
-  await touch("touchEnd", []);
+  const move = await fingersOf(page);
+  await move([{ from: [195, 400], by: [0, -3] }, { from: [195, 460], by: [0, 3] }]);
   const now = await settled(page);
   check(near(now.zoom - start.zoom, 1, 0.1), "two fingers zoom as far as they spread", `${(now.zoom - start.zoom).toFixed(2)} levels for 2 times`);
   await page.tap("#tool-bake");
   await wait(150);
-  await touch("touchStart", [[120, 260]]);
-  for (let step = 1; step <= 10; step++) {
-    await touch("touchMove", [[120 + 15 * step, 260 + 12 * step]]);
-    await wait(16);
-  }
-  await touch("touchEnd", []);
+  await move([{ from: [120, 260], by: [15, 12] }]);
   await wait(1500);
   check(/\u00d7/.test(await text(page, "#bake-size")), "a finger draws a rectangle", await text(page, "#bake-size"));
   await shoot(page, "phone-bake");
@@ -375,29 +344,12 @@ async function onPhone(browser, faults) {
   await page.close();
 }
 
-async function main() {
-  const profile = fs.mkdtempSync(path.join(os.tmpdir(), "terrane-explore-"));
-  if (pictures) fs.mkdirSync(pictures, { recursive: true });
-  const browser = await puppeteer.launch({
-    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-    headless: true,
-    userDataDir: profile,
-    args: [...FLAGS, "--disable-component-update", "--disable-sync"],
-  });
-  const faults = [];
-  try {
-    const page = await onDesk(browser, faults);
-    for (const part of [searching, baking, sliding, inThree]) await part(page);
-    await sideBySide(page, faults);
-    await page.close();
-    await onPhone(browser, faults);
-  } finally {
-    await browser.close();
-    fs.rmSync(profile, { recursive: true, force: true });
-  }
-  check(faults.length === 0, "no error and no other host", faults.slice(0, 3).join("; ") || "none");
-  console.log(`${done} checks, ${failed} failed`);
-  process.exitCode = failed > 0 ? 1 : 0;
-}
-
-main();
+// Without a GPU, WebGL is computed by the CPU.
+const options = { name: "explore", flags: ["--enable-unsafe-swiftshader"], pictures, noFault: "no error and no other host" };
+run(puppeteer, options, async (browser, faults) => {
+  const page = await onDesk(browser, faults);
+  for (const part of [searching, baking, sliding, inThree]) await part(page);
+  await sideBySide(page, faults);
+  await page.close();
+  await onPhone(browser, faults);
+});

@@ -4,28 +4,17 @@
 // two layers, heights and names. The page is opened from the disk, and any access to a network is a failure. Prints one
 // line a check, with a figure; exits with 1 if one has failed.
 const fs = require("fs");
-const os = require("os");
 const path = require("path");
 const { createRequire } = require("module");
 const { pathToFileURL } = require("url");
+const { check, checkFit, fingersOf, near, run, state, wait } = require("./browser.js");
 
 const [modules, folder, pictures] = process.argv.slice(2);
 const puppeteer = createRequire(path.resolve(modules, "node_modules", "x"))("puppeteer-core");
 const PAGE = pathToFileURL(path.resolve(folder, "index.html")).href;
-const FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"];
 const DESK = { width: 1280, height: 800, deviceScaleFactor: 1 };
 const PHONE = { width: 375, height: 667, deviceScaleFactor: 2, isMobile: true, hasTouch: true };
 
-let [done, failed] = [0, 0];
-function check(good, what, figure) {
-  done += 1;
-  failed += !good;
-  console.log(`${good ? "ok    " : "FAILED"} ${what}: ${figure}`);
-}
-
-const near = (a, b, tolerance) => Math.abs(a - b) <= tolerance;
-const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
-const state = (page) => page.evaluate(() => terrane.state());
 const text = (page, id) => page.$eval(`#${id}`, (element) => element.textContent);
 
 // When nothing has moved or loaded for a while.
@@ -232,38 +221,19 @@ async function heightsAgree(page, about) {
 async function onPhone(browser, about, names, faults) {
   const page = await opened(browser, PHONE, faults);
   await shoot(page, "phone");
-  const wide = await page.evaluate(() => document.documentElement.scrollWidth);
-  check(wide <= 375, "nothing is wider than a phone", `${wide} px`);
-  const apart = await page.evaluate(() => {
-    const boxes = ["head", "layers", "zoom", "foot"].map((id) => document.getElementById(id).getBoundingClientRect());
-    const meet = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
-    return boxes.every((a, i) => boxes.every((b, j) => i === j || !meet(a, b)) && a.left >= 0 && a.right <= innerWidth && a.bottom <= innerHeight);
-  });
-  check(apart, "no panel covers another", "375 x 667");
+  await checkFit(page, PHONE);
   const start = await state(page);
 
   // Two fingers, from the middle outwards.
-  const client = await page.createCDPSession();
-  const touch = (type, points) => client.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
-  await touch("touchStart", [[187, 290], [187, 350]]);
-  for (let step = 1; step <= 10; step++) {
-    await touch("touchMove", [[187, 290 - 9 * step], [187, 350 + 9 * step]]);
-    await wait(16);
-  }
-  await touch("touchEnd", []);
+  const move = await fingersOf(page);
+  await move([{ from: [187, 290], by: [0, -9] }, { from: [187, 350], by: [0, 9] }]);
   let now = await settled(page);
   check(near(now.zoom - start.zoom, 2, 0.1), "two fingers zoom as far as they spread", `${(now.zoom - start.zoom).toFixed(2)} levels for 4 times`);
   await shoot(page, "phone-pinch");
   let dense = 0;
   page.on("request", (request) => (dense += decodeURIComponent(request.url()).includes("@2x.")));
   let last = now;
-  await touch("touchStart", [[200, 400]]);
-  for (let step = 1; step <= 10; step++) {
-    await touch("touchMove", [[200 - 6 * step, 400 - 8 * step]]);
-    await wait(16);
-  }
-  await wait(150);
-  await touch("touchEnd", []);
+  await move([{ from: [200, 400], by: [-6, -8] }], 150);
   now = await settled(page);
   const moved = [(now.east_m - last.east_m) / now.pixel_m, (last.north_m - now.north_m) / now.pixel_m];
   check(near(moved[0], 60, 2) && near(moved[1], 80, 2), "a finger moves it", moved.map((px) => px.toFixed(1)));
@@ -284,31 +254,12 @@ async function onPhone(browser, about, names, faults) {
   await page.close();
 }
 
-async function main() {
-  const profile = fs.mkdtempSync(path.join(os.tmpdir(), "terrane-web-"));
-  if (pictures) fs.mkdirSync(pictures, { recursive: true });
-  const said = (file, key) => new Function("terrane", fs.readFileSync(path.join(folder, file), "utf8")).bind(null, { [key]: (it) => (said.last = it) });
-  said("map.js", "map")();
-  const about = said.last;
-  said("names.js", "names")();
-  const names = said.last;
-  const browser = await puppeteer.launch({
-    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-    headless: true,
-    userDataDir: profile,
-    args: [...FLAGS, "--disable-component-update", "--disable-sync"],
-  });
-  const faults = [];
-  try {
-    await onDesk(browser, about, names, faults);
-    await onPhone(browser, about, names, faults);
-  } finally {
-    await browser.close();
-    fs.rmSync(profile, { recursive: true, force: true });
-  }
-  check(faults.length === 0, "no error and no network", faults.slice(0, 3).join("; ") || "none");
-  console.log(`${done} checks, ${failed} failed`);
-  process.exitCode = failed > 0 ? 1 : 0;
-}
-
-main();
+const said = (file, key) => new Function("terrane", fs.readFileSync(path.join(folder, file), "utf8")).bind(null, { [key]: (it) => (said.last = it) });
+said("map.js", "map")();
+const about = said.last;
+said("names.js", "names")();
+const names = said.last;
+run(puppeteer, { name: "web", pictures, noFault: "no error and no network" }, async (browser, faults) => {
+  await onDesk(browser, about, names, faults);
+  await onPhone(browser, about, names, faults);
+});
