@@ -22,10 +22,12 @@
 //! # How data flows
 //!
 //! The modules below stand in the order of this diagram, and a file imports only from modules above its own; a test says
-//! so. Each layer is a pure function of the world and of lattice coordinates, and no tile ever looks at a neighbour.
+//! so. Those of the first two parts are crates of their own, so that they are compiled side by side. Each layer is a pure function of the world and of lattice coordinates, and no tile ever looks at a neighbour.
 //!
 //! ```text
-//!   error, area, grid, hash, geometry, contour, stop, clock, watch, threads, memory, generator, shell, simd   what all use
+//!   terrane-engine
+//!
+//!   error, area, grid, hash, geometry, contour, stop, clock, watch, threads, memory, generator, simd   what all use
 //!      |
 //!   noise/      fractals of simplex noise on the lanes of simd
 //!   recipe/     what an author writes -> a preset or a style; what all settings share: key paths, faults, checks, masks
@@ -46,6 +48,9 @@
 //!   walker/     the endless terrain around a walker, whose agents look at neighbours; walks, and the tiles that they come to
 //!   features/   World, area -> rivers, lakes, coasts, roads, sites, peaks, crossings with typed attributes
 //!   find/       "lake > 2 km2", a place -> the nearest ones, seen from afar first
+//!
+//!   terrane-output
+//!
 //!   mesh/       tile -> triangles: land into which banks and shores are cut, water between them, roads      input: lines some 24 vertices around
 //!   map/        World, style, scale -> a sheet: relief, lines, names                          reach: the names around it
 //!               tile -> its plain picture
@@ -56,7 +61,11 @@
 //!               which either goes on; a shard's, to a file of what the sinks keep
 //!   web/        pictures at any scale -> a pyramid of tiles, packed for the web, and a page that shows it
 //!   export/     a file a format, and the list of formats; profiles, plan, manifest; the folder of a bake; shards -> a bake
+//!
+//!   terrane
+//!
 //!   experiment/ World, camera -> timings, tables, charts: the thesis' measurement
+//!   shell        commands as somebody types them
 //!   explore/    the endless world in a browser, drawn while one looks
 //!   cli/        the command, a thin layer on all this, and the only part that prints
 //! ```
@@ -128,45 +137,20 @@
 //! only the fraction is `f32`. All that shapes bytes uses `+ - * /` and `sqrt`, which IEEE 754 defines to the bit, in
 //! one order for all instruction sets; where a constant needs more, it is computed once with `libm`.
 
-pub mod error;
-pub mod area;
-pub mod grid;
-pub mod hash;
-pub mod geometry;
-pub mod contour;
-pub mod stop;
-pub mod clock;
-pub mod watch;
-pub mod threads;
-mod memory;
-pub mod generator;
+#[doc(inline)]
+pub use terrane_engine::{
+    agents, area, clock, contour, device, error, features, find, fluvial, generator, geometry, grid, hash, land, lines,
+    names, noise, places, preset, recipe, relief, simd, stop, threads, tile, walker, watch, world,
+};
+#[doc(inline)]
+pub use terrane_output::{bake, export, map, mesh, registry, web};
+
+// Public there for this crate alone.
+use terrane_output::file;
+
 #[cfg(any(feature = "cli", feature = "explore"))]
 mod shell;
-pub mod simd;
 
-pub mod noise;
-pub mod recipe;
-pub mod land;
-pub mod lines;
-pub mod names;
-pub mod fluvial;
-pub mod relief;
-pub mod places;
-pub mod agents;
-pub mod preset;
-pub mod world;
-pub mod tile;
-pub mod device;
-pub mod walker;
-pub mod features;
-pub mod find;
-pub mod mesh;
-pub mod map;
-mod file;
-pub mod registry;
-pub mod bake;
-pub mod web;
-pub mod export;
 pub mod experiment;
 #[cfg(feature = "explore")]
 pub mod explore;

@@ -1,5 +1,7 @@
 //! The files of the page, which are part of the program.
 
+use crate::web::{LOOK, PROGRAM};
+
 const HTML: &str = "text/html; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
@@ -7,9 +9,9 @@ const SCRIPT: &str = "text/javascript; charset=utf-8";
 /// Name, kind and content.
 const FILES: &[(&str, &str, &str)] = &[
     ("index.html", HTML, include_str!("page/index.html")),
-    ("viewer.css", STYLE, include_str!("../web/viewer.css")),
+    ("viewer.css", STYLE, LOOK),
     ("explore.css", STYLE, include_str!("page/explore.css")),
-    ("viewer.js", SCRIPT, include_str!("../web/viewer.js")),
+    ("viewer.js", SCRIPT, PROGRAM),
     ("page.js", SCRIPT, include_str!("page/page.js")),
     ("server.js", SCRIPT, include_str!("page/server.js")),
     ("finder.js", SCRIPT, include_str!("page/finder.js")),

@@ -284,7 +284,10 @@ fn blender_gets_meshes_and_a_script() {
         "mesh/tile_lod1_x1_y0.glb",
     ];
     assert_eq!(bake.files(), expected.into());
-    assert_eq!(bake.read("import_terrane.py"), include_bytes!("../../src/export/profile/import_terrane.py"));
+    assert_eq!(
+        bake.read("import_terrane.py"),
+        include_bytes!("../../crates/output/src/export/profile/import_terrane.py")
+    );
     // The numbers that bring the heights of a displaced plane back, at the vertex that a texel is.
     let (strength, middle) = (bake.number("Strength"), bake.number("Midlevel"));
     let (width, height, colour, depth, bytes) = png(&bake.folder.path().join("height/height.png"));

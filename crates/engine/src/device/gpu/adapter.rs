@@ -1,0 +1,361 @@
+//! GPUs: which there are, and one of them opened, with the kernels compiled for it.
+
+use std::num::NonZeroU64;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use pollster::block_on;
+use wgpu::{
+    BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry, BindingType, BufferBindingType, ComputePipeline,
+    ComputePipelineDescriptor, Device, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, Limits,
+    PipelineCompilationOptions, PipelineLayout, PipelineLayoutDescriptor, Queue, ShaderModule, ShaderModuleDescriptor,
+    ShaderSource, ShaderStages,
+};
+
+use crate::fluvial::packed::{MOST_OCTAVES, SMOOTHED};
+use crate::tile::{RUBBLE_REACH, RUBBLE_STEPS};
+
+/// How a GPU computes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arithmetic {
+    /// With the bits of the CPU.
+    Exact,
+    /// As fast as it can: products and sums may be fused and reordered.
+    Approximate,
+}
+
+impl Arithmetic {
+    /// The shader that says what a sum and a product are.
+    pub(super) fn source(self) -> &'static str {
+        match self {
+            Arithmetic::Exact => include_str!("../../../shaders/exact.wgsl"),
+            Arithmetic::Approximate => include_str!("../../../shaders/approximate.wgsl"),
+        }
+    }
+}
+
+/// A GPU that is there, or what does as if it were one.
+#[derive(Clone, Debug)]
+pub struct Adapter(wgpu::Adapter);
+
+/// All GPUs that can be reached, the best first.
+pub fn adapters() -> Vec<Adapter> {
+    let instance = Instance::new(InstanceDescriptor::new_without_display_handle());
+    let mut adapters: Vec<Adapter> =
+        block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY)).into_iter().map(Adapter).collect();
+    // Stable: those that are as good stay in the system's order.
+    adapters.sort_by_key(|adapter| match adapter.0.get_info().device_type {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Other => 3,
+        DeviceType::Cpu => 4,
+    });
+    adapters
+}
+
+impl Adapter {
+    /// Its name.
+    pub fn name(&self) -> String {
+        self.0.get_info().name
+    }
+
+    /// Its driver, and how that is reached.
+    pub fn driver(&self) -> String {
+        let info = self.0.get_info();
+        let words = [info.driver, info.driver_info].into_iter().filter(|word| !word.is_empty());
+        let driver = words.collect::<Vec<_>>().join(" ");
+        format!("{:?}, {driver}", info.backend)
+    }
+
+    /// Whether it is a program for the CPU, which is slower than the CPU's own.
+    pub fn is_software(&self) -> bool {
+        self.0.get_info().device_type == DeviceType::Cpu
+    }
+
+    /// The largest buffer that a kernel can read or write, in bytes.
+    pub fn buffer_bytes(&self) -> u64 {
+        storage_bytes(&self.0.limits())
+    }
+
+    /// The most threads of a group.
+    pub fn group_threads(&self) -> u32 {
+        group_threads(&self.0.limits())
+    }
+}
+
+/// The kernels that make a tile of land, in their order.
+#[derive(Debug)]
+pub(super) struct Kernels {
+    /// What lines do to it.
+    pub carve: ComputePipeline,
+    /// Rock, and the rounds in which rubble comes down from it, which reach so many vertices past the tile.
+    pub rock: (ComputePipeline, usize),
+    pub spread: Vec<(ComputePipeline, usize)>,
+    /// Normals, slopes and what the ground is made of.
+    pub surface: ComputePipeline,
+}
+
+/// The kernels that make valleys, coasts and gullies, in their order.
+#[derive(Debug)]
+pub(super) struct FluvialKernels {
+    pub valleys: ComputePipeline,
+    pub coast: ComputePipeline,
+    pub fall_line: ComputePipeline,
+    pub smooth: Vec<ComputePipeline>,
+    pub octaves: Vec<ComputePipeline>,
+    pub roughen: ComputePipeline,
+}
+
+/// A GPU that is ready to compute.
+#[derive(Debug)]
+pub struct Gpu {
+    /// What its driver calls it.
+    pub name: String,
+    /// What makes its buffers and kernels.
+    pub device: Device,
+    pub(super) queue: Queue,
+    pub(super) layout: BindGroupLayout,
+    pipeline_layout: PipelineLayout,
+    pub(super) arithmetic: Arithmetic,
+    kernels: OnceLock<Kernels>,
+    fluvial_kernels: OnceLock<FluvialKernels>,
+    fill: ComputePipeline,
+    /// Threads to a side of a group.
+    pub group_side: u32,
+    /// The largest buffer that it takes, in bytes.
+    pub(super) storage_bytes: u64,
+    trouble: Arc<Mutex<Option<String>>>,
+}
+
+impl Gpu {
+    /// Opens a GPU, in groups of so many by so many threads: 8, 16 or 32 to a side.
+    ///
+    /// # Errors
+    /// A sentence that says what the GPU does not take.
+    pub fn open(adapter: &Adapter, group_side: u32, arithmetic: Arithmetic) -> Result<Gpu, String> {
+        let name = adapter.name();
+        let limits = adapter.0.limits();
+        let (threads, most) = (group_side * group_side, group_threads(&limits));
+        if threads > most || group_side > limits.max_compute_workgroup_size_x.min(limits.max_compute_workgroup_size_y) {
+            return Err(format!("{name} takes groups of at most {most} threads, not {group_side} x {group_side}"));
+        }
+        let descriptor = DeviceDescriptor { required_limits: limits.clone(), ..DeviceDescriptor::default() };
+        let opened = block_on(adapter.0.request_device(&descriptor));
+        let (device, queue) = opened.map_err(|error| format!("{name} cannot be opened: {error}"))?;
+        // Whatever goes wrong from here on is kept, and the CPU goes on.
+        let trouble = Arc::new(Mutex::new(None));
+        let kept = Arc::clone(&trouble);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&kept, first_line(&error))));
+        let kept = Arc::clone(&trouble);
+        device.set_device_lost_callback(move |_, message| keep(&kept, message));
+        let binding = |binding: u32, ty: BufferBindingType, bytes: u64| BindGroupLayoutEntry {
+            binding,
+            visibility: ShaderStages::COMPUTE,
+            ty: BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: NonZeroU64::new(bytes) },
+            count: None,
+        };
+        let layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor {
+            label: None,
+            entries: &[
+                binding(0, BufferBindingType::Uniform, 12),
+                binding(1, BufferBindingType::Storage { read_only: true }, 4),
+                binding(2, BufferBindingType::Storage { read_only: true }, 4),
+                binding(3, BufferBindingType::Storage { read_only: false }, 4),
+            ],
+        });
+        let pipeline_layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let parts = Parts { device: &device, layout: &pipeline_layout, arithmetic, group_side };
+        let fill = parts.kernel(&parts.module(Shader::Relief), "fill", &[]);
+        let storage_bytes = storage_bytes(&limits);
+        let (kernels, fluvial_kernels) = Default::default();
+        let gpu = Gpu {
+            name,
+            device,
+            queue,
+            layout,
+            pipeline_layout,
+            arithmetic,
+            kernels,
+            fluvial_kernels,
+            fill,
+            group_side,
+            storage_bytes,
+            trouble,
+        };
+        gpu.trouble().map_or(Ok(gpu), Err)
+    }
+
+    fn parts(&self) -> Parts<'_> {
+        let Gpu { device, pipeline_layout, arithmetic, group_side, .. } = self;
+        Parts { device, layout: pipeline_layout, arithmetic: *arithmetic, group_side: *group_side }
+    }
+
+    /// A shader, compiled as far as it is the same for all its kernels.
+    pub fn module(&self, shader: Shader) -> ShaderModule {
+        self.parts().module(shader)
+    }
+
+    /// A kernel of a shader, with numbers of its own.
+    pub fn kernel(&self, module: &ShaderModule, entry: &str, numbers: &[(&str, f64)]) -> ComputePipeline {
+        self.parts().kernel(module, entry, numbers)
+    }
+
+    /// The kernel that makes heights of noise.
+    pub(super) fn fill(&self) -> &ComputePipeline {
+        &self.fill
+    }
+
+    /// The kernels that make a tile, compiled when they are asked for first.
+    pub(super) fn kernels(&self) -> &Kernels {
+        self.kernels.get_or_init(|| {
+            let parts = self.parts();
+            let tile = parts.module(Shader::Tile);
+            let mut left = RUBBLE_REACH;
+            let spread = |(number, step): (usize, usize)| {
+                left -= step;
+                let numbers = [("STEP", step as f64), ("LEFT", left as f64), ("ROUND", number as f64)];
+                (parts.kernel(&tile, "spread", &numbers), left)
+            };
+            Kernels {
+                spread: RUBBLE_STEPS.into_iter().enumerate().map(spread).collect(),
+                carve: parts.kernel(&tile, "carve", &[]),
+                rock: (parts.kernel(&tile, "rock", &[]), RUBBLE_REACH),
+                surface: parts.kernel(&tile, "surface", &[]),
+            }
+        })
+    }
+
+    /// The kernels that carve valleys and gullies, likewise.
+    pub(super) fn fluvial_kernels(&self) -> &FluvialKernels {
+        self.fluvial_kernels.get_or_init(|| {
+            let parts = self.parts();
+            let fluvial = parts.module(Shader::Fluvial);
+            let ways = SMOOTHED.into_iter().flat_map(|apart| [(apart, 0.0), (apart, 1.0)]);
+            let smooth = |(apart, is_down): (usize, f64)| {
+                parts.kernel(&fluvial, "smooth_planes", &[("APART", apart as f64), ("IS_DOWN", is_down)])
+            };
+            let octave = |octave: usize| parts.kernel(&fluvial, "carve_octave", &[("OCTAVE", octave as f64)]);
+            FluvialKernels {
+                // Groups are patches.
+                valleys: parts.kernel(&fluvial, "valleys", &[]),
+                coast: parts.kernel(&fluvial, "coast", &[]),
+                fall_line: parts.kernel(&fluvial, "fall_line", &[]),
+                smooth: ways.map(smooth).collect(),
+                octaves: (0..MOST_OCTAVES).map(octave).collect(),
+                roughen: parts.kernel(&fluvial, "roughen", &[]),
+            }
+        })
+    }
+
+    /// Loses the GPU, as it is lost when its driver is.
+    #[cfg(test)]
+    pub(super) fn lose(&self) {
+        self.device.destroy();
+    }
+
+    /// Notes that it cannot be used any more, and why, unless that is known.
+    pub(super) fn give_up(&self, why: &str) {
+        keep(&self.trouble, why.into());
+    }
+
+    /// What went wrong first, if anything did: then nothing that it computed is to be used.
+    pub fn trouble(&self) -> Option<String> {
+        self.trouble
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .as_ref()
+            .map(|what| format!("{}: {what}", self.name))
+    }
+}
+
+/// What kernels are compiled with.
+struct Parts<'a> {
+    device: &'a Device,
+    layout: &'a PipelineLayout,
+    arithmetic: Arithmetic,
+    group_side: u32,
+}
+
+impl Parts<'_> {
+    fn module(&self, shader: Shader) -> ShaderModule {
+        let source = ShaderSource::Wgsl(shader.source(self.arithmetic).into());
+        self.device.create_shader_module(ShaderModuleDescriptor { label: Some(shader.name()), source })
+    }
+
+    /// A kernel, with numbers of its own.
+    fn kernel(&self, module: &ShaderModule, entry: &str, numbers: &[(&str, f64)]) -> ComputePipeline {
+        let side = ("SIDE", f64::from(self.group_side));
+        let constants: Vec<(&str, f64)> = std::iter::once(side).chain(numbers.iter().copied()).collect();
+        self.device.create_compute_pipeline(&ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: Some(self.layout),
+            module,
+            entry_point: Some(entry),
+            compilation_options: PipelineCompilationOptions {
+                constants: &constants,
+                zero_initialize_workgroup_memory: false,
+            },
+            cache: None,
+        })
+    }
+}
+
+/// Keeps what went wrong, if it is the first.
+fn keep(trouble: &Mutex<Option<String>>, what: String) {
+    trouble.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(what);
+}
+
+/// A shader, of one or more kernels.
+#[derive(Clone, Copy, Debug)]
+pub enum Shader {
+    /// Land of noise.
+    Relief,
+    /// Normals and weights of tiles.
+    Tile,
+    /// Land between rivers.
+    Fluvial,
+    /// The ground of maps.
+    Ground,
+}
+
+impl Shader {
+    #[cfg(test)]
+    pub(super) const ALL: [Shader; 4] = [Shader::Relief, Shader::Tile, Shader::Fluvial, Shader::Ground];
+
+    fn name(self) -> &'static str {
+        match self {
+            Shader::Relief => "relief",
+            Shader::Tile => "tile",
+            Shader::Fluvial => "fluvial",
+            Shader::Ground => "ground",
+        }
+    }
+
+    /// All that is compiled for it.
+    pub fn source(self, arithmetic: Arithmetic) -> String {
+        let kernels = match self {
+            Shader::Relief => include_str!("../../../shaders/relief.wgsl"),
+            Shader::Tile => include_str!("../../../shaders/tile.wgsl"),
+            Shader::Fluvial => include_str!("../../../shaders/fluvial.wgsl"),
+            Shader::Ground => include_str!("../../../shaders/ground.wgsl"),
+        };
+        [include_str!("../../../shaders/job.wgsl"), arithmetic.source(), kernels].join("\n")
+    }
+}
+
+fn storage_bytes(limits: &Limits) -> u64 {
+    limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+}
+
+fn group_threads(limits: &Limits) -> u32 {
+    limits.max_compute_invocations_per_workgroup
+}
+
+/// What an error says of itself: further lines tell where in wgpu it was.
+fn first_line(error: &wgpu::Error) -> String {
+    error.to_string().lines().next().unwrap_or_default().to_owned()
+}

@@ -1,0 +1,469 @@
+//! Rivers as lines: from their source to what they end in, whole, the same whoever asks.
+//!
+//! The channels of a river's course are followed from node to node and cut where there is no water to be drawn as a
+//! river: above the springs, in lakes and in the sea. Each part that is left is a river of its own, so that its water
+//! falls from point to point; all parts of a course know its name.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::Fluvial;
+use super::above::AsksAbove;
+use super::channel::{Channel, ChannelPlace, Knot, Mouth};
+use super::fields::{COAST_STEP, most_area, river_depth_m};
+use super::lake::{Hollow, NO_LAKE};
+use super::point::{GRAINS, Point};
+use super::strahler::{Strahler, locate};
+use super::trunk::neighbours;
+use super::valley;
+use crate::area::Area;
+use crate::lines::{self, Bed, ChannelId, LakeId, Line, LineEnd, LineId, LineKind, LinePoint};
+use crate::memory::{Memory, Usage, heap_bytes};
+
+/// Grains below the place from which on its channel holds water at which a river begins, at most: so the rasters' nearest
+/// vertex is wet.
+const PAST_SPRING: f64 = GRAINS as f64;
+
+/// Grains that a river runs on into the sea: else the rasters' nearest vertex of the sea could be more than one away.
+const PAST_COAST: f64 = 0.5 * GRAINS as f64;
+
+/// What is remembered of rivers.
+#[derive(Debug)]
+pub(super) struct RiverMemories {
+    strahler: Strahler,
+    courses: Memory<ChannelId, Course>,
+    of_courses: Memory<ChannelId, Vec<Arc<Line>>>,
+}
+
+impl Default for RiverMemories {
+    fn default() -> RiverMemories {
+        RiverMemories { strahler: Strahler::default(), courses: Memory::new(8 << 20), of_courses: Memory::new(8 << 20) }
+    }
+}
+
+impl RiverMemories {
+    /// How full its memories are.
+    pub fn usages(&self) -> Vec<Usage> {
+        [self.strahler.usages(), vec![self.courses.usage(), self.of_courses.usage()]].concat()
+    }
+}
+
+/// The channels from a spring down to a confluence or the sea, and what of it is drawn.
+#[derive(Debug)]
+struct Course {
+    channels: Vec<Arc<Channel>>,
+    parts: Vec<RiverPart>,
+}
+
+/// A part of a course that is a river.
+#[derive(Debug)]
+struct RiverPart {
+    id: LineId,
+    samples: Vec<CoursePoint>,
+    /// What it was cut by; `None` where the course itself ends.
+    end: Option<LiesIn>,
+}
+
+/// A place of a course: in the network, not in the world.
+#[derive(Clone, Copy, Debug)]
+struct CoursePoint {
+    /// The number of the channel, and the place in it as [`locate`] has it.
+    place: (usize, f64),
+    at: Point,
+    level_m: f64,
+    area: f64,
+    /// Half width of its river in grains.
+    river: f64,
+}
+
+heap_bytes!(Course: channels, parts);
+heap_bytes!(RiverPart: samples);
+heap_bytes!(CoursePoint);
+
+impl CoursePoint {
+    /// The place at a share of the way to another one.
+    fn towards(&self, other: &CoursePoint, share: f64) -> CoursePoint {
+        let mix = |from: f64, to: f64| from + (to - from) * share;
+        CoursePoint {
+            // Both lie in one channel: places in two of them are not to be mixed.
+            place: (self.place.0, mix(self.place.1, other.place.1)),
+            at: self.at.moved(other.at.from(self.at).map(|way| way * share)),
+            level_m: mix(self.level_m, other.level_m),
+            area: mix(self.area, other.area),
+            river: mix(self.river, other.river),
+        }
+    }
+}
+
+/// What a place of a course lies in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum LiesIn {
+    Dry,
+    Channel,
+    Lake(LakeId),
+    Sea,
+}
+
+impl Fluvial {
+    /// All rivers of which a part lies in the rectangle that the outer vertices of an area span, whole, sorted by id.
+    pub fn rivers(&self, area: &Area) -> Vec<Arc<Line>> {
+        let rectangle = self.network_around(area, 0);
+        // Many channels of an area belong to one river, which is found once.
+        let mut found = BTreeMap::new();
+        // Areas shrink from level to level: below one without rivers none has any.
+        for level in (0..self.fields.levels()).take_while(|level| self.has_rivers(*level)) {
+            self.network.larger_channels(level, self.least_area(), rectangle, |channel| {
+                // A channel drains most at its mouth: one that is dry there need not be followed.
+                if self.is_wet(channel.knots[channel.knots.len() - 1].area) {
+                    let rivers = self.rivers_of(self.top(channel.id));
+                    found.extend(
+                        rivers.iter().filter(|river| river.touches(area)).map(|river| (river.id, Arc::clone(river))),
+                    );
+                }
+            });
+        }
+        found.into_values().collect()
+    }
+
+    /// The lakes that may touch an area, sorted, of levels on which some are so many metres wide to each side of their middle.
+    pub fn lake_ids(&self, area: &Area, least_half_width_m: f64) -> Vec<LakeId> {
+        let rectangle = self.network_around(area, Hollow::widest(&self.fields, 0) as i64);
+        let mut lakes = Vec::new();
+        let widest_m = |level| Hollow::widest(&self.fields, level) * self.fields.metres_a_grain();
+        for level in (0..self.levels()).take_while(|level| widest_m(*level) >= least_half_width_m) {
+            // Every channel that runs into a lake names it, so also those of its bays.
+            self.network.channels(level, rectangle, |channel| lakes.extend(channel.lake));
+        }
+        lakes.sort_unstable();
+        lakes.dedup();
+        lakes
+    }
+
+    /// The channels whose valleys' floors lie in a lake: that of its id, or all that end at its sink.
+    pub(super) fn lake_channels(&self, lake: LakeId) -> Vec<Arc<Channel>> {
+        let LakeId(id @ (level, x, y)) = lake;
+        let ends =
+            neighbours((x, y)).filter(|node| level == 0 && self.network.trunks().drained(*node).to == Some((x, y)));
+        let ids = std::iter::once(id).chain(ends.map(|node| (0, node.0, node.1)));
+        ids.filter_map(|id| self.network.channel(id)).filter(|channel| channel.lake == Some(lake)).collect()
+    }
+
+    /// The river that a lake runs out by, if it does.
+    pub fn outlet(&self, lake: LakeId) -> Option<LineId> {
+        let course = self.course(self.top(lake.0));
+        let number = course.channels.iter().position(|channel| channel.id == lake.0)?;
+        let channel = &course.channels[number];
+        let sill = channel.knots.iter().rposition(|knot| knot.pool_m > NO_LAKE)?;
+        // It begins between the last knot of the lake and the next one, in which the lake ends.
+        course
+            .parts
+            .iter()
+            .find(|part| {
+                let first = part.samples[0].place;
+                first.0 == number && (sill as f64..=(sill + 1) as f64).contains(&first.1)
+            })
+            .map(|part| part.id)
+    }
+
+    /// Strahler's order of a river at its end, among the channels that hold water.
+    ///
+    /// All that comes to the river is made for that, so it is not part of the river's line.
+    pub fn order(&self, river: &Line) -> u32 {
+        let LineId::River { channel: top, .. } = river.course else {
+            unreachable!("rivers of the land run in channels")
+        };
+        let course = self.course(top);
+        let part = course.parts.iter().find(|part| part.id == river.id).expect("a course has all of its rivers");
+        let (number, place) = part.samples[part.samples.len() - 1].place;
+        self.rivers.strahler.orders(self, &course.channels[number]).at(place)
+    }
+
+    /// The points of the network that a channel must touch to touch an area in the world, with some grains to spare.
+    fn network_around(&self, area: &Area, spare: i64) -> [Point; 2] {
+        let [low, high] = self.warp.input(*area, self.stride);
+        [low.moved([-spare as f64; 2]), high.moved([spare as f64; 2])]
+    }
+
+    /// An area that holds all of the world whose points lie in a rectangle of the network.
+    pub(crate) fn area_in_world(&self, [low, high]: [Point; 2]) -> Area {
+        // By the most that the warp moves anything, and some more for what is rounded to vertices.
+        let node_m = self.spacing_m * self.stride as f64;
+        let [east, south] = self.warp.most_m().map(|metres| (metres / node_m).ceil() as i64 + 2);
+        let node = |grains: i64| grains.div_euclid(GRAINS * self.stride);
+        Area {
+            x0: node(low.x) - east,
+            y0: node(low.y) - south,
+            x1: node(high.x) + east + 1,
+            y1: node(high.y) + south + 1,
+        }
+    }
+
+    /// Whether an area may have both land and sea.
+    pub(crate) fn may_have_coast(&self, area: Area) -> bool {
+        if !self.fields.sea_level_m().is_finite() {
+            return false;
+        }
+        let [low, high] = self.network_around(&area, 0);
+        if self.skerries(area, self.stride).is_some_and(|skerries| !skerries.is_empty()) {
+            return true;
+        }
+        let sea_m = self.fields.sea_level_m();
+        // The coast is interpolated between these places: where it is under the sea at all of them all is sea.
+        let places = COAST_STEP.max(self.stride);
+        let step = places * GRAINS;
+        let rows = low.y.div_euclid(step)..=high.y.div_euclid(step) + 1;
+        let mut wet = rows.flat_map(|j| {
+            let columns = low.x.div_euclid(step)..=high.x.div_euclid(step) + 1;
+            columns.map(move |i| {
+                let inland_m = self.fields.inland_m(Point::at_vertex(i * places, j * places));
+                (self.fields.coast_m(inland_m as f32) as f64) < sea_m
+            })
+        });
+        match wet.next() {
+            Some(true) => wet.any(|wet| !wet),
+            // Where it is above the sea everywhere, a drowned valley may still come in.
+            _ => {
+                wet.any(|wet| wet)
+                    || self
+                        .segments(valley::input(area), self.detail())
+                        .all
+                        .iter()
+                        .any(|segment| segment.lowest_m() < sea_m)
+            }
+        }
+    }
+
+    /// Whether channels of a level have rivers.
+    pub fn has_rivers(&self, level: u32) -> bool {
+        level == 0 || self.is_wet(most_area(level))
+    }
+
+    /// Whether a channel holds water where it drains that area.
+    pub(super) fn is_wet(&self, area: f64) -> bool {
+        self.fields.is_wet(area) && area >= self.least_area()
+    }
+
+    /// The channel in which the course of a channel begins, at a spring.
+    fn top(&self, (level, x, y): ChannelId) -> ChannelId {
+        let mut node = (x, y);
+        // Only trunks have a course above: a tributary begins at a spring of its own.
+        if level == 0 {
+            while let Some(main) = self.network.trunks().drained(node).main {
+                node = main;
+            }
+        }
+        (level, node.0, node.1)
+    }
+
+    /// The course that begins in a channel.
+    fn course(&self, top: ChannelId) -> Arc<Course> {
+        self.rivers.courses.get(top, || {
+            let mut channels: Vec<Arc<Channel>> = Vec::new();
+            let mut next = Some(top);
+            while let Some(channel) = next.and_then(|id| self.network.channel(id)) {
+                // It goes on from a main course only: so each channel is in one course.
+                let goes_on = channel.next.filter(|(_, is_main)| *is_main);
+                next = goes_on.map(|(node, _)| (0, node.0, node.1));
+                channels.push(channel);
+            }
+            let parts = self.parts(&channels);
+            Course { channels, parts }
+        })
+    }
+
+    /// What of a course's channels is drawn.
+    fn parts(&self, channels: &[Arc<Channel>]) -> Vec<RiverPart> {
+        let mut parts: Vec<RiverPart> = Vec::new();
+        let mut open: Vec<CoursePoint> = Vec::new();
+        let mut last: Option<(CoursePoint, LiesIn)> = None;
+        for (number, channel) in channels.iter().enumerate() {
+            let ground = |sample: &CoursePoint| self.ground(sample, channel);
+            for sample in self.samples(number, channel) {
+                let here = ground(&sample);
+                if let Some((before, was)) = last
+                    && (was == LiesIn::Channel) != (here == LiesIn::Channel)
+                {
+                    // From one channel to the next there is nothing to halve: where one ends the other begins.
+                    let edge = if before.place.0 == number { between(before, sample, ground) } else { sample };
+                    // At least a grain is left, for the sample may lie on the edge.
+                    let left = edge.at.distance(sample.at).max(1.0);
+                    let past_edge = |grains: f64| edge.towards(&sample, (grains / left).min(1.0));
+                    open.push(if was == LiesIn::Dry { past_edge(PAST_SPRING) } else { edge });
+                    if here == LiesIn::Sea {
+                        open.push(past_edge(PAST_COAST));
+                    }
+                    if here != LiesIn::Channel {
+                        // What it is cut by is known just behind the edge.
+                        close(&mut parts, channels, std::mem::take(&mut open), Some(here));
+                    }
+                }
+                if here == LiesIn::Channel {
+                    open.push(sample);
+                }
+                last = Some((sample, here));
+            }
+        }
+        close(&mut parts, channels, open, None);
+        parts
+    }
+
+    /// The places by which a channel of a course is drawn, both its ends among them, and no more than nodes would show.
+    fn samples(&self, number: usize, channel: &Channel) -> Vec<CoursePoint> {
+        let sample = |place: ChannelPlace| {
+            let Knot { at, level_m, area, .. } = channel.at(place);
+            let river = channel.half_width(place);
+            CoursePoint { place: (number, place.0 as f64 + place.1), at, level_m, area, river }
+        };
+        let mut samples: Vec<CoursePoint> = channel.line_places(0).map(sample).collect();
+        if self.stride > 1 {
+            let (first, last) = (samples[0], samples[samples.len() - 1]);
+            let mut before = first;
+            samples.retain(|sample| {
+                let is_far = sample.at.distance(before.at) >= (GRAINS * self.stride) as f64;
+                if is_far {
+                    before = *sample;
+                }
+                is_far
+            });
+            samples.insert(0, first);
+            if samples[samples.len() - 1].at != last.at {
+                samples.push(last);
+            }
+        }
+        samples
+    }
+
+    /// What a sample of a channel lies in.
+    fn ground(&self, sample: &CoursePoint, channel: &Channel) -> LiesIn {
+        if !self.is_wet(sample.area) {
+            return LiesIn::Dry;
+        }
+        // From a knot on to the next its lake counts. Lakes go before the sea, under whose level their floors may lie.
+        let knot = channel.knots[sample.place.1 as usize];
+        if let Some(lake) = channel.lake.filter(|_| sample.level_m < knot.pool_m) {
+            return LiesIn::Lake(lake);
+        }
+        if self.fields.is_drowned(sample.at, sample.level_m) { LiesIn::Sea } else { LiesIn::Channel }
+    }
+
+    /// All rivers of the course that begins in a channel.
+    fn rivers_of(&self, top: ChannelId) -> Arc<Vec<Arc<Line>>> {
+        self.rivers.of_courses.get(top, || {
+            let course = self.course(top);
+            let rivers = course.parts.iter().filter_map(|part| self.river(&course, part, top));
+            rivers.map(Arc::new).collect()
+        })
+    }
+
+    fn river(&self, course: &Course, part: &RiverPart, whole: ChannelId) -> Option<Line> {
+        let samples = self.falling(&part.samples);
+        if samples.len() < 2 {
+            return None;
+        }
+        let first = samples[0].at;
+        // From a vertex near by, places are small numbers with room for fractions, wherever in the world.
+        let node = GRAINS * self.stride;
+        let origin = [first.x, first.y].map(|grains| grains.div_euclid(node));
+        let corner = Point { x: origin[0] * node, y: origin[1] * node };
+        let node_m = self.spacing_m * self.stride as f64;
+        let point = |CoursePoint { at, level_m, area, river, .. }: &CoursePoint| {
+            let discharge_m3s = self.fields.discharge_m3s(*area);
+            LinePoint {
+                place: at.from(corner).map(|grains| grains / node as f64),
+                level_m: *level_m,
+                floor_m: level_m - river_depth_m(discharge_m3s) as f64,
+                half_width_m: river * self.fields.metres_a_grain(),
+                discharge_m3s,
+            }
+        };
+        let points: Vec<LinePoint> = samples.iter().map(point).collect();
+        let end = part.samples[part.samples.len() - 1];
+        let channel = &course.channels[end.place.0];
+        let widest_m = points.iter().map(|point| point.half_width_m).fold(0.0, f64::max);
+        // The head's cell and not the first point, which depends on what is cut off above.
+        let (level, x, y) = whole;
+        let side = self.fields.side(level);
+        let source = [x, y].map(|at| (at * side).div_euclid(GRAINS));
+        Some(Line {
+            id: part.id,
+            kind: LineKind::River,
+            class: None,
+            // All parts of a course have one name.
+            name: self.names.as_ref().map(|names| names.river(source, &[i64::from(level), x, y])),
+            course: LineId::River { channel: whole, part: 0 },
+            origin,
+            bounds: lines::bounds(origin, &points, widest_m / node_m),
+            points,
+            structures: Vec::new(),
+            end: self.end(part, channel, end.at),
+            bed: Bed::Natural,
+            spacing_m: node_m,
+        })
+    }
+
+    /// What a part of a course ends in, in a channel at a point.
+    fn end(&self, part: &RiverPart, channel: &Channel, at: Point) -> LineEnd {
+        match part.end {
+            Some(LiesIn::Lake(lake)) => LineEnd::Lake(lake),
+            Some(LiesIn::Sea) => LineEnd::Sea,
+            Some(LiesIn::Dry | LiesIn::Channel) => LineEnd::Sink,
+            None => match channel.mouth {
+                Mouth::Sea => LineEnd::Sea,
+                Mouth::Sink(_) => LineEnd::Sink,
+                Mouth::Channel(other) => self.joined(other, at).map_or(LineEnd::Sink, LineEnd::Line),
+            },
+        }
+    }
+
+    /// Samples where they lie in the world, with the level of their water there: those that fall.
+    fn falling(&self, samples: &[CoursePoint]) -> Vec<CoursePoint> {
+        let mut line: Vec<CoursePoint> = Vec::with_capacity(samples.len());
+        // What fell in the network need not any more: levels are lifted, and places in the world are rounded to grains.
+        let falls = |from: &CoursePoint, to: &CoursePoint| from.level_m > to.level_m && from.at != to.at;
+        for (index, sample) in samples.iter().enumerate() {
+            let point = CoursePoint { at: self.in_world(sample.at), level_m: self.lifted_m(sample.level_m), ..*sample };
+            // The end stays where it is, whatever must go for it.
+            while index + 1 == samples.len() && line.len() > 1 && !falls(&line[line.len() - 1], &point) {
+                line.pop();
+            }
+            if line.last().is_none_or(|last| falls(last, &point)) {
+                line.push(point);
+            }
+        }
+        line
+    }
+
+    /// The river that a channel is at a point, or the next one that it is below.
+    fn joined(&self, id: ChannelId, at: Point) -> Option<LineId> {
+        let course = self.course(self.top(id));
+        let number = course.channels.iter().position(|channel| channel.id == id)?;
+        // A point is rounded to a grain.
+        let place = (number, locate(&course.channels[number], at) - 1e-3);
+        let reaches = |part: &&RiverPart| part.samples[part.samples.len() - 1].place >= place;
+        course.parts.iter().find(reaches).or(course.parts.last()).map(|part| part.id)
+    }
+}
+
+/// The last place of the bed between two of which one is in it.
+fn between(from: CoursePoint, to: CoursePoint, ground: impl Fn(&CoursePoint) -> LiesIn) -> CoursePoint {
+    let (mut bed, mut other) = if ground(&from) == LiesIn::Channel { (0.0, 1.0) } else { (1.0, 0.0) };
+    // At most three vertices, halved so often, are less than a grain, to which points are rounded in any case.
+    for _ in 0..16 {
+        let middle = f64::midpoint(bed, other);
+        if ground(&from.towards(&to, middle)) == LiesIn::Channel { bed = middle } else { other = middle }
+    }
+    // The end that was seen to be in the bed: the other would put the point on the far side.
+    from.towards(&to, bed)
+}
+
+/// Ends a part, if there is one.
+fn close(parts: &mut Vec<RiverPart>, channels: &[Arc<Channel>], samples: Vec<CoursePoint>, end: Option<LiesIn>) {
+    if samples.len() < 2 {
+        return;
+    }
+    let channel = channels[samples[0].place.0].id;
+    // Numbered from the channel that it begins in.
+    let begun = |part: &&RiverPart| matches!(part.id, LineId::River { channel: other, .. } if other == channel);
+    let part = parts.iter().filter(begun).count() as u32;
+    parts.push(RiverPart { id: LineId::River { channel, part }, samples, end });
+}

@@ -1,0 +1,35 @@
+//! The engine of terrane: from a preset and a seed to the tiles, lines and features of a world, and places found among them.
+//!
+//! The crate `terrane` has these modules under its own name, and tells of all of them; use that. What only its parts need is public
+//! here without being there, and may change with any version.
+
+pub mod error;
+pub mod area;
+pub mod grid;
+pub mod hash;
+pub mod geometry;
+pub mod contour;
+pub mod stop;
+pub mod clock;
+pub mod watch;
+pub mod threads;
+pub mod memory;
+pub mod generator;
+pub mod simd;
+
+pub mod noise;
+pub mod recipe;
+pub mod land;
+pub mod lines;
+pub mod names;
+pub mod fluvial;
+pub mod relief;
+pub mod places;
+pub mod agents;
+pub mod preset;
+pub mod world;
+pub mod tile;
+pub mod device;
+pub mod walker;
+pub mod features;
+pub mod find;

@@ -1,0 +1,131 @@
+//! The points of a line that suffice to draw it.
+
+use crate::geometry::length;
+use crate::lines::{Line, LinePoint};
+
+/// Metres by which the line of the points that are kept may miss one that is not: about the width of a line on a map
+/// at 1:1000.
+const MISS_M: f64 = 0.25;
+
+/// Share by which a piece may seem steeper than the road, for rounding alone.
+const STEEPER: f64 = 1.0 + 1e-9;
+
+impl Line {
+    /// The points that suffice to draw it, from its start on: its ends, those where structures begin and end, and of the
+    /// others so many that the line is nowhere 25 cm off, to the side or in height, and nowhere steeper than the line is.
+    ///
+    /// Based on: D. H. Douglas, T. K. Peucker, "Algorithms for the reduction of the number of points", 1973.
+    pub fn outline(&self) -> Vec<LinePoint> {
+        let points = &self.points;
+        let last = points.len() - 1;
+        let mut kept = vec![false; points.len()];
+        (kept[0], kept[last]) = (true, true);
+        for structure in &self.structures {
+            for (before, after) in
+                [(structure.first.saturating_sub(1), structure.first), (structure.last, structure.last + 1)]
+            {
+                (kept[before], kept[after.min(last)]) = (true, true);
+            }
+        }
+        let most_grade = self.max_grade() * STEEPER;
+        let fixed: Vec<usize> = (0..=last).filter(|index| kept[*index]).collect();
+        let mut open: Vec<(usize, usize)> = fixed.windows(2).map(|pair| (pair[0], pair[1])).collect();
+        while let Some((first, last)) = open.pop() {
+            if last - first < 2 {
+                continue;
+            }
+            let chord = Chord::new(&points[first], &points[last], self.spacing_m);
+            let (mut most, mut furthest) = (0.0, first + 1);
+            for (index, point) in points.iter().enumerate().take(last).skip(first + 1) {
+                let miss_m = chord.miss_m(point);
+                if miss_m > most {
+                    (most, furthest) = (miss_m, index);
+                }
+            }
+            if most > MISS_M || chord.rise_m.abs() > most_grade * chord.length_m {
+                kept[furthest] = true;
+                open.extend([(first, furthest), (furthest, last)]);
+            }
+        }
+        points.iter().zip(kept).filter_map(|(point, kept)| kept.then_some(*point)).collect()
+    }
+}
+
+/// The straight way from one point to another.
+struct Chord {
+    from: LinePoint,
+    along: [f64; 2],
+    rise_m: f64,
+    length_m: f64,
+    spacing_m: f64,
+}
+
+impl Chord {
+    fn new(from: &LinePoint, to: &LinePoint, spacing_m: f64) -> Chord {
+        let along = [0, 1].map(|axis| (to.place[axis] - from.place[axis]) * spacing_m);
+        Chord { from: *from, along, rise_m: to.level_m - from.level_m, length_m: length(along), spacing_m }
+    }
+
+    /// Metres from it to a point, in the place that is nearest as seen from above.
+    fn miss_m(&self, point: &LinePoint) -> f64 {
+        let off = [0, 1].map(|axis| (point.place[axis] - self.from.place[axis]) * self.spacing_m);
+        let square = self.length_m * self.length_m;
+        let dot = off[0] * self.along[0] + off[1] * self.along[1];
+        let share = if square > 0.0 { (dot / square).clamp(0.0, 1.0) } else { 0.0 };
+        let away = [off[0] - self.along[0] * share, off[1] - self.along[1] * share];
+        let up = point.level_m - self.from.level_m - self.rise_m * share;
+        (away[0] * away[0] + away[1] * away[1] + up * up).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lines::StructureKind;
+    use crate::lines::testing::road;
+
+    /// 8 m east from point to point, in a world of 1 m between vertices.
+    fn line(points: impl Iterator<Item = (f64, f64, Option<StructureKind>)>) -> Line {
+        road(
+            points.enumerate().map(|(index, (south_m, level_m, kind))| ([8.0 * index as f64, south_m], level_m, kind)),
+            1.0,
+        )
+    }
+
+    fn columns(line: &Line) -> Vec<i64> {
+        line.outline().iter().map(|point| point.place[0] as i64 / 8).collect()
+    }
+
+    #[test]
+    fn what_is_straight_and_even_has_only_its_ends() {
+        assert_eq!(columns(&line((0..100).map(|index| (0.0, f64::from(index), None)))), [0, 99]);
+    }
+
+    #[test]
+    fn corners_summits_and_bridges_are_kept() {
+        let corner = line((0..100).map(|index| (f64::from(index - 40).max(0.0), 0.0, None)));
+        assert_eq!(columns(&corner), [0, 40, 99]);
+        let summit = line((0..100).map(|index: i32| (0.0, 50.0 - f64::from((index - 30).abs()), None)));
+        assert_eq!(columns(&summit), [0, 30, 99]);
+        let kind = |index| (20..24).contains(&index).then_some(StructureKind::Bridge);
+        assert_eq!(columns(&line((0..100).map(|index| (0.0, 0.0, kind(index))))), [0, 19, 20, 23, 24, 99]);
+    }
+
+    #[test]
+    fn a_curve_is_drawn_as_closely_as_promised() {
+        let curve = line((0..200).map(|index| {
+            let index = f64::from(index);
+            (40.0 * (index / 17.0).sin(), 4.0 * (index / 9.0).sin(), None)
+        }));
+        let outline = curve.outline();
+        assert!(outline.len() > 20 && outline.len() < 120, "{} of 200", outline.len());
+        for point in &curve.points {
+            let misses = outline.windows(2).map(|pair| Chord::new(&pair[0], &pair[1], 1.0).miss_m(point));
+            assert!(misses.fold(f64::INFINITY, f64::min) <= MISS_M, "{point:?}");
+        }
+        for pair in outline.windows(2) {
+            let chord = Chord::new(&pair[0], &pair[1], 1.0);
+            assert!(chord.rise_m.abs() <= curve.max_grade() * STEEPER * chord.length_m);
+        }
+    }
+}

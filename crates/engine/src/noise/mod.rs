@@ -1,0 +1,40 @@
+//! Fractal noise over the vertex lattice: exact at any distance, the same bits on every CPU.
+//!
+//! ```text
+//! FractalSpec --> Fractal: for each octave a Lattice (where), gradients (what), a FoldStep (how it is added)
+//!                    |
+//!                    | fill: blocks of 64 x 32 vertices, aligned with the world; octave by octave
+//!                    |   waves of 20 vertices and more  splat.rs    bump by bump
+//!                    |   shorter ones                   rows.rs     row by row, four bumps a vertex
+//!                    |   below 1.45, and when warped    simplex.rs  vertex by vertex, three corners
+//!                    | fold.rs: each octave is folded into value and weight
+//!                    v
+//!                 values of an Area, within bounds.rs
+//! ```
+//!
+//! All three evaluate the same function, two-dimensional simplex noise, but round differently. Which one
+//! an octave takes depends on its wavelength alone, so a vertex has the same bits in every area, at every vector width.
+//!
+//! Vector operations for a vector and octave: 29 bump by bump where three bumps overlap (7 each), 66 row by row, 102
+//! vertex by vertex, all with 7 to fold a ridged octave.
+//!
+//! [`Stripes`] are another noise on positions just as exact: waves along a given direction (`stripes.rs`).
+
+mod bounds;
+mod fold;
+mod fractal;
+mod lattice;
+#[cfg(feature = "gpu")]
+pub mod packed;
+mod rows;
+mod simplex;
+mod spec;
+mod splat;
+mod stripes;
+
+pub use fractal::Fractal;
+pub use spec::{FractalKind, FractalSpec};
+pub use stripes::Stripes;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,147 @@
+//! Fractals as words: what a kernel needs that runs elsewhere than on lanes, and computes the same bits.
+//!
+//! A kernel of the GPU (`shaders/relief.wgsl`, which has the names of the functions here) runs once a vertex, in the same
+//! blocks of 64 x 32 vertices. All that takes more bits than it has, where a block lies in the lattice of each octave, is
+//! computed here for each block; all else is the same for all of them.
+
+use super::fractal::{BLOCK_COLUMNS, BLOCK_ROWS, Evaluation, Fractal, Octave};
+use super::rows::pack_row;
+use super::simplex::RowStart;
+use super::spec::FractalKind;
+use super::splat::{FAR, Splat};
+
+/// Columns and rows of the blocks in which fractals are computed; blocks are aligned with the world.
+pub(crate) const BLOCK: [usize; 2] = [BLOCK_COLUMNS, BLOCK_ROWS];
+
+/// Words of an octave in what is the same for all blocks.
+const OCTAVE_WORDS: usize = 8 + 32 + BLOCK_COLUMNS + BLOCK_ROWS;
+
+/// Rows of lattice points that reach a block when they are added bump by bump, and the points of a row, at most: see `splat.rs`.
+const POINT_ROWS: usize = 5;
+const POINT_COLUMNS: usize = 6;
+const POINT_WORDS: usize = 3;
+const POINT_ROW_WORDS: usize = 2 + POINT_WORDS * POINT_COLUMNS;
+
+/// How a kernel computes an octave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+enum Way {
+    Splat,
+    RowWise,
+    Simplex,
+    Warped,
+}
+
+impl Way {
+    fn of(octave: &Octave, is_warped: bool) -> Way {
+        match &octave.evaluation {
+            _ if is_warped => Way::Warped,
+            Evaluation::Splat(_) => Way::Splat,
+            Evaluation::RowWise(_) => Way::RowWise,
+            Evaluation::Simplex => Way::Simplex,
+        }
+    }
+
+    /// Words of an octave that each block has for itself.
+    fn block_words(self) -> usize {
+        match self {
+            Way::Splat => 1 + POINT_ROWS * POINT_ROW_WORDS,
+            Way::RowWise => BLOCK_ROWS * 9,
+            Way::Simplex | Way::Warped => BLOCK_ROWS * 4,
+        }
+    }
+}
+
+/// Puts numbers behind each other, floats as their bits.
+pub fn put(words: &mut Vec<u32>, floats: impl IntoIterator<Item = f32>) {
+    words.extend(floats.into_iter().map(f32::to_bits));
+}
+
+impl Fractal {
+    /// Adds what is the same for all blocks: the kind, the number of octaves, and the octaves. `block_words` is how many words a
+    /// block has of what was packed before, and grows by those of this fractal.
+    pub(crate) fn pack(&self, is_warped: bool, words: &mut Vec<u32>, block_words: &mut usize) {
+        let kind = match self.kind {
+            FractalKind::Fbm => 0,
+            FractalKind::Ridged { .. } => 1,
+            FractalKind::Hybrid { .. } => 2,
+            FractalKind::Hetero { .. } => 3,
+        };
+        words.extend([kind, self.octaves.len() as u32]);
+        for octave in &self.octaves {
+            let way = Way::of(octave, is_warped);
+            let end = words.len() + OCTAVE_WORDS;
+            words.extend([way as u32, *block_words as u32]);
+            put(words, [octave.step.offset, octave.step.amplitude]);
+            let (metres, gradients) = octave.simplex.packed();
+            put(words, metres);
+            words.push(0);
+            match &octave.evaluation {
+                Evaluation::Splat(splat) if !is_warped => {
+                    // Gradients go with the points.
+                    words.extend([0; 32]);
+                    put(words, splat.columns);
+                    put(words, splat.rows);
+                }
+                Evaluation::RowWise(rows) if !is_warped => {
+                    put(words, rows.gradients.as_flattened().iter().copied());
+                    words.extend(rows.columns);
+                }
+                _ => {
+                    put(words, gradients.as_flattened().iter().copied());
+                    words.extend(octave.simplex.columns());
+                }
+            }
+            words.resize(end, 0);
+            *block_words += way.block_words();
+        }
+    }
+
+    /// Adds what the block has for itself whose first vertex is (x, y).
+    pub(crate) fn pack_block(&self, is_warped: bool, (x, y): (i64, i64), words: &mut Vec<u32>) {
+        for octave in &self.octaves {
+            let mut position = octave.lattice.at(x, y);
+            let way = Way::of(octave, is_warped);
+            let end = words.len() + way.block_words();
+            match (way, &octave.evaluation) {
+                (Way::Splat, Evaluation::Splat(splat)) => pack_points(splat, position, words),
+                (Way::RowWise, _) => {
+                    for _ in 0..BLOCK_ROWS {
+                        pack_row(position, words);
+                        position = octave.lattice.south_of(position);
+                    }
+                }
+                _ => {
+                    for _ in 0..BLOCK_ROWS {
+                        words.extend(RowStart::new(position).packed());
+                        position = octave.lattice.south_of(position);
+                    }
+                }
+            }
+            debug_assert!(words.len() <= end, "more than a block has room for");
+            words.resize(end, 0);
+        }
+    }
+}
+
+/// Adds the points that reach a block: where its first vertex lies among their rows; for each row the distance to the south and
+/// where the vertex lies among its points; for each point the distance to the east, and the gradient.
+fn pack_points(splat: &Splat<BLOCK_COLUMNS, BLOCK_ROWS>, position: [u128; 2], words: &mut Vec<u32>) {
+    let points = splat.points(position);
+    let rows = points.rows();
+    put(words, [-points.v(*rows.start()) as f32]);
+    for row in rows {
+        let columns = points.columns(row);
+        put(words, [points.dy(row), (points.shift(row) - f64::from(*columns.start())) as f32]);
+        let end = words.len() + POINT_COLUMNS * POINT_WORDS;
+        for column in columns {
+            let [gradient_x, gradient_y] = splat.gradients[points.gradient(column, row)];
+            put(words, [points.dx(column, row), gradient_x, gradient_y]);
+        }
+        debug_assert!(words.len() <= end, "more points in a row than there can be");
+        // Points that are not there are out of reach.
+        while words.len() < end {
+            put(words, [FAR, 0.0, 0.0]);
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! Presets: a world's recipe as its author writes it, read with errors that point at the place.
+//!
+//! [`Preset`] is the recipe as written; [`World`](crate::world::World) is the recipe as understood. The settings of a stage,
+//! with the units, ranges and defaults of their keys, stand with that stage; here they are put together, and what must
+//! hold between stages is checked. The settings of what comes after the world, [`ground`] and [`map`], stand here too.
+//!
+//! How one is read stands in [`recipe`](crate::recipe).
+
+mod built_in;
+pub mod ground;
+pub mod map;
+
+use std::ops::RangeInclusive;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use toml::Spanned;
+use toml::de::DeValue;
+
+use crate::agents::settings::{RiverAgents, RoadAgents};
+use crate::error::Error;
+use crate::fluvial::settings::FluvialSettings;
+use crate::places::settings::PlacesSettings;
+use crate::preset::ground::GroundSettings;
+use crate::preset::map::MapStyle;
+use crate::recipe::HEIGHT_LIMIT_M;
+use crate::recipe::fault::{Fault, KeyPath};
+use crate::recipe::form;
+use crate::recipe::mask::Mask;
+use crate::recipe::source::{self, Recipe};
+use crate::relief::settings::{LandMask, NoiseTerm, WarpSettings};
+
+pub use built_in::{BUILT_IN, summary};
+
+/// A world's recipe: the content of a preset file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Preset {
+    /// The seed when the command gives none: a whole number of 64 bits. Default: 1.
+    #[schemars(range(min = 0, max = u64::MAX))]
+    #[serde(default = "one")]
+    pub seed: u64,
+    /// Metres between neighbouring vertices, 0.001 to 10,000. Default: 1.
+    #[schemars(range(min = 0.001, max = 10000))]
+    #[serde(default = "one_metre")]
+    pub spacing_m: f64,
+    /// Cells a tile side, 16 to 4096. Default: 256.
+    #[schemars(range(min = *TILE_CELLS.start(), max = *TILE_CELLS.end()))]
+    #[serde(default = "default_tile_cells")]
+    pub tile_cells: u32,
+    /// Height of the sea's surface in metres, -100,000 to 100,000. Default: no sea.
+    #[schemars(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M))]
+    pub sea_level_m: Option<f64>,
+    /// Relief that water made, with its rivers and lakes. Default: none, and the relief is that of the noise terms.
+    pub fluvial: Option<FluvialSettings>,
+    /// Noise terms, added up: the relief of the land. 1 to 16, or else `fluvial`.
+    #[schemars(length(max = MAX_TERMS))]
+    #[serde(default)]
+    pub noise: Vec<NoiseTerm>,
+    /// Displacement of the points at which all terms and masks are read. Default: none.
+    pub warp: Option<WarpSettings>,
+    /// Where the land is and where the sea floor. Default: land everywhere.
+    pub land: Option<LandMask>,
+    /// Rivers by the thesis' agents. Default: none.
+    pub rivers: Option<RiverAgents>,
+    /// Roads by the thesis' agents. Default: none.
+    pub roads: Option<RoadAgents>,
+    /// Settlements and the roads between them; needs `fluvial`. Default: none.
+    pub places: Option<PlacesSettings>,
+    /// Which ground lies where.
+    #[serde(default)]
+    pub ground: GroundSettings,
+    /// How the map is coloured.
+    #[serde(default)]
+    pub map: MapStyle,
+}
+
+fn one() -> u64 {
+    1
+}
+
+fn one_metre() -> f64 {
+    1.0
+}
+
+fn default_tile_cells() -> u32 {
+    256
+}
+
+/// Cells a tile side may have.
+pub const TILE_CELLS: RangeInclusive<u32> = 16..=4096;
+
+impl Preset {
+    /// The built-in preset of that name or else the preset in the file of that path, and its short name.
+    ///
+    /// # Errors
+    /// When there is no such preset, or when it cannot be read or understood.
+    pub fn load(name_or_path: &str) -> Result<(String, Preset), Error> {
+        let sources = Sources::load(name_or_path)?;
+        Ok((sources.name().to_owned(), sources.read_all()?))
+    }
+
+    /// The preset that `text` writes, with every default filled in. `file` is what errors name.
+    ///
+    /// # Errors
+    /// When it is not TOML, has an unknown key, lacks one or has a value out of its range; the error points at it.
+    pub fn parse(file: &str, text: &str) -> Result<Preset, Error> {
+        Sources::parse(file, text)?.read_all()
+    }
+
+    /// The JSON schema of preset files.
+    pub fn schema() -> serde_json::Value {
+        let mut schema = form::schema::<Preset>();
+        schema["properties"]["extends"] = json!({
+            "type": "string",
+            "description": "A built-in preset, or the path of a file from this one's folder, on which this one is built: its \
+                tables are merged with this one's, and all else here takes the place of what is there. Default: none.",
+        });
+        schema
+    }
+
+    /// Writes the defaults that depend on other keys into their places.
+    pub(crate) fn fill_defaults(&mut self) {
+        self.noise.iter_mut().for_each(NoiseTerm::fill_defaults);
+    }
+
+    /// Looks for a value that is out of its range or that does not go with others, in a preset that was not read.
+    ///
+    /// # Errors
+    /// The first one.
+    pub fn check(&self) -> Result<(), Fault> {
+        // TOML has no whole numbers of 64 bits without a sign, and any seed will do.
+        form::check(&Preset { seed: 0, ..self.clone() }, &KeyPath::default())?;
+        self.check_together()
+    }
+
+    /// Finds the first value that does not go with others; each alone is within its range.
+    fn check_together(&self) -> Result<(), Fault> {
+        let root = KeyPath::default();
+        if let Some(fluvial) = &self.fluvial {
+            const NOISE: &str = "nothing reads it in a world of fluvial relief";
+            const RIVERS: &str =
+                "agents cut rivers into finished land, and fluvial relief has its own, which drain all of it";
+            const ROADS: &str =
+                "agents follow the land of a tile or two, and fluvial land has roads between settlements";
+            let others = [
+                ("noise", !self.noise.is_empty(), NOISE, "leave it out, or leave [fluvial] out"),
+                ("warp", self.warp.is_some(), NOISE, "leave it out, or leave [fluvial] out"),
+                ("land", self.land.is_some(), NOISE, "leave it out, or leave [fluvial] out"),
+                ("rivers", self.rivers.is_some(), RIVERS, "leave it out: [fluvial] says how many rivers there are"),
+                ("roads", self.roads.is_some(), ROADS, "leave it out, and add [places]"),
+            ];
+            if let Some((key, _, reason, hint)) = others.into_iter().find(|(_, given, ..)| *given) {
+                return Err(root.key(key).fault(reason, hint).at_key());
+            }
+            fluvial.check(&root.key("fluvial"), self.spacing_m)?;
+            // Above, rivers would be pressed down to below the sea that they run into.
+            let pressed_m = fluvial.knee * fluvial.ceiling_m;
+            let what = "knee times ceiling_m of [fluvial], from where on the land is pressed together";
+            root.key("sea_level_m").at_most(self.sea_level_m.unwrap_or(pressed_m), pressed_m, what)?;
+        } else if self.noise.is_empty() {
+            let hint = "add a [[noise]] table, or [fluvial]";
+            return Err(root.fault("there must be at least one [[noise]] term, or [fluvial]", hint));
+        }
+        if let Some(places) = &self.places {
+            let path = root.key("places");
+            if self.fluvial.is_none() {
+                let hint = "add [fluvial], or leave it out; [roads] is for worlds of noise";
+                return Err(path.fault("nothing reads it in a world of noise", hint).at_key());
+            }
+            places.check(&path, self.spacing_m)?;
+        }
+        for (index, term) in self.noise.iter().enumerate() {
+            term.check(&root.key("noise").index(index), self.spacing_m)?;
+        }
+        if let Some(land) = &self.land {
+            land.check(&root.key("land"), self.spacing_m)?;
+        }
+        if let Some(warp) = &self.warp {
+            let masks = self.noise.iter().filter_map(|term| term.mask.as_ref());
+            let masks = masks.chain(self.land.iter().map(|land| &land.mask));
+            let noises = self.noise.iter().map(NoiseTerm::fractal).chain(masks.map(Mask::fractal));
+            warp.check(&root.key("warp"), noises, self.spacing_m)?;
+        }
+        self.ground.check(&root.key("ground"))?;
+        if let Some(rivers) = &self.rivers {
+            rivers.check(&root.key("rivers"), self.tile_cells, self.spacing_m)?;
+        }
+        if let Some(roads) = &self.roads {
+            roads.check(&root.key("roads"), self.tile_cells, self.spacing_m)?;
+        }
+        self.map.check(&root.key("map"))
+    }
+
+    /// The same recipe with tiles of another size.
+    #[must_use]
+    pub fn with_tile_cells(&self, tile_cells: u32) -> Preset {
+        Preset { tile_cells, ..self.clone() }
+    }
+}
+
+/// The texts that make a preset, from the one that all extend to the last setting.
+pub type Sources = source::Sources<Preset>;
+
+impl Recipe for Preset {
+    const WHAT: &'static str = "preset";
+    const FOLDER: &'static str = "presets";
+    const BUILT_IN: &'static [(&'static str, &'static str)] = BUILT_IN;
+
+    fn check_written(root: &DeValue) -> Result<(), Fault> {
+        check_needs(root)
+    }
+
+    fn complete(&mut self) -> Result<(), Fault> {
+        self.fill_defaults();
+        self.check_together()
+    }
+}
+
+/// More terms than anybody needs; the time of a bake grows with each.
+const MAX_TERMS: usize = 16;
+
+/// Keys that nothing reads unless another one is written too.
+const NEEDS: &[(&str, &str)] = &[
+    ("fluvial.coast", "sea_level_m"),
+    ("ground.sand_m", "sea_level_m"),
+    ("ground.snow_slope", "ground.snow_m"),
+    ("ground.snow_aspect_m", "ground.snow_m"),
+    ("ground.sand_slope", "ground.sand_m"),
+    ("ground.scree_m", "ground.scree"),
+    ("ground.forest_share", "ground.forest_m"),
+    ("ground.forest_slope", "ground.forest_m"),
+    ("ground.forest_aspect_m", "ground.forest_m"),
+    ("ground.meadow", "ground.forest_m"),
+    ("ground.wet_m", "fluvial"),
+    ("ground.forest_wet", "ground.forest_m"),
+    ("ground.forest_wet", "ground.wet_m"),
+];
+
+/// Finds the first key of a preset as written that nothing would read.
+fn check_needs(root: &DeValue) -> Result<(), Fault> {
+    let path = |keys: &str| keys.split('.').fold(KeyPath::default(), |path, key| path.key(key));
+    let is_written =
+        |keys: &str| keys.split('.').try_fold(root, |value, key| value.get(key).map(Spanned::get_ref)).is_some();
+    match NEEDS.iter().find(|(key, needed)| is_written(key) && !is_written(needed)) {
+        Some((key, needed)) => {
+            let hint = format!("give {needed}, or leave it out");
+            Err(path(key).fault(format!("nothing reads it without {needed}"), hint).at_key())
+        }
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,165 @@
+//! What stands on the ground, and how densely: trees, shrubs, grass and loose rocks.
+//!
+//! From what the ground is made of, which knows the tree line, cliffs and snow, from how steep and how wet it is; nothing stands
+//! in water, on roads or in settlements. Shares of materials are those of the blend map; all densities are cut off at 1:
+//!
+//! ```text
+//! moist = (wetness - 4) / 6, low = below the tree line, even = from 50 degrees to 35, each 0 to 1
+//! tree  = (forest + grass * low * (0.02 + 0.13 * moist)) * even
+//! shrub = (0.3 * forest + 0.4 * wetland * low + (0.25 * dirt + grass * (0.06 + 0.2 * moist)) * (0.3 + 0.7 * low)) * even
+//! grass = grass + 0.8 * wetland + 0.3 * dirt + 0.25 * forest
+//! rock  = scree + (0.6 * rock + 0.15 * dirt) * even + 0.04 * grass
+//! ```
+
+use crate::grid::Grid;
+use crate::land::WaterKind;
+use crate::places::site::SiteClass;
+use crate::preset::Preset;
+use crate::tile::{GroundRule, Material, Tile};
+use crate::world::World;
+
+/// What stands on the ground. The numbers index lists of four.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Growth {
+    /// Trees: woods, and single ones where it is wet.
+    Tree = 0,
+    /// Shrubs.
+    Shrub = 1,
+    /// Grass and herbs.
+    Grass = 2,
+    /// Loose rocks.
+    Rock = 3,
+}
+
+impl Growth {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Growth; 4] = [Growth::Tree, Growth::Shrub, Growth::Grass, Growth::Rock];
+
+    /// The name in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Growth::Tree => "tree",
+            Growth::Shrub => "shrub",
+            Growth::Grass => "grass",
+            Growth::Rock => "rock",
+        }
+    }
+
+    /// What a raster of it is called.
+    pub const fn about(self) -> &'static str {
+        match self {
+            Growth::Tree => "density of trees",
+            Growth::Shrub => "density of shrubs",
+            Growth::Grass => "density of grass",
+            Growth::Rock => "density of loose rocks",
+        }
+    }
+
+    /// What a raster of it holds.
+    pub const fn channel(self) -> &'static [&'static str] {
+        match self {
+            Growth::Tree => &["density of trees, 0 = none, 255 = densest"],
+            Growth::Shrub => &["density of shrubs, 0 = none, 255 = densest"],
+            Growth::Grass => &["density of grass, 0 = none, 255 = densest"],
+            Growth::Rock => &["density of loose rocks, 0 = none, 255 = densest"],
+        }
+    }
+}
+
+/// Vertices around a settlement at most within which nothing stands: it is known no further away ([`sites_input`](super::sites_input)).
+const SITE_CELLS: f64 = 8.0;
+
+/// Share of a road's dirt from which on a vertex is road.
+const ROAD: f32 = 0.5;
+
+/// Share of an agents' river's sand from which on a vertex is its bed.
+const BED: f32 = 0.999;
+
+/// Metres up a metre at 35 and at 50 degrees: where slopes begin to be too steep, and where they are.
+const STEEP: [f32; 2] = [0.7, 1.19];
+
+/// Which densities the ground of a world has.
+#[derive(Debug)]
+pub struct Grows<'a> {
+    world: &'a World,
+    rule: GroundRule,
+    has_woods: bool,
+}
+
+impl<'a> Grows<'a> {
+    /// The rule of a world.
+    pub fn new(world: &'a World) -> Grows<'a> {
+        let Preset { ground, sea_level_m, .. } = world.preset();
+        let rule = GroundRule::new(ground, *sea_level_m, world.spacing_m(), world.seed());
+        Grows { world, rule, has_woods: ground.forest_m.is_some() }
+    }
+
+    /// Whether anything can stand at a vertex: not in water or on a river's bed, on a road or in a settlement.
+    ///
+    /// # Panics
+    /// When it is not one of the tile's.
+    pub fn is_open(&self, tile: &Tile, x: i64, y: i64) -> bool {
+        if tile.water_at(self.world, x, y) != WaterKind::Dry
+            || tile.water().is_some_and(|water| water.flow_m3s.at(x, y) > 0.0)
+        {
+            return false;
+        }
+        if let Some(imprint) = tile.imprint()
+            && (imprint.dirt().any(|dirt| dirt.at(x, y) > ROAD) || imprint.sand().is_some_and(|it| it.at(x, y) >= BED))
+        {
+            return false;
+        }
+        let spacing_m = tile.spacing_m();
+        tile.sites().iter().all(|site| {
+            let radius_m = match site.class {
+                SiteClass::Hamlet => 30.0,
+                SiteClass::Village => 50.0,
+                SiteClass::Town => 80.0,
+            };
+            let cells = (radius_m / spacing_m).min(SITE_CELLS);
+            let [east, south] = [(site.at[0] - x) as f64, (site.at[1] - y) as f64];
+            east * east + south * south > cells * cells
+        })
+    }
+
+    /// How densely each kind stands at each vertex of a tile, in the order of [`Growth::ALL`]: 0 for not at all, 1 for as densely
+    /// as can be.
+    pub fn densities<'t>(&self, tile: &'t Tile) -> &'t Grid<[f32; 4]> {
+        tile.derived.densities.get_or_init(|| {
+            let mut densities = Grid::filled(tile.area(), [0.0; 4]);
+            for ((x, y), at) in tile.area().vertices().zip(densities.values_mut()) {
+                *at = self.at(tile, x, y);
+            }
+            densities
+        })
+    }
+
+    fn at(&self, tile: &Tile, x: i64, y: i64) -> [f32; 4] {
+        if !self.is_open(tile, x, y) {
+            return [0.0; 4];
+        }
+        let [grass, dirt, rock, _, _, forest, scree, wetland] =
+            Material::ALL.map(|material| f32::from(tile.blend().weight(material, x, y)) * (1.0 / 255.0));
+        let moist = ((tile.wetness(self.world, x, y) - 4.0) * (1.0 / 6.0)).clamp(0.0, 1.0);
+        // Where the ground has no woods it has no tree line either, and trees stand as shrubs do.
+        let low = if self.has_woods { self.low(tile, x, y) } else { 1.0 };
+        let slope = tile.normals().slope().at(x, y);
+        let even = ((STEEP[1] - slope) / (STEEP[1] - STEEP[0])).clamp(0.0, 1.0);
+        let high = 0.3 + 0.7 * low;
+        let tree = (forest + grass * low * (0.02 + 0.13 * moist)) * even;
+        let shrub = (0.3 * forest + 0.4 * wetland * low + (0.25 * dirt + grass * (0.06 + 0.2 * moist)) * high) * even;
+        let herbs = grass + 0.8 * wetland + 0.3 * dirt + 0.25 * forest;
+        let stones = scree + (0.6 * rock + 0.15 * dirt) * even + 0.04 * grass;
+        // A road and a bank lie on what was there, which gives way to them.
+        let left = tile.imprint().map_or(1.0, |imprint| {
+            let laid = imprint.dirt().chain(imprint.sand()).map(|share| share.at(x, y)).fold(0.0, f32::max);
+            1.0 - laid
+        });
+        [tree, shrub, herbs, stones].map(|density| density.min(1.0) * left)
+    }
+
+    fn low(&self, tile: &Tile, x: i64, y: i64) -> f32 {
+        let [_, _, south] = tile.normals().at(x, y);
+        self.rule.below_tree_line(tile.heights().at(x, y), south)
+    }
+}

@@ -1,0 +1,274 @@
+//! Instances: single trees, shrubs, tufts of grass and rocks, as points.
+//!
+//! Candidates lie on a lattice of their own over the whole world, one at a hashed place of each of its cells. One that has another
+//! of higher rank nearer than the least distance gives way to it, whatever becomes of that one. So the pattern is even, without
+//! clumps, and what is left of it is known from the cells around alone: no tile needs to know what stands on its neighbour. Each
+//! of those left then becomes a tree, a shrub, a tuft, a rock or nothing, by the densities of its place.
+//!
+//! Based on: the dart throwing of R. L. Cook, "Stochastic sampling in computer graphics", 1986, with ranks in the place of an order.
+
+use crate::area::Area;
+use crate::geometry::{LineSegment, bilinear};
+use crate::hash::{self, Stream};
+use crate::lines::{LineKind, StructureKind};
+use crate::tile::{Grows, Growth, Tile};
+use crate::world::World;
+
+/// Something that stands on a tile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instance {
+    /// What it is.
+    pub growth: Growth,
+    /// Vertices east and south of the tile's north-western corner.
+    pub place: [f64; 2],
+    /// Height in metres of the land there: of the lower of the two ways to part a cell into triangles, so that nothing floats.
+    pub height_m: f64,
+    /// How far it is turned about the vertical, in degrees, 0 to 360.
+    pub yaw_deg: f64,
+    /// How large it is, as a share of what is usual: 0.75 to 1.25.
+    pub scale: f64,
+}
+
+/// Instances a hectare where there is as much of a kind as can be, in the order of [`Growth::ALL`]. Fewer where vertices lie more
+/// than 14 m apart.
+pub const A_HECTARE: [f64; 4] = [60.0, 30.0, 30.0, 20.0];
+
+/// Sides of a cell of candidates in metres: at most the first, and more than half of it where vertices are not too far apart.
+const MOST_SIDE_M: f64 = 7.0;
+
+/// The power of two of the least side in vertices: four candidates a cell of the tile, so that files have an end.
+const LEAST_POWER: i32 = -1;
+
+/// Parts of a side in which places are counted, as a power of two.
+const PARTS: u32 = 16;
+
+/// The least distance between two instances, in sides.
+const LEAST_DISTANCE: f64 = 0.7;
+
+/// Share of candidates that give way to none, measured over a million.
+const LEFT: f64 = 0.664;
+
+/// Metres from the edge of a road or a river within which nothing stands.
+const VERGE_M: f64 = 1.0;
+
+/// Exact on every machine, which `exp2` need not be.
+fn power_of_two(power: i32) -> f64 {
+    if power < 0 { 1.0 / (1u64 << -power) as f64 } else { (1u64 << power) as f64 }
+}
+
+/// The lattice of candidates of a world.
+#[derive(Clone, Copy, Debug)]
+struct Candidates {
+    stream: u64,
+    /// The side of a cell in vertices, as a power of two.
+    power: i32,
+}
+
+/// A candidate for an instance, by its cell.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    cell: [i64; 2],
+    /// Where it lies in its cell, in parts of the side.
+    place: [i64; 2],
+    rank: u64,
+}
+
+impl Candidates {
+    fn new(world: &World) -> Candidates {
+        let side_m = |power: i32| world.spacing_m() * power_of_two(power);
+        let power = (LEAST_POWER..24).take_while(|power| side_m(*power) <= MOST_SIDE_M).last().unwrap_or(LEAST_POWER);
+        Candidates { stream: hash::stream(world.seed(), Stream::Instances), power }
+    }
+
+    /// The side of a cell in vertices.
+    fn side(self) -> f64 {
+        power_of_two(self.power)
+    }
+
+    fn of(self, cell: [i64; 2]) -> Candidate {
+        let hash = hash::lattice(self.stream, cell[0], cell[1]);
+        let part = |bits: u64| (bits & ((1 << PARTS) - 1)) as i64;
+        Candidate { cell, place: [part(hash), part(hash >> PARTS)], rank: hash::scatter(hash) }
+    }
+
+    /// Whether it gives way to none of those around it.
+    fn is_left(self, candidate: &Candidate) -> bool {
+        const LEAST: i64 = (LEAST_DISTANCE * (1 << PARTS) as f64) as i64 + 1;
+        // One further away than the next cell is further away than that.
+        let around = Area::new(candidate.cell[0] - 1, candidate.cell[1] - 1, 3, 3).vertices();
+        around.map(|(i, j)| [i, j]).filter(|cell| *cell != candidate.cell).all(|cell| {
+            let other = self.of(cell);
+            let away = [0, 1]
+                .map(|axis| ((cell[axis] - candidate.cell[axis]) << PARTS) + other.place[axis] - candidate.place[axis]);
+            let is_near = away[0] * away[0] + away[1] * away[1] < LEAST * LEAST;
+            // Two of the same rank give way by their cells.
+            !is_near || (other.rank, other.cell) < (candidate.rank, candidate.cell)
+        })
+    }
+
+    /// The first cell of a tile and the last along an axis, given its first and last vertex, and where the first cell begins, in
+    /// parts of a side from the first vertex.
+    fn span(self, first: i64, last: i64) -> ([i64; 2], i64) {
+        if self.power <= 0 {
+            let cells = 1 << -self.power;
+            return ([first * cells, last * cells - 1], 0);
+        }
+        let side = 1 << self.power;
+        let from = first.div_euclid(side);
+        let begins = ((from * side - first) << PARTS) / side;
+        ([from, (last - 1).div_euclid(side)], begins)
+    }
+}
+
+/// The least distance between two instances of a world, in metres.
+pub fn least_distance_m(world: &World) -> f64 {
+    Candidates::new(world).side() * world.spacing_m() * LEAST_DISTANCE
+}
+
+/// The most instances of a tile of so many cells a side, about: chance adds few to so many.
+pub fn most_instances(world: &World, cells: u32) -> u64 {
+    let candidates = Candidates::new(world);
+    let side = f64::from(cells) / candidates.side() + 1.0;
+    (side * side * LEFT * 1.1 * share_of_all(world, candidates)) as u64 + 1000
+}
+
+/// Probabilities of the kinds where there is as much of them as can be, together.
+fn share_of_all(world: &World, candidates: Candidates) -> f64 {
+    let side_m = candidates.side() * world.spacing_m();
+    let left_a_hectare = LEFT * 10_000.0 / (side_m * side_m);
+    (A_HECTARE.iter().sum::<f64>() / left_a_hectare).min(1.0)
+}
+
+/// All that stands on a tile, from the north to the south by the cells of the pattern; what stands on the edge of two tiles is the
+/// eastern or southern one's.
+pub fn instances(world: &World, grows: &Grows, tile: &Tile) -> Vec<Instance> {
+    let candidates = Candidates::new(world);
+    let Area { x0, y0, x1, y1 } = tile.area();
+    let cells = (x1 - 1 - x0) as usize;
+    // Of each vertex how much stands there, and whether anything may.
+    let densities = grows.densities(tile).values();
+    let open: Vec<bool> = tile.area().vertices().map(|(x, y)| grows.is_open(tile, x, y)).collect();
+    let ways = Ways::new(tile);
+    let all: f64 = A_HECTARE.iter().sum();
+    let shares = A_HECTARE.map(|of_kind| of_kind / all * share_of_all(world, candidates));
+    let ([i0, i1], east) = candidates.span(x0, x1 - 1);
+    let ([j0, j1], south) = candidates.span(y0, y1 - 1);
+    let scale = candidates.side() / f64::from(1 << PARTS);
+    let mut instances = Vec::new();
+    for (i, j) in (Area { x0: i0, y0: j0, x1: i1 + 1, y1: j1 + 1 }).vertices() {
+        let candidate = candidates.of([i, j]);
+        let parts = [((i - i0) << PARTS) + east + candidate.place[0], ((j - j0) << PARTS) + south + candidate.place[1]];
+        // Exact: whole parts of a power of two.
+        let place = parts.map(|parts| parts as f64 * scale);
+        if place.iter().any(|at| *at < 0.0 || *at >= cells as f64) {
+            continue;
+        }
+        let [column, row] = place.map(|at| at as usize);
+        let within = [place[0] - column as f64, place[1] - row as f64];
+        let north = row * (cells + 1) + column;
+        let corners = [north, north + 1, north + cells + 1, north + cells + 2];
+        if !corners.iter().all(|corner| open[*corner]) {
+            continue;
+        }
+        // The cheap question first: most of it decides without a look around.
+        let chance = hash::share(hash::combine(candidate.rank, 0));
+        let mut sum = 0.0;
+        let growth = Growth::ALL.into_iter().find(|growth| {
+            let kind = *growth as usize;
+            sum += shares[kind] * bilinear(corners.map(|corner| f64::from(densities[corner][kind])), within);
+            chance < sum
+        });
+        let Some(growth) = growth else { continue };
+        if !candidates.is_left(&candidate) || ways.hold(place, [column, row]) {
+            continue;
+        }
+        let height = |[x, y]: [usize; 2]| f64::from(tile.heights().at(x0 + (column + x) as i64, y0 + (row + y) as i64));
+        let height_m = lower([[0, 0], [1, 0], [0, 1], [1, 1]].map(height), within);
+        instances.push(Instance {
+            growth,
+            place,
+            height_m,
+            yaw_deg: 360.0 * hash::share(hash::combine(candidate.rank, 1)),
+            scale: 0.75 + 0.5 * hash::share(hash::combine(candidate.rank, 2)),
+        });
+    }
+    instances
+}
+
+/// The lower of the two pairs of triangles with these corners, at a place between them.
+fn lower([nw, ne, sw, se]: [f64; 4], [u, v]: [f64; 2]) -> f64 {
+    let falling = if u > v { nw + (ne - nw) * u + (se - ne) * v } else { nw + (sw - nw) * v + (se - sw) * u };
+    let rising = match u + v <= 1.0 {
+        true => nw + (ne - nw) * u + (sw - nw) * v,
+        false => se + (sw - se) * (1.0 - u) + (ne - se) * (1.0 - v),
+    };
+    falling.min(rising)
+}
+
+/// The roads and rivers of a tile, by its cells: many are narrower than the vertices are apart.
+struct Ways {
+    /// Cells, each with a piece that may lie on it; sorted.
+    cells: Vec<([usize; 2], usize)>,
+    /// Pieces in vertices from the tile's corner, each with the square of how far it keeps all away.
+    pieces: Vec<(LineSegment, f64)>,
+}
+
+impl Ways {
+    fn new(tile: &Tile) -> Ways {
+        let Area { x0, y0, x1, .. } = tile.area();
+        let last = (x1 - 2 - x0) as f64;
+        let (mut cells, mut pieces) = (Vec::new(), Vec::new());
+        for line in tile.lines() {
+            let carriers = line.carriers();
+            for (index, [from, to]) in line.pieces().enumerate() {
+                if line.kind == LineKind::Road && carriers.get(index) == Some(&Some(StructureKind::Tunnel)) {
+                    continue;
+                }
+                let reach = (from.half_width_m.max(to.half_width_m) + VERGE_M) / line.spacing_m;
+                let [from, to] = [from, to].map(|point| line.place_from([x0, y0], point));
+                let span = |axis: usize| {
+                    let (low, high) = (from[axis].min(to[axis]) - reach, from[axis].max(to[axis]) + reach);
+                    (high >= 0.0 && low <= last + 1.0).then(|| low.max(0.0) as usize..=high.min(last) as usize)
+                };
+                let Some((columns, rows)) = span(0).zip(span(1)) else { continue };
+                for column in columns {
+                    cells.extend(rows.clone().map(|row| ([column, row], pieces.len())));
+                }
+                pieces.push((LineSegment::between(from, to), reach * reach));
+            }
+        }
+        cells.sort_unstable();
+        Ways { cells, pieces }
+    }
+
+    /// Whether a place in a cell lies on one of them or beside it.
+    fn hold(&self, place: [f64; 2], cell: [usize; 2]) -> bool {
+        let first = self.cells.partition_point(|(other, _)| *other < cell);
+        let of_cell = self.cells[first..].iter().take_while(|(other, _)| *other == cell);
+        of_cell.map(|(_, piece)| &self.pieces[*piece]).any(|(piece, square)| piece.nearest(place).1 <= *square)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn as_many_candidates_are_left_as_is_said() {
+        let candidates = Candidates { stream: 7, power: 0 };
+        let area = Area::new(-512, 300, 1024, 1024);
+        let left = area.vertices().filter(|(i, j)| candidates.is_left(&candidates.of([*i, *j]))).count();
+        let share = left as f64 / area.len() as f64;
+        assert!((share - LEFT).abs() < 0.005, "{share}");
+    }
+
+    #[test]
+    fn a_tile_has_the_cells_that_it_touches() {
+        let span = |power, first, last| Candidates { stream: 7, power }.span(first, last);
+        assert_eq!(span(-1, -3, 5), ([-6, 9], 0));
+        assert_eq!(span(0, -3, 5), ([-3, 4], 0));
+        // Of four vertices: the first begins one vertex before the tile.
+        assert_eq!(span(2, -3, 5), ([-1, 1], -(1 << (PARTS - 2))));
+        assert_eq!(span(3, 16, 24), ([2, 2], 0));
+    }
+}

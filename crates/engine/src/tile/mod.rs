@@ -1,0 +1,296 @@
+//! Tiles: everything about one square of the world, made without a look at its neighbours.
+
+mod accumulation;
+mod blend;
+mod digest;
+mod grows;
+mod instances;
+mod masks;
+mod normals;
+mod rule;
+mod surface;
+mod surroundings;
+mod waters;
+
+pub use blend::{Blend, Material};
+pub use digest::{Digest, TilePart};
+pub use grows::{Grows, Growth};
+pub use instances::most_instances;
+pub use instances::{A_HECTARE, Instance, instances, least_distance_m};
+pub use masks::{WETTEST, accumulation_input};
+pub use normals::Normals;
+pub use rule::GroundRule;
+pub(crate) use surface::Surface;
+#[cfg(feature = "gpu")]
+pub(crate) use surroundings::{REACH as RUBBLE_REACH, STEPS as RUBBLE_STEPS};
+pub use waters::{WaterHere, has_rivers, has_water};
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::area::{Area, Stride, TileId};
+use crate::clock::{Clock, stage};
+use crate::grid::Grid;
+use crate::land::{Land, Water};
+use crate::lines::{Bed, Imprint, Line, Lines};
+use crate::places::site::Site;
+use crate::world::World;
+
+/// The area in which settlements are known that are seen on an area: the mark of one on a map is no wider than this.
+pub fn sites_input(area: Area) -> Area {
+    area.padded(8)
+}
+
+/// The area of shaped land that a tile of a world is made of: what normals and weights look at.
+pub fn shaped_input(world: &World, area: Area) -> Area {
+    normals::input(area).hull(&blend::input(&world.preset().ground, area))
+}
+
+/// A finished tile of N x N cells: (N+1) x (N+1) vertices, those of its edge shared with its neighbours.
+#[derive(Debug)]
+pub struct Tile {
+    id: TileId,
+    spacing_m: f64,
+    area: Area,
+    heights: Grid<f32>,
+    normals: Normals,
+    blend: Blend,
+    water: Option<Water>,
+    imprint: Option<Imprint>,
+    lines: Lines,
+    /// Of a walker's tile the steps of agents over its edges, which its own lines may not have.
+    crossings: Lines,
+    sites: Vec<Arc<Site>>,
+    derived: masks::Derived,
+}
+
+/// What is known of a tile before there is any land: what stands on it, and how much land it is made of.
+#[derive(Debug)]
+pub struct TilePlan {
+    id: TileId,
+    lines: Lines,
+    sites: Vec<Arc<Site>>,
+    /// The area of bare land that the tile is made of.
+    pub(crate) land: Area,
+}
+
+impl TilePlan {
+    /// The plan of the tile at `id` where no line shapes the land: for pictures, which draw lines themselves.
+    pub fn without_lines(world: &World, id: TileId) -> TilePlan {
+        let land = shaped_input(world, id.area(world.tile_cells()));
+        TilePlan { id, lines: Lines::new(), sites: Vec::new(), land }
+    }
+
+    /// The lines that shape its land.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn lines(&self) -> impl Iterator<Item = &Line> {
+        self.lines.iter().map(AsRef::as_ref)
+    }
+
+    /// The tile's vertices.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn cells(&self, world: &World) -> Area {
+        self.id.area(world.tile_cells())
+    }
+
+    /// The plan of the tile at `id`, with the time of each stage booked on `clock`.
+    pub fn new(world: &World, id: TileId, clock: &Clock) -> TilePlan {
+        let cells = id.area(world.tile_cells());
+        let shaped = shaped_input(world, cells);
+        let wide = Imprint::input(shaped);
+        // Rivers, settlements, and the roads between them: none from afar, for there they do nothing to the land.
+        let (lines, sites) = match world.stride() {
+            Stride::ONE => {
+                let near = sites_input(normals::input(cells));
+                clock.time(stage::LINES, || (world.lines(&wide), world.sites(&near)))
+            }
+            _ => Default::default(),
+        };
+        // More of it where water must find its way through built roads.
+        let is_built = lines.iter().any(|line| matches!(line.bed, Bed::Built { .. }));
+        TilePlan { id, lines, sites, land: if is_built { wide } else { shaped } }
+    }
+}
+
+/// A vertex as the thesis has it: 32 bytes, local to the tile's centre.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Vertex {
+    /// Metres east of the tile's centre, up, and south of the tile's centre.
+    pub position: [f32; 3],
+    /// Unit normal: east, up, south.
+    pub normal: [f32; 3],
+    /// 0..1 from west to east and from north to south, so that a seamless texture repeats from tile to tile.
+    pub texture: [f32; 2],
+}
+
+impl Tile {
+    /// The tile at `id` of `world`: the same bytes whatever was baked before, in whichever window.
+    ///
+    /// # Panics
+    /// When a vertex of the tile lies more than [`MAX_COORDINATE`](crate::area::MAX_COORDINATE) from the origin.
+    pub fn new(world: &World, id: TileId) -> Tile {
+        Tile::timed(world, id, &Clock::default())
+    }
+
+    /// As [`new`](Tile::new), with the time of each stage booked on `clock`.
+    pub fn timed(world: &World, id: TileId, clock: &Clock) -> Tile {
+        let plan = TilePlan::new(world, id, clock);
+        let land = world.relief().land(plan.land, clock);
+        Tile::of_plan(world, plan, land, clock)
+    }
+
+    /// The tile of a plan and of the land that it asks for, with the time of each stage booked on `clock`.
+    ///
+    /// # Panics
+    /// When `land` is not of the area that the plan asks for.
+    pub(crate) fn of_plan(world: &World, plan: TilePlan, mut land: Land, clock: &Clock) -> Tile {
+        let cells = plan.id.area(world.tile_cells());
+        let shaped = shaped_input(world, cells);
+        // What the lines do to the land.
+        let mut imprint = clock.time(stage::IMPRINT, || {
+            let imprint = Imprint::new(&land.heights, land.water.as_ref(), plan.lines.iter().map(AsRef::as_ref))?;
+            imprint.shape(&mut land.heights, land.water.as_ref());
+            Some(imprint)
+        });
+        if plan.land != shaped {
+            land = land.part(shaped);
+            imprint = imprint.map(|imprint| imprint.part(shaped));
+        }
+        let surface = Surface::new(&GroundRule::of(world), &land, imprint, cells, clock);
+        Tile::of_surface(world, plan, land, surface)
+    }
+
+    /// The tile of a plan, given its land as its lines have left it, and what is on that.
+    pub(crate) fn of_surface(world: &World, plan: TilePlan, land: Land, surface: Surface) -> Tile {
+        let TilePlan { id, mut lines, sites, .. } = plan;
+        let area = id.area(world.tile_cells());
+        // The vertices whose heights are seen on the tile, as slopes are: what lies further away does not concern it.
+        let near = normals::input(area);
+        lines.retain(|line| line.concerns(&near));
+        let (Land { heights, water }, Surface { normals, blend, imprint }) = (land, surface);
+        let (spacing_m, derived, crossings) = (world.spacing_m(), masks::Derived::default(), Lines::new());
+        Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, crossings, sites, derived }
+    }
+
+    /// The heights of the tile at `id` before anything shapes them, as far as a tile needs them.
+    pub fn bare_heights(world: &World, id: TileId) -> Grid<f32> {
+        world.relief().heights(shaped_input(world, id.area(world.tile_cells())))
+    }
+
+    /// The tile at `id` of given bare heights and lines, with the time of each stage booked on `clock`.
+    ///
+    /// # Panics
+    /// When `heights` does not hold the tile's [input](shaped_input).
+    pub fn of_bare<'a>(
+        world: &World,
+        id: TileId,
+        heights: Grid<f32>,
+        lines: impl IntoIterator<Item = &'a Line>,
+        clock: &Clock,
+    ) -> Tile {
+        let imprint = clock.time(stage::IMPRINT, || Imprint::new(&heights, None, lines));
+        Tile::imprinted(world, id, heights, imprint, clock)
+    }
+
+    /// The tile at `id` of given bare heights and of what lines do to it, with the time of each stage booked on `clock`.
+    ///
+    /// # Panics
+    /// When `heights` does not hold the tile's [input](shaped_input).
+    pub(crate) fn imprinted(
+        world: &World,
+        id: TileId,
+        mut heights: Grid<f32>,
+        imprint: Option<Imprint>,
+        clock: &Clock,
+    ) -> Tile {
+        if let Some(imprint) = &imprint {
+            clock.time(stage::IMPRINT, || imprint.shape(&mut heights, None));
+        }
+        let plan = TilePlan::without_lines(world, id);
+        let land = Land { heights, water: None };
+        let surface = Surface::new(&GroundRule::of(world), &land, imprint, plan.id.area(world.tile_cells()), clock);
+        Tile::of_surface(world, plan, land, surface)
+    }
+
+    /// The tile with the lines that have shaped it, and the steps of others over its edges.
+    pub(crate) fn with_lines(self, lines: Lines, crossings: Lines) -> Tile {
+        Tile { lines, crossings, ..self }
+    }
+
+    /// Where the tile is in the world.
+    pub fn id(&self) -> TileId {
+        self.id
+    }
+
+    /// Metres from a vertex to the next.
+    pub fn spacing_m(&self) -> f64 {
+        self.spacing_m
+    }
+
+    /// The tile's vertices, edges included, pad not.
+    pub fn area(&self) -> Area {
+        self.area
+    }
+
+    /// Heights in metres of the tile's vertices and of some around them: of its [input](shaped_input).
+    pub fn heights(&self) -> &Grid<f32> {
+        &self.heights
+    }
+
+    /// Normals and slopes of the tile's vertices.
+    pub fn normals(&self) -> &Normals {
+        &self.normals
+    }
+
+    /// Blend weights of the tile's vertices.
+    pub fn blend(&self) -> &Blend {
+        &self.blend
+    }
+
+    /// The water on the tile's vertices and on some around them; `None` in a world whose relief knows of
+    /// no water.
+    pub fn water(&self) -> Option<&Water> {
+        self.water.as_ref()
+    }
+
+    /// What rivers and roads have done to the tile; `None` where they have done nothing.
+    pub fn imprint(&self) -> Option<&Imprint> {
+        self.imprint.as_ref()
+    }
+
+    /// The rivers and roads that concern the tile, whole, sorted by id; of a [walker](crate::walker)'s tile its own, as far as they
+    /// lie in it, and none for a tile that was made of others' ([`of_bare`](Tile::of_bare)).
+    pub fn lines(&self) -> &[Arc<Line>] {
+        &self.lines
+    }
+
+    /// The settlements that are seen on the tile ([`sites_input`]), sorted by id; none in a world without places.
+    pub fn sites(&self) -> &[Arc<Site>] {
+        &self.sites
+    }
+
+    /// The tile's centre in the world, in metres east and south of the origin.
+    pub fn centre_m(&self) -> [f64; 2] {
+        let middle = |from: i64, to: i64| (from + to - 1) as f64 / 2.0 * self.spacing_m;
+        [middle(self.area.x0, self.area.x1), middle(self.area.y0, self.area.y1)]
+    }
+
+    /// The vertex at a place of the lattice, local to the tile's centre.
+    ///
+    /// # Panics
+    /// When it is not one of the tile's.
+    pub fn vertex(&self, x: i64, y: i64) -> Vertex {
+        let cells = (self.area.width() - 1) as f32;
+        let texture = [(x - self.area.x0) as f32 / cells, (y - self.area.y0) as f32 / cells];
+        let side_m = cells * self.spacing_m as f32;
+        let [east, south] = texture.map(|share| (share - 0.5) * side_m);
+        Vertex { position: [east, self.heights.at(x, y), south], normal: self.normals.at(x, y), texture }
+    }
+
+    /// All vertices, row by row from the north-western one.
+    pub fn vertices(&self) -> impl Iterator<Item = Vertex> + '_ {
+        self.area.vertices().map(|(x, y)| self.vertex(x, y))
+    }
+}

@@ -1,0 +1,375 @@
+//! Endless terrain around a walker: what is near stands, what is far is gone, and what was seen comes back the same.
+//!
+//! Based on: Grelsson (2014), chapter 4. Its agents depend on the order in which tiles are made, and so on the walker's
+//! route: two walkers of one world who take different routes see different rivers. Such a world cannot keep the promise
+//! of one world, which is why a bake uses the order-free agents of [`order_free`](crate::agents::order_free) and why these stay
+//! with the walker. They do keep the promise of no seams, at a price: a tile that stands never changes, so a bed that
+//! runs along an edge ends there, with a steep bank.
+//!
+//! ```text
+//!   mod.rs     the walker and the tiles around it        classic.rs   their agents
+//!   camera.rs  time -> place                             path.rs      a text -> places
+//!   walk.rs    either -> the tiles that it comes to      walked.rs    records -> tiles again
+//! ```
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+
+mod camera;
+mod classic;
+mod path;
+mod walk;
+mod walked;
+
+pub use camera::{Camera, FRAMES_A_SECOND};
+pub use classic::NODES_A_CELL;
+pub use walk::{LAYERS, Tour, Walk, Way};
+pub use walked::Walked;
+
+use crate::agents::Direction;
+use crate::agents::record::{Records, TileRecord};
+use crate::area::{Area, MAX_COORDINATE, TileId};
+use crate::clock::{Clock, stage};
+use crate::device::{Cpu, LandMaker};
+use crate::error::Error;
+use crate::grid::Grid;
+use crate::hash::{self, Stream};
+use crate::lines::{Line, Lines};
+use crate::tile::{self, Tile};
+use crate::world::World;
+use classic::TileAgents;
+
+/// How a walker's terrain is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WalkerOptions {
+    /// The tile in whose middle the walker starts. Default: (0, 0).
+    pub start: TileId,
+    /// Whether there are rivers and roads, where the preset has them. Default: true.
+    pub agents: bool,
+    /// Layers of tiles around the walker's own, at least 1: n of them are `(2n + 1)^2` tiles. A world with smaller tiles
+    /// (`tile_cells` of its preset) and more layers shows as much with smaller expansions. Default: 1, the eight
+    /// neighbours.
+    pub layers: u32,
+    /// Whether a step makes one missing tile at most, the nearest first, instead of all. The walker may outrun it; then
+    /// it stands where there is no tile for some steps. Default: false.
+    pub one_tile_a_step: bool,
+}
+
+impl Default for WalkerOptions {
+    fn default() -> WalkerOptions {
+        WalkerOptions { start: TileId { x: 0, y: 0 }, agents: true, layers: 1, one_tile_a_step: false }
+    }
+}
+
+/// What a step has changed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Expansion {
+    /// The tiles that were made, in that order.
+    pub entered: Vec<TileId>,
+    /// The tiles that were removed, sorted.
+    pub left: Vec<TileId>,
+    /// How long it took.
+    pub elapsed: Duration,
+}
+
+/// A walker in a world, and the tiles around it.
+///
+/// Memory holds `(2 layers + 1)^2` tiles however far it walks. Beside them, a walker with agents keeps the record of
+/// every tile that it has made, [`TileRecord::BYTES`] each.
+///
+/// ```
+/// # use terrane_engine as terrane;
+/// use terrane::walker::{Walker, WalkerOptions};
+/// use terrane::{preset::Preset, world::World};
+///
+/// let mut preset = Preset::load("thesis")?.1;
+/// preset.tile_cells = 64;
+/// let world = World::new(preset, Some(7))?;
+/// let mut walker = Walker::new(&world, WalkerOptions::default());
+/// // Tile (0, 0) is 64 m wide, and the walker starts in its middle.
+/// assert!(walker.move_to(63.0, 32.0).is_none());
+/// let expansion = walker.move_to(65.0, 32.0).expect("the next tile");
+/// assert_eq!((expansion.entered.len(), expansion.left.len()), (3, 3));
+/// # Ok::<(), terrane::error::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct Walker<'w> {
+    world: &'w World,
+    maker: Arc<dyn LandMaker>,
+    options: WalkerOptions,
+    position_m: [f64; 2],
+    tile: TileId,
+    /// Whether the last tile edge that the walker has crossed lay north or south of it.
+    moved_south: bool,
+    standing: BTreeMap<TileId, Tile>,
+    records: Records,
+    clock: Clock,
+}
+
+impl<'w> Walker<'w> {
+    /// A walker in the middle of its first tile, with all tiles around it.
+    ///
+    /// # Panics
+    /// When there are no layers, or when a vertex would lie more than [`MAX_COORDINATE`] from the origin.
+    pub fn new(world: &'w World, options: WalkerOptions) -> Walker<'w> {
+        Walker::with_maker(world, options, Cpu::maker(world.relief()))
+    }
+
+    /// As [`new`](Walker::new), with the land of its tiles made by a maker of the world's land: the tiles are the same.
+    ///
+    /// # Panics
+    /// As [`new`](Walker::new).
+    pub fn with_maker(world: &'w World, options: WalkerOptions, maker: Arc<dyn LandMaker>) -> Walker<'w> {
+        Walker::begin(world, maker, options, Records::default())
+    }
+
+    /// A walker that knows tiles from an earlier walk: where it comes upon one of them, it is as it was.
+    ///
+    /// # Errors
+    /// When a tile has two records, or a record cannot be one of this world's.
+    ///
+    /// # Panics
+    /// As [`new`](Walker::new).
+    pub fn with_records(
+        world: &'w World,
+        options: WalkerOptions,
+        records: impl IntoIterator<Item = TileRecord>,
+    ) -> Result<Walker<'w>, Error> {
+        let records = walked::sound(world, records)?;
+        Ok(Walker::begin(world, Cpu::maker(world.relief()), options, records))
+    }
+
+    fn begin(world: &'w World, maker: Arc<dyn LandMaker>, options: WalkerOptions, records: Records) -> Walker<'w> {
+        assert!(options.layers > 0, "a walker has at least one layer of tiles around its own");
+        let mut walker = Walker {
+            world,
+            maker,
+            options,
+            position_m: middle_m(world, options.start),
+            tile: options.start,
+            moved_south: false,
+            standing: BTreeMap::new(),
+            records,
+            clock: Clock::default(),
+        };
+        walker.check_tile();
+        let missing = walker.missing();
+        walker.make(&missing);
+        walker
+    }
+
+    /// Moves the walker to a place in metres from the origin. `None` while it stays in its tile and no tile is missing.
+    ///
+    /// Over an edge, or farther, the missing tiles around its new tile are made and those that are farther away than its
+    /// layers are removed.
+    ///
+    /// # Panics
+    /// When a vertex would lie more than [`MAX_COORDINATE`] from the origin.
+    pub fn move_to(&mut self, east_m: f64, south_m: f64) -> Option<Expansion> {
+        assert!(east_m.is_finite() && south_m.is_finite(), "a walker is somewhere, not at ({east_m}, {south_m})");
+        let side_m = self.world.tile_cells() as f64 * self.world.spacing_m();
+        let [x, y] = [east_m, south_m].map(|metres| (metres / side_m).floor() as i64);
+        self.go([east_m, south_m], TileId { x, y })
+    }
+
+    /// Moves the walker to the middle of a tile, as [`move_to`](Walker::move_to) does.
+    ///
+    /// # Panics
+    /// When a vertex would lie more than [`MAX_COORDINATE`] from the origin.
+    pub fn enter(&mut self, tile: TileId) -> Option<Expansion> {
+        self.go(middle_m(self.world, tile), tile)
+    }
+
+    fn go(&mut self, position_m: [f64; 2], tile: TileId) -> Option<Expansion> {
+        let start = Instant::now();
+        self.position_m = position_m;
+        let before = std::mem::replace(&mut self.tile, tile);
+        if before != tile {
+            self.check_tile();
+            self.moved_south = tile.y.abs_diff(before.y) > tile.x.abs_diff(before.x);
+        }
+        let mut entered = self.missing();
+        if self.options.one_tile_a_step {
+            entered.truncate(1);
+        }
+        let layers = self.options.layers as u64;
+        let left: Vec<TileId> = self.standing.keys().copied().filter(|id| distance(self.tile, *id) > layers).collect();
+        if entered.is_empty() && left.is_empty() {
+            return None;
+        }
+        for id in &left {
+            self.standing.remove(id);
+        }
+        self.make(&entered);
+        Some(Expansion { entered, left, elapsed: start.elapsed() })
+    }
+
+    /// Where the walker is: metres east and south of the origin.
+    pub fn position_m(&self) -> [f64; 2] {
+        self.position_m
+    }
+
+    /// The tile that the walker is in.
+    pub fn current(&self) -> TileId {
+        self.tile
+    }
+
+    /// The tile at a place, if it stands.
+    pub fn tile(&self, id: TileId) -> Option<&Tile> {
+        self.standing.get(&id)
+    }
+
+    /// All tiles that stand, sorted by place.
+    pub fn tiles(&self) -> impl ExactSizeIterator<Item = &Tile> {
+        self.standing.values()
+    }
+
+    /// The rivers and roads of a tile, each as far as it lies in that tile; none where none stands.
+    pub fn lines(&self, id: TileId) -> &[Arc<Line>] {
+        self.standing.get(&id).map_or(&[], Tile::lines)
+    }
+
+    /// The record of a tile that was made with agents or that was given.
+    pub fn record(&self, id: TileId) -> Option<&TileRecord> {
+        self.records.find(id)
+    }
+
+    /// The records of all tiles that were made with agents, sorted by place, and those that were given.
+    pub fn records(&self) -> &[TileRecord] {
+        self.records.all()
+    }
+
+    /// Where the time has gone, stage by stage, added up over all threads.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// The tiles around the walker that do not stand, the nearest first.
+    pub fn missing(&self) -> Vec<TileId> {
+        let (TileId { x, y }, layers) = (self.tile, self.options.layers as i64);
+        let around = (x - layers..=x + layers).flat_map(|x| (y - layers..=y + layers).map(move |y| TileId { x, y }));
+        let mut missing: Vec<TileId> = around.filter(|id| !self.standing.contains_key(id)).collect();
+        missing.sort_by_key(|id| ((id.x - x).pow(2) + (id.y - y).pow(2), *id));
+        missing
+    }
+
+    fn check_tile(&self) {
+        let limit = MAX_COORDINATE / self.world.tile_cells() as i64 - self.options.layers as i64 - 1;
+        let near = |tile: i64| tile.unsigned_abs() <= limit.max(0) as u64;
+        assert!(near(self.tile.x) && near(self.tile.y), "tile {} is too far from the origin", self.tile);
+    }
+
+    /// Makes tiles that do not stand.
+    fn make(&mut self, ids: &[TileId]) {
+        // The bare heights of all, in parallel.
+        let heights = self.bare_heights(ids);
+        // The agents, one tile after another: what one leaves at its edges is what the next begins with.
+        let mut lines = Vec::with_capacity(ids.len());
+        for (&id, heights) in ids.iter().zip(&heights) {
+            lines.push(self.settle(id, heights));
+        }
+        // What is known from before, the beds, normals and blend weights, in parallel again.
+        let Walker { world, options, records, clock, .. } = self;
+        let jobs: Vec<_> = ids.iter().zip(heights).zip(lines).collect();
+        let made = jobs.into_par_iter().map(|((&id, heights), lines)| {
+            let lines = lines.or_else(|| {
+                let record = records.find(id).filter(|_| options.agents)?;
+                Some(clock.time(stage::LINES, || TileAgents::new(world, id, &heights).lines(record)))
+            });
+            (id, stand(world, options.agents.then_some(&*records), id, heights, lines.unwrap_or_default(), clock))
+        });
+        let made: Vec<_> = made.collect();
+        self.standing.extend(made);
+    }
+
+    /// The ways of a tile that is made for the first time, which is recorded; `None` for any other.
+    fn settle(&mut self, id: TileId, heights: &Grid<f32>) -> Option<Vec<Line>> {
+        if !self.options.agents || self.records.find(id).is_some() {
+            return None;
+        }
+        let growth = self.growth(id);
+        let agents = TileAgents::new(self.world, id, heights);
+        let (record, lines) = self.clock.time(stage::LINES, || agents.settle(&self.records, growth));
+        self.records.add(record);
+        Some(lines)
+    }
+
+    /// The direction in which the terrain grows at a tile: from the walker to it, and at a corner the axis along which
+    /// the walker has moved.
+    fn growth(&self, id: TileId) -> Direction {
+        let (east, south) = (id.x - self.tile.x, id.y - self.tile.y);
+        let along_south = match east.abs().cmp(&south.abs()) {
+            std::cmp::Ordering::Less => true,
+            std::cmp::Ordering::Equal => self.moved_south,
+            std::cmp::Ordering::Greater => false,
+        };
+        match (along_south, east.signum(), south.signum()) {
+            // The first tile of all grows to all sides.
+            (_, 0, 0) => {
+                let stream = hash::stream(self.world.seed(), Stream::WalkerGrowth);
+                Direction::ALL[(hash::lattice(stream, id.x, id.y) % 4) as usize]
+            }
+            (true, _, 1) => Direction::South,
+            (true, ..) => Direction::North,
+            (false, 1, _) => Direction::East,
+            (false, ..) => Direction::West,
+        }
+    }
+
+    /// The bare heights of tiles, with their pad.
+    fn bare_heights(&self, ids: &[TileId]) -> Vec<Grid<f32>> {
+        // Bands instead of tiles, so that no thread waits while another makes the last of three tiles.
+        const BAND_ROWS: i64 = 32;
+        let area = |id: &TileId| tile::shaped_input(self.world, id.area(self.world.tile_cells()));
+        let bands_of = |area: Area| {
+            let edges = move |y0: i64| (y0.max(area.y0), (y0 + BAND_ROWS).min(area.y1));
+            let first = area.y0.div_euclid(BAND_ROWS) * BAND_ROWS;
+            (first..area.y1).step_by(BAND_ROWS as usize).map(edges).map(move |(y0, y1)| Area { y0, y1, ..area })
+        };
+        let bands: Vec<Area> = ids.iter().map(area).flat_map(bands_of).collect();
+        let mut made = self.maker.lands(&bands, &self.clock).into_iter();
+        let joined = |id: &TileId| {
+            let mut heights = Grid::filled(area(id), 0.0);
+            let mut left = heights.values_mut();
+            for _ in bands_of(area(id)) {
+                let band = made.next().expect("a land for each band").heights;
+                left.split_off_mut(..band.values().len())
+                    .expect("bands make up the area")
+                    .copy_from_slice(band.values());
+            }
+            heights
+        };
+        ids.iter().map(joined).collect()
+    }
+}
+
+/// A tile as it stands with its lines: of bare heights, and where there are agents of those that the records have beside it.
+fn stand(
+    world: &World,
+    records: Option<&Records>,
+    id: TileId,
+    heights: Grid<f32>,
+    lines: Vec<Line>,
+    clock: &Clock,
+) -> Tile {
+    let agents = TileAgents::new(world, id, &heights);
+    let crossings = records.map_or_else(Vec::new, |records| clock.time(stage::LINES, || agents.crossings(records)));
+    let imprint = records.and_then(|_| clock.time(stage::IMPRINT, || agents.imprint(&lines, &crossings)));
+    let lines: Lines = lines.into_iter().map(Arc::new).collect();
+    let crossings: Lines = crossings.into_iter().map(|(_, line)| Arc::new(line)).collect();
+    Tile::imprinted(world, id, heights, imprint, clock).with_lines(lines, crossings)
+}
+
+/// Metres east and south of the origin at which the middle of a tile lies.
+fn middle_m(world: &World, tile: TileId) -> [f64; 2] {
+    let side_m = world.tile_cells() as f64 * world.spacing_m();
+    [tile.x, tile.y].map(|tile| (tile as f64 + 0.5) * side_m)
+}
+
+/// Tiles from one to another, a corner's as near as an edge's.
+fn distance(one: TileId, other: TileId) -> u64 {
+    one.x.abs_diff(other.x).max(one.y.abs_diff(other.y))
+}

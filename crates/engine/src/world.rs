@@ -1,0 +1,257 @@
+//! A preset as understood: checked, seeded, with every range proved and every pad added up.
+
+use std::sync::Arc;
+
+use crate::agents::order_free::Agents;
+use crate::area::{Area, Stride};
+use crate::error::Error;
+use crate::fluvial::Fluvial;
+use crate::fluvial::landforms::Landforms;
+use crate::fluvial::landforms::coast::Coast;
+use crate::fluvial::landforms::lakes::Lake;
+use crate::fluvial::landforms::peaks::Peak;
+use crate::fluvial::point::GRAINS;
+use crate::lines::{LineKind, Lines, SiteId};
+use crate::memory::Usage;
+use crate::names::Names;
+use crate::places::Places;
+use crate::places::site::Site;
+use crate::preset::Preset;
+use crate::relief::{NoiseRelief, Relief};
+
+/// A world, ready to be baked: any tile of it is a pure function of this and the tile's place.
+#[derive(Debug)]
+pub struct World {
+    preset: Preset,
+    seed: u64,
+    stride: Stride,
+    tile_cells: u32,
+    relief: Relief,
+    agents: Agents,
+    places: Option<Places>,
+    names: Option<Names>,
+    landforms: Landforms,
+}
+
+impl World {
+    /// The world of a preset, with the preset's own seed unless another is given.
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range.
+    pub fn new(preset: Preset, seed: Option<u64>) -> Result<World, Error> {
+        World::strided(preset, seed, Stride::ONE)
+    }
+
+    /// The same world at the nodes of a stride: tiles, areas and lines are counted in nodes, and spacing is from one to the next.
+    ///
+    /// What nodes do not show is there in the mean; from two vertices on there are no settlements, no roads, and none of the
+    /// lines of agents.
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range.
+    pub fn strided(mut preset: Preset, seed: Option<u64>, stride: Stride) -> Result<World, Error> {
+        preset.fill_defaults();
+        preset.check()?;
+        let seed = seed.unwrap_or(preset.seed);
+        let Preset { spacing_m, sea_level_m, .. } = preset;
+        let settle = |settings| Places::new(settings, spacing_m, seed);
+        let places = preset.places.as_ref().map(settle).transpose()?;
+        let names = places.as_ref().map(|places| Names::new(seed, places.site_side()));
+        let relief = if let Some(settings) = &preset.fluvial {
+            Relief::Fluvial(Arc::new(Fluvial::strided(settings, (spacing_m, stride), sea_level_m, seed, names.clone())))
+        } else {
+            let (warp, land) = (preset.warp.as_ref(), preset.land.as_ref());
+            Relief::Noise(Arc::new(NoiseRelief::new(&preset.noise, warp, land, (spacing_m, stride), seed)))
+        };
+        let is_whole = stride == Stride::ONE;
+        let places = places.filter(|_| is_whole);
+        let agents = (preset.rivers.as_ref().filter(|_| is_whole), preset.roads.as_ref().filter(|_| is_whole));
+        let agents = Agents::new(agents, preset.tile_cells, spacing_m, sea_level_m, preset.ground.slope_scale, seed);
+        let tile_cells = preset.tile_cells;
+        Ok(World { preset, seed, stride, tile_cells, relief, agents, places, names, landforms: Landforms::default() })
+    }
+
+    /// What is allowed in the recipe and probably not meant, a sentence each.
+    pub fn warnings(&self) -> Vec<String> {
+        let ((min_m, max_m), preset) = (self.height_range_m(), &self.preset);
+        let Some(sea_m) = preset.sea_level_m else { return Vec::new() };
+        let sentence = match &preset.fluvial {
+            // The land's ceiling is a height, and does not sink with the sea.
+            Some(fluvial) if sea_m < -fluvial.ceiling_m => format!(
+                "the sea at {sea_m} m lies so far below ceiling_m = {} that heights of 16 bits are {:.2} m apart; a higher \
+                 sea_level_m wastes less",
+                fluvial.ceiling_m,
+                (max_m - min_m) / 65535.0,
+            ),
+            None if sea_m <= min_m as f64 => {
+                format!("nothing is as low as the sea at {sea_m} m: all heights exceed {min_m} m")
+            }
+            None if sea_m >= max_m as f64 => format!("all is under the sea at {sea_m} m: no height exceeds {max_m} m"),
+            _ => return Vec::new(),
+        };
+        vec![sentence]
+    }
+
+    /// The recipe, with every default filled in.
+    pub fn preset(&self) -> &Preset {
+        &self.preset
+    }
+
+    /// The seed in use.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Vertices from a node to the next.
+    pub fn stride(&self) -> Stride {
+        self.stride
+    }
+
+    /// Metres between neighbouring nodes: the preset's spacing, times the stride.
+    pub fn spacing_m(&self) -> f64 {
+        self.preset.spacing_m * self.stride.vertices() as f64
+    }
+
+    /// Cells a tile side.
+    pub fn tile_cells(&self) -> u32 {
+        self.tile_cells
+    }
+
+    /// The same world in tiles of so many cells a side.
+    #[must_use]
+    pub fn with_tile_cells(self, tile_cells: u32) -> World {
+        World { tile_cells, ..self }
+    }
+
+    /// What makes its heights: noise, or rivers and the land between them.
+    pub fn relief(&self) -> &Relief {
+        &self.relief
+    }
+
+    /// All rivers and roads that lie on `area` or may have an effect on a vertex of it, whole, sorted by id.
+    pub fn lines(&self, area: &Area) -> Lines {
+        let Some(land) = self.relief.fluvial() else { return self.agents.touching(&self.relief, area) };
+        let mut lines = land.rivers(area);
+        // Ids of rivers are less than those of roads.
+        lines.extend(self.places.iter().flat_map(|places| places.roads(land, area)));
+        lines
+    }
+
+    /// All lines of a kind of which a part lies in the rectangle that the outer vertices of an area span, whole, sorted by id.
+    pub fn lines_through(&self, kind: LineKind, area: &Area) -> Lines {
+        let mut lines = match (self.relief.fluvial(), kind) {
+            (Some(land), LineKind::River) => return land.rivers(area),
+            (Some(land), LineKind::Road) => self.places.as_ref().map_or_else(Lines::new, |it| it.roads(land, area)),
+            (None, _) => self.agents.touching(&self.relief, area),
+        };
+        lines.retain(|line| line.kind == kind && line.touches(area));
+        lines
+    }
+
+    /// All lakes of a fluvial world of which a part lies in `area`, whole, sorted by id.
+    pub fn lakes(&self, area: &Area) -> Vec<Arc<Lake>> {
+        self.wide_lakes(area, 0.0)
+    }
+
+    /// Those of them that are of levels on which some are so many metres wide to each side of their middle: for much less work where
+    /// most are narrow.
+    pub fn wide_lakes(&self, area: &Area, least_half_width_m: f64) -> Vec<Arc<Lake>> {
+        self.fluvial(|fluvial| self.landforms.lakes(fluvial, area, least_half_width_m))
+    }
+
+    /// All pieces of coast of a fluvial world of which a part lies in `area`, whole, sorted by id.
+    pub fn coasts(&self, area: &Area) -> Vec<Arc<Coast>> {
+        self.fluvial(|fluvial| self.landforms.coasts(fluvial, area))
+    }
+
+    /// All peaks of a fluvial world on vertices of `area`, sorted by id.
+    pub fn peaks(&self, area: &Area) -> Vec<Peak> {
+        self.fluvial(|fluvial| self.landforms.peaks(fluvial, area))
+    }
+
+    /// What `find` finds in fluvial land; nothing in a world of noise.
+    fn fluvial<T>(&self, find: impl FnOnce(&Fluvial) -> Vec<T>) -> Vec<T> {
+        self.relief.fluvial().map_or_else(Vec::new, find)
+    }
+
+    /// All settlements that stand on a vertex of `area`, sorted by id; none in a world without places.
+    pub fn sites(&self, area: &Area) -> Vec<Arc<Site>> {
+        let settled = self.places.as_ref().zip(self.relief.fluvial());
+        settled.map_or_else(Vec::new, |(places, land)| places.sites(land, area))
+    }
+
+    /// The settlement of a site cell, if it has one; none in a world without places.
+    pub fn site(&self, id: SiteId) -> Option<Arc<Site>> {
+        let (places, land) = self.places.as_ref().zip(self.relief.fluvial())?;
+        places.site(land, id)
+    }
+
+    /// The first town of a square of so many site cells, by its column and row, if it has one; none in a world without places.
+    pub fn chief_site(&self, square: [i64; 2], side: i64) -> Option<Arc<Site>> {
+        let (places, land) = self.places.as_ref().zip(self.relief.fluvial())?;
+        places.chief(land, square, side)
+    }
+
+    /// Settlements and roads of this world, and what is remembered of them.
+    pub fn places(&self) -> Option<&Places> {
+        self.places.as_ref()
+    }
+
+    /// What things of this world are called; none in a world without places.
+    pub fn names(&self) -> Option<&Names> {
+        self.names.as_ref()
+    }
+
+    /// Remembers as much as a region of so many columns needs to be baked row by row.
+    pub fn prepare_for(&self, cols: u64) {
+        self.agents.prepare_for(cols);
+    }
+
+    /// Bytes that this world remembers at most of what it has planned and made, while a region of so many columns is
+    /// baked.
+    pub fn memory_bytes(&self, cols: u64) -> u64 {
+        self.prepare_for(cols);
+        self.usages().iter().map(|usage| usage.most as u64).sum()
+    }
+
+    /// Bytes that this world remembers now.
+    pub fn remembered_bytes(&self) -> u64 {
+        self.usages().iter().map(|usage| usage.held as u64).sum()
+    }
+
+    /// How full the memories of all stages are.
+    pub fn usages(&self) -> Vec<Usage> {
+        let relief = self.relief.fluvial().map(Fluvial::usages).unwrap_or_default();
+        let places = self.places.as_ref().map(Places::usages).unwrap_or_default();
+        let features = self.relief.fluvial().map(|_| self.landforms.usages()).unwrap_or_default();
+        [relief, self.agents.usages(), places, features].concat()
+    }
+
+    /// Vertices around an area that are planned to make it, about.
+    pub fn planned_around(&self) -> i64 {
+        // What lies around asks in turn for what lies around it: measured on bakes of 1 x 1 to 16 x 16 tiles of alps.
+        const IN_TURN: f64 = 1.25;
+        let trunks =
+            self.relief.fluvial().map_or(0, |fluvial| 2 * fluvial.fields().side(0) / GRAINS / self.stride.vertices());
+        let places = self.places.as_ref().map_or(0, Places::reach);
+        ((IN_TURN * trunks.max(places) as f64) as i64).max(self.agents.reach())
+    }
+
+    /// Bytes that a thread holds while it plans, measured: a search of a usual route among them, which is far from the
+    /// longest.
+    pub fn planning_bytes(&self) -> u64 {
+        let fluvial = if self.relief.fluvial().is_some() { 1 << 20 } else { 0 };
+        let routes = if self.places.is_some() { 2 << 20 } else { 0 };
+        fluvial + routes
+    }
+
+    /// Bounds that no height of this world can leave: (lowest, highest) in metres. 16-bit heights are encoded in them.
+    ///
+    /// They are those of the relief, less the depth to which rivers cut into its lowest ground.
+    pub fn height_range_m(&self) -> (f32, f32) {
+        let (min_m, max_m) = self.relief.range_m();
+        // A river's floor lies at most its depth below some height; a thousandth more is for rounding.
+        let depth_m = self.preset.rivers.as_ref().map_or(0.0, |rivers| rivers.depth_m[1] * 1.001);
+        (min_m - depth_m as f32, max_m)
+    }
+}

@@ -1,0 +1,241 @@
+//! The bake: every tile of a region, made in parallel and handed to the sinks in order.
+
+pub(crate) mod frames;
+mod journal;
+mod shard;
+pub(crate) mod store;
+mod walk;
+
+pub(crate) use journal::Journal;
+pub use shard::Shard;
+pub(crate) use shard::corners;
+pub(crate) use walk::walk;
+
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+
+use crate::area::{Place, Region, Stride};
+use crate::device::{DeviceProfile, LandMaker};
+use crate::error::Error;
+pub use crate::file::{FileRecord, MeshRecord};
+use crate::stop;
+use crate::tile::{Tile, TilePlan};
+use crate::watch::Watch;
+use crate::world::World;
+
+/// A consumer of finished tiles: a format.
+///
+/// [`take`](Sink::take) runs on any thread in any order; [`append`](Sink::append) sees whole rows of tiles from north
+/// to south. All that a sink knows of a tile passes from the one to the other as bytes, so that a bake that was cut off can go on
+/// with what was kept of tiles that it does not make again.
+pub(crate) trait Sink: Send + Sync {
+    /// What progress, timings and the journal call it: no two of a bake have the same name.
+    fn name(&self) -> &str;
+
+    /// What the sink keeps of a tile, and the files of the tile alone that it has written.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error>;
+
+    /// Consumes one row of tiles: what was kept of each, from west to east. Of a tile that a walk has not come to it is nothing.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error>;
+
+    /// Ends the sink's files and names them. Called once, after the last row. What takes long begins a stage of its own.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    fn finish(&self, watch: &Watch) -> Result<Vec<FileRecord>, Error>;
+}
+
+/// What a sink has made of a tile.
+#[derive(Default)]
+pub(crate) struct Kept {
+    /// What it appends later, as bytes of its own choice.
+    pub piece: Vec<u8>,
+    /// Files of the tile, which are whole.
+    pub files: Vec<FileRecord>,
+}
+
+/// The least tiles a thread should have to choose from, so that none waits long for the last one of a batch.
+const TILES_A_THREAD: u64 = 4;
+
+/// Rows of tiles that are made together: one, or as many as keep all threads busy in a narrow region.
+pub fn rows_in_flight(region: &Region, threads: usize) -> u64 {
+    (TILES_A_THREAD * threads as u64).div_ceil(region.cols()).clamp(1, region.rows())
+}
+
+/// Makes all tiles of a region, of the land that a maker of the world's land gives, and hands them to the sinks, on the
+/// threads of the current rayon pool.
+///
+/// While the sinks write one batch of rows, the next is made; so two batches of what the sinks keep are held at most,
+/// beside one tile a thread. Memory grows with the width of the region and not with its height. What the journal has from
+/// an earlier run is not made again.
+///
+/// # Errors
+/// The first error of a sink or of the journal.
+pub(crate) fn bake(
+    (world, maker): (&World, &dyn LandMaker),
+    region: &Region,
+    sinks: &[Box<dyn Sink + '_>],
+    journal: &Journal,
+    watch: &Watch,
+) -> Result<(), Error> {
+    world.prepare_for(region.cols());
+    watch.begin(planning(world).unwrap_or(TILES), Some((region.tiles(), "tiles")));
+    deliver(region, sinks, journal, watch, |first_row, rows| {
+        Batch::make((world, maker), region, first_row, rows, sinks, journal, watch)
+    })
+}
+
+/// Hands all rows of a region to the sinks: while they write one batch of rows, the next is made.
+fn deliver(
+    region: &Region,
+    sinks: &[Box<dyn Sink + '_>],
+    journal: &Journal,
+    watch: &Watch,
+    mut make: impl FnMut(u64, u64) -> Result<Batch, Error> + Send,
+) -> Result<(), Error> {
+    let batch_rows = rows_in_flight(region, rayon::current_num_threads());
+    let mut made: Option<Batch> = None;
+    let mut first_row = 0;
+    while first_row < region.rows() {
+        let rows = batch_rows.min(region.rows() - first_row);
+        let (written, next) = rayon::join(
+            || made.take().map_or(Ok(()), |batch| batch.append(region, sinks, watch)),
+            || make(first_row, rows),
+        );
+        written?;
+        watch.clock.time(JOURNAL, || journal.save())?;
+        made = Some(next?);
+        first_row += rows;
+    }
+    watch.clock.time(JOURNAL, || journal.save())?;
+    made.map_or(Ok(()), |batch| batch.append(region, sinks, watch))
+}
+
+/// Hands what sinks have kept of all tiles of a region to the same sinks, as it is read: of each tile of some rows, row by row,
+/// what each of them kept.
+///
+/// # Errors
+/// The first error of a sink, of the journal, or of the one who reads.
+pub(crate) fn hand_on(
+    region: &Region,
+    sinks: &[Box<dyn Sink + '_>],
+    journal: &Journal,
+    watch: &Watch,
+    mut read: impl FnMut(u64, u64) -> Result<Vec<Vec<Vec<u8>>>, Error> + Send,
+) -> Result<(), Error> {
+    watch.begin("merging tiles", Some((region.tiles(), "tiles")));
+    deliver(region, sinks, journal, watch, |first_row, rows| {
+        stop::check();
+        let pieces = read(first_row, rows)?;
+        watch.add(rows * region.cols());
+        Ok(Batch { first_row, pieces })
+    })
+}
+
+/// The stage in which tiles are made.
+const TILES: &str = "baking tiles";
+
+/// What timings call the digests of tiles and all that is noted of them.
+const JOURNAL: &str = "journal";
+
+/// What takes long before the first tile is there, if anything does: what is planned for it serves those around it too.
+fn planning(world: &World) -> Option<&'static str> {
+    match world.relief().fluvial() {
+        Some(_) if world.places().is_some() && world.stride() == Stride::ONE => Some("planning roads"),
+        Some(_) => Some("planning rivers"),
+        None => None,
+    }
+}
+
+/// Refuses what the CPU has made in the place of a GPU, where its bytes would be others.
+///
+/// # Errors
+/// When a GPU was lost that computes approximately.
+pub(super) fn check_unmixed(maker: &dyn LandMaker) -> Result<(), Error> {
+    match (maker.profile(), maker.trouble()) {
+        (DeviceProfile::GpuApproximate, Some(message)) => {
+            Err(Error::Device { message, hint: "--resume goes on with the bake where the GPU is there".into() })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Some rows of tiles, as the sinks keep them.
+struct Batch {
+    first_row: u64,
+    /// For each tile, row by row, what each sink has kept of it.
+    pieces: Vec<Vec<Vec<u8>>>,
+}
+
+impl Batch {
+    fn make(
+        (world, maker): (&World, &dyn LandMaker),
+        region: &Region,
+        first_row: u64,
+        rows: u64,
+        sinks: &[Box<dyn Sink + '_>],
+        journal: &Journal,
+        watch: &Watch,
+    ) -> Result<Batch, Error> {
+        let cols = region.cols();
+        let clock = &watch.clock;
+        let finish = |place: Place, tile: Tile, made: Duration| {
+            let start = Instant::now();
+            let kept =
+                sinks.iter().map(|sink| clock.time(&format!("paint {}", sink.name()), || sink.take(&tile, place)));
+            let kept = kept.collect::<Result<Vec<Kept>, Error>>()?;
+            let spent = made + start.elapsed();
+            let pieces = clock.time(JOURNAL, || journal.record(&tile, kept, spent))?;
+            if watch.add(1) == 0 && planning(world).is_some() {
+                watch.go_on(TILES);
+            }
+            Ok(pieces)
+        };
+        // Tiles that are made together.
+        let make = |indices: &[u64]| {
+            stop::check();
+            let mut pieces = Vec::with_capacity(indices.len());
+            let mut missing = Vec::new();
+            for index in indices {
+                let place = Place { row: first_row + index / cols, col: index % cols };
+                let recalled = journal.recall(region.tile(place), sinks.len())?;
+                match recalled {
+                    Some(_) => watch.skip(1),
+                    None => missing.push((pieces.len(), place)),
+                }
+                pieces.push(recalled.unwrap_or_default());
+            }
+            let start = Instant::now();
+            let plans: Vec<TilePlan> =
+                missing.par_iter().map(|(_, place)| TilePlan::new(world, region.tile(*place), clock)).collect();
+            let tiles = maker.tiles(world, plans, clock);
+            check_unmixed(maker)?;
+            let made = start.elapsed().div_f64(missing.len().max(1) as f64);
+            let finished = missing.par_iter().zip(tiles).map(|(&(_, place), tile)| finish(place, tile, made));
+            for ((at, _), made) in missing.iter().zip(finished.collect::<Result<Vec<_>, Error>>()?) {
+                pieces[*at] = made;
+            }
+            Ok(pieces)
+        };
+        let indices: Vec<u64> = (0..rows * cols).collect();
+        let pieces = indices.par_chunks(maker.together()).map(make).collect::<Result<Vec<_>, Error>>()?;
+        Ok(Batch { first_row, pieces: pieces.into_iter().flatten().collect() })
+    }
+
+    fn append(self, region: &Region, sinks: &[Box<dyn Sink + '_>], watch: &Watch) -> Result<(), Error> {
+        sinks.par_iter().enumerate().try_for_each(|(index, sink)| {
+            for (row, tiles) in (self.first_row..).zip(self.pieces.chunks(region.cols() as usize)) {
+                let pieces: Vec<&[u8]> = tiles.iter().map(|tile| &tile[index][..]).collect();
+                watch.clock.time(&format!("encode {}", sink.name()), || sink.append(row, &pieces))?;
+            }
+            Ok(())
+        })
+    }
+}

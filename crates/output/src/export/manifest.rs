@@ -1,0 +1,518 @@
+//! `bake.json`: what a bake was made from and what it left.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use schemars::{JsonSchema, Schema};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::area::{Place, Region, Stride, TileId};
+use crate::bake::{FileRecord, Shard, store};
+use crate::device::DeviceProfile;
+use crate::error::{Error, clipped};
+use crate::export::digits::{noise_m, shortest};
+use crate::export::{Export, MeshOptions, Plan, Profile, TileNames, VectorOptions, web};
+use crate::generator;
+use crate::preset::Preset;
+use crate::walker::{Tour, Walk};
+use crate::world::World;
+
+/// The file in the folder of the bake. It is written last: where it stands, all files that it names are whole.
+pub(crate) const PATH: &str = "bake.json";
+
+/// What a bake was made from and what it left. The same bake writes the same bytes: there is no date in it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Manifest {
+    /// Always `terrane bake`.
+    pub format: String,
+    /// Version of this file's form; a reader should refuse a higher one.
+    pub format_version: u32,
+    /// Version of the program.
+    pub generator: String,
+    /// The version of what each layer of the program makes: with others it may be another world. None in old ones.
+    #[serde(default)]
+    pub layers: BTreeMap<String, u32>,
+    /// What the bake was computed on.
+    pub device: DeviceProfile,
+    /// The preset's name.
+    pub preset_name: String,
+    /// The preset with every default filled in.
+    pub preset: Preset,
+    /// The seed in use.
+    pub seed: u64,
+    /// Which tiles were baked.
+    pub region: RegionRecord,
+    /// Vertices of the preset's spacing from one vertex of the files to the next: 1, or a power of two of a bake at a scale.
+    pub stride: i64,
+    /// Metres between neighbouring vertices of the files.
+    pub spacing_m: f64,
+    /// What 16-bit heights mean.
+    pub height_range: HeightRange,
+    /// Height of the sea's surface in metres, where the world has a sea.
+    pub sea_level_m: Option<f64>,
+    /// How rasters lie in the world.
+    pub axes: Axes,
+    /// The exports that were asked for, those of the profile among them.
+    #[serde(default)]
+    pub exports: Vec<String>,
+    /// The profile that was asked for, if one was.
+    #[serde(default)]
+    pub profile: Option<String>,
+    /// How meshes were made.
+    #[serde(default)]
+    pub meshes: MeshOptions,
+    /// How files of tiles are named.
+    #[serde(default)]
+    pub tile_names: TileNames,
+    /// How vectors were written.
+    #[serde(default)]
+    pub vectors: VectorOptions,
+    /// The walk whose tiles these are: which of the region's were baked, and in which order. None where all of them were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub walk: Option<Tour>,
+    /// The shard of the region that these files are, if they are one: which of its tiles were baked. None where all of them were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<ShardRecord>,
+    /// Every other file of the bake, sorted by path.
+    pub files: Vec<FileRecord>,
+    /// BLAKE3 hash, in hexadecimal, of this file as it would be with nothing between these quotes; none in old ones.
+    #[serde(default)]
+    pub blake3: String,
+}
+
+/// Which tiles were baked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RegionRecord {
+    /// The north-western tile. Files of tiles count from it, unless they are named after the world: `x0_y0` is this one.
+    pub at: TileId,
+    /// Tiles from west to east.
+    pub cols: u64,
+    /// Tiles from north to south.
+    pub rows: u64,
+    /// Cells a tile side; a tile has one vertex more.
+    pub tile_cells: u32,
+    /// Western, southern, eastern and northern edge in kilometres east and north of the world's origin.
+    pub bounds_km: [f64; 4],
+    /// Vertices from west to east.
+    pub width: u64,
+    /// Vertices from north to south.
+    pub height: u64,
+    /// Metres east and south of the world's origin at which the north-western vertex lies.
+    pub origin_m: [f64; 2],
+    /// Metres east and south of the world's origin at which the origin of all meshes lies.
+    pub mesh_origin_m: [f64; 2],
+}
+
+impl RegionRecord {
+    /// The region.
+    ///
+    /// # Errors
+    /// When there cannot be such a one.
+    pub fn region(&self) -> Result<Region, Error> {
+        Region::new(self.at, self.cols, self.rows, self.tile_cells)
+    }
+}
+
+/// Which tiles of a region a shard has.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct ShardRecord {
+    /// Its number, from 1 on.
+    pub number: u64,
+    /// How many shards the region has.
+    pub of: u64,
+    /// Its north-western tile.
+    pub at: TileId,
+    /// Tiles from west to east.
+    pub cols: u64,
+    /// Tiles from north to south.
+    pub rows: u64,
+}
+
+impl ShardRecord {
+    /// What is written down of a shard of a region.
+    ///
+    /// # Errors
+    /// When there is no such shard.
+    pub(crate) fn of(shard: Shard, whole: &Region) -> Result<ShardRecord, Error> {
+        let tiles = shard.region(whole)?;
+        Ok(ShardRecord {
+            number: shard.number(),
+            of: shard.of(),
+            at: tiles.at(),
+            cols: tiles.cols(),
+            rows: tiles.rows(),
+        })
+    }
+
+    /// The tiles that it has, if they are tiles of that region.
+    pub(crate) fn tiles(&self, whole: &Region) -> Option<Region> {
+        let tiles = Region::new(self.at, self.cols, self.rows, whole.tile_cells()).ok()?;
+        let last = tiles.tile(Place { row: tiles.rows() - 1, col: tiles.cols() - 1 });
+        [tiles.at(), last].into_iter().all(|tile| whole.place(tile).is_some()).then_some(tiles)
+    }
+}
+
+impl std::fmt::Display for ShardRecord {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}/{}", self.number, self.of)
+    }
+}
+
+/// What 16-bit heights mean: `min_m + value / 65535 * (max_m - min_m)`. A property of the world, the same in all its bakes,
+/// unless another range was asked for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct HeightRange {
+    /// Metres of the value 0; no height of the world is lower, or those that are have it too.
+    pub min_m: f32,
+    /// Metres of the value 65535; no height of the world is higher, or those that are have it too.
+    pub max_m: f32,
+    /// Metres from one value to the next.
+    pub step_m: f32,
+}
+
+impl HeightRange {
+    /// The range that was asked for; none if it is the world's own.
+    fn asked_for(&self, world: &World) -> Option<[f32; 2]> {
+        (world.height_range_m() != (self.min_m, self.max_m)).then_some([self.min_m, self.max_m])
+    }
+
+    /// Lowest and highest height as people write them: without the noise that 32 bits have.
+    pub fn written_m(&self) -> [String; 2] {
+        let [min_m, max_m] = [self.min_m, self.max_m].map(f64::from);
+        [min_m, max_m].map(|height_m| shortest(height_m, noise_m(min_m, max_m)))
+    }
+}
+
+/// How rasters lie in the world.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Axes {
+    /// Where columns go.
+    pub columns: String,
+    /// Where rows go.
+    pub rows: String,
+    /// Where heights go.
+    pub heights: String,
+    /// The convention of normal maps.
+    pub normals: String,
+}
+
+/// What [`Manifest::format`] and [`Manifest::format_version`] say.
+pub(crate) const FORMAT: &str = "terrane bake";
+const FORMAT_VERSION: u32 = 1;
+
+/// What tells whether the rest can be read, of a file that may be anything.
+#[derive(Deserialize)]
+struct Head {
+    #[serde(default)]
+    format: Value,
+    #[serde(default)]
+    format_version: Value,
+}
+
+impl Manifest {
+    /// The manifest of the bake in a folder.
+    ///
+    /// # Errors
+    /// When there is none, or it is not one, or one of a newer form than this program knows.
+    pub fn read(folder: &Path) -> Result<Manifest, Error> {
+        Manifest::read_file(&folder.join(PATH))
+    }
+
+    /// The manifest in a file.
+    pub(crate) fn read_file(path: &Path) -> Result<Manifest, Error> {
+        let refuse =
+            |message: String, hint: &str| Error::Output { path: path.to_owned(), message, hint: hint.to_owned() };
+        let rebake = "bake again with this program";
+        let text = fs::read_to_string(path).map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => refuse(
+                "is not there, so the folder holds no finished bake".into(),
+                "name the folder of a bake, or a preset (terrane presets)",
+            ),
+            io::ErrorKind::InvalidData => refuse(format!("cannot be read: {error}"), rebake),
+            _ => Error::io(path)(error),
+        })?;
+        let broken = |error: serde_json::Error| refuse(format!("cannot be read: {error}"), rebake);
+        let Head { format, format_version } = serde_json::from_str(&text).map_err(broken)?;
+        if format != FORMAT {
+            return Err(refuse(format!("is not the manifest of a bake: expected \"format\": {FORMAT:?}"), rebake));
+        }
+        match format_version.as_u64() {
+            Some(version) if version > u64::from(FORMAT_VERSION) => Err(refuse(
+                format!("has the form {version}, and this program knows those up to {FORMAT_VERSION}"),
+                "use a newer terrane",
+            )),
+            _ => Manifest::parse(&text).map_err(broken),
+        }
+    }
+
+    /// The manifest of a bake that has left `files`.
+    pub(crate) fn new(plan: &Plan<'_>, mut files: Vec<FileRecord>) -> Manifest {
+        let (preset_name, world, region) = (plan.preset_name(), plan.world(), plan.region());
+        // Sinks end in any order.
+        files.sort_by(|a, b| a.path.cmp(&b.path));
+        let (min_m, max_m) = plan.height_range_m();
+        let spacing_m = world.spacing_m();
+        let metres = |tile: i64| (tile * region.tile_cells() as i64) as f64 * spacing_m;
+        let manifest = Manifest {
+            format: FORMAT.to_owned(),
+            format_version: FORMAT_VERSION,
+            generator: generator::NAME.to_owned(),
+            layers: generator::layers(),
+            device: plan.maker().profile(),
+            preset_name: preset_name.to_owned(),
+            preset: world.preset().clone(),
+            seed: world.seed(),
+            region: RegionRecord {
+                at: region.at(),
+                cols: region.cols(),
+                rows: region.rows(),
+                tile_cells: region.tile_cells(),
+                bounds_km: region.bounds_km(spacing_m),
+                width: region.width(),
+                height: region.height(),
+                origin_m: [metres(region.at().x), metres(region.at().y)],
+                mesh_origin_m: plan.mesh_origin().map(|at| at as f64 * spacing_m),
+            },
+            stride: world.stride().vertices(),
+            spacing_m,
+            height_range: HeightRange { min_m, max_m, step_m: (max_m - min_m) / 65535.0 },
+            sea_level_m: world.preset().sea_level_m,
+            axes: Axes {
+                columns: "from west to east".to_owned(),
+                rows: "from north to south".to_owned(),
+                heights: "up, in metres".to_owned(),
+                normals: "OpenGL: red is east, green is north, blue is up; (value - 127.5) / 127.5".to_owned(),
+            },
+            exports: plan.exports().iter().map(|export| export.name().to_owned()).collect(),
+            profile: plan.profile().map(|profile| profile.name().to_owned()),
+            meshes: plan.meshes().clone(),
+            tile_names: plan.names(),
+            vectors: plan.vectors().clone(),
+            walk: plan.walk().map(|walk| walk.tour().clone()),
+            shard: plan.shard().cloned(),
+            files,
+            blake3: String::new(),
+        };
+        Manifest { blake3: manifest.hash(), ..manifest }
+    }
+
+    /// The world that was baked.
+    ///
+    /// # Errors
+    /// When another version of the program has baked it, whose tiles may be others, or when what it says of the world makes no
+    /// sense.
+    pub fn world(&self) -> Result<World, Error> {
+        self.check_generator()?;
+        let stride = u64::try_from(self.stride).ok().and_then(Stride::new).ok_or_else(|| Error::Option {
+            message: format!("the manifest has a stride of {}", self.stride),
+            hint: "bake again".into(),
+        })?;
+        let world = World::strided(self.preset.clone(), Some(self.seed), stride)?;
+        Ok(world.with_tile_cells(self.region.tile_cells))
+    }
+
+    /// Whether this program makes the same world of the same preset.
+    ///
+    /// # Errors
+    /// When a layer of it has another version.
+    pub fn check_generator(&self) -> Result<(), Error> {
+        let here = generator::layers();
+        if self.layers == here {
+            return Ok(());
+        }
+        let other = |(layer, version): (&String, &u32)| here.get(layer) != Some(version);
+        let others = self.layers.iter().filter(|layer| other(*layer)).map(|(layer, _)| layer.as_str());
+        let others: Vec<&str> = others.chain(self.layers.is_empty().then_some("no layers")).collect();
+        Err(Error::Option {
+            message: format!(
+                "this bake is of {}, which this one, {}, is not the same as: its manifest names {}",
+                self.generator,
+                generator::NAME,
+                if others.is_empty() { "fewer layers".to_owned() } else { others.join(", ") }
+            ),
+            hint: "its tiles may be others here: use that version, or bake it again".into(),
+        })
+    }
+
+    /// Whether the CPU makes the same tiles.
+    ///
+    /// # Errors
+    /// When they were made with the approximate arithmetic of a GPU.
+    pub(crate) fn check_device(&self) -> Result<(), Error> {
+        match self.device {
+            DeviceProfile::Cpu => Ok(()),
+            DeviceProfile::GpuApproximate => Err(Error::Option {
+                message: "the tiles of this bake have the approximate arithmetic of a GPU, so none can be made again"
+                    .into(),
+                hint: "bake it again, without --gpu-approximate where bytes matter".into(),
+            }),
+        }
+    }
+
+    /// What was asked for otherwise in another manifest than in this one: `key: this one's, that one's`, of those keys at the top
+    /// that `counts` takes.
+    pub(crate) fn differences(&self, other: &Manifest, counts: impl Fn(&str) -> bool) -> Vec<String> {
+        const ASKED: [&str; 11] = [
+            "layers",
+            "device",
+            "preset_name",
+            "seed",
+            "preset",
+            "region",
+            "stride",
+            "height_range",
+            "tile_names",
+            "exports",
+            "profile",
+        ];
+        let [own, other] = [self, other].map(|manifest| serde_json::to_value(manifest).expect("a manifest is JSON"));
+        let mut found = Vec::new();
+        // A walk early, since the region is only what comes of it.
+        for key in ["shard", "walk"].into_iter().chain(ASKED).chain(["meshes", "vectors"]).filter(|key| counts(key)) {
+            compare(key, &own[key], &other[key], &mut found);
+        }
+        found
+    }
+
+    /// All files of the bake in a folder: those that it lists, and those that lists of its own list, for there are many.
+    pub(crate) fn all_files(&self, folder: &Path) -> Vec<FileRecord> {
+        let listed = self.files.iter().filter(|record| web::is_listing(&record.path));
+        let listed = listed.flat_map(|listing| web::listed(folder, listing));
+        self.files.iter().cloned().chain(listed).collect()
+    }
+
+    /// The tiles that were baked.
+    ///
+    /// # Errors
+    /// When there cannot be such a region or such a walk, or when another version of the program has baked it.
+    pub(crate) fn tiles(&self) -> Result<BTreeSet<TileId>, Error> {
+        if let Some(tour) = &self.walk {
+            return Ok(Walk::new(tour.clone(), &self.world()?)?.tiles().clone());
+        }
+        let whole = self.region.region()?;
+        let region = match &self.shard {
+            None => whole,
+            Some(shard) => shard.tiles(&whole).ok_or_else(|| Error::Option {
+                message: format!("the manifest has a shard {shard} that is no part of its region"),
+                hint: "bake again".into(),
+            })?,
+        };
+        let places = (0..region.rows()).flat_map(|row| (0..region.cols()).map(move |col| Place { row, col }));
+        Ok(places.map(|place| region.tile(place)).collect())
+    }
+
+    /// Refuses a walk, of which all else is as in a bake.
+    ///
+    /// # Errors
+    /// When it is one.
+    pub fn check_is_no_walk(&self, folder: &Path) -> Result<(), Error> {
+        match self.walk {
+            None => Ok(()),
+            Some(_) => Err(Error::Output {
+                path: folder.to_owned(),
+                message: "holds a walk, whose rivers and roads are its own, and whose tiles are no rectangle".into(),
+                hint: "walk another way with terrane walk, or name the folder of a bake".into(),
+            }),
+        }
+    }
+
+    /// Refuses a shard, which has not all tiles of its region, and no file of that.
+    ///
+    /// # Errors
+    /// When it is one.
+    pub fn check_is_no_shard(&self, folder: &Path) -> Result<(), Error> {
+        match &self.shard {
+            None => Ok(()),
+            Some(shard) => Err(Error::Output {
+                path: folder.to_owned(),
+                message: format!("holds the shard {shard} of a bake"),
+                hint: "put all shards together with terrane merge, and name the folder of that".into(),
+            }),
+        }
+    }
+
+    /// The exports that it names.
+    ///
+    /// # Errors
+    /// When one of them is not known.
+    pub fn known_exports(&self) -> Result<Vec<Export>, Error> {
+        let export = |name: &String| {
+            let unknown = || Error::Export {
+                message: format!("the manifest names an export {name:?} that is not known"),
+                hint: "bake again with this program".into(),
+            };
+            Export::known().find(|export| export.name() == name).ok_or_else(unknown)
+        };
+        self.exports.iter().map(export).collect()
+    }
+
+    /// Whether it has the files of an export.
+    pub(crate) fn has(&self, export: Export) -> bool {
+        self.exports.iter().any(|name| name == export.name())
+    }
+
+    /// Whether any of its exports reads an option of the command that only some exports read.
+    pub fn reads(&self, option: &str) -> bool {
+        Export::known().any(|export| export.0.options().contains(&option) && self.has(export))
+    }
+
+    /// The range of its 16-bit heights, if that is another one than its world's.
+    pub fn chosen_range_m(&self, world: &World) -> Option<[f32; 2]> {
+        self.height_range.asked_for(world)
+    }
+
+    /// The hash of all that it says but that.
+    fn hash(&self) -> String {
+        let unsealed = Manifest { blake3: String::new(), ..self.clone() };
+        blake3::hash(unsealed.to_json().as_bytes()).to_hex().to_string()
+    }
+
+    /// Whether it says what it was written with.
+    pub(crate) fn is_sealed(&self) -> bool {
+        self.blake3 == self.hash()
+    }
+
+    /// The manifest of a text.
+    pub(crate) fn parse(text: &str) -> serde_json::Result<Manifest> {
+        serde_json::from_str(text)
+    }
+
+    /// The JSON schema of the file, with the names that its files' exports can have.
+    pub fn schema() -> Schema {
+        let mut schema = schemars::schema_for!(Manifest);
+        let profiles = Profile::ALL.into_iter().map(Profile::name);
+        let names: BTreeSet<_> =
+            Export::known().map(Export::name).chain(profiles).chain(["registry", store::EXPORT]).collect();
+        let export = schema.pointer_mut("/$defs/FileRecord/properties/export").expect("files have exports");
+        // The type is a text; only here is known which there are.
+        export["enum"] = names.into_iter().collect();
+        schema
+    }
+
+    /// The file's text.
+    pub(crate) fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("a manifest has only names and finite numbers") + "\n"
+    }
+}
+
+/// Adds what differs between two values under a key.
+fn compare(key: &str, own: &Value, other: &Value, found: &mut Vec<String>) {
+    match (own, other) {
+        (Value::Object(one), Value::Object(two)) => {
+            let keys: BTreeSet<&String> = one.keys().chain(two.keys()).collect();
+            for inner in keys {
+                let [one, two] = [one, two].map(|object| object.get(inner).unwrap_or(&Value::Null));
+                compare(&format!("{key}.{inner}"), one, two, found);
+            }
+        }
+        _ if own != other => {
+            // A path may be long.
+            let [own, other] = [own, other].map(|value| clipped(&value.to_string()));
+            found.push(format!("{key}: {own}, not {other}"));
+        }
+        _ => {}
+    }
+}

@@ -1,0 +1,250 @@
+//! Exports: what a bake leaves, in which formats, and the folder that it leaves it in.
+//!
+//! ```text
+//!   format.rs     what every format says of itself; formats(), below, lists them all
+//!   raster/       tiles -> PNG, OpenEXR, bare: the rows of a table
+//!   vector/       features -> GeoPackage, GeoJSON      project.rs   all for GIS -> a project of QGIS
+//!   mesh/         tiles -> glTF, OBJ                options.rs   what the user may choose of them
+//!   instances.rs  tiles -> what stands on them, as text    splines/   rivers, roads -> knots of curves
+//!   hashes.rs     tiles -> a list of hashes
+//!   web.rs        the region as a web map, drawn as maps are
+//!   profile/      what an engine takes: formats of its own, sizes, IMPORT.md
+//!   map_picture.rs   a map -> PNG, WebP and a world file, pdf.rs, svg.rs; atlas.rs, many of them
+//!   plan.rs       what is asked for -> its cost;  run.rs -> files;  merge.rs   the shards of a bake -> the bake
+//!   folder.rs     where they go, lock.rs one bake at a time; look.rs, check.rs, repair.rs
+//!   georeference.rs   where files lie, in the words of GIS          measure.rs   the heights of a region
+//!   digits.rs     numbers for people
+//!   manifest.rs, registry_file.rs, runs.rs           what every bake leaves besides
+//! ```
+
+mod digits;
+mod options;
+#[cfg(test)]
+mod faults;
+mod folder;
+mod format;
+mod raster;
+mod repair;
+mod hashes;
+mod instances;
+mod registry_file;
+mod run;
+mod runs;
+mod mesh;
+mod vector;
+mod manifest;
+mod profile;
+mod check;
+mod cost;
+mod limit;
+mod lock;
+mod look;
+mod atlas;
+mod georeference;
+mod map_picture;
+mod measure;
+mod merge;
+mod pdf;
+mod plan;
+mod project;
+mod svg;
+mod splines;
+mod web;
+
+pub use atlas::{AtlasFiles, WrittenAtlas};
+pub use check::{Checked, Fault, Rebake, check};
+pub use cost::{Cost, Forecast, Trial};
+pub use folder::{Cleaned, Mode, Output, clean, registry};
+pub use limit::Limit;
+pub use limit::kilobytes;
+pub use look::{Contents, State, look};
+pub use manifest::{Axes, HeightRange, Manifest, RegionRecord, ShardRecord};
+pub use map_picture::{MapPicture, Texts};
+pub use measure::measured_range_m;
+pub use merge::Shards;
+pub use options::{Lods, MeshOptions, TileNames, VectorOptions};
+pub use plan::{Bytes, Plan};
+pub use profile::Profile;
+pub use raster::writer::{Sample, png_bytes};
+pub use repair::{Repaired, repair};
+pub use runs::{Run, runs};
+
+use std::fmt;
+use std::str::FromStr;
+use std::sync::{Mutex, MutexGuard};
+
+use crate::error::{Error, nearest};
+use crate::stop;
+use format::Format;
+
+/// All formats that have a name of their own, in the order of the help. A new one is a line here.
+fn formats() -> impl Iterator<Item = &'static dyn Format> {
+    let others: [&dyn Format; 12] = [
+        &instances::Instances,
+        &splines::Splines,
+        &hashes::Hashes,
+        &vector::GeoPackage,
+        &vector::GeoJson,
+        &mesh::GLTF,
+        &mesh::GLTF_REGION,
+        &mesh::OBJ,
+        &mesh::OBJ_TILES,
+        &mesh::Collision,
+        &web::WEBP,
+        &web::PNG,
+    ];
+    dynamic(&raster::NAMED).chain(others)
+}
+
+fn dynamic<F: Format>(table: &'static [F]) -> impl Iterator<Item = &'static dyn Format> {
+    table.iter().map(|format| format as &dyn Format)
+}
+
+/// Something that a bake can leave, by the name that the command knows it by.
+#[derive(Clone, Copy)]
+pub struct Export(&'static dyn Format);
+
+impl Export {
+    /// What a bake leaves when nothing is asked for.
+    pub const DEFAULT: &str = "height,blend,normal,map";
+
+    /// What a walk leaves when nothing is asked for.
+    pub const DEFAULT_OF_WALKS: &str = "height-tiles,blend-tiles,normal-tiles,map";
+
+    /// All exports that show walks.
+    pub fn of_walks() -> impl Iterator<Item = Export> {
+        formats().filter(|format| format.shows_walks()).map(Export)
+    }
+
+    /// All exports that have a name of their own; a profile brings others.
+    pub fn all() -> impl Iterator<Item = Export> {
+        formats().map(Export)
+    }
+
+    /// The name, as the command knows it.
+    pub fn name(self) -> &'static str {
+        self.0.name()
+    }
+
+    /// What the export holds, in a few words.
+    pub fn about(self) -> &'static str {
+        self.0.about()
+    }
+
+    /// The exports of a list with commas between; a name given twice counts once.
+    ///
+    /// # Errors
+    /// When a name is not known, or the list is empty; the hint lists the names.
+    pub fn parse_list(list: &str) -> Result<Vec<Export>, Error> {
+        let mut exports = Vec::new();
+        for name in list.split(',').map(str::trim) {
+            let export = name.parse()?;
+            // Twice the same export would write the same files twice at once.
+            if !exports.contains(&export) {
+                exports.push(export);
+            }
+        }
+        Ok(exports)
+    }
+
+    /// All exports that a bake can have, those of profiles too.
+    fn known() -> impl Iterator<Item = Export> {
+        formats().chain(dynamic(&profile::FORMATS)).map(Export)
+    }
+}
+
+/// A format is a trait object, which cannot be compared itself.
+/// By name: no two have the same.
+impl PartialEq for Export {
+    fn eq(&self, other: &Export) -> bool {
+        self.name() == other.name()
+    }
+}
+
+impl Eq for Export {}
+
+impl fmt::Debug for Export {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Export({})", self.name())
+    }
+}
+
+impl FromStr for Export {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Export, Error> {
+        Export::all().find(|export| export.name() == name).ok_or_else(|| {
+            let (message, hint) = unknown("export", name, &Export::all().map(Export::name).collect::<Vec<_>>());
+            Error::Export { message, hint }
+        })
+    }
+}
+
+/// What the threads of a bake share of a sink. None of them panics while it holds it: an error is returned. One may be stopped,
+/// and then so is whoever comes after it.
+fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    let held = shared.lock();
+    if held.is_err() {
+        stop::check();
+    }
+    held.expect("no thread panics while it writes")
+}
+
+/// The message and the hint for a name of a kind of thing that nothing has.
+fn unknown(kind: &str, name: &str, known: &[&str]) -> (String, String) {
+    let meant = nearest(name, known.iter().copied()).map_or(String::new(), |meant| format!("did you mean {meant}? "));
+    (format!("there is no {kind} named {name:?}"), format!("{meant}{kind}s: {}", known.join(", ")))
+}
+
+impl fmt::Display for Export {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::area::{Region, TileId};
+    use crate::preset::Preset;
+    use crate::watch::Watch;
+    use crate::world::World;
+    use format::{Request, folder};
+
+    /// What adding a format must not forget: it bakes here, and what it says of its files is held against them.
+    #[test]
+    fn every_format_leaves_the_files_that_it_says() {
+        let text = "tile_cells = 32\nnoise = [{ kind = \"ridged\", height_m = 60.0, wavelength_m = 300.0, octaves = 4 }]\n\
+                    rivers = { density = 1.0, width_m = [1.0, 4.0], bank_m = 3.0 }";
+        let world = World::new(Preset::parse("test", text).unwrap(), None).unwrap();
+        let region = Region::new(TileId { x: -1, y: 2 }, 2, 3, 32).unwrap();
+        let meshes = MeshOptions { lods: "0..1".parse().unwrap(), ..MeshOptions::default() };
+        let exports: Vec<Export> = Export::known().filter(|export| export.0.lacks(&world).is_none()).collect();
+        let plan = Plan::new(&world, "test", region, exports.clone()).unwrap().with_meshes(meshes.clone()).unwrap();
+        let out = tempfile::tempdir().unwrap();
+        let output = Output::prepare(out.path(), Mode::New, &plan, &plan.cost(2)).unwrap();
+        let manifest = plan.run(&output, &Watch::default()).unwrap();
+        let height_range_m = world.height_range_m();
+        let vectors = VectorOptions::default();
+        let request = Request {
+            name: "thesis",
+            world: &world,
+            region,
+            meshes: &meshes,
+            vectors: &vectors,
+            names: TileNames::default(),
+            height_range_m,
+            walk: None,
+            is_shard: false,
+        };
+        for export in exports {
+            let files: Vec<_> = manifest.files.iter().filter(|file| file.export == export.name()).collect();
+            let (cost, bytes) = (export.0.cost(&request), files.iter().map(|file| file.bytes).sum::<u64>());
+            assert_eq!(files.len() as u64, cost.files, "{export}");
+            assert!(bytes <= cost.disk_bytes, "{export} has {bytes} bytes and says {}", cost.disk_bytes);
+            for path in files.iter().map(|file| &file.path) {
+                assert!(export.0.folders().contains(&folder(path)), "{path}");
+            }
+        }
+    }
+}

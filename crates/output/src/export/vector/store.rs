@@ -1,0 +1,354 @@
+//! The features of a region, collected tile by tile and sorted when they are read: what the vector exports write.
+
+use std::collections::BTreeSet;
+use std::path::Path as FilePath;
+use std::sync::Mutex;
+
+use rusqlite::types::{ToSqlOutput, ValueRef};
+use rusqlite::{Connection, ToSql, params_from_iter};
+
+use crate::area::{Region, TileId};
+use crate::bake::frames;
+use crate::error::Error;
+use crate::export::format::Request;
+use crate::export::locked;
+use crate::export::vector::clip::Envelope;
+use crate::features::layer::{Geometry, Head, Kind};
+use crate::features::{AnyLayer, Row, Value, layers, visit_walked};
+use crate::file::{Operation, PartFile, gate, sqlite_error};
+use crate::preset::Preset;
+use crate::registry::unjournaled;
+use crate::stop;
+use crate::tile::Tile;
+use crate::walker::NODES_A_CELL;
+use crate::world::World;
+
+/// The most bytes that a vector export of a region takes, the store of its features among them.
+///
+/// How long rivers and roads are shows only when they are made; this is room for ways four times as long as their
+/// reach, for trunk rivers that come from eight nodes around the region, and for a road to every neighbour of all
+/// settlements around.
+pub(crate) fn bytes_at_most(request: &Request) -> u64 {
+    // A footprint with its row.
+    const TILE_BYTES: u64 = 256;
+    let Request { world, region, walk, .. } = request;
+    let features = match (world.relief().fluvial(), walk) {
+        (Some(_), _) => fluvial_bytes_at_most(world, region),
+        (None, None) => path_bytes_at_most(world.preset(), region),
+        // A tile has a river and a road at most.
+        (None, Some(_)) => {
+            request.tiles().saturating_mul(2 * (most_passage_points(region) * POINT_BYTES + FEATURE_BYTES))
+        }
+    };
+    // Contours of land as steep as it can be took 12 bytes a vertex in a database, and a third more as text.
+    const CONTOUR_BYTES: u64 = 24;
+    // What an empty database takes, and how layers are drawn.
+    let vertices = request.vertices().saturating_mul(CONTOUR_BYTES);
+    [features, vertices, request.tiles().saturating_mul(TILE_BYTES), 1 << 20].into_iter().fold(0, u64::saturating_add)
+}
+
+/// Points that an agent of a walk leaves in a tile at most.
+fn most_passage_points(region: &Region) -> u64 {
+    NODES_A_CELL as u64 * u64::from(region.tile_cells()) + 2
+}
+
+/// A feature without its points: its attributes as text and in the store, and what a database keeps a row; rounded up.
+const FEATURE_BYTES: u64 = 1024;
+
+/// A point of a path as text with all digits, and in the store.
+const POINT_BYTES: u64 = 44 + 16;
+
+fn path_bytes_at_most(preset: &Preset, region: &Region) -> u64 {
+    let paths = |density: f64, max_tiles: u32| {
+        let side = |count: u64| count.saturating_add(2 * max_tiles as u64);
+        let owners = side(region.cols()).saturating_mul(side(region.rows())) as f64 * density;
+        // A point is at most every vertex.
+        let points = 4 * (max_tiles as u64 + 1) * region.tile_cells() as u64;
+        (owners.ceil() as u64).saturating_mul(points * POINT_BYTES + FEATURE_BYTES)
+    };
+    let rivers = preset.rivers.as_ref().map_or(0, |rivers| paths(rivers.density, rivers.max_tiles));
+    let roads = preset.roads.as_ref().map_or(0, |roads| paths(roads.density, roads.max_tiles));
+    rivers.saturating_add(roads)
+}
+
+fn fluvial_bytes_at_most(world: &World, region: &Region) -> u64 {
+    // A point with a height as text with all digits, and in the store.
+    const POINT_BYTES: f64 = 66.0 + 24.0;
+    let Some(fluvial) = world.relief().fluvial() else { return 0 };
+    let fields = fluvial.fields();
+    let vertices = |pad: f64| (region.width() as f64 + 2.0 * pad) * (region.height() as f64 + 2.0 * pad);
+    let side = |level: u32| fields.side(level) as f64 * fields.metres_a_grain() / world.spacing_m();
+    let rivers = (0..fields.levels()).filter(|level| fluvial.has_rivers(*level)).map(|level| {
+        let side = side(level);
+        let cells = vertices(if level == 0 { 8.0 } else { 3.0 } * side) / (side * side);
+        // A channel is less than three cells long, and has a point every three vertices, or at each of its knots.
+        cells * (FEATURE_BYTES as f64 + (side + 128.0) * POINT_BYTES)
+    });
+    // A lake's shore is no longer than some of its half widths.
+    let lake = fields.lake_half_width() * fields.metres_a_grain() / world.spacing_m();
+    let lakes = vertices(side(0)) / (side(0) * side(0)) * (FEATURE_BYTES as f64 + 32.0 * lake * POINT_BYTES);
+    let coast = if fields.sea_level_m().is_finite() { vertices(512.0) / 16.0 * POINT_BYTES } else { 0.0 };
+    let peaks = vertices(64.0) / 4096.0 * FEATURE_BYTES as f64;
+    (rivers.sum::<f64>() + lakes + coast + peaks + road_bytes_at_most(world, region)) as u64
+}
+
+fn road_bytes_at_most(world: &World, region: &Region) -> f64 {
+    const POINT_BYTES: f64 = 66.0 + 24.0;
+    // Of neighbours on a plane there are at most three pairs a place; in mountains some roads cross many dips and ridges.
+    const ROADS: f64 = 3.0;
+    const CROSSINGS: f64 = 12.0;
+    let Some(places) = world.places() else { return 0.0 };
+    let side = places.site_side() as f64;
+    let cells = |vertices: u64| (vertices as f64 + 2.0 * places.reach() as f64) / side + 1.0;
+    // A road has a point every few metres, of which most can be left out.
+    let road = (1.0 + CROSSINGS) * FEATURE_BYTES as f64 + 256.0 * POINT_BYTES;
+    cells(region.width()) * cells(region.height()) * (FEATURE_BYTES as f64 + ROADS * road)
+}
+
+/// Features that were said, by layer and key.
+type Said = BTreeSet<(usize, Vec<u8>)>;
+
+/// The features of a region, each once, by layer and key.
+///
+/// They come with their row of tiles and wait in a nameless database in the folder of the bake, so memory does not grow with
+/// the region.
+pub(crate) struct FeatureStore<'a> {
+    world: &'a World,
+    layers: &'static [&'static dyn AnyLayer],
+    /// What features are cut off at, if they are.
+    edge: Option<Envelope>,
+    /// Whether tiles have lines of their own, of which the world knows nothing.
+    is_walk: bool,
+    /// What some tile has said since rows were put away last. None where each tile says all that it has, so that
+    /// what it says does not depend on the others.
+    said: Option<Mutex<Said>>,
+    store: Mutex<(Connection, PartFile)>,
+}
+
+impl<'a> FeatureStore<'a> {
+    /// The store of a world's features, in the folder in which its file will be.
+    pub fn create(request: &Request<'a>, file: &FilePath) -> Result<FeatureStore<'a>, Error> {
+        let Request { world, region, vectors, walk, .. } = *request;
+        let edge = vectors.clipped.then(|| around(&region, world.spacing_m()));
+        let store = FeatureStore::of_layers(request, layers(world), file)?;
+        Ok(FeatureStore { edge, is_walk: walk.is_some(), ..store })
+    }
+
+    /// The store of some layers of a world, whose features are whole.
+    pub fn of_layers(
+        request: &Request<'a>,
+        layers: &'static [&'static dyn AnyLayer],
+        file: &FilePath,
+    ) -> Result<FeatureStore<'a>, Error> {
+        // Never finished, so it is gone when the store is.
+        let mut part = PartFile::create(file.with_extension("features"))?;
+        let path = part.lend();
+        let open = || {
+            let connection = Connection::open(path)?;
+            unjournaled(&connection)?;
+            for (number, layer) in layers.iter().enumerate() {
+                // Columns without types keep values as they are.
+                let columns = (0..layer.heads().len()).map(|column| format!("value_{column}, "));
+                let columns = columns.collect::<Vec<_>>().concat();
+                connection.execute_batch(&format!(
+                    "CREATE TABLE layer_{number} (key BLOB PRIMARY KEY, {columns}lines BLOB) WITHOUT ROWID"
+                ))?;
+            }
+            Ok(connection)
+        };
+        let connection = open().map_err(sqlite_error(path))?;
+        Ok(FeatureStore {
+            world: request.world,
+            layers,
+            edge: None,
+            is_walk: false,
+            said: (!request.is_shard).then(Mutex::default),
+            store: Mutex::new((connection, part)),
+        })
+    }
+
+    /// The layers.
+    pub fn layers(&self) -> &'static [&'static dyn AnyLayer] {
+        self.layers
+    }
+
+    /// The features of a tile, as bytes, but for those that another tile of its row has said.
+    pub fn take(&self, tile: &Tile) -> Vec<u8> {
+        let mut piece = Vec::new();
+        if self.is_walk {
+            visit_walked(self.world, tile, |number, key, row| self.pack(&mut piece, number, key, row));
+            return piece;
+        }
+        for (number, layer) in self.layers().iter().enumerate() {
+            layer.visit(self.world, &tile.area(), &mut |key, row| self.pack(&mut piece, number, key, row));
+        }
+        piece
+    }
+
+    /// Adds a feature of a layer to the piece of a tile, unless another tile has said it.
+    pub fn pack(&self, piece: &mut Vec<u8>, layer: usize, key: Vec<u8>, row: impl Fn() -> Row) {
+        if let Some(said) = &self.said
+            && !locked(said).insert((layer, key.clone()))
+        {
+            return;
+        }
+        // Not under the lock: a long river takes its time.
+        let Row { values, lines } = row();
+        let lines = packed(&lines, self.layers()[layer].shape().dimensions());
+        let values = serde_json::to_vec(&values).expect("numbers and texts are JSON");
+        for part in [&[layer as u8][..], &key, &values, &lines] {
+            frames::push(piece, part);
+        }
+    }
+
+    /// Puts away the features of a row of tiles.
+    pub fn put(&self, pieces: &[&[u8]]) -> Result<(), Error> {
+        // A tile that is being made may say them again, which does no harm.
+        self.said.iter().for_each(|said| locked(said).clear());
+        let (connection, part) = &mut *locked(&self.store);
+        let mut put = || {
+            let transaction = connection.transaction()?;
+            for piece in pieces {
+                stop::check();
+                let parts: Vec<&[u8]> = frames::pieces(piece).collect();
+                for part in parts.chunks_exact(4) {
+                    let [[number], key, values, lines] = part else { unreachable!("it was packed by this store") };
+                    let heads = self.layers()[usize::from(*number)].heads();
+                    let values: Vec<serde_json::Value> =
+                        serde_json::from_slice(values).expect("it was packed by this store");
+                    let values: Vec<Value> =
+                        values.iter().zip(&heads).map(|(value, head)| of_json(value, head)).collect();
+                    // A feature that touches several rows of tiles comes again with each.
+                    let marks = ", ?".repeat(values.len() + 1);
+                    let insert = format!("INSERT OR IGNORE INTO layer_{number} VALUES (?{marks})");
+                    let values: Vec<_> = values.iter().map(kept).collect();
+                    let values = values.iter().map(|value| value as &dyn ToSql);
+                    let row = [key as &dyn ToSql].into_iter().chain(values).chain([lines as &dyn ToSql]);
+                    transaction.prepare_cached(&insert)?.execute(params_from_iter(row))?;
+                }
+            }
+            transaction.commit()
+        };
+        gate(Operation::Write, part.path())?;
+        put().map_err(sqlite_error(part.path()))
+    }
+
+    /// Visits all features of a layer, sorted by key, without holding them: the values of each, and its geometry, or the parts
+    /// of that in the region if features are cut off there.
+    pub fn for_each(
+        &self,
+        number: usize,
+        mut visit: impl FnMut(&[Value], &[Geometry]) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let (connection, part) = &*locked(&self.store);
+        let failed = || sqlite_error(part.path());
+        let layer = &self.layers()[number];
+        // Sorted, so that files do not depend on which tile came first.
+        let select = format!("SELECT * FROM layer_{number} ORDER BY key");
+        let mut select = connection.prepare(&select).map_err(failed())?;
+        let heads = layer.heads();
+        let parse = |row: &rusqlite::Row| {
+            let values = heads.iter().zip(1..).map(|(head, column)| Ok(value(head, row.get_ref(column)?)));
+            let lines = unpacked(row.get_ref(heads.len() + 1)?.as_blob()?, layer.shape().dimensions());
+            Ok(Row { values: values.collect::<rusqlite::Result<_>>()?, lines })
+        };
+        for row in select.query_map((), parse).map_err(failed())? {
+            stop::check();
+            let Row { values, lines } = row.map_err(failed())?;
+            let parts = match self.edge {
+                Some(edge) => edge.clip(layer.shape(), lines),
+                None => vec![lines],
+            };
+            if !parts.is_empty() {
+                visit(&values, &parts)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The rectangle that a region covers.
+pub(crate) fn around(region: &Region, spacing_m: f64) -> Envelope {
+    Envelope::of(&[footprint(region, spacing_m, region.at(), region.cols(), region.rows())])
+}
+
+/// The corners of a rectangle of tiles, anticlockwise from the south-western one and back to it.
+pub(crate) fn footprint(region: &Region, spacing_m: f64, at: TileId, cols: u64, rows: u64) -> Vec<[f64; 3]> {
+    let cells = region.tile_cells() as i64;
+    let metres = |tile: i64| (tile * cells) as f64 * spacing_m;
+    let (west, east) = (metres(at.x), metres(at.x + cols as i64));
+    // Not the negative, which has a zero of its own.
+    let (south, north) = (0.0 - metres(at.y + rows as i64), 0.0 - metres(at.y));
+    [[west, south], [east, south], [east, north], [west, north], [west, south]].map(|[x, y]| [x, y, 0.0]).to_vec()
+}
+
+/// A value as a database keeps it.
+pub(crate) fn kept(value: &Value) -> ToSqlOutput<'_> {
+    ToSqlOutput::Borrowed(match value {
+        Value::Nothing => ValueRef::Null,
+        Value::Integer(number) => ValueRef::Integer(*number),
+        Value::Real(number) => ValueRef::Real(*number),
+        Value::Real32(number) => ValueRef::Real(f64::from(*number)),
+        Value::Text(text) => ValueRef::Text(text.as_bytes()),
+    })
+}
+
+/// A value as a database has kept it.
+fn value(head: &Head, kept: ValueRef) -> Value {
+    match (kept, head.kind) {
+        (ValueRef::Integer(number), _) => Value::Integer(number),
+        (ValueRef::Real(number), Kind::Real32) => Value::Real32(number as f32),
+        (ValueRef::Real(number), _) => Value::Real(number),
+        (ValueRef::Text(text), _) => Value::Text(String::from_utf8_lossy(text).into_owned()),
+        (ValueRef::Null | ValueRef::Blob(_), _) => Value::Nothing,
+    }
+}
+
+/// A value as its JSON has it.
+fn of_json(value: &serde_json::Value, head: &Head) -> Value {
+    match (value, head.kind) {
+        (serde_json::Value::String(text), _) => Value::Text(text.clone()),
+        (number, Kind::Integer) => number.as_i64().map_or(Value::Nothing, Value::Integer),
+        (number, Kind::Real32) => number.as_f64().map_or(Value::Nothing, |number| Value::Real32(number as f32)),
+        (number, _) => number.as_f64().map_or(Value::Nothing, Value::Real),
+    }
+}
+
+/// Lines as bytes: of each the number of its points, and then these.
+fn packed(lines: &[Vec<[f64; 3]>], dimensions: usize) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for line in lines {
+        bytes.extend((line.len() as u64).to_le_bytes());
+        bytes.extend(line.iter().flat_map(|point| point[..dimensions].iter().flat_map(|number| number.to_le_bytes())));
+    }
+    bytes
+}
+
+fn unpacked(bytes: &[u8], dimensions: usize) -> Vec<Vec<[f64; 3]>> {
+    let mut words = bytes.as_chunks::<8>().0.iter();
+    let mut lines = Vec::new();
+    while let Some(count) = words.next() {
+        let mut number = || words.next().map_or(0.0, |word| f64::from_le_bytes(*word));
+        let mut point = || {
+            let mut point = [0.0; 3];
+            // Layers without heights keep a zero there, which is not stored.
+            point[..dimensions].fill_with(&mut number);
+            point
+        };
+        lines.push((0..u64::from_le_bytes(*count)).map(|_| point()).collect());
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_come_out_as_they_went_in() {
+        let lines = vec![vec![[1.0, -2.5, 0.0], [f64::MIN_POSITIVE, 1e300, 0.0]], vec![[3.0, 4.0, 0.0]]];
+        assert_eq!(unpacked(&packed(&lines, 2), 2), lines);
+        let lines = vec![vec![[1.0, -2.5, 7.25]]];
+        assert_eq!(unpacked(&packed(&lines, 3), 3), lines);
+    }
+}

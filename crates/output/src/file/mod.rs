@@ -1,0 +1,217 @@
+//! Files that are either whole or not there.
+
+mod disk;
+mod record;
+
+#[cfg(test)]
+pub(crate) use disk::{Disk, double};
+pub(crate) use disk::{Operation, copy, gate, link, remove, remove_folder, rename};
+pub use disk::{make_folder, sync_folder};
+pub(crate) use record::path_in;
+pub use record::{FileRecord, Finished, MeshRecord};
+
+use std::fs::{self, Permissions};
+use std::io::{self, BufWriter, IntoInnerError, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::error::Error;
+use crate::stop;
+
+/// Wraps what SQLite said about a database.
+pub(crate) fn sqlite_error(path: impl AsRef<Path>) -> impl FnOnce(rusqlite::Error) -> Error {
+    move |error| Error::Io { path: path.as_ref().to_owned(), source: io::Error::other(error) }
+}
+
+/// What the names of unfinished files end with; they begin with a dot.
+const UNFINISHED: &str = ".part";
+
+/// Bytes of a file that are read back at once: in about a millisecond.
+const HASHED_AT_ONCE: u64 = 1 << 20;
+
+/// A file under way: written beside its final name, renamed when whole, removed when dropped before that.
+///
+/// Its hash is taken of the bytes as they pass, so that nothing is read back unless the writer has gone back in it.
+pub(crate) struct PartFile {
+    path: PathBuf,
+    file: BufWriter<Gated>,
+    hasher: blake3::Hasher,
+    bytes: u64,
+    rewritten: bool,
+}
+
+impl PartFile {
+    /// Begins the file that will be at `path`.
+    pub fn create(path: PathBuf) -> Result<PartFile, Error> {
+        let (folder, name) = (path.parent().unwrap_or(Path::new(".")), path.file_name().unwrap_or_default());
+        let mut builder = tempfile::Builder::new();
+        let prefix = format!(".{}.", name.to_string_lossy());
+        // In the same folder, since only within a file system a rename is a single step.
+        builder.prefix(&prefix).suffix(UNFINISHED);
+        // Like any file that a program makes, not as private as temporary files are by default.
+        #[cfg(unix)]
+        builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
+        gate(Operation::Create, &path)?;
+        let file = Gated(builder.tempfile_in(folder).map_err(Error::io(&path))?);
+        // Rows come in small pieces; half a mebibyte a system call is where larger buffers stop paying.
+        let file = BufWriter::with_capacity(1 << 19, file);
+        Ok(PartFile { path, file, hasher: blake3::Hasher::new(), bytes: 0, rewritten: false })
+    }
+
+    /// Where the file will be.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where the file is for now, for a library that opens files by itself; it must have closed it before
+    /// [`finish`](PartFile::finish).
+    pub fn lend(&mut self) -> &Path {
+        self.rewritten = true;
+        self.file.get_ref().0.path()
+    }
+
+    /// Brings the bytes to the disk and gives the file its name.
+    pub fn finish(mut self) -> Result<Finished, Error> {
+        let finished = self.seal().map_err(Error::io(&self.path))?;
+        let file = self.file.into_inner().map_err(IntoInnerError::into_error);
+        let Gated(file) = file.map_err(Error::io(&self.path))?;
+        gate(Operation::Rename, &self.path)?;
+        file.persist(&self.path).map_err(|error| Error::Io { path: self.path.clone(), source: error.error })?;
+        Ok(finished)
+    }
+
+    fn seal(&mut self) -> io::Result<Finished> {
+        self.file.flush()?;
+        let Gated(file) = self.file.get_mut();
+        disk::allow(Operation::Sync, &self.path, 0)?;
+        let file = file.as_file_mut();
+        // Before the new name, or after a power cut there may be a name without the bytes.
+        file.sync_all()?;
+        if !self.rewritten {
+            return Ok(Finished { bytes: self.bytes, blake3: self.hasher.finalize() });
+        }
+        // Somebody else wrote, or went back: the bytes that passed are not those of the file.
+        let mut hasher = blake3::Hasher::new();
+        let length = file.seek(SeekFrom::End(0))?;
+        file.seek(SeekFrom::Start(0))?;
+        // Part by part, for a long file takes long.
+        while hasher.update_reader(Read::by_ref(file).take(HASHED_AT_ONCE))?.count() < length {
+            stop::check();
+        }
+        Ok(Finished { bytes: hasher.count(), blake3: hasher.finalize() })
+    }
+}
+
+/// A file whose writing the [disk] may refuse.
+struct Gated(NamedTempFile);
+
+impl Write for Gated {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let count = disk::allow(Operation::Write, self.0.path(), bytes.len())?;
+        self.0.write(&bytes[..count])
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+impl Seek for Gated {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.0.seek(to)
+    }
+}
+
+impl Write for PartFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        if !self.rewritten {
+            self.hasher.update(&bytes[..written]);
+            self.bytes += written as u64;
+        }
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for PartFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let position = self.file.seek(to)?;
+        // To ask for the position is a seek too, and changes nothing.
+        self.rewritten |= position != self.bytes;
+        Ok(position)
+    }
+}
+
+/// Writes a whole small file at once.
+///
+/// # Errors
+/// When the disk refuses it; then there is no such file, or the one that was there before.
+pub fn write_whole(path: PathBuf, content: &[u8]) -> Result<Finished, Error> {
+    let mut file = PartFile::create(path)?;
+    file.write_all(content).map_err(Error::io(file.path()))?;
+    file.finish()
+}
+
+/// Removes what a killed bake has left in a folder; it may not be there.
+///
+/// # Errors
+/// When the disk refuses it.
+pub fn remove_unfinished(folder: &Path) -> Result<(), Error> {
+    // A folder that is not there has nothing left in it.
+    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with('.') && name.ends_with(UNFINISHED) {
+            remove(&entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_has_its_name_only_when_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bin");
+        let mut file = PartFile::create(path.clone()).unwrap();
+        file.write_all(b"half").unwrap();
+        assert!(!path.exists());
+        drop(file);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "an abandoned file leaves nothing");
+        let finished = write_whole(path.clone(), b"whole").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"whole");
+        assert_eq!((finished.bytes, finished.blake3), (5, blake3::hash(b"whole")));
+    }
+
+    #[test]
+    fn the_hash_is_of_the_final_bytes_even_if_the_writer_went_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut file = PartFile::create(folder.path().join("a.bin")).unwrap();
+        file.write_all(b"????tail").unwrap();
+        file.seek(SeekFrom::Start(0)).unwrap();
+        file.write_all(b"head").unwrap();
+        let finished = file.finish().unwrap();
+        assert_eq!((finished.bytes, finished.blake3), (8, blake3::hash(b"headtail")));
+    }
+
+    #[test]
+    fn leftovers_of_a_killed_bake_are_removed_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in [".height.png.ab12.part", "kept.part", ".kept"] {
+            fs::write(folder.path().join(name), "x").unwrap();
+        }
+        remove_unfinished(folder.path()).unwrap();
+        let mut left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+        left.sort();
+        assert_eq!(left, [".kept", "kept.part"]);
+    }
+}

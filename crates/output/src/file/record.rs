@@ -1,0 +1,158 @@
+//! What a bake says of each file that it leaves.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Component, Path, PathBuf};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::area::TileId;
+use crate::stop;
+
+/// Bytes of a file that are hashed at once.
+const PIECE: usize = 1 << 20;
+
+/// A file of the bake.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FileRecord {
+    /// Path in the folder of the bake, with `/` between its parts.
+    pub path: String,
+    /// The export that it belongs to; `registry` for the tile registry, which every bake has.
+    pub export: String,
+    /// Rasters: pixels from west to east.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub width: Option<u64>,
+    /// Rasters: pixels from north to south.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height: Option<u64>,
+    /// Rasters: what each channel holds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub channels: Vec<String>,
+    /// Meshes of one tile: what they show.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<MeshRecord>,
+    /// Files of one tile: its true number in the world.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tile: Option<TileId>,
+    /// Size in bytes.
+    pub bytes: u64,
+    /// BLAKE3 hash of its bytes, in hexadecimal.
+    pub blake3: String,
+}
+
+/// The land of a tile's mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MeshRecord {
+    /// Level of detail; 0 is every vertex.
+    pub lod: u32,
+    /// Metres that no vertex of the raster lies above or below the mesh, but for those under water.
+    pub error_m: f64,
+    /// Vertices of the land.
+    pub vertices: u64,
+    /// Triangles of the land.
+    pub triangles: u64,
+    /// Least metres east, up and south of the meshes' origin.
+    pub min_m: [f64; 3],
+    /// Greatest metres east, up and south of the meshes' origin.
+    pub max_m: [f64; 3],
+}
+
+impl FileRecord {
+    /// The record of a file that holds no raster, no mesh and no one tile.
+    pub(crate) fn new(path: String, export: &str, finished: Finished) -> FileRecord {
+        FileRecord {
+            path,
+            export: export.to_owned(),
+            width: None,
+            height: None,
+            channels: Vec::new(),
+            mesh: None,
+            tile: None,
+            bytes: finished.bytes,
+            blake3: finished.blake3.to_hex().to_string(),
+        }
+    }
+
+    /// Whether another record is of the same file with the same bytes, however much each says of what it shows.
+    pub(crate) fn is_same_file(&self, other: &FileRecord) -> bool {
+        let key = |record: &FileRecord| (record.path.clone(), record.export.clone(), record.tile, record.bytes);
+        key(self) == key(other) && self.blake3 == other.blake3
+    }
+
+    /// What is wrong with the file in the folder of a bake; nothing if its bytes are those that were written.
+    pub(crate) fn fault(&self, folder: &Path) -> Option<String> {
+        let Some(path) = path_in(folder, &self.path) else {
+            return Some("leads out of the folder, or over a link".into());
+        };
+        match path.metadata() {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Some("is missing".into()),
+            Err(error) => return Some(format!("cannot be read: {error}")),
+            Ok(there) if !there.is_file() => return Some("is no file".into()),
+            Ok(there) if there.len() != self.bytes => {
+                return Some(format!("has {} bytes, and was written with {}", there.len(), self.bytes));
+            }
+            Ok(_) => {}
+        }
+        match hash_of(&path) {
+            Err(error) => Some(format!("cannot be read: {error}")),
+            Ok(hash) if hash.to_hex().as_str() != self.blake3 => Some("has other bytes than were written".into()),
+            Ok(_) => None,
+        }
+    }
+}
+
+/// The path of a file of a bake; none where that would lead out of the folder, or over a link.
+pub(crate) fn path_in(folder: &Path, path: &str) -> Option<PathBuf> {
+    let parts = Path::new(path);
+    let is_plain = !path.is_empty()
+        && !path.contains(['\\', '\0'])
+        && parts.components().all(|part| matches!(part, Component::Normal(_)));
+    let mut at = folder.to_owned();
+    let follows_no_link = is_plain
+        && parts.components().all(|part| {
+            at.push(part);
+            at.symlink_metadata().map_or(true, |there| !there.is_symlink())
+        });
+    follows_no_link.then_some(at)
+}
+
+fn hash_of(path: &Path) -> io::Result<blake3::Hash> {
+    let mut file = File::open(path)?;
+    let mut hasher = blake3::Hasher::new();
+    let mut piece = vec![0; PIECE];
+    loop {
+        stop::check();
+        match file.read(&mut piece)? {
+            0 => return Ok(hasher.finalize()),
+            count => _ = hasher.update(&piece[..count]),
+        }
+    }
+}
+
+/// The size and the hash of a finished file.
+pub struct Finished {
+    /// Its size.
+    pub bytes: u64,
+    /// The hash of them.
+    pub blake3: blake3::Hash,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_path_leads_out_of_the_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        for path in ["", "/etc/passwd", "../x", "a/../../x", "a\\b", ".", "a\0b"] {
+            assert_eq!(path_in(folder.path(), path), None, "{path:?}");
+        }
+        assert!(path_in(folder.path(), "map/map.png").is_some());
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("/etc", folder.path().join("map")).unwrap();
+            assert_eq!(path_in(folder.path(), "map/passwd"), None);
+        }
+    }
+}

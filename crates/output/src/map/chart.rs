@@ -1,0 +1,442 @@
+//! Charts: maps of a world in one style and scale, drawn block by block.
+//!
+//! A block is a square of the scale's pixels and a pure function of its place, so a map drawn at once, in strips, in sheets or
+//! in tiles of a web map is the same.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::area::{Area, Stride};
+use crate::device::{Cpu, LandMaker};
+use crate::error::Error;
+use crate::features::sites::SiteFeature;
+use crate::lines::RoadClass;
+use crate::map::canvas::Canvas;
+use crate::map::contour::interval_m;
+use crate::map::drawing::{Draughtsman, Drawing};
+use crate::map::names::{self, Finders, Writing};
+use crate::map::outlines::{Outlines, SQUARE};
+use crate::map::plotter::{Page, Pen, Plotter, Shape, WIDEST, bounds};
+use crate::map::ranges::Afar;
+use crate::map::relief::{Ground, Relief};
+use crate::map::scale::Scale;
+use crate::map::sheet::LegendItem;
+use crate::map::style::{Colour, Style};
+use crate::map::summits::Summits;
+use crate::map::symbols::{draw_peak, draw_site};
+use crate::map::terrain::{self, Terrain};
+use crate::map::text::Quad;
+use crate::places::site::SiteClass;
+use crate::preset::Preset;
+use crate::stop;
+use crate::watch::Watch;
+use crate::world::World;
+
+/// Pixels a side of a block.
+const BLOCK: i64 = 512;
+
+/// How many times as wide as the largest river that is a line one is that has banks.
+const BANKS: f64 = 1.5;
+
+/// Vertices to a pixel up to which the lines of agents are drawn.
+const AGENTS: f64 = 8.0;
+
+/// Maps of a world in one style and scale.
+#[derive(Debug)]
+pub struct Chart {
+    style: Style,
+    scale: Scale,
+    terrain: Arc<Terrain>,
+    relief: Relief,
+    /// The world at all vertices, whose places, roads and lines of agents are drawn: nodes from afar know of none. And whether
+    /// its lines are.
+    world: Arc<World>,
+    has_lines: bool,
+    detail: Detail,
+    interval_m: f64,
+}
+
+/// What a chart shows beside the land and what lies on it.
+#[derive(Clone, Debug, Default)]
+struct Detail {
+    /// Where the names of peaks, and those of ranges and valleys, come from.
+    summits: Option<Arc<Summits>>,
+    afar: Option<Arc<Afar>>,
+    /// Whether it leaves out what is small.
+    is_sketch: bool,
+}
+
+/// A part of a chart, whose lines and names are known.
+#[derive(Debug)]
+pub struct Picture {
+    chart: Arc<Chart>,
+    area: Area,
+    drawing: Drawing,
+    writings: Vec<Writing>,
+}
+
+impl Chart {
+    /// Pixels that a strip is high at most.
+    pub const STRIP: usize = BLOCK as usize;
+
+    /// Bytes of land that a chart remembers at most.
+    pub const REMEMBERED: usize = 2 * terrain::REMEMBERED;
+
+    /// The maps of the world of a preset, with the preset's own seed unless another is given.
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range.
+    pub fn new(preset: &Preset, seed: Option<u64>, style: Style, scale: Scale) -> Result<Arc<Chart>, Error> {
+        Chart::of_world(&Chart::world(preset, seed)?, style, scale)
+    }
+
+    /// The world at all its vertices, as charts of whatever scale share it.
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range.
+    pub fn world(preset: &Preset, seed: Option<u64>) -> Result<Arc<World>, Error> {
+        Ok(Arc::new(World::new(preset.clone(), seed)?.with_tile_cells(Terrain::TILE_CELLS)))
+    }
+
+    /// The maps of such a [world](Chart::world).
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range at the scale.
+    pub fn of_world(world: &Arc<World>, style: Style, scale: Scale) -> Result<Arc<Chart>, Error> {
+        Chart::made_by(|world| Ok(Cpu::maker(world.relief())), world, style, scale)
+    }
+
+    /// The maps of such a [world](Chart::world), with the land that is lit made by what is given for it.
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range at the scale, or nothing is given.
+    pub fn made_by(
+        maker: impl FnOnce(&World) -> Result<Arc<dyn LandMaker>, Error>,
+        world: &Arc<World>,
+        style: Style,
+        scale: Scale,
+    ) -> Result<Arc<Chart>, Error> {
+        let stride = scale.stride(world.preset().spacing_m);
+        let strided =
+            if stride == Stride::ONE { Arc::clone(world) } else { Chart::strided(world, stride, Terrain::TILE_CELLS)? };
+        let maker = maker(&strided)?;
+        let terrain = Arc::new(Terrain::new(strided, maker, scale));
+        let is_fluvial = world.preset().fluvial.is_some();
+        let summits = is_fluvial.then(|| Summits::new(Arc::clone(world), scale)).transpose()?.map(Arc::new);
+        let has_ranges = is_fluvial && Afar::is_of_use(world, scale);
+        let afar = has_ranges.then(|| Afar::new(world, scale)).transpose()?.map(Arc::new);
+        let detail = Detail { summits, afar, is_sketch: false };
+        Ok(Chart::drawn(Arc::clone(world), terrain, detail, style, scale))
+    }
+
+    /// Sketches of such a [world](Chart::world), for whoever will not wait for the maps: of land at nodes that lie 2^`halvings` times as far
+    /// apart, without names of peaks and ranges, and without narrow lakes.
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range at the scale.
+    pub fn sketch(world: &Arc<World>, style: Style, scale: Scale, halvings: u32) -> Result<Arc<Chart>, Error> {
+        let stride = (0..halvings).fold(scale.stride(world.preset().spacing_m), |stride, _| stride.twice());
+        let strided = Chart::strided(world, stride, Terrain::SMALL_TILE_CELLS)?;
+        let maker = Cpu::maker(strided.relief());
+        let terrain = Arc::new(Terrain::new(strided, maker, scale));
+        let detail = Detail { is_sketch: true, ..Detail::default() };
+        Ok(Chart::drawn(Arc::clone(world), terrain, detail, style, scale))
+    }
+
+    /// A world at the nodes of a stride, in tiles of so many cells a side.
+    fn strided(world: &World, stride: Stride, tile_cells: u32) -> Result<Arc<World>, Error> {
+        let strided = World::strided(world.preset().clone(), Some(world.seed()), stride)?;
+        Ok(Arc::new(strided.with_tile_cells(tile_cells)))
+    }
+
+    /// What makes the land that is lit.
+    pub fn maker(&self) -> &dyn LandMaker {
+        self.terrain.maker()
+    }
+
+    /// What is wrong with a GPU that was to make the ground, if anything is: the CPU has made it.
+    pub fn trouble(&self) -> Option<String> {
+        #[cfg(feature = "gpu")]
+        return self.relief.trouble();
+        #[cfg(not(feature = "gpu"))]
+        None
+    }
+
+    /// The maps of the same world in the same scale in another style.
+    #[must_use]
+    pub fn in_style(&self, style: Style) -> Arc<Chart> {
+        Chart::drawn(Arc::clone(&self.world), Arc::clone(&self.terrain), self.detail.clone(), style, self.scale)
+    }
+
+    fn drawn(world: Arc<World>, terrain: Arc<Terrain>, detail: Detail, style: Style, scale: Scale) -> Arc<Chart> {
+        let denominator = scale.denominator();
+        let relief = Relief::new(&style, terrain.world(), scale);
+        #[cfg(feature = "gpu")]
+        let relief = relief.on(terrain.maker().gpu());
+        let least = style.roads.classes.iter().map(|class| class.most).fold(0.0, f64::max);
+        // Agents go everywhere, and their lines are short: far away they would be many and not be seen.
+        let has_lines = match world.preset().places {
+            Some(_) => denominator <= least,
+            None => scale.metres_per_pixel <= AGENTS * world.preset().spacing_m,
+        };
+        let steepness =
+            if style.contours.draw && style.contours.interval_m.is_none() { terrain.steepness() } else { 1.0 };
+        let chosen_m = interval_m(denominator, style.contours.spacing_mm, steepness, relief.range_m());
+        let interval_m = style.contours.interval_m.unwrap_or(chosen_m);
+        Arc::new(Chart { style, scale, terrain, relief, world, has_lines, detail, interval_m })
+    }
+
+    /// The scale of the maps.
+    pub fn scale(&self) -> Scale {
+        self.scale
+    }
+
+    /// The style of the maps.
+    pub fn style(&self) -> &Style {
+        &self.style
+    }
+
+    /// Metres from a contour to the next.
+    pub fn interval_m(&self) -> f64 {
+        self.interval_m
+    }
+
+    /// Heights of the land in metres in the middles of the pixels of an area, row by row from the north.
+    pub fn heights_m(&self, area: Area) -> Vec<f32> {
+        let nodes = self.terrain.nodes(area);
+        self.terrain.at_pixels(&nodes.heights, area).values().to_vec()
+    }
+
+    /// The picture of an area of pixels.
+    pub fn picture(self: &Arc<Self>, area: Area) -> Picture {
+        let draughtsman = Draughtsman {
+            style: &self.style,
+            scale: self.scale,
+            world: self.terrain.world(),
+            settled: &self.world,
+            has_lines: self.has_lines,
+            is_sketch: self.detail.is_sketch,
+        };
+        let mut writings = Vec::new();
+        let drawing = if self.style.labels.draw {
+            // The numbers of contours keep clear of the names in their whole square.
+            let named = if self.style.contours.draw { area.on_grid(SQUARE) } else { area };
+            let pad = names::pad(self.scale);
+            let drawing = draughtsman.draw(named, pad);
+            let seen = self.detail.afar.as_ref().map(|afar| afar.look(named.padded(pad)));
+            let summits =
+                |area| self.detail.summits.iter().flat_map(|summits| summits.find(self.scale, area)).collect();
+            let finders = Finders { sites: &|area| draughtsman.sites(area), summits: &summits };
+            writings = names::write((&self.style, self.scale), &drawing, seen.as_ref(), &finders, named);
+            drawing
+        } else {
+            draughtsman.draw(area, WIDEST as usize)
+        };
+        Picture { chart: Arc::clone(self), area, drawing, writings }
+    }
+}
+
+impl Picture {
+    /// The chart that it is a part of.
+    pub fn chart(&self) -> &Chart {
+        &self.chart
+    }
+
+    /// The chart, without the picture.
+    pub fn into_chart(self) -> Arc<Chart> {
+        self.chart
+    }
+
+    /// What a legend explains: what is seen.
+    pub(super) fn legend(&self) -> Vec<LegendItem> {
+        let (style, drawing, area) = (&self.chart.style, &self.drawing, self.area);
+        let shows = |shape: &Shape| area.meets(shape.bounds);
+        let mut items = Vec::new();
+        for class in [SiteClass::Town, SiteClass::Village, SiteClass::Hamlet] {
+            let is_seen = |site: &SiteFeature| {
+                let [x, y] = self.chart.scale.pixel(site.at);
+                site.class == class && area.meets([x, y, x, y])
+            };
+            if drawing.sites.iter().any(is_seen) {
+                items.push(LegendItem::Site(class));
+            }
+        }
+        for class in [RoadClass::Highway, RoadClass::Road, RoadClass::Track] {
+            if drawing.roads.iter().any(|(of, road)| *of == class && shows(road)) {
+                items.push(LegendItem::Road(class));
+            }
+        }
+        if drawing.rivers.iter().any(|river| area.meets(river.bounds)) {
+            items.push(LegendItem::River);
+        }
+        if drawing.lakes.iter().any(|lake| shows(&lake.shape)) {
+            items.push(LegendItem::Lake);
+        }
+        if self.writings.iter().any(|writing| writing.peak.is_some_and(|[x, y]| area.meets([x, y, x, y]))) {
+            items.push(LegendItem::Peak);
+        }
+        if style.contours.draw {
+            items.push(LegendItem::Contour);
+        }
+        items
+    }
+
+    /// The names that are written within it: what each is, what it is called, and where it is in pixels.
+    pub fn names(&self) -> impl Iterator<Item = (&'static str, &str, [f64; 2])> {
+        let within = |at: [f64; 2]| self.area.meets([at[0], at[1], at[0], at[1]]);
+        let named = self.writings.iter().filter(move |writing| !writing.name.is_empty() && within(writing.at));
+        named.map(|writing| (writing.kind, writing.name.as_str(), writing.at))
+    }
+
+    /// All that is written on it.
+    #[cfg(test)]
+    pub(super) fn writings(&self) -> &[Writing] {
+        &self.writings
+    }
+
+    /// The pixels that it shows.
+    pub fn area(&self) -> Area {
+        self.area
+    }
+
+    /// Hands on the picture in strips of whole rows, from north to south: RGB, row by row.
+    ///
+    /// # Errors
+    /// When `write` fails.
+    pub fn strips<E>(&self, mut write: impl FnMut(&[u8]) -> Result<(), E>) -> Result<(), E> {
+        let rows = self.area.y0.div_euclid(BLOCK)..=(self.area.y1 - 1).div_euclid(BLOCK);
+        rows.map(|row| Area { y0: row * BLOCK, y1: (row + 1) * BLOCK, ..self.area })
+            .filter_map(|strip| strip.common(&self.area))
+            .try_for_each(|strip| write(&self.pixels(strip)))
+    }
+
+    /// The pixels of a part of it: RGB, row by row.
+    ///
+    /// # Panics
+    /// When it is not within the picture.
+    pub fn pixels(&self, part: Area) -> Vec<u8> {
+        assert!(self.area.contains(&part), "a picture knows what it shows and no more");
+        let span = |from: i64, to: i64| from.div_euclid(BLOCK)..=(to - 1).div_euclid(BLOCK);
+        let columns = span(part.x0, part.x1);
+        let places: Vec<[i64; 2]> =
+            span(part.y0, part.y1).flat_map(|row| columns.clone().map(move |column| [column, row])).collect();
+        let blocks: Vec<(Area, Vec<u8>)> =
+            places.par_iter().map(|[column, row]| self.block(part, *column, *row)).collect();
+        let mut pixels = vec![0; part.len() * 3];
+        let bytes = part.width() * 3;
+        for (area, block) in &blocks {
+            let left = (area.x0 - part.x0) as usize * 3;
+            let lines = pixels.chunks_exact_mut(bytes).skip((area.y0 - part.y0) as usize);
+            for (line, block) in lines.zip(block.chunks_exact(area.width() * 3)) {
+                line[left..left + block.len()].copy_from_slice(block);
+            }
+        }
+        pixels
+    }
+
+    /// The pixels of a block that lie in a part.
+    fn block(&self, part: Area, column: i64, row: i64) -> (Area, Vec<u8>) {
+        let (ground, outlines) = self.ground(column, row);
+        stop::check();
+        let seen = ground.area.common(&part).expect("the block was chosen by the area");
+        let mut canvas = Canvas::of_words(&ground.pixels);
+        self.draw(std::slice::from_ref(&outlines), &mut canvas);
+        (seen, canvas.pixels(seen))
+    }
+
+    /// The ground of a block, and the lines that its heights draw.
+    fn ground(&self, column: i64, row: i64) -> (Ground, Outlines) {
+        stop::check();
+        let chart = &self.chart;
+        let block = Area::new(column * BLOCK, row * BLOCK, BLOCK as usize, BLOCK as usize);
+        let ground = chart.relief.ground(&chart.terrain, block);
+        let boxes = self.writings.iter().flat_map(Writing::boxes);
+        let near: Vec<Quad> = boxes.filter(|quad| block.meets(bounds(quad.iter()))).collect();
+        let sea_level_m = chart.terrain.world().preset().sea_level_m;
+        let outlines =
+            Outlines::new((&chart.style, &chart.relief), chart.scale, chart.interval_m, sea_level_m, &ground, &near);
+        (ground, outlines)
+    }
+
+    /// Draws the picture on a page: the ground as pixels, whose rows `watch` counts, and all else as it is.
+    ///
+    /// # Errors
+    /// When the page cannot be written.
+    pub(crate) fn plot(&self, page: &mut dyn Page, watch: &Watch) -> Result<(), Error> {
+        let mut all = Vec::new();
+        page.clip(self.area);
+        let columns = self.area.x0.div_euclid(BLOCK)..(self.area.x1 - 1).div_euclid(BLOCK) + 1;
+        for row in self.area.y0.div_euclid(BLOCK)..=(self.area.y1 - 1).div_euclid(BLOCK) {
+            let blocks: Vec<(Ground, Outlines)> =
+                columns.clone().into_par_iter().map(|column| self.ground(column, row)).collect();
+            let strip = Area { y0: row * BLOCK, y1: (row + 1) * BLOCK, ..self.area };
+            let strip = strip.common(&self.area).expect("rows were chosen by the area");
+            let mut canvas = Canvas::new(strip, Colour([0; 3]));
+            for (ground, outlines) in blocks {
+                let seen = ground.area.common(&strip).expect("columns were chosen by the area");
+                canvas.put(seen, &Canvas::of_words(&ground.pixels).pixels(seen));
+                all.push(outlines);
+            }
+            page.add_rows(&canvas.pixels(strip))?;
+            watch.add(strip.height() as u64);
+        }
+        page.end_picture()?;
+        self.draw(&all, page);
+        page.open();
+        Ok(())
+    }
+
+    /// Draws all lines over the ground of some blocks.
+    fn draw(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
+        let (style, scale, drawing) = (&self.chart.style, &self.chart.scale, &self.drawing);
+        for outlines in outlines {
+            stop::check();
+            outlines.draw(canvas);
+        }
+        let line = |colour: Colour, mm: f64| Pen { colour, opacity: 1.0, width: scale.pixels(mm) as f32, dash: None };
+        drawing.houses.iter().for_each(|house| canvas.fill(house, style.places.houses));
+        for lake in &drawing.lakes {
+            canvas.fill(&lake.shape, style.water.fill);
+        }
+        let stroke_rivers = |canvas: &mut dyn Plotter, colour: Colour, drawn: &dyn Fn(f64) -> f64| {
+            for river in &drawing.rivers {
+                if !canvas.sees(river.bounds) {
+                    continue;
+                }
+                for (width, part) in &river.parts {
+                    let pen = Pen { width: drawn(*width) as f32, ..line(colour, 0.0) };
+                    canvas.stroke(std::slice::from_ref(part), &pen);
+                }
+            }
+        };
+        stroke_rivers(canvas, style.water.line, &|width| width);
+        let shore = line(style.water.line, style.water.shore_mm);
+        for lake in &drawing.lakes {
+            canvas.stroke_shape(&lake.shape, &shore);
+        }
+        for outlines in outlines {
+            canvas.stroke(&outlines.coasts, &shore);
+        }
+        // Between their banks wide rivers are as lakes are, and open to those that they run into.
+        let [banks, bank] = [BANKS * style.water.river_mm[1], style.water.shore_mm].map(|mm| scale.pixels(mm));
+        let inside = |width: f64| if width > banks { width - 2.0 * bank } else { 0.0 };
+        stroke_rivers(canvas, style.water.fill, &inside);
+        drawing.draw_roads(style, *scale, canvas);
+        for site in &drawing.sites {
+            draw_site(canvas, scale.pixel(site.at), site.class, *scale, style);
+        }
+        for writing in &self.writings {
+            if let Some(at) = writing.peak {
+                draw_peak(canvas, at, *scale, writing.style.colour);
+            }
+        }
+        let halo = Pen { opacity: 0.85, ..line(style.labels.halo, 2.0 * style.labels.halo_mm) };
+        for text in self.writings.iter().flat_map(|writing| &writing.texts) {
+            canvas.surround(text, &halo);
+        }
+        for writing in &self.writings {
+            writing.texts.iter().for_each(|text| canvas.write(text, writing.style.colour));
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! The drawing of a map: blocks of pixels from the functions of the caller, cut into tiles.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use crate::area::Area;
+use crate::error::Error;
+use crate::stop;
+use crate::web::encode::{height_text, terrain_rgb};
+use crate::web::folder;
+use crate::web::pyramid::{Block, Plan, TILE_PX, TilePlace};
+use crate::web::{Choice, Content, Heights, Layer, Paint, View};
+
+/// The layers that are made of heights: as colours, and as scripts for the page.
+pub(super) const TERRAIN: &str = "terrain";
+pub(super) const HEIGHTS: &str = "heights";
+
+/// Pixels between two heights that the page reads. At each it would take as much as the pictures, for no metre that shows.
+pub const HEIGHT_SPACING_PX: usize = 2;
+
+/// Pictures that belong together: one layer at one scale.
+pub(super) struct Set<'a> {
+    pub layer: &'a str,
+    pub title: &'a str,
+    pub scale: u32,
+    source: Source<'a>,
+}
+
+/// Where the pixels of a set come from.
+#[derive(Clone, Copy)]
+enum Source<'a> {
+    Paint(Paint<'a>),
+    /// The next set, which has twice the pixels a side.
+    Dense(Paint<'a>),
+    Heights,
+}
+
+/// A picture on its way to the archives.
+pub(super) struct Picture {
+    pub set: usize,
+    pub place: TilePlace,
+    pub bytes: Vec<u8>,
+    pub hash: blake3::Hash,
+}
+
+/// What a block has become.
+pub(super) struct Drawn {
+    pub pictures: Vec<Picture>,
+    /// The lines of its files in the list.
+    pub listing: String,
+}
+
+/// All sets of pictures, those of the layers first.
+pub(super) fn sets<'a>(choice: Choice, content: &Content<'a>) -> Vec<Set<'a>> {
+    let mut sets = Vec::new();
+    for Layer { name, title, paint } in content.layers {
+        let known = sets.iter().any(|set: &Set| set.layer == *name) || [TERRAIN, HEIGHTS].contains(name);
+        let plain = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
+        assert!(plain && !known, "{name:?} cannot be the name of a layer");
+        let mut push = |scale, source| sets.push(Set { layer: name, title, scale, source });
+        if choice.dense {
+            push(1, Source::Dense(*paint));
+            push(2, Source::Paint(*paint));
+        } else {
+            push(1, Source::Paint(*paint));
+        }
+    }
+    if content.heights.is_some() {
+        sets.push(Set { layer: TERRAIN, title: "terrain-RGB", scale: 1, source: Source::Heights });
+    }
+    sets
+}
+
+impl Set<'_> {
+    /// What follows a tile's number, and the layer's name in those of archives.
+    pub fn mark(&self) -> &'static str {
+        if self.scale == 1 { "" } else { "@2x" }
+    }
+}
+
+/// What all blocks are drawn with.
+pub(super) struct Draft<'a> {
+    pub folder: &'a Path,
+    pub plan: &'a Plan,
+    pub choice: Choice,
+    pub content: &'a Content<'a>,
+    pub sets: &'a [Set<'a>],
+}
+
+impl Draft<'_> {
+    /// Draws blocks in parallel and writes the files of their tiles; returns what each is, in its order.
+    pub fn draw(&self, blocks: &[Block]) -> Result<Vec<Drawn>, Error> {
+        blocks.par_iter().map(|block| self.draw_block(block)).collect()
+    }
+
+    fn draw_block(&self, block: &Block) -> Result<Drawn, Error> {
+        let mut pictures = Vec::with_capacity(block.places.len() * self.sets.len());
+        let mut listing = String::new();
+        let heights = self.content.heights.map(|heights| self.heights(block, heights)).transpose()?;
+        let paint = |paint: Paint, scale: u32, layer: &str| {
+            let view = self.view(block, scale);
+            let rgb = paint(&view)?;
+            assert_eq!(rgb.len(), 3 * view.pixels.len(), "three bytes for each pixel of {layer}");
+            Ok::<_, Error>(rgb)
+        };
+        let mut dense = None;
+        for (set, Set { layer, scale, source, .. }) in self.sets.iter().enumerate() {
+            let width = self.view(block, *scale).pixels.width();
+            let rgb = match source {
+                Source::Dense(twice) => {
+                    let twice = dense.insert(paint(*twice, 2 * scale, layer)?);
+                    halved(twice, 2 * width)
+                }
+                Source::Paint(own) => dense.take().map_or_else(|| paint(*own, *scale, layer), Ok)?,
+                Source::Heights => {
+                    let heights = heights.as_ref().expect("terrain is drawn where heights are");
+                    heights.colours(self.view(block, 1).pixels)
+                }
+            };
+            let side = TILE_PX as usize * *scale as usize;
+            for place in block.tiles() {
+                stop::check();
+                let tile = cut(&rgb, width, corner(block, place, side), side);
+                let bytes = self.choice.encoding.encode(side as u32, &tile);
+                if self.choice.folder {
+                    let ending = format!("{}.{}", self.sets[set].mark(), self.choice.encoding.ending());
+                    listing += &folder::write_tile(self.folder, layer, place, &ending, &bytes)?;
+                }
+                pictures.push(Picture { set, place, hash: blake3::hash(&bytes), bytes });
+            }
+        }
+        if let Some(heights) = heights.filter(|_| self.choice.folder) {
+            listing += &heights.write(self.folder, block)?;
+        }
+        Ok(Drawn { pictures, listing })
+    }
+
+    fn view(&self, block: &Block, scale: u32) -> View {
+        View::new(self.plan, block.zoom, block.places, scale)
+    }
+
+    /// The heights of a block, with a pixel more in the east and south: the page has those that it is between.
+    fn heights(&self, block: &Block, heights: Heights) -> Result<BlockHeights, Error> {
+        let mut view = self.view(block, 1);
+        view.pixels.x1 += 1;
+        view.pixels.y1 += 1;
+        let heights_m = heights(&view)?;
+        assert_eq!(heights_m.len(), view.pixels.len(), "a height for each pixel");
+        Ok(BlockHeights { width: view.pixels.width(), heights_m })
+    }
+}
+
+/// The heights of a block's pixels and of those beside it in the east and south.
+struct BlockHeights {
+    width: usize,
+    heights_m: Vec<f32>,
+}
+
+impl BlockHeights {
+    /// As terrain-RGB, without those beside the block.
+    fn colours(&self, pixels: Area) -> Vec<u8> {
+        let rows = self.heights_m.chunks(self.width).take(pixels.height());
+        rows.flat_map(|row| row[..pixels.width()].iter().flat_map(|height_m| terrain_rgb(*height_m))).collect()
+    }
+
+    /// Writes a script for each tile, and returns their lines of the list, with the heights of every second pixel and of those where the next tile begins.
+    fn write(&self, folder: &Path, block: &Block) -> Result<String, Error> {
+        let side = TILE_PX as usize;
+        let mut listing = String::new();
+        let nodes = side / HEIGHT_SPACING_PX + 1;
+        for place in block.tiles() {
+            let (x, y) = corner(block, place, side);
+            let row = |node: usize| {
+                let row = &self.heights_m[(y + node * HEIGHT_SPACING_PX) * self.width + x..];
+                row[..=side].iter().step_by(HEIGHT_SPACING_PX).copied()
+            };
+            let heights_m: Vec<f32> = (0..nodes).flat_map(row).collect();
+            let text = height_text(&heights_m, nodes);
+            let script = format!("terrane.heights(\"{}/{}/{}\",\"{text}\");\n", place.zoom, place.x, place.y);
+            listing += &folder::write_tile(folder, HEIGHTS, place, ".js", script.as_bytes())?;
+        }
+        Ok(listing)
+    }
+}
+
+/// Where a tile begins in the picture of its block.
+fn corner(block: &Block, place: TilePlace, side: usize) -> (usize, usize) {
+    let tiles = |at: u32, first: i64| (i64::from(at) - first) as usize;
+    (tiles(place.x, block.places.x0) * side, tiles(place.y, block.places.y0) * side)
+}
+
+/// A picture with half the pixels a side: each the mean of four. Lines and letters are as sharp as if they had been drawn so,
+/// for less than half the work.
+fn halved(rgb: &[u8], width: usize) -> Vec<u8> {
+    let mut half = Vec::with_capacity(rgb.len() / 4);
+    for rows in rgb.chunks_exact(2 * 3 * width) {
+        let (north, south) = rows.split_at(3 * width);
+        for (north, south) in north.as_chunks::<6>().0.iter().zip(south.as_chunks::<6>().0) {
+            half.extend([0, 1, 2].map(|channel| {
+                let four = [north[channel], north[channel + 3], south[channel], south[channel + 3]];
+                ((four.map(u32::from).iter().sum::<u32>() + 2) / 4) as u8
+            }));
+        }
+    }
+    half
+}
+
+/// A square of a picture that is `width` pixels wide, from its north-western pixel.
+fn cut(rgb: &[u8], width: usize, (x, y): (usize, usize), side: usize) -> Vec<u8> {
+    let row = |row: usize| &rgb[3 * ((y + row) * width + x)..][..3 * side];
+    (0..side).flat_map(row).copied().collect()
+}

@@ -1,0 +1,102 @@
+//! An MBTiles archive: all tiles of a set in one SQLite database, as desktop programs and tile servers read it.
+//!
+//! Based on: Mapbox, MBTiles 1.3. Rows are counted from the south. Equal tiles are stored once: `tiles` is a view of
+//! places and pictures, as the specification proposes. Of dense tiles, GDAL reads the 512 pixels in its version 3.10 and
+//! refuses them in 3.6.
+
+use std::path::{Path, PathBuf};
+
+use rusqlite::{Connection, params};
+
+use crate::error::Error;
+use crate::file::{Finished, PartFile, sqlite_error};
+use crate::registry::unjournaled;
+use crate::web::meta::Described;
+use crate::web::pyramid::TilePlace;
+
+/// `MPBX` in the header of the database, by which `file` and GDAL know MBTiles.
+const APPLICATION_ID: i32 = i32::from_be_bytes(*b"MPBX");
+
+/// Bytes of a picture's hash that tell it from all others.
+const ID_BYTES: usize = 16;
+
+const SCHEMA: &str = "
+    CREATE TABLE metadata (name TEXT PRIMARY KEY NOT NULL, value TEXT NOT NULL);
+    CREATE TABLE map (
+        zoom_level INTEGER NOT NULL,
+        tile_column INTEGER NOT NULL,
+        tile_row INTEGER NOT NULL,
+        tile_id BLOB NOT NULL
+    );
+    CREATE UNIQUE INDEX map_index ON map (zoom_level, tile_column, tile_row);
+    CREATE TABLE images (tile_id BLOB NOT NULL, tile_data BLOB NOT NULL);
+    CREATE UNIQUE INDEX images_id ON images (tile_id);
+    CREATE VIEW tiles AS
+        SELECT map.zoom_level AS zoom_level, map.tile_column AS tile_column, map.tile_row AS tile_row,
+               images.tile_data AS tile_data
+        FROM map JOIN images ON images.tile_id = map.tile_id;
+";
+
+/// An archive under way.
+pub(super) struct MbTiles {
+    path: PathBuf,
+    /// Before the file, so that it is closed when an abandoned one is removed.
+    connection: Connection,
+    file: PartFile,
+}
+
+impl MbTiles {
+    /// Begins the archive that will be at `path`.
+    pub fn create(path: PathBuf, format: &str, about: &Described) -> Result<MbTiles, Error> {
+        let mut file = PartFile::create(path.clone())?;
+        let connection = open(file.lend(), format, about).map_err(sqlite_error(&path))?;
+        Ok(MbTiles { path, connection, file })
+    }
+
+    /// Adds a tile whose bytes have this hash.
+    pub fn add(&mut self, place: TilePlace, hash: &blake3::Hash, bytes: &[u8]) -> Result<(), Error> {
+        let add = || {
+            let id = &hash.as_bytes()[..ID_BYTES];
+            let mut images = self.connection.prepare_cached("INSERT OR IGNORE INTO images VALUES (?, ?)")?;
+            images.execute(params![id, bytes])?;
+            let mut map = self.connection.prepare_cached("INSERT INTO map VALUES (?, ?, ?, ?)")?;
+            let row = (1_u32 << place.zoom) - 1 - place.y;
+            map.execute(params![place.zoom, place.x, row, id])
+        };
+        add().map(|_| ()).map_err(sqlite_error(&self.path))
+    }
+
+    /// Closes the database and gives the file its name.
+    pub fn finish(self) -> Result<Finished, Error> {
+        self.connection.execute_batch("COMMIT").map_err(sqlite_error(&self.path))?;
+        self.connection.close().map_err(|(_, error)| sqlite_error(&self.path)(error))?;
+        self.file.finish()
+    }
+}
+
+fn open(at: &Path, format: &str, about: &Described) -> rusqlite::Result<Connection> {
+    let connection = Connection::open(at)?;
+    unjournaled(&connection)?;
+    connection.pragma_update(None, "application_id", APPLICATION_ID)?;
+    // One transaction for all: each statement alone would be one of its own.
+    connection.execute_batch("BEGIN")?;
+    connection.execute_batch(SCHEMA)?;
+    let list = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+    let (longitude, latitude, zoom) = about.center();
+    let rows = [
+        ("name", about.name.clone()),
+        ("format", format.to_owned()),
+        ("bounds", list(&about.degrees)),
+        ("center", format!("{},{zoom}", list(&[longitude, latitude]))),
+        ("minzoom", "0".to_owned()),
+        ("maxzoom", about.max_zoom.to_string()),
+        ("type", "baselayer".to_owned()),
+        ("version", about.version.clone()),
+        ("description", about.description.clone()),
+        ("json", about.json().to_string()),
+    ];
+    for (name, value) in rows {
+        connection.execute("INSERT INTO metadata VALUES (?, ?)", [name, &value])?;
+    }
+    Ok(connection)
+}

@@ -1,0 +1,76 @@
+//! The page that shows a folder of tiles, from a web server or opened from the disk.
+//!
+//! `index.html` is the same for all maps; what it must know stands beside it in scripts, since a page from the disk may
+//! read nothing else: `map.js` and `names.js`, and the heights of each tile.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::bake::FileRecord;
+use crate::error::Error;
+use crate::file::write_whole;
+use crate::web::draft::HEIGHT_SPACING_PX;
+use crate::web::encode::HEIGHT_STEP_M;
+use crate::web::meta::{Meta, ground};
+use crate::web::{Choice, Content, EXPORT, Feature, Plan};
+
+/// The page, which is there only when all is that it shows.
+pub(super) const PAGE: &str = "index.html";
+
+/// The page, its look and its program, which are put into it so that nothing can part them.
+const VIEWER: &str = include_str!("viewer.html");
+/// The look, a style sheet, which the explorer has in common with it.
+pub const LOOK: &str = include_str!("viewer.css");
+const LOOK_PLACE: &str = "/* viewer.css */";
+/// The program, a script, which the explorer has in common with it.
+pub const PROGRAM: &str = include_str!("viewer.js");
+const PROGRAM_PLACE: &str = "/* viewer.js */";
+
+/// Writes the page and its two scripts, the page last.
+pub(super) fn write(
+    folder: &Path,
+    plan: &Plan,
+    meta: &Meta,
+    choice: Choice,
+    content: &Content,
+) -> Result<Vec<FileRecord>, Error> {
+    let files = [
+        ("map.js", format!("terrane.map({});\n", about(plan, meta, choice, content))),
+        ("names.js", format!("terrane.names({});\n", names(content))),
+        (PAGE, VIEWER.replace(LOOK_PLACE, LOOK).replace(PROGRAM_PLACE, PROGRAM)),
+    ];
+    let write = |(name, text): (&str, String)| {
+        let finished = write_whole(folder.join(name), text.as_bytes())?;
+        Ok(FileRecord::new(name.to_owned(), EXPORT, finished))
+    };
+    files.into_iter().map(write).collect()
+}
+
+/// What the page must know of the map.
+fn about(plan: &Plan, meta: &Meta, choice: Choice, content: &Content) -> Value {
+    let layers: Vec<Value> =
+        content.layers.iter().map(|layer| json!({ "name": layer.name, "title": layer.title })).collect();
+    let heights = content.heights.map(|_| json!({ "step_m": HEIGHT_STEP_M, "spacing_px": HEIGHT_SPACING_PX }));
+    json!({
+        "name": meta.name,
+        "description": meta.description,
+        "version": meta.version,
+        "ground": ground(plan, 1),
+        "ending": choice.encoding.ending(),
+        "dense": choice.dense,
+        "layers": layers,
+        "heights": heights,
+    })
+}
+
+/// The features, the first in rank first: name, kind, metres east and north, rank.
+fn names(content: &Content) -> Value {
+    let mut features: Vec<_> = content.features.iter().filter(|feature| !feature.name.is_empty()).collect();
+    // Stable: features of the same rank and name stay in their order.
+    features.sort_by_key(|feature| (feature.rank, feature.name));
+    let row = |feature: &&Feature| {
+        json!([feature.name, feature.kind, feature.east_m.round(), feature.north_m.round(), feature.rank])
+    };
+    features.iter().map(row).collect()
+}
