@@ -36,7 +36,7 @@ impl Charts {
     /// The map of a world at a zoom level.
     ///
     /// # Errors
-    /// When a value of the preset is out of its range at that level.
+    /// When there is no such style.
     pub fn chart(
         &self,
         opened: &Opened,
@@ -66,8 +66,8 @@ impl Charts {
         let scale = Scale { metres_per_pixel, pixels_per_mm: PIXELS_A_MM * dense };
         let chart = match (other, stage.halvings()) {
             (Some(other), _) => other.in_style(drawn),
-            (None, Some(halvings)) => Chart::sketch(&opened.world, drawn, scale, halvings)?,
-            (None, None) => Chart::of_world(&opened.world, drawn, scale)?,
+            (None, Some(halvings)) => Chart::sketch(&opened.world, drawn, scale, halvings),
+            (None, None) => Chart::of_world(&opened.world, drawn, scale),
         };
         // Of two threads that were here at once one is forgotten: they are the same.
         Ok(slot.get_or_init(|| chart).clone())

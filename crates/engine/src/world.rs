@@ -54,21 +54,52 @@ impl World {
         preset.check()?;
         let seed = seed.unwrap_or(preset.seed);
         let Preset { spacing_m, sea_level_m, .. } = preset;
-        let settle = |settings| Places::new(settings, spacing_m, seed);
-        let places = preset.places.as_ref().map(settle).transpose()?;
+        let places = World::settled(&preset, seed)?;
         let names = places.as_ref().map(|places| Names::new(seed, places.site_side()));
-        let relief = if let Some(settings) = &preset.fluvial {
-            Relief::Fluvial(Arc::new(Fluvial::strided(settings, (spacing_m, stride), sea_level_m, seed, names.clone())))
-        } else {
-            let (warp, land) = (preset.warp.as_ref(), preset.land.as_ref());
-            Relief::Noise(Arc::new(NoiseRelief::new(&preset.noise, warp, land, (spacing_m, stride), seed)))
-        };
+        let fluvial = preset.fluvial.as_ref();
+        let fluvial =
+            fluvial.map(|settings| Fluvial::strided(settings, (spacing_m, stride), sea_level_m, seed, names.clone()));
+        Ok(World::grown(preset, seed, stride, fluvial, places, names))
+    }
+
+    /// The same world at the nodes of another stride, with the preset's tiles. Both know the channels that either has found, and have
+    /// one memory for them.
+    #[must_use]
+    pub fn at_stride(&self, stride: Stride) -> World {
+        let World { preset, seed, names, .. } = self;
+        let fluvial = self.relief.fluvial().map(|fluvial| fluvial.at_stride(stride, preset.sea_level_m, *seed));
+        let places = World::settled(preset, *seed).expect("this world was made of the same settings");
+        World::grown(preset.clone(), *seed, stride, fluvial, places, names.clone())
+    }
+
+    /// The settlements and roads that a preset has, if it has any.
+    fn settled(preset: &Preset, seed: u64) -> Result<Option<Places>, Error> {
+        let settle = |settings| Places::new(settings, preset.spacing_m, seed);
+        preset.places.as_ref().map(settle).transpose()
+    }
+
+    /// The world of a checked preset at the nodes of a stride, with what makes its land if water does.
+    fn grown(
+        preset: Preset,
+        seed: u64,
+        stride: Stride,
+        fluvial: Option<Fluvial>,
+        places: Option<Places>,
+        names: Option<Names>,
+    ) -> World {
+        let Preset { spacing_m, sea_level_m, tile_cells, .. } = preset;
+        let relief = fluvial.map(Arc::new).map_or_else(
+            || {
+                let (warp, land) = (preset.warp.as_ref(), preset.land.as_ref());
+                Relief::Noise(Arc::new(NoiseRelief::new(&preset.noise, warp, land, (spacing_m, stride), seed)))
+            },
+            Relief::Fluvial,
+        );
         let is_whole = stride == Stride::ONE;
         let places = places.filter(|_| is_whole);
         let agents = (preset.rivers.as_ref().filter(|_| is_whole), preset.roads.as_ref().filter(|_| is_whole));
-        let agents = Agents::new(agents, preset.tile_cells, spacing_m, sea_level_m, preset.ground.slope_scale, seed);
-        let tile_cells = preset.tile_cells;
-        Ok(World { preset, seed, stride, tile_cells, relief, agents, places, names, landforms: Landforms::default() })
+        let agents = Agents::new(agents, tile_cells, spacing_m, sea_level_m, preset.ground.slope_scale, seed);
+        World { preset, seed, stride, tile_cells, relief, agents, places, names, landforms: Landforms::default() }
     }
 
     /// What is allowed in the recipe and probably not meant, a sentence each.

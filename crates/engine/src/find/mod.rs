@@ -63,7 +63,6 @@ pub struct Found {
 pub struct Finder {
     world: World,
     afar: BTreeMap<Stride, World>,
-    preset: Preset,
 }
 
 impl Finder {
@@ -72,14 +71,14 @@ impl Finder {
     /// # Errors
     /// When a value of the preset is out of its range, or its relief is noise, which knows of no things.
     pub fn new(preset: Preset, seed: Option<u64>) -> Result<Finder, Error> {
-        let world = World::new(preset.clone(), seed)?;
+        let world = World::new(preset, seed)?;
         if world.relief().fluvial().is_none() {
             return Err(Error::Option {
                 message: "a world of noise has no lakes, peaks, rivers and places to be found".into(),
                 hint: "give a preset of fluvial relief, such as alps".into(),
             });
         }
-        Ok(Finder { world, afar: BTreeMap::new(), preset })
+        Ok(Finder { world, afar: BTreeMap::new() })
     }
 
     /// The world that is searched.
@@ -108,7 +107,7 @@ impl Finder {
         }
         let stride = self.stride(query);
         if stride != Stride::ONE && !self.afar.contains_key(&stride) {
-            self.afar.insert(stride, World::strided(self.preset.clone(), Some(self.world.seed()), stride)?);
+            self.afar.insert(stride, self.world.at_stride(stride));
         }
         let afar = self.afar.get(&stride);
         let search = Search { world: &self.world, afar, query, near_km };

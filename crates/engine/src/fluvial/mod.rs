@@ -103,9 +103,10 @@ pub struct Fluvial {
     stride: i64,
     /// Whether a node is wider than a trunk's cell: what is seen is the mean of many.
     is_far: bool,
+    /// What is the same from afar, shared with the land at the nodes of other strides: each knows what the others have found.
     fields: Arc<Fields>,
-    network: Network,
-    warp: Warp,
+    network: Arc<Network>,
+    warp: Arc<Warp>,
     /// Those at its nodes, and those that are surveyed at every second node, every fourth, and so on.
     gullies: Vec<Gullies>,
     skerries: Option<Skerries>,
@@ -190,25 +191,57 @@ impl Fluvial {
         names: Option<Names>,
     ) -> Fluvial {
         let fields = Arc::new(Fields::new(settings, spacing_m, sea_level_m, seed));
+        let is_far = Fluvial::sees_no_cells(&fields, strided);
+        let network = Arc::new(Network::new(Arc::clone(&fields), is_far, hash::stream(seed, Stream::Network)));
+        let warp = Arc::new(Warp::new(&fields, spacing_m, seed));
+        Fluvial::grown((fields, network, warp), (spacing_m, strided), sea_level_m, seed, names)
+    }
+
+    /// The same relief, of that seed and sea, at the nodes of another stride.
+    pub(crate) fn at_stride(&self, strided: Stride, sea_level_m: Option<f64>, seed: u64) -> Fluvial {
+        let fields = Arc::clone(&self.fields);
+        let is_far = Fluvial::sees_no_cells(&fields, strided);
+        // All that is less from afar is how sharply trunks end at the shore.
+        let network = if is_far == self.is_far || !fields.has_sea() {
+            Arc::clone(&self.network)
+        } else {
+            Arc::new(Network::new(Arc::clone(&fields), is_far, hash::stream(seed, Stream::Network)))
+        };
+        let shared = (fields, network, Arc::clone(&self.warp));
+        Fluvial::grown(shared, (self.spacing_m, strided), sea_level_m, seed, self.names.clone())
+    }
+
+    /// Whether the nodes of a stride are wider than a trunk's cell.
+    fn sees_no_cells(fields: &Fields, strided: Stride) -> bool {
+        fields.side(0) < strided.vertices() * GRAINS
+    }
+
+    /// The relief at the nodes of a stride, of what is the same at those of all.
+    fn grown(
+        (fields, network, warp): (Arc<Fields>, Arc<Network>, Arc<Warp>),
+        (spacing_m, strided): (f64, Stride),
+        sea_level_m: Option<f64>,
+        seed: u64,
+        names: Option<Names>,
+    ) -> Fluvial {
         let stride = strided.vertices();
         let node_m = spacing_m * stride as f64;
         let steps = std::iter::successors(Some(strided), |step| Stride::new(2 * step.vertices() as u64));
         let steps = steps.take_while(|step| step.vertices() <= stride.max(survey::MOST_GULLY_STEP));
         let gullies = steps.filter_map(|step| Gullies::new(&fields, (spacing_m, step), seed));
         let shows = |most_m: f64| stride == 1 || node_m <= most_m;
-        let is_far = fields.side(0) < stride * GRAINS;
         Fluvial {
             spacing_m,
             stride,
-            is_far,
-            network: Network::new(Arc::clone(&fields), is_far, hash::stream(seed, Stream::Network)),
-            warp: Warp::new(&fields, spacing_m, seed),
+            is_far: Fluvial::sees_no_cells(&fields, strided),
+            network,
+            warp,
             gullies: gullies.collect(),
             skerries: Skerries::new(&fields, seed).filter(|_| shows(SMALL_M)),
             moraines: Moraines::new(&fields, spacing_m, seed).filter(|_| shows(SMALL_M)),
             barriers: Barriers::new(&fields, spacing_m, seed).filter(|_| shows(SMALL_M)),
             glaciers: Glaciers::new(&fields, seed).filter(|_| shows(LARGE_M)),
-            lift: Lift::new(settings, sea_level_m, seed),
+            lift: Lift::new(fields.settings(), sea_level_m, seed),
             rivers: RiverMemories::default(),
             names,
             survey: survey::Memories::default(),

@@ -116,9 +116,10 @@ impl Network {
         };
         match level {
             0 => {
+                let nodes = self.trunks().look();
                 let touches = |(_, x, y): &ChannelId| {
-                    f64::from(self.trunks().drained((*x, *y)).area) >= least_area
-                        && self.trunks.bounds((*x, *y)).is_some_and(|bounds| overlap(bounds, rectangle))
+                    f64::from(nodes.drained((*x, *y)).area) >= least_area
+                        && TrunkCourses::bounds(&nodes, (*x, *y)).is_some_and(|bounds| overlap(bounds, rectangle))
                 };
                 self.fields.cells(level, self.input(level, rectangle)).filter(touches).for_each(&mut take);
             }

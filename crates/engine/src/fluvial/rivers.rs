@@ -248,7 +248,8 @@ impl Fluvial {
         let mut node = (x, y);
         // Only trunks have a course above: a tributary begins at a spring of its own.
         if level == 0 {
-            while let Some(main) = self.network.trunks().drained(node).main {
+            let nodes = self.network.trunks().look();
+            while let Some(main) = nodes.drained(node).main {
                 node = main;
             }
         }

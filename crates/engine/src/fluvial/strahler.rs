@@ -92,9 +92,10 @@ impl Strahler {
     /// The order at a node before it goes on as a trunk, from those of all trunks above it.
     fn start(&self, fluvial: &Fluvial, node: NodeId) -> u32 {
         let network = fluvial.network();
+        let nodes = &network.trunks().look();
         let donors = |id: NodeId| {
             neighbours(id).filter(move |other| {
-                let drained = network.trunks().drained(*other);
+                let drained = nodes.drained(*other);
                 drained.to == Some(id) && drained.sea_at.is_none() && fluvial.is_wet(drained.area as f64)
             })
         };

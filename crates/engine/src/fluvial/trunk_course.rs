@@ -101,9 +101,10 @@ impl TrunkCourses {
         &self.nodes
     }
 
-    /// A rectangle that the trunk from a node does not leave, which is known long before how it runs; `None` for a sink.
-    pub fn bounds(&self, id: NodeId) -> Option<[Point; 2]> {
-        let (from, to) = (self.nodes.node(id).at, self.nodes.node(self.nodes.drained(id).to?).at);
+    /// A rectangle that the trunk from a node does not leave, which is known by a look at the nodes, long before how it runs; `None` for
+    /// a sink.
+    pub fn bounds(nodes: &Look, id: NodeId) -> Option<[Point; 2]> {
+        let (from, to) = (nodes.node(id).at, nodes.node(nodes.drained(id).to?).at);
         point::around([from, to], (BULGE + MOST_ROOM) * from.distance(to))
     }
 
@@ -175,15 +176,15 @@ impl TrunkCourses {
 
     /// Digs out the lake that lies on a trunk's way, or at the sink where it ends.
     fn dig_lake(&self, id: NodeId, trunk: &mut Channel) {
-        let (fields, here) = (&self.fields, self.nodes.drained(id));
+        let (fields, nodes) = (&self.fields, self.nodes.look());
         let Some((to, _)) = trunk.next else { return };
-        let sink = self.nodes.drained(to);
+        let (here, sink) = (nodes.drained(id), nodes.drained(to));
         if sink.to.is_none() && sink.lake {
             // All that comes to the sink comes to the same depth.
             let area = sink.area as f64;
             let trough = fields.trough(0, area, sink.level_m);
             let hollow = Hollow::new(fields, self.seed, 0, to).on_floor(trough);
-            let at = self.nodes.node(to).at;
+            let at = nodes.node(to).at;
             if hollow.half_width() >= 2.0 * fields.least_lake(area) && hollow.is_inland(fields, at, sink.level_m) {
                 let hill_slope = fields.hill_slope(fields.uplift(at));
                 hollow.dig_sink(trunk, hollow.depth_m(fields, hill_slope, trough));
@@ -213,17 +214,20 @@ impl TrunkCourses {
         // They start from the nodes around.
         let nodes = (-2..=2).flat_map(|y| (-2..=2).map(move |x| (id.0 + x, id.1 + y)));
         let others = nodes.filter(|node| *node != id).filter_map(|node| self.apart_trunk(node));
-        others.flat_map(|other| lines(&other.course(origin), CLEAR_STEP)).collect()
+        let sparse = |other: Arc<Channel>| -> Vec<[f64; 2]> {
+            other.knots.iter().step_by(CLEAR_STEP).map(|knot| knot.at.from(origin)).collect()
+        };
+        others.flat_map(|other| lines(&sparse(other), 1)).collect()
     }
 
     /// Moves the knots of a trunk to the side, as far as the trunks around leave room, and adds meanders.
     fn wander(&self, id: NodeId, trunk: &mut Channel) {
-        let origin = trunk.knots[0].at;
+        let (origin, nodes) = (trunk.knots[0].at, self.nodes.look());
         let course = trunk.course(origin);
         let around = self.around(id, origin);
         let last = course.len() - 1;
         let (from, to) = (trunk.knots[0].at, trunk.knots[last].at);
-        let bend = bend_share(&self.fields, &self.nodes.drained(id), from, to);
+        let bend = bend_share(&self.fields, &nodes.drained(id), from, to);
         let whole = from.distance(to) * bend;
         let rooms = rooms(&course, &around, MOST_ROOM * whole);
         let mut meanders = self.meanders(trunk, bend);
@@ -246,7 +250,7 @@ impl TrunkCourses {
         wander::draw_in(&mut offsets, MOST_SKEW * from.distance(to) / last as f64);
         let width = meander_width(&self.fields, trunk.knots[last].area);
         let course = wander::moved(&course, &offsets);
-        let ends = trunk.next.map(|(to, _)| directions(&self.nodes, id, to));
+        let ends = trunk.next.map(|(to, _)| directions(&nodes, id, to));
         let ends = [0, 1].map(|end| ends.map(|ends| ends[end]));
         let places = meander::line(&course, ends, &meanders, width);
         let knot = |place: &LinePlace| {
@@ -319,20 +323,21 @@ impl TrunkCourses {
 
     /// The course of a trunk after so many looks at the trunks around, each as it was before that look.
     fn bent_trunk(&self, id: NodeId, looks: usize) -> Option<Arc<Channel>> {
-        let bent = || curve(&self.fields, &self.nodes, id, BENDS[looks]).map(Arc::new);
+        let bent = || curve(&self.fields, &self.nodes.look(), id, BENDS[looks]).map(Arc::new);
         let Some(before) = looks.checked_sub(1) else { return self.bent[0].get(id, bent).as_ref().clone() };
         let make = || {
             let trunk = self.bent_trunk(id, before)?;
-            let to = self.nodes.drained(id).to?;
+            let nodes = &self.nodes.look();
+            let to = nodes.drained(id).to?;
             let from = |node: NodeId, to: NodeId| {
                 neighbours(to)
-                    .filter(move |other| *other != node && self.nodes.drained(*other).to == Some(to))
+                    .filter(move |other| *other != node && nodes.drained(*other).to == Some(to))
                     .map(move |other| (other, to))
             };
             // Those that come to its head, those that come to its end with it, and the one that goes on from there.
             let mut others = from(id, id).chain(from(id, to)).chain([(to, to)]);
             let meets = |(other, node): (NodeId, NodeId)| {
-                let joint = self.nodes.node(node).at;
+                let joint = nodes.node(node).at;
                 self.bent_trunk(other, before).is_some_and(|other| too_close(&trunk.knots, &other.knots, joint))
             };
             if others.any(meets) { bent() } else { None }

@@ -4,7 +4,7 @@ use super::channel::{Channel, Knot, Mouth};
 use super::fields::Fields;
 use super::lake::NO_LAKE;
 use super::point::Point;
-use super::trunk::{Drained, NodeId, Trunks, neighbours};
+use super::trunk::{Drained, Look, NodeId, neighbours};
 use crate::geometry::{LineSegment, come_along, cross, dot, length, lines};
 
 /// How steep a bed is that goes on under the sea: enough that it falls. Chosen by eye.
@@ -33,7 +33,7 @@ const APART_FROM: f64 = 0.25;
 const LEAST_JOIN: f64 = 0.25;
 
 /// The trunk from a node to the next, which bends as much as it may by a share; `None` for a sink.
-pub fn curve(fields: &Fields, nodes: &Trunks, id: NodeId, share: f64) -> Option<Channel> {
+pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Channel> {
     let drained = nodes.drained(id);
     let to = drained.to?;
     let below = nodes.drained(to);
@@ -80,7 +80,7 @@ pub fn curve(fields: &Fields, nodes: &Trunks, id: NodeId, share: f64) -> Option<
 }
 
 /// The directions in which the trunk from a node to the next leaves the one and comes to the other, as long as the way.
-pub fn directions(nodes: &Trunks, id: NodeId, to: NodeId) -> [[f64; 2]; 2] {
+pub fn directions(nodes: &Look, id: NodeId, to: NodeId) -> [[f64; 2]; 2] {
     let straight = way(nodes, id, to);
     let start = through(nodes, id).unwrap_or_else(|| unit(straight));
     let end = match through(nodes, to) {
@@ -95,7 +95,7 @@ pub fn directions(nodes: &Trunks, id: NodeId, to: NodeId) -> [[f64; 2]; 2] {
 ///
 /// It is between the ways before and after, whatever their lengths: a mean of the ways would follow the longer one, and
 /// the river on the shorter one would have to turn back.
-fn through(nodes: &Trunks, id: NodeId) -> Option<[f64; 2]> {
+fn through(nodes: &Look, id: NodeId) -> Option<[f64; 2]> {
     let drained = nodes.drained(id);
     let after = way(nodes, id, drained.to?);
     let mut through = drained.main.map_or(unit(after), |main| between(way(nodes, main, id), after, 1.0));
@@ -113,7 +113,7 @@ fn through(nodes: &Trunks, id: NodeId) -> Option<[f64; 2]> {
 
 /// The direction in which a trunk comes to a node that the main river runs through in a direction: aslant, and from the
 /// bank on which it comes, also where the main river swings out to that side; or straight, where it comes from ahead.
-fn joining(nodes: &Trunks, id: NodeId, to: NodeId, through: [f64; 2]) -> [f64; 2] {
+fn joining(nodes: &Look, id: NodeId, to: NodeId, through: [f64; 2]) -> [f64; 2] {
     let below = nodes.drained(to);
     let straight = way(nodes, id, to);
     let main = below.main.map_or(through.map(|part| -part), |main| way(nodes, to, main));
@@ -134,7 +134,7 @@ fn joining(nodes: &Trunks, id: NodeId, to: NodeId, through: [f64; 2]) -> [f64; 2
     }
 }
 
-fn way(nodes: &Trunks, from: NodeId, to: NodeId) -> [f64; 2] {
+fn way(nodes: &Look, from: NodeId, to: NodeId) -> [f64; 2] {
     nodes.node(to).at.from(nodes.node(from).at)
 }
 

@@ -85,7 +85,7 @@ impl AtlasFiles {
         }
         let mut gazetteer = Gazetteer::default();
         watch.begin("drawing the index", None);
-        let chart = Chart::of_world(&world, style.clone(), scale)?;
+        let chart = Chart::of_world(&world, style.clone(), scale);
         let subtitle = format!("index of sheets, 1 : {}", thousands(scale.denominator()));
         let captions_of_index = Captions { subtitle, overlay: None, ..captions.clone() };
         let picture = chart.picture(map);
@@ -95,7 +95,7 @@ impl AtlasFiles {
         book.add(&sheet, scale, INDEX, "Index", links)?;
         drop(picture);
         watch.begin("drawing sheets", Some((layout.sheets().count() as u64, "sheets")));
-        let chart = Chart::of_world(&world, style.clone(), layout.scale())?;
+        let chart = Chart::of_world(&world, style.clone(), layout.scale());
         for place in layout.sheets() {
             let name = Layout::name(place);
             let captions = Captions {

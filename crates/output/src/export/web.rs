@@ -306,7 +306,7 @@ impl Artist {
         } else {
             let dense = DENSE as f64;
             let scale = Scale { metres_per_pixel: view.pixel_m / dense, pixels_per_mm: PIXELS_A_MM * dense };
-            let map = Chart::of_world(&self.world, Style::load(LAYERS[0].2)?, scale)?;
+            let map = Chart::of_world(&self.world, Style::load(LAYERS[0].2)?, scale);
             let relief = map.in_style(Style::load(LAYERS[1].2)?);
             [map, relief]
         };

@@ -3,6 +3,7 @@
 //! A block is a square of the scale's pixels and a pure function of its place, so a map drawn at once, in strips, in sheets or
 //! in tiles of a web map is the same.
 
+use std::convert::Infallible;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -88,7 +89,7 @@ impl Chart {
     /// # Errors
     /// When a value of the preset is out of its range.
     pub fn new(preset: &Preset, seed: Option<u64>, style: Style, scale: Scale) -> Result<Arc<Chart>, Error> {
-        Chart::of_world(&Chart::world(preset, seed)?, style, scale)
+        Ok(Chart::of_world(&Chart::world(preset, seed)?, style, scale))
     }
 
     /// The world at all its vertices, as charts of whatever scale share it.
@@ -100,54 +101,48 @@ impl Chart {
     }
 
     /// The maps of such a [world](Chart::world).
-    ///
-    /// # Errors
-    /// When a value of the preset is out of its range at the scale.
-    pub fn of_world(world: &Arc<World>, style: Style, scale: Scale) -> Result<Arc<Chart>, Error> {
-        Chart::made_by(|world| Ok(Cpu::maker(world.relief())), world, style, scale)
+    pub fn of_world(world: &Arc<World>, style: Style, scale: Scale) -> Arc<Chart> {
+        let Ok(chart) = Chart::made_by(|world| Ok::<_, Infallible>(Cpu::maker(world.relief())), world, style, scale);
+        chart
     }
 
     /// The maps of such a [world](Chart::world), with the land that is lit made by what is given for it.
     ///
     /// # Errors
-    /// When a value of the preset is out of its range at the scale, or nothing is given.
-    pub fn made_by(
-        maker: impl FnOnce(&World) -> Result<Arc<dyn LandMaker>, Error>,
+    /// When nothing is given.
+    pub fn made_by<E>(
+        maker: impl FnOnce(&World) -> Result<Arc<dyn LandMaker>, E>,
         world: &Arc<World>,
         style: Style,
         scale: Scale,
-    ) -> Result<Arc<Chart>, Error> {
+    ) -> Result<Arc<Chart>, E> {
         let stride = scale.stride(world.preset().spacing_m);
         let strided =
-            if stride == Stride::ONE { Arc::clone(world) } else { Chart::strided(world, stride, Terrain::TILE_CELLS)? };
+            if stride == Stride::ONE { Arc::clone(world) } else { Chart::strided(world, stride, Terrain::TILE_CELLS) };
         let maker = maker(&strided)?;
         let terrain = Arc::new(Terrain::new(strided, maker, scale));
         let is_fluvial = world.preset().fluvial.is_some();
-        let summits = is_fluvial.then(|| Summits::new(Arc::clone(world), scale)).transpose()?.map(Arc::new);
+        let summits = is_fluvial.then(|| Arc::new(Summits::new(Arc::clone(world), scale)));
         let has_ranges = is_fluvial && Afar::is_of_use(world, scale);
-        let afar = has_ranges.then(|| Afar::new(world, scale)).transpose()?.map(Arc::new);
+        let afar = has_ranges.then(|| Arc::new(Afar::new(world, scale)));
         let detail = Detail { summits, afar, is_sketch: false };
         Ok(Chart::drawn(Arc::clone(world), terrain, detail, style, scale))
     }
 
     /// Sketches of such a [world](Chart::world), for whoever will not wait for the maps: of land at nodes that lie 2^`halvings` times as far
     /// apart, without names of peaks and ranges, and without narrow lakes.
-    ///
-    /// # Errors
-    /// When a value of the preset is out of its range at the scale.
-    pub fn sketch(world: &Arc<World>, style: Style, scale: Scale, halvings: u32) -> Result<Arc<Chart>, Error> {
+    pub fn sketch(world: &Arc<World>, style: Style, scale: Scale, halvings: u32) -> Arc<Chart> {
         let stride = (0..halvings).fold(scale.stride(world.preset().spacing_m), |stride, _| stride.twice());
-        let strided = Chart::strided(world, stride, Terrain::SMALL_TILE_CELLS)?;
+        let strided = Chart::strided(world, stride, Terrain::SMALL_TILE_CELLS);
         let maker = Cpu::maker(strided.relief());
         let terrain = Arc::new(Terrain::new(strided, maker, scale));
         let detail = Detail { is_sketch: true, ..Detail::default() };
-        Ok(Chart::drawn(Arc::clone(world), terrain, detail, style, scale))
+        Chart::drawn(Arc::clone(world), terrain, detail, style, scale)
     }
 
     /// A world at the nodes of a stride, in tiles of so many cells a side.
-    fn strided(world: &World, stride: Stride, tile_cells: u32) -> Result<Arc<World>, Error> {
-        let strided = World::strided(world.preset().clone(), Some(world.seed()), stride)?;
-        Ok(Arc::new(strided.with_tile_cells(tile_cells)))
+    fn strided(world: &World, stride: Stride, tile_cells: u32) -> Arc<World> {
+        Arc::new(world.at_stride(stride).with_tile_cells(tile_cells))
     }
 
     /// What makes the land that is lit.

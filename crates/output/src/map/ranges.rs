@@ -9,7 +9,6 @@ use rayon::prelude::*;
 
 use crate::area::{Area, Stride};
 use crate::clock::Clock;
-use crate::error::Error;
 use crate::geometry::{dot, length};
 use crate::grid::Grid;
 use crate::map::rows::smoothed;
@@ -94,13 +93,10 @@ pub(super) struct Range {
 
 impl Afar {
     /// The land of a world for maps of a scale.
-    ///
-    /// # Errors
-    /// When a value of its preset is out of its range.
-    pub fn new(world: &World, scale: Scale) -> Result<Afar, Error> {
+    pub fn new(world: &World, scale: Scale) -> Afar {
         let most_m = NODE_MM * scale.denominator() / 1000.0;
         let stride = Stride::within(most_m, world.spacing_m());
-        Ok(Afar { world: World::strided(world.preset().clone(), Some(world.seed()), stride)?, scale })
+        Afar { world: world.at_stride(stride), scale }
     }
 
     /// Whether anything is named at a scale that is not named without it.
@@ -305,7 +301,7 @@ mod tests {
     fn ranges_lie_apart_and_are_the_same_in_every_window() {
         let (_, preset) = Preset::load("alps").unwrap();
         let scale = Scale { metres_per_pixel: 1000.0, pixels_per_mm: 1.0 };
-        let afar = Afar::new(&World::new(preset, Some(5)).unwrap(), scale).unwrap();
+        let afar = Afar::new(&World::new(preset, Some(5)).unwrap(), scale);
         let whole = afar.look(Area::new(-300, -250, 600, 500)).ranges();
         assert!(whole.len() > 10, "{}", whole.len());
         let apart = |a: &Range, b: &Range| length([a.top[0] - b.top[0], a.top[1] - b.top[1]]);

@@ -7,7 +7,6 @@ use rayon::prelude::*;
 
 use crate::area::{Area, Stride};
 use crate::clock::Clock;
-use crate::error::Error;
 use crate::features::landforms::PEAKS;
 use crate::fluvial::landforms::peaks;
 use crate::grid::Grid;
@@ -66,17 +65,11 @@ pub(super) struct Summits {
 
 impl Summits {
     /// The peaks of a world for maps of a scale.
-    ///
-    /// # Errors
-    /// When a value of its preset is out of its range.
-    pub fn new(world: Arc<World>, scale: Scale) -> Result<Summits, Error> {
+    pub fn new(world: Arc<World>, scale: Scale) -> Summits {
         let room_m = ROOM_MM * scale.denominator() / 1000.0;
-        let mut afar = None;
-        if room_m > ROOM_M {
-            let stride = Stride::within(room_m / CELL as f64, world.spacing_m());
-            afar = Some(World::strided(world.preset().clone(), Some(world.seed()), stride)?);
-        }
-        Ok(Summits { world, afar, blocks: Memory::new(REMEMBERED) })
+        let stride = Stride::within(room_m / CELL as f64, world.spacing_m());
+        let afar = (room_m > ROOM_M).then(|| world.at_stride(stride));
+        Summits { world, afar, blocks: Memory::new(REMEMBERED) }
     }
 
     /// All peaks in an area of pixels.
