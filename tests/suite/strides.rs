@@ -42,6 +42,27 @@ fn halved(world: &World, area: Area) -> Grid<f32> {
 }
 
 #[test]
+fn land_is_the_same_whatever_the_same_world_at_other_nodes_has_found() {
+    // Near and far, with a sea, with none, and of noise.
+    for (name, strides) in [("archipelago", [2, 64, 2048]), ("badlands", [4, 128, 2048]), ("thesis", [2, 8, 64])] {
+        let near = world(name, 1);
+        let area = Area::new(-20, 12, 40, 24);
+        let rivers = |world: &World| world.relief().fluvial().map(|fluvial| fluvial.rivers(&area));
+        // What is found first is found by another one.
+        let mut found = vec![(heights(&near, area), rivers(&near))];
+        for vertices in strides {
+            let (alone, beside) = (world(name, vertices), near.at_stride(Stride::new(vertices).unwrap()));
+            assert_eq!(beside.spacing_m(), alone.spacing_m());
+            found.push((heights(&beside, area), rivers(&beside)));
+            assert!(found.last() == Some(&(heights(&alone, area), rivers(&alone))), "{name} at {vertices}");
+        }
+        let again = near.at_stride(Stride::ONE);
+        assert!(found[0] == (heights(&again, area), rivers(&again)), "{name}");
+        assert_eq!(again.places().is_some(), near.places().is_some());
+    }
+}
+
+#[test]
 fn a_node_is_the_same_in_every_window() {
     for (name, strides) in [
         ("alps", &[2, 8, 32, 128, 512, 1024, 4096][..]),

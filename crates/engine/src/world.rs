@@ -56,9 +56,8 @@ impl World {
         let Preset { spacing_m, sea_level_m, .. } = preset;
         let places = World::settled(&preset, seed)?;
         let names = places.as_ref().map(|places| Names::new(seed, places.site_side()));
-        let fluvial = preset.fluvial.as_ref();
-        let fluvial =
-            fluvial.map(|settings| Fluvial::strided(settings, (spacing_m, stride), sea_level_m, seed, names.clone()));
+        let grow = |settings| Fluvial::strided(settings, (spacing_m, stride), sea_level_m, seed, names.clone());
+        let fluvial = preset.fluvial.as_ref().map(grow);
         Ok(World::grown(preset, seed, stride, fluvial, places, names))
     }
 
