@@ -64,8 +64,8 @@
 //!
 //!   terrane
 //!
+//!   shell       commands as somebody types them
 //!   experiment/ World, camera -> timings, tables, charts: the thesis' measurement
-//!   shell        commands as somebody types them
 //!   explore/    the endless world in a browser, drawn while one looks
 //!   cli/        the command, a thin layer on all this, and the only part that prints
 //! ```
@@ -74,7 +74,8 @@
 //! whoever calls it folds these: [`tile::shaped_input`] those of normals and weights, [`lines::Imprint::input`] that of
 //! drains, and [`tile::accumulation_input`] that of accumulation, which is made of land of its own. For each a test fills all outside with NaN and finds the result unchanged.
 //!
-//! The same world can be had at the nodes of a [stride](area::Stride), every 2^k-th vertex ([`world::World::strided`]): areas, tiles and
+//! The same world can be had at the nodes of a [stride](area::Stride), every 2^k-th vertex ([`world::World::strided`], or [`at_stride`](world::World::at_stride) of a world that is
+//! there): areas, tiles and
 //! lines are then counted in nodes, and all layers below `relief` are the same. What nodes do not show is left out before it
 //! costs anything, and is there in the mean.
 //!

@@ -26,7 +26,8 @@ pub struct Mask([bool; LANES]);
 /// An array whose lane `i` is the expression.
 macro_rules! each_lane {
     ($i:ident => $lane:expr) => {{
-        // No loop, which the compiler would unroll for each operation of each kernel: half of the time that all kernels took.
+        // No loop, which the compiler would unroll for each operation of each kernel: two thirds of the time that all
+        // of them took to compile.
         // And no `array::from_fn`: closures keep kernels from being inlined whole.
         const _: () = assert!(LANES == 4);
         [{ let $i = 0; $lane }, { let $i = 1; $lane }, { let $i = 2; $lane }, { let $i = 3; $lane }]
