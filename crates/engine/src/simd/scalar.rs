@@ -30,7 +30,24 @@ macro_rules! each_lane {
         // of them took to compile.
         // And no `array::from_fn`: closures keep kernels from being inlined whole.
         const _: () = assert!(LANES == 4);
-        [{ let $i = 0; $lane }, { let $i = 1; $lane }, { let $i = 2; $lane }, { let $i = 3; $lane }]
+        [
+            {
+                let $i = 0;
+                $lane
+            },
+            {
+                let $i = 1;
+                $lane
+            },
+            {
+                let $i = 2;
+                $lane
+            },
+            {
+                let $i = 3;
+                $lane
+            },
+        ]
     }};
 }
 
