@@ -25,7 +25,13 @@ pub const fn scatter(value: u64) -> u64 {
 /// A key made of a key and a number.
 #[inline]
 pub const fn combine(key: u64, number: u64) -> u64 {
-    mix(scatter(key) ^ number.wrapping_mul(GOLDEN))
+    with_number(scatter(key), number)
+}
+
+/// [`combine`] of a key that is [scattered](scatter) already, for whoever makes many of one.
+#[inline]
+pub const fn with_number(scattered: u64, number: u64) -> u64 {
+    mix(scattered ^ number.wrapping_mul(GOLDEN))
 }
 
 /// The seed of one stream of chance, independent of the seeds of all other streams.

@@ -33,17 +33,20 @@ struct CoastWindow {
 }
 
 impl CoastWindow {
-    /// The window that holds the cells from one to another, corners included, given how far inland a point of the lattice is.
-    fn new(coarse: i64, first: [i64; 2], last: [i64; 2], of: impl Fn(i64, i64) -> f64) -> CoastWindow {
+    /// The window that holds the cells from one to another, corners included; for nodes that see trunks, or from so far that they do not.
+    fn new(fields: &Fields, (coarse, is_far): (i64, bool), first: [i64; 2], last: [i64; 2]) -> CoastWindow {
         let [columns, lines] = [0, 1].map(|axis| (last[axis] - first[axis] + 2) as usize);
-        let mut inland_m = Vec::with_capacity(columns * lines);
-        for j in 0..lines as i64 {
-            for i in 0..columns as i64 {
-                let [i, j] = [first[0] + i, first[1] + j].map(|at| at * (coarse / COAST_STEP));
-                inland_m.push(of(i, j) as f32);
-            }
-        }
-        CoastWindow { first, columns, inland_m }
+        let place = |n: usize| ((first[0] + (n % columns) as i64), (first[1] + (n / columns) as i64));
+        let steps = coarse / COAST_STEP;
+        let points: Vec<(i64, i64)> = (0..columns * lines).map(place).map(|(i, j)| (i * steps, j * steps)).collect();
+        let vertices = || points.iter().map(|(i, j)| Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
+        let inland_m: Vec<f64> = match steps {
+            1 => fields.inlands_of_lattice_m(points).collect(),
+            _ if is_far => fields.inlands_m(&vertices().collect::<Vec<_>>()),
+            // No channel asks for the same ones.
+            _ => fields.find_inlands_of_lattice_m(&points),
+        };
+        CoastWindow { first, columns, inland_m: inland_m.into_iter().map(|metres| metres as f32).collect() }
     }
 
     /// How far inland a place in a cell is.
@@ -63,16 +66,6 @@ impl CoastWindow {
 /// than its points.
 fn coarse(step: i64) -> i64 {
     COAST_STEP.max(step)
-}
-
-/// What says how far inland a point of the lattice is.
-fn inland(fields: &Fields, coarse: i64, is_far: bool) -> impl Fn(i64, i64) -> f64 {
-    move |i, j| match coarse {
-        COAST_STEP => fields.inland_of_lattice_m(i, j),
-        _ if is_far => fields.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP)),
-        // No channel asks for the same ones.
-        _ => fields.find_inland_of_lattice_m(i, j),
-    }
 }
 
 /// A window of the lattice, and where nodes lie in it, for kernels that run elsewhere.
@@ -98,7 +91,7 @@ impl PackedCoast {
         let cell = |node: i64| (node * step).div_euclid(coarse);
         let first = [cell(area.x0) - beyond[0], cell(area.y0) - beyond[1]];
         let last = [cell(area.x1 - 1) + beyond[0], cell(area.y1 - 1) + beyond[1]];
-        let window = CoastWindow::new(coarse, first, last, inland(fields, coarse, is_far));
+        let window = CoastWindow::new(fields, (coarse, is_far), first, last);
         let in_cell = [area.x0, area.y0].map(|node| (node * step).rem_euclid(coarse));
         PackedCoast { inland_m: window.inland_m, columns: window.columns, before: beyond, in_cell, coarse }
     }
@@ -120,7 +113,6 @@ pub fn heights(
     let &Displaced { area, step, ref metres } = nodes;
     let per_vertex = (1.0 / spacing_m) as f32;
     let coarse = coarse(step);
-    let inland_m = inland(fields, coarse, is_far);
     let shore_m = fields.shore_m();
     let mut coast_m = vec![f32::INFINITY; area.len()];
     let mut any = false;
@@ -147,7 +139,7 @@ pub fn heights(
                 }
                 highest_m = highest_m.max(land_m[index]);
             }
-            let window = CoastWindow::new(coarse, first, last, &inland_m);
+            let window = CoastWindow::new(fields, (coarse, is_far), first, last);
             // Height grows with the way inland. What is left out is above the land, so that it makes no difference,
             // whichever nodes are in the block.
             let nearest_m = window.inland_m.iter().fold(f32::INFINITY, |a, b| a.min(*b));

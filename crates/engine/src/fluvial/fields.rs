@@ -1,6 +1,10 @@
 //! What varies slowly over a fluvial world: where its water flows at large, how fast the land rises, where the sea is.
 
-use super::point::{GRAINS, Point, PointNoise};
+use std::sync::Arc;
+
+use super::point::{AROUND, GRAINS, Point};
+use super::point_noise::{PointField, PointNoise};
+use super::potential::Potential;
 use super::settings::{CoastSettings, FluvialSettings};
 use crate::geometry::length;
 use crate::hash::{self, Stream};
@@ -18,7 +22,7 @@ pub struct Fields {
     spring_m3s: f64,
     /// Grains between channels of the finest level.
     finest: i64,
-    potential: PointNoise,
+    potential: Potential,
     uplift: PointNoise,
     flood_plain: PointNoise,
     sea: Option<Sea>,
@@ -30,29 +34,13 @@ struct Sea {
     level_m: f64,
     /// Metres from the lowstand's shore, about, for each unit of the potential.
     metres_a_unit: f64,
-    /// How far the potential is moved east and south, as shares of the most, so that shores are not smooth. What is
-    /// moved has no hollow that it had not, as octaves of its own would have by the dozen: each would be a sea without a
-    /// way out.
-    bends: Vec<Bend>,
-    /// How far inland points of the rasters' lattice are: rasters and channels ask for each many times.
-    lattice_m: Memory<(i64, i64), f64>,
+    /// How far inland points of the rasters' lattice are, in patches: rasters and channels ask for each many times.
+    lattice_m: Memory<LatticePatch, Vec<f64>>,
 }
 
-/// A displacement of the plane that does not fold it.
-#[derive(Debug)]
-struct Bend {
-    /// East and south, as shares of the most.
-    axes: [PointNoise; 2],
-    /// Grains by which a place is moved at most.
-    most: f64,
-}
-
-impl Bend {
-    fn bent(&self, at: Point) -> Point {
-        let [east, south] = &self.axes;
-        at.moved([self.most * east.at(at), self.most * south.at(at)])
-    }
-}
+/// A patch of points of the lattice by which rasters know the shore, by its column and row, and its points a side.
+type LatticePatch = (i64, i64);
+const PATCH: i64 = 8;
 
 /// The straight way from a point on land to another.
 pub struct DryWay {
@@ -137,14 +125,6 @@ const LEFT_OPEN: f64 = 0.25;
 /// it. Chosen by eye.
 const LEAST_LAKE_M: f64 = 1.0;
 
-/// Wavelengths of the bends of shores, as shares of the basins', but for those that are shorter than so many steps of the
-/// lattice by which rasters know the shore; their octaves; and how far they go at most, as a share of their own wavelength:
-/// further, and more than a few places would fold.
-const BEND_WAVES: [f64; 3] = [0.03125, 0.125, 0.5];
-const LEAST_BEND: f64 = 8.0;
-const BEND_OCTAVES: u32 = 2;
-const MOST_BEND: f64 = 0.4;
-
 /// What the land's edge is steeper than the slope that beds keep below: so the valleys make the land down to the
 /// lowstand's shore, and what the coast takes of it is too narrow to have hollows of its own. Chosen by eye.
 const EDGE_STEEPER: f32 = 6.0;
@@ -165,32 +145,24 @@ impl Fields {
             PointNoise::new((wavelength_m / metres_a_grain).round() as i64, octaves, hash::stream(seed, stream))
         };
         let mask = &settings.uplift.mask;
-        let octaves = if sea_level_m.is_some() { settings.coast.octaves } else { 2 };
+        let potential = match sea_level_m {
+            Some(_) => {
+                let basins = noise(basin_m, settings.coast.octaves, Stream::Potential);
+                Potential::with_shores(basins, [basin_m, COAST_STEP as f64 * spacing_m, metres_a_grain], noise)
+            }
+            None => Potential::smooth(noise(basin_m, 2, Stream::Potential)),
+        };
         let mut fields = Fields {
             settings: settings.clone(),
             spring_m3s: settings.spring_m3s,
             metres_a_grain,
             finest: finest_vertices as i64 * GRAINS,
-            potential: noise(basin_m, octaves, Stream::Potential),
+            potential,
             uplift: noise(mask.wavelength_m, mask.octaves, Stream::Uplift),
             flood_plain: noise(FLOOD_PLAIN_WAVE * settings.trunk_m, 2, Stream::FloodPlain),
             sea: sea_level_m.map(|level_m| Sea {
                 level_m,
                 metres_a_unit: basin_m / 2.0,
-                // The short ones first: what is bent twice is folded no more than either folds.
-                bends: [
-                    (BEND_WAVES[0], [Stream::LeastCoastEast, Stream::LeastCoastSouth]),
-                    (BEND_WAVES[1], [Stream::ShortCoastEast, Stream::ShortCoastSouth]),
-                    (BEND_WAVES[2], [Stream::CoastEast, Stream::CoastSouth]),
-                ]
-                .map(|(share, streams)| (share * basin_m, streams))
-                .into_iter()
-                .filter(|(wave_m, _)| *wave_m >= LEAST_BEND * COAST_STEP as f64 * spacing_m)
-                .map(|(wave_m, streams)| Bend {
-                    axes: streams.map(|stream| noise(wave_m, BEND_OCTAVES, stream)),
-                    most: MOST_BEND * wave_m / metres_a_grain,
-                })
-                .collect(),
                 lattice_m: Memory::new(8 << 20),
             }),
             base_m: match sea_level_m {
@@ -264,10 +236,12 @@ impl Fields {
 
     /// Water flows from high potential to low, -1 to 1.
     pub fn potential(&self, at: Point) -> f64 {
-        match &self.sea {
-            Some(sea) => self.potential.at(sea.bends.iter().fold(at, |at, bend| bend.bent(at))),
-            None => self.potential.at(at),
-        }
+        self.potential.at(at)
+    }
+
+    /// The potential at any number of points, for whoever knows them all beforehand.
+    pub fn potentials(&self, points: &[Point]) -> Vec<f64> {
+        self.potential.at_all(points)
     }
 
     /// Where the potential is lower than this the sea was at its lowstand.
@@ -308,8 +282,17 @@ impl Fields {
 
     /// How fast the land rises at a point, above 0 to 1.
     pub fn uplift(&self, at: Point) -> f64 {
+        self.uplift_by(self.uplift.at(at))
+    }
+
+    /// The same at any number of points, for whoever knows them all beforehand.
+    pub fn uplifts(&self, points: &[Point]) -> Vec<f64> {
+        self.uplift.at_all(points).into_iter().map(|noise| self.uplift_by(noise)).collect()
+    }
+
+    fn uplift_by(&self, noise: f64) -> f64 {
         let (mask, least) = (&self.settings.uplift.mask, self.settings.uplift.least);
-        let t = ((self.uplift.at(at) - mask.from) / (mask.to - mask.from)).clamp(0.0, 1.0);
+        let t = ((noise - mask.from) / (mask.to - mask.from)).clamp(0.0, 1.0);
         least + (1.0 - least) * t * t * (3.0 - 2.0 * t)
     }
 
@@ -438,9 +421,23 @@ impl Fields {
     /// Metres from the lowstand's shore, about: inland above 0, at sea below. Infinite without a sea.
     pub fn inland_m(&self, at: Point) -> f64 {
         match &self.sea {
-            Some(sea) => (self.potential(at) - self.settings.coast.below) * sea.metres_a_unit,
+            Some(sea) => self.inland_by_m(sea, self.potential(at)),
             None => f64::INFINITY,
         }
+    }
+
+    /// The same at any number of points, for whoever knows them all beforehand.
+    pub fn inlands_m(&self, points: &[Point]) -> Vec<f64> {
+        match &self.sea {
+            Some(sea) => {
+                self.potentials(points).into_iter().map(|potential| self.inland_by_m(sea, potential)).collect()
+            }
+            None => vec![f64::INFINITY; points.len()],
+        }
+    }
+
+    fn inland_by_m(&self, sea: &Sea, potential: f64) -> f64 {
+        (potential - self.settings.coast.below) * sea.metres_a_unit
     }
 
     /// Whether a point lay in the sea at its lowstand.
@@ -464,51 +461,68 @@ impl Fields {
         let step = COAST_STEP * GRAINS;
         let (i, j) = (at.x.div_euclid(step), at.y.div_euclid(step));
         let [u, v] = [at.x, at.y].map(|grains| grains.rem_euclid(step) as f64 / step as f64);
-        let row = |j: i64| {
-            let [west, east] = [i, i + 1].map(|i| self.inland_of_lattice_m(i, j));
+        let mut corners = self.inlands_of_lattice_m([(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)]);
+        let mut row = || {
+            let [west, east] = [0, 1].map(|_| corners.next().expect("there are four"));
             west + (east - west) * u
         };
-        let north = row(j);
-        north + (row(j + 1) - north) * v
+        let (north, south) = (row(), row());
+        north + (south - north) * v
     }
 
-    /// [`Fields::inland_m`] at a point of the lattice that the rasters have the coast from; in hollows of the potential
+    /// [`Fields::inland_m`] at points of the lattice that the rasters have the coast from; in hollows of the potential
     /// that do not lead to the sea, as far inland as the coast takes nothing of the land, for it would cut pits there.
-    pub fn inland_of_lattice_m(&self, i: i64, j: i64) -> f64 {
-        match &self.sea {
-            Some(sea) => *sea.lattice_m.get((i, j), || self.find_inland_of_lattice_m(i, j)),
-            None => f64::INFINITY,
-        }
+    pub fn inlands_of_lattice_m(&self, points: impl IntoIterator<Item = (i64, i64)>) -> impl Iterator<Item = f64> {
+        let mut last: Option<(LatticePatch, Arc<Vec<f64>>)> = None;
+        points.into_iter().map(move |(i, j)| {
+            let Some(sea) = &self.sea else { return f64::INFINITY };
+            let patch = (i.div_euclid(PATCH), j.div_euclid(PATCH));
+            let values_m = match last.take().filter(|(own, _)| *own == patch) {
+                Some((_, values_m)) => values_m,
+                None => sea.lattice_m.get(patch, || {
+                    let points = (0..PATCH * PATCH).map(|n| (patch.0 * PATCH + n % PATCH, patch.1 * PATCH + n / PATCH));
+                    self.find_inlands_of_lattice_m(&points.collect::<Vec<_>>())
+                }),
+            };
+            let value_m = values_m[(j.rem_euclid(PATCH) * PATCH + i.rem_euclid(PATCH)) as usize];
+            last = Some((patch, values_m));
+            value_m
+        })
     }
 
-    /// The same where there is a sea and hardly a point is asked for twice: so none is remembered.
-    pub fn find_inland_of_lattice_m(&self, i: i64, j: i64) -> f64 {
+    /// The same where hardly a point is asked for twice: so none is remembered.
+    pub fn find_inlands_of_lattice_m(&self, points: &[(i64, i64)]) -> Vec<f64> {
         // So many steps downhill at most, of which one or two lead to nearly all shores.
         const STEPS: usize = 32;
-        let inland_m = |(i, j): (i64, i64)| self.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
-        let (mut at, here_m) = ((i, j), inland_m((i, j)));
+        let all_m = |points: &[(i64, i64)]| {
+            let vertices = points.iter().map(|(i, j)| Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
+            self.inlands_m(&vertices.collect::<Vec<_>>())
+        };
         let most_m = (COAST_STEP * GRAINS) as f64 * self.metres_a_grain;
-        if here_m <= 0.0 || here_m > most_m {
-            return here_m;
-        }
-        let mut lowest_m = here_m;
-        for _ in 0..STEPS {
-            let mut lower = None;
-            let all = (-1..=1).flat_map(|v| (-1..=1).map(move |u| (at.0 + u, at.1 + v)));
-            for around in all.filter(|around| *around != at) {
-                let around_m = inland_m(around);
+        let found_m = |(start, here_m): (&(i64, i64), f64)| {
+            if here_m <= 0.0 || here_m > most_m {
+                return here_m;
+            }
+            let (mut at, mut lowest_m) = (*start, here_m);
+            for _ in 0..STEPS {
+                let around = AROUND.map(|(u, v)| (at.0 + u, at.1 + v));
+                let around_m = all_m(&around);
                 // Whichever is lowest lies in the sea then.
-                if around_m <= 0.0 {
+                if around_m.iter().any(|around_m| *around_m <= 0.0) {
                     return here_m;
                 }
-                if around_m < lowest_m {
-                    (lowest_m, lower) = (around_m, Some(around));
+                let mut lower = None;
+                for (around, around_m) in around.into_iter().zip(around_m) {
+                    if around_m < lowest_m {
+                        (lowest_m, lower) = (around_m, Some(around));
+                    }
                 }
+                let Some(lower) = lower else { return most_m };
+                at = lower;
             }
-            let Some(lower) = lower else { return most_m };
-            at = lower;
-        }
-        here_m
+            here_m
+        };
+        points.iter().zip(all_m(points)).map(found_m).collect()
     }
 
     /// Height that the coast alone gives a place so far inland: the edge of the land, or the sea's floor.
@@ -562,18 +576,21 @@ impl Fields {
     /// The same by the potential there, with which it grows.
     pub fn below_coast_of_m(&self, potential: f64, filled_m: f64) -> f64 {
         let Some(sea) = &self.sea else { return f64::INFINITY };
-        let inland_m = (potential - self.settings.coast.below) * sea.metres_a_unit;
-        let rise_m = inland_m.max(0.0) * self.settings.coast.slope[0];
+        let rise_m = self.inland_by_m(sea, potential).max(0.0) * self.settings.coast.slope[0];
         filled_m + COAST_INCISION * edge_rise_m(rise_m as f32) as f64
     }
 
     /// The height in metres that the coast leaves the bed of a channel, from its head down: no more than further up.
     pub fn below_coast_along_m(&self, course: impl Iterator<Item = Point>, filled_m: f64) -> Vec<f64> {
-        let lower = |most_m: &mut f64, at: Point| {
-            *most_m = most_m.min(self.below_coast_m(at, filled_m));
+        let course: Vec<Point> = course.collect();
+        let lower = |most_m: &mut f64, potential: f64| {
+            *most_m = most_m.min(self.below_coast_of_m(potential, filled_m));
             Some(*most_m)
         };
-        course.scan(f64::INFINITY, lower).collect()
+        match self.has_sea() {
+            true => self.potentials(&course).into_iter().scan(f64::INFINITY, lower).collect(),
+            false => vec![f64::INFINITY; course.len()],
+        }
     }
 
     /// The share of the straight way from a point on land at which it comes to the lowstand's sea, if it does.
@@ -593,23 +610,36 @@ impl Fields {
             return DryWay { sea_at: None, least };
         }
         let [east, south] = to.from(from);
-        let potential = |share: f64| self.potential(from.moved([east * share, south * share]));
-        let in_sea = |share: f64| potential(share) < self.sea_potential();
+        let at = |share: f64| from.moved([east * share, south * share]);
         let step = 1.0 / PLACES as f64;
-        let comes_to_sea = |place: &usize| {
-            let here = potential(*place as f64 * step);
+        let places: Vec<Point> = (1..PLACES).map(|place| at(place as f64 * step)).collect();
+        let comes_to_sea = |(place, here): &(usize, f64)| {
             if place.is_multiple_of(COAST) {
-                least = least.min(here);
+                least = least.min(*here);
             }
-            here < self.sea_potential()
+            *here < self.sea_potential()
         };
-        let wet = (1..PLACES).find(comes_to_sea).or_else(|| (end() < self.sea_potential()).then_some(PLACES));
+        // Half of them first: many a way comes to the sea early.
+        let halves = places.chunks(PLACES / 2).flat_map(|half| self.potentials(half));
+        let wet = (1..PLACES).zip(halves).find(comes_to_sea).map(|(place, _)| place);
+        let wet = wet.or_else(|| (end() < self.sea_potential()).then_some(PLACES));
         let Some(wet) = wet else { return DryWay { sea_at: None, least } };
-        let mut wet = wet as f64 * step;
-        let mut dry = wet - step;
-        for _ in 0..halvings {
-            let middle = f64::midpoint(dry, wet);
-            if in_sea(middle) { wet = middle } else { dry = middle }
+        let mut dry = (wet - 1) as f64 * step;
+        let mut width = step;
+        let mut left = halvings;
+        while left > 0 {
+            // Three halvings at a time, with all middles that they may come to: shares are such that none is rounded.
+            let parts = 1_usize << left.min(3);
+            width /= parts as f64;
+            let middles: Vec<Point> = (1..parts).map(|part| at(dry + part as f64 * width)).collect();
+            let potentials = self.potentials(&middles);
+            let (mut low, mut high) = (0, parts);
+            while high - low > 1 {
+                let middle = usize::midpoint(low, high);
+                if potentials[middle - 1] < self.sea_potential() { high = middle } else { low = middle }
+            }
+            dry += low as f64 * width;
+            left -= left.min(3);
         }
         DryWay { sea_at: Some(dry), least }
     }

@@ -21,7 +21,7 @@
 //! its whole basin, which is flooded and remembered. What a stage reads to make an area stands beside it, as its
 //! `input`.
 //!
-//! The rooms, in the order of that way: `fields` and `lift` have the laws; `trunk` the lattice of the largest rivers,
+//! The rooms, in the order of that way: `potential`, `fields` and `lift` have the laws; `trunk` the lattice of the largest rivers,
 //! `trunk_curve`, `meander`, `delta` and `trunk_course` their lines, `lake` their lakes, and `branches` their old arms;
 //! `tributary_course` and `tributary` all others; `network` finds channels and their `segment`s by place; `warp`,
 //! `valley` and `valley_side`, `gullies`, `moraine`, `barrier` and `glacier`, which are `stamp`s, `coast`, `skerries`, `breach` and `water`
@@ -31,6 +31,8 @@
 
 pub mod settings;
 pub mod point;
+mod point_noise;
+mod potential;
 pub mod fields;
 mod lift;
 mod wander;
@@ -518,8 +520,8 @@ impl Fluvial {
     fn hillsides(&self, area: Area, detail: Detail) -> Hillsides {
         let (step, levels) = (detail.step, detail.channels.levels);
         let coarse = detail.slope_step;
-        let uplift = |(x, y): (i64, i64)| self.fields.uplift(Point::at_vertex(x * coarse, y * coarse));
-        let uplifts: Vec<f64> = corners(area, coarse / step).vertices().map(uplift).collect();
+        let corners = corners(area, coarse / step).vertices().map(|(x, y)| Point::at_vertex(x * coarse, y * coarse));
+        let uplifts = self.fields.uplifts(&corners.collect::<Vec<_>>());
         let table = |values: Vec<f32>| bilinear(area, coarse / step, &values);
         let has_rest = levels < self.fields.levels();
         let laws: Vec<RestLaw> =

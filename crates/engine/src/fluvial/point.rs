@@ -1,4 +1,4 @@
-//! Points finer than the lattice of vertices, and what varies slowly from point to point.
+//! Points finer than the lattice of vertices.
 
 use crate::geometry::length;
 use crate::hash::{self, Draw};
@@ -64,6 +64,9 @@ fn round(value: f64) -> i64 {
     whole - i64::from(whole as f64 > value)
 }
 
+/// The ways from a node of a lattice to the eight around it, row by row.
+pub const AROUND: [(i64, i64); 8] = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
+
 /// A number from 0 to 1, 1 excluded, for each id of a lattice and each part of what is left to chance there.
 pub fn chance(seed: u64, id: (i64, i64), draw: Draw, part: u64) -> f64 {
     hash::share(at_node(hash::combine(seed, draw.number(part)), id.0, id.1))
@@ -73,105 +76,3 @@ pub fn chance(seed: u64, id: (i64, i64), draw: Draw, part: u64) -> f64 {
 fn at_node(seed: u64, x: i64, y: i64) -> u64 {
     hash::combine(hash::combine(seed, x as u64), y as u64)
 }
-
-/// Smooth noise from -1 to 1 at single points: octaves of gradient noise, each half as long and half as high.
-///
-/// For the few points of a network; rasters have [`Fractal`](crate::noise::Fractal). Based on: K. Perlin, Improving
-/// Noise, 2002.
-#[derive(Clone, Debug)]
-pub struct PointNoise {
-    octaves: Vec<PointOctave>,
-}
-
-#[derive(Clone, Debug)]
-struct PointOctave {
-    seed: u64,
-    wavelength: i64,
-    amplitude: f64,
-}
-
-impl PointNoise {
-    /// Noise whose first octave is `wavelength` grains long.
-    pub fn new(wavelength: i64, octaves: u32, seed: u64) -> PointNoise {
-        let total: f64 = (0..octaves).map(|octave| 0.5f64.powi(octave as i32)).sum();
-        let octave = |index: u32| PointOctave {
-            seed: hash::combine(seed, index as u64),
-            wavelength: (wavelength >> index).max(1),
-            amplitude: 0.5f64.powi(index as i32) / total,
-        };
-        PointNoise { octaves: (0..octaves).map(octave).collect() }
-    }
-
-    /// The noise at a point.
-    pub fn at(&self, point: Point) -> f64 {
-        self.octaves.iter().fold(0.0, |sum, octave| sum + octave.at(point) * octave.amplitude)
-    }
-}
-
-impl PointOctave {
-    #[inline]
-    fn at(&self, point: Point) -> f64 {
-        let ((column, x), (cell_row, y)) = (self.cell(point.x), self.cell(point.y));
-        // As `at_node` has it, but for each column once.
-        let (west, east) = (self.column(column), self.column(column + 1));
-        let corner = |column: u64, row: i64, x: f64, y: f64| {
-            let [gx, gy] = GRADIENTS[(hash::combine(column, row as u64) >> 60) as usize];
-            gx * x + gy * y
-        };
-        let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
-        let (u, v) = (fade(x), fade(y));
-        let row = |row: i64, y: f64| {
-            let west = corner(west, row, x, y);
-            west + (corner(east, row, x - 1.0, y) - west) * u
-        };
-        // A gradient's length brings the sum to within 1.
-        let north = row(cell_row, y);
-        north + (row(cell_row + 1, y - 1.0) - north) * v
-    }
-
-    /// The cell of the noise in which a place lies along an axis, and how far into it, 0 to 1.
-    #[inline]
-    fn cell(&self, at: i64) -> (i64, f64) {
-        // As `div_euclid` and `rem_euclid` have it, which take as long as all else: nearly, and then exactly.
-        let scale = 1.0 / self.wavelength as f64;
-        let mut cell = (at as f64 * scale) as i64;
-        let mut rest = at - cell * self.wavelength;
-        while rest < 0 {
-            (cell, rest) = (cell - 1, rest + self.wavelength);
-        }
-        while rest >= self.wavelength {
-            (cell, rest) = (cell + 1, rest - self.wavelength);
-        }
-        (cell, rest as f64 * scale)
-    }
-
-    #[inline]
-    fn column(&self, column: i64) -> u64 {
-        hash::combine(self.seed, column as u64)
-    }
-}
-
-/// Sixteen directions, as long as the square root of two: gradient noise of unit gradients stays within its half.
-const GRADIENTS: [[f64; 2]; 16] = {
-    const A: f64 = std::f64::consts::SQRT_2;
-    const B: f64 = 1.306_562_964_876_376_5;
-    const C: f64 = 0.541_196_100_146_197;
-    [
-        [A, 0.0],
-        [B, C],
-        [1.0, 1.0],
-        [C, B],
-        [0.0, A],
-        [-C, B],
-        [-1.0, 1.0],
-        [-B, C],
-        [-A, 0.0],
-        [-B, -C],
-        [-1.0, -1.0],
-        [-C, -B],
-        [0.0, -A],
-        [C, -B],
-        [1.0, -1.0],
-        [B, -C],
-    ]
-};

@@ -4,7 +4,8 @@
 //! None comes to the shore, along which some water is left for all that ends there. Shoals only raise the sea's floor.
 
 use super::fields::Fields;
-use super::point::{GRAINS, Point, PointNoise, chance};
+use super::point::{GRAINS, Point, chance};
+use super::point_noise::{PointField, PointNoise};
 use crate::area::Area;
 use crate::geometry::{length, smooth};
 use crate::hash::{self, Draw, Stream};

@@ -16,7 +16,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use super::fields::{DryWay, FEW_SHORE_HALVINGS, Fields, SHORE_HALVINGS};
-use super::point::{Point, chance};
+use super::point::{AROUND, Point, chance};
 use crate::hash::Draw;
 use crate::memory::{Memory, Usage, heap_bytes};
 
@@ -197,22 +197,23 @@ impl Trunks {
         self.look().drained(id)
     }
 
-    fn make_node(&self, id: NodeId) -> TrunkNode {
+    fn make_nodes(&self, patch: PatchId) -> Vec<TrunkNode> {
         let side = self.fields.side(0);
-        let offset = |axis| 0.5 + 2.0 * JITTER * (chance(self.seed, id, Draw::Head, axis) - 0.5);
-        let corner = Point { x: id.0 * side, y: id.1 * side };
-        let at = corner.moved([offset(0) * side as f64, offset(1) * side as f64]);
-        let potential = self.fields.potential(at);
-        TrunkNode { at, potential, sea: potential < self.fields.sea_potential() }
+        let place = |id: NodeId| {
+            let offset = |axis| 0.5 + 2.0 * JITTER * (chance(self.seed, id, Draw::Head, axis) - 0.5);
+            let corner = Point { x: id.0 * side, y: id.1 * side };
+            corner.moved([offset(0) * side as f64, offset(1) * side as f64])
+        };
+        let places: Vec<Point> = nodes_of(patch).map(place).collect();
+        let node = |(at, potential)| TrunkNode { at, potential, sea: potential < self.fields.sea_potential() };
+        places.iter().copied().zip(self.fields.potentials(&places)).map(node).collect()
     }
 }
 
 impl Look<'_> {
     /// The node of an id.
     pub fn node(&self, id: NodeId) -> TrunkNode {
-        let trunks = self.trunks;
-        let make = |patch: PatchId| nodes_of(patch).map(|id| trunks.make_node(id)).collect();
-        self.nodes.of(id, |patch| trunks.nodes.get(patch, || make(patch)))
+        self.nodes.of(id, |patch| self.trunks.nodes.get(patch, || self.trunks.make_nodes(patch)))
     }
 
     /// The basin of a node, and where its water goes.
@@ -518,9 +519,6 @@ impl Basin {
         }
     }
 }
-
-/// The ways from a node to the eight around it.
-const AROUND: [(i64, i64); 8] = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
 
 /// The eight nodes around one.
 pub(super) fn neighbours(id: NodeId) -> impl Iterator<Item = NodeId> {

@@ -189,13 +189,12 @@ pub fn bend_share(fields: &Fields, drained: &Drained, from: Point, to: Point) ->
         return 0.0;
     }
     let bulge_m = BULGE * length(way) * fields.metres_a_grain();
+    let shares = || (1..PLACES).map(|place| place as f64 / PLACES as f64);
+    let place = |share: f64| from.moved(way.map(|part| part * share * drained.sea_at.unwrap_or(1.0)));
+    let inlands_m = fields.inlands_m(&shares().map(place).collect::<Vec<_>>());
     // The room at a place by what a bulge as round as a parabola takes there.
-    let room = |place: u32| {
-        let share = place as f64 / PLACES as f64;
-        let at = from.moved(way.map(|part| part * share * drained.sea_at.unwrap_or(1.0)));
-        fields.inland_m(at) / (4.0 * share * (1.0 - share) * bulge_m)
-    };
-    (1..PLACES).map(room).fold(1.0, f64::min).max(0.0)
+    let room = |(share, inland_m): (f64, f64)| inland_m / (4.0 * share * (1.0 - share) * bulge_m);
+    shares().zip(inlands_m).map(room).fold(1.0, f64::min).max(0.0)
 }
 
 /// Whether two trunks that share a node cross, or run side by side for long.
