@@ -80,8 +80,11 @@ impl LineSegment {
             let side = |off: [f64; 2]| cross(line.along, off);
             let start = [by.from[0] - line.from[0], by.from[1] - line.from[1]];
             let (a, b) = (side(start), side([start[0] + by.along[0], start[1] + by.along[1]]));
-            let least = 1.5 * length(line.along);
-            (a > least && b < -least) || (a < -least && b > least)
+            // Most are on one side, which takes no root to be seen.
+            (a > 0.0) != (b > 0.0) && {
+                let least = 1.5 * length(line.along);
+                (a > least && b < -least) || (a < -least && b > least)
+            }
         };
         apart(self, other) && apart(other, self)
     }

@@ -32,9 +32,9 @@ pub const CONFINED_TURN: f64 = 0.8;
 const KNOT_TURN: f64 = 0.35;
 const KNOT_TURNS: [f64; 2] = [0.12, 0.2];
 
-/// How far a line turns at most, in radians, from half its width before a place to half its width after it, and how many
-/// times what turns more is smoothed, in so many passes each: a bend of 2.3 widths turns by as much.
-const SHARPEST: f64 = 0.22;
+/// How far a line turns at most, as the tangent of 0.22 radians, from half its width before a place to half its width after it, and how
+/// many times what turns more is smoothed, in so many passes each: a bend of 2.3 widths turns by as much.
+const SHARPEST: f64 = 0.223_619_421_518_684_08;
 const FAIR_ROUNDS: u32 = 48;
 const FAIR_PASSES: u32 = 4;
 
@@ -71,6 +71,9 @@ impl Meander {
 
     /// What is moved there: along the course, and to its side.
     fn moved(&self) -> [f64; 2] {
+        if self.turn == 0.0 {
+            return [0.0; 2];
+        }
         let [along, side, sway] = series(self.turn);
         let scale = self.wave / (TAU * along);
         // The phase alone may be large: whole turns are taken off before it is an angle.
@@ -164,20 +167,24 @@ fn knot_turn(width: f64) -> f64 {
 /// which it swings.
 fn fair(places: &mut [LinePlace], width: f64) {
     let last = places.len() - 1;
+    // Squares of half a width and of ways are compared, which takes no root.
+    let least = width * width / 4.0;
     for _ in 0..FAIR_ROUNDS {
         let mut is_sharp = vec![false; places.len()];
         let (mut from, mut to) = (0, 0);
         for index in 1..last {
-            let off = |other: usize| length(way(places[index].at, places[other].at));
-            while from + 1 < index && off(from + 1) >= width / 2.0 {
+            let square = |way: [f64; 2]| dot(way, way);
+            let off = |other: usize| square(way(places[index].at, places[other].at));
+            while from + 1 < index && off(from + 1) >= least {
                 from += 1;
             }
             to = to.max(index + 1);
-            while to < last && off(to) < width / 2.0 {
+            while to < last && off(to) < least {
                 to += 1;
             }
             let here = places[index].at;
-            if turn(way(places[from].at, here), way(here, places[to].at)).abs() > SHARPEST {
+            let (before, after) = (way(places[from].at, here), way(here, places[to].at));
+            if cross(before, after).abs() > SHARPEST * dot(before, after) {
                 is_sharp[from.max(1)..=to.min(last - 1)].fill(true);
             }
         }
@@ -247,16 +254,40 @@ fn smooth(course: &[[f64; 2]], tangents: &[[f64; 2]], segment: usize, share: f64
 
 /// What is left of a line's places: where segments of the course begin, and where the line has turned enough.
 fn thinned(places: &[LinePlace], knot_turn: f64) -> Vec<LinePlace> {
+    let last = places.len() - 1;
+    let ways = |index: usize| {
+        let [before, here, after] = [index - 1, index, index + 1].map(|index| places[index].at);
+        (way(before, here), way(here, after))
+    };
     let mut kept = vec![places[0]];
-    let mut turned = 0.0;
-    for three in places.windows(3) {
-        turned += turn(way(three[0].at, three[1].at), way(three[1].at, three[2].at)).abs();
-        if three[1].share == 0.0 || turned > knot_turn {
-            kept.push(three[1]);
-            turned = 0.0;
+    let mut first = 1;
+    for segment in places[1..last].chunk_by(|_, next| next.share != 0.0) {
+        let mut inner = first..first + segment.len();
+        first = inner.end;
+        if segment[0].share == 0.0 {
+            kept.push(segment[0]);
+            inner.next();
+        }
+        // Most segments turn little in all, which tangents, no less than their angles, tell without one.
+        let tangent = |index: usize| {
+            let (before, after) = ways(index);
+            let ahead = dot(before, after);
+            if ahead > 0.0 { cross(before, after).abs() / ahead } else { f64::INFINITY }
+        };
+        if inner.clone().map(tangent).sum::<f64>() < 0.999 * knot_turn {
+            continue;
+        }
+        let mut turned = 0.0;
+        for index in inner {
+            let (before, after) = ways(index);
+            turned += turn(before, after).abs();
+            if turned > knot_turn {
+                kept.push(places[index]);
+                turned = 0.0;
+            }
         }
     }
-    kept.push(places[places.len() - 1]);
+    kept.push(places[last]);
     kept
 }
 

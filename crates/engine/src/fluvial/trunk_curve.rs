@@ -209,7 +209,8 @@ pub fn too_close(trunk: &[Knot], other: &[Knot], joint: Point) -> bool {
     // Near the node they are side by side anyway, so the distance is measured by the way from it.
     let beside = |place: &[f64; 2]| {
         let way = length(*place);
-        way > APART_FROM * whole && other_lines.iter().any(|line| line.distance(*place) < APART * way)
+        let is_near = |line: &LineSegment| line.touches(*place, APART * way) && line.distance(*place) < APART * way;
+        way > APART_FROM * whole && other_lines.iter().any(is_near)
     };
     trunk_lines.iter().any(crosses) || trunk.iter().step_by(STEP).any(beside)
 }
