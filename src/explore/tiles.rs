@@ -24,7 +24,7 @@ const HEIGHTS_STYLE: &str = "topographic";
 
 /// The version of what glances and drafts show: raised with each change, since what was kept before it is another picture. Full maps
 /// have that of their layer, in the digests of worlds.
-const SKETCHES: u8 = 2;
+const SKETCHES: u8 = 3;
 
 /// What draws tiles.
 pub(super) struct Studio {

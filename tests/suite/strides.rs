@@ -63,6 +63,31 @@ fn land_is_the_same_whatever_the_same_world_at_other_nodes_has_found() {
 }
 
 #[test]
+fn a_sketch_is_about_the_land_that_it_is_of_and_leaves_that_as_it_is() {
+    for (name, vertices) in [("alps", 32), ("archipelago", 256), ("badlands", 128), ("thesis", 16)] {
+        let (world, stride, area) = (world(name, 1), Stride::new(vertices).unwrap(), Area::new(-30, 20, 64, 64));
+        let sketch = world.sketch_at_stride(stride).relief().land(area, &Clock::default());
+        let whole = world.at_stride(stride).relief().land(area, &Clock::default());
+        let alone = World::strided(world.preset().clone(), Some(4), stride).unwrap();
+        assert!(whole.heights == heights(&alone, area), "{name}");
+        // Noise has nothing that could be left out.
+        assert_eq!(sketch.heights == whole.heights, name == "thesis");
+        let [low, high] =
+            whole.heights.values().iter().fold([f32::MAX, f32::MIN], |[low, high], m| [low.min(*m), high.max(*m)]);
+        let off =
+            sketch.heights.values().iter().zip(whole.heights.values()).map(|(sketch, whole)| (sketch - whole).abs());
+        let apart = off.sum::<f32>() / area.len() as f32 / (high - low);
+        assert!(apart < 0.05, "{name}: {apart} of the relief");
+        if let (Some(drawn), Some(water)) = (&sketch.water, &whole.water) {
+            let is_sea = |kind: &WaterKind| *kind == WaterKind::Sea;
+            let kinds = drawn.kind.values().iter().zip(water.kind.values());
+            let others = kinds.filter(|(drawn, kind)| is_sea(drawn) != is_sea(kind)).count();
+            assert!(others * 20 < area.len(), "{name}: {others} nodes are sea in one alone");
+        }
+    }
+}
+
+#[test]
 fn a_node_is_the_same_in_every_window() {
     for (name, strides) in [
         ("alps", &[2, 8, 32, 128, 512, 1024, 4096][..]),

@@ -65,8 +65,19 @@ impl World {
     /// one memory for them.
     #[must_use]
     pub fn at_stride(&self, stride: Stride) -> World {
+        self.regrown(stride, |fluvial| fluvial)
+    }
+
+    /// The same for a picture that is there soon and not for long: land of rivers is coarser than it is at those nodes.
+    #[must_use]
+    pub fn sketch_at_stride(&self, stride: Stride) -> World {
+        self.regrown(stride, Fluvial::sketched)
+    }
+
+    fn regrown(&self, stride: Stride, change: impl FnOnce(Fluvial) -> Fluvial) -> World {
         let World { preset, seed, names, .. } = self;
-        let fluvial = self.relief.fluvial().map(|fluvial| fluvial.at_stride(stride, preset.sea_level_m, *seed));
+        let fluvial =
+            self.relief.fluvial().map(|fluvial| fluvial.at_stride(stride, preset.sea_level_m, *seed)).map(change);
         let places = World::settled(preset, *seed).expect("this world was made of the same settings");
         World::grown(preset.clone(), *seed, stride, fluvial, places, names.clone())
     }

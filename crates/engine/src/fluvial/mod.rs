@@ -105,6 +105,8 @@ pub struct Fluvial {
     stride: i64,
     /// Whether a node is wider than a trunk's cell: what is seen is the mean of many.
     is_far: bool,
+    /// Whether it is for a picture that is there soon and not for long.
+    is_sketch: bool,
     /// What is the same from afar, shared with the land at the nodes of other strides: each knows what the others have found.
     fields: Arc<Fields>,
     network: Arc<Network>,
@@ -159,8 +161,12 @@ const LEAST_RIVER_CELL: i64 = 24;
 const LEAST_BENT_CELL: i64 = 8;
 const LEAST_TRUNK_CELL: i64 = 3;
 
-/// Nodes from a knot of a channel to the next at least, where there are more than nodes show.
+/// Nodes that the trunks' cells are wide at least in a sketch: these are seen, if not well.
+const LEAST_SKETCHED_CELL: i64 = 2;
+
+/// Nodes from a knot of a channel to the next at least, where there are more than nodes show; and in a sketch.
 const LEAST_PIECE: i64 = 2;
+const LEAST_SKETCHED_PIECE: i64 = 4;
 
 /// Metres between nodes up to which moraines, barriers and skerries are seen, and glaciers.
 const SMALL_M: f64 = 40.0;
@@ -213,6 +219,11 @@ impl Fluvial {
         Fluvial::grown(shared, (self.spacing_m, strided), sea_level_m, seed, self.names.clone())
     }
 
+    /// The same relief, coarser than its nodes would show: in half of the time.
+    pub(crate) fn sketched(self) -> Fluvial {
+        Fluvial { is_sketch: true, ..self }
+    }
+
     /// Whether the nodes of a stride are wider than a trunk's cell.
     fn sees_no_cells(fields: &Fields, strided: Stride) -> bool {
         fields.side(0) < strided.vertices() * GRAINS
@@ -236,6 +247,7 @@ impl Fluvial {
             spacing_m,
             stride,
             is_far: Fluvial::sees_no_cells(&fields, strided),
+            is_sketch: false,
             network,
             warp,
             gullies: gullies.collect(),
@@ -331,14 +343,18 @@ impl Fluvial {
         let trunk_cell = self.fields.side(0) / GRAINS;
         let is_straight = trunk_cell < LEAST_BENT_CELL * self.stride;
         let steps = std::iter::successors(Some(self.stride), |step| Some(step / 2));
-        let mut steps = steps.filter(|step| *step == 1 || trunk_cell >= LEAST_TRUNK_CELL * step);
+        let (least_cell, least_piece) = match self.is_sketch {
+            true => (LEAST_SKETCHED_CELL, LEAST_SKETCHED_PIECE),
+            false => (LEAST_TRUNK_CELL, LEAST_PIECE),
+        };
+        let mut steps = steps.filter(|step| *step == 1 || trunk_cell >= least_cell * step);
         let step = if is_straight { steps.next().unwrap_or(1) } else { self.stride };
         Detail {
             step,
             slope_step: SLOPE_STEP.max(if self.is_far { FAR_SLOPE_STEP * step } else { step }),
             channels: ShownChannels {
                 levels,
-                least_piece: if has_all { 0.0 } else { (LEAST_PIECE * self.stride * GRAINS) as f64 },
+                least_piece: if has_all { 0.0 } else { (least_piece * self.stride * GRAINS) as f64 },
                 are_straight: is_straight,
             },
             brook_cells: valley::BROOK_CELLS,

@@ -117,8 +117,11 @@ impl Chart {
         scale: Scale,
     ) -> Result<Arc<Chart>, E> {
         let stride = scale.stride(world.preset().spacing_m);
-        let strided =
-            if stride == Stride::ONE { Arc::clone(world) } else { Chart::strided(world, stride, Terrain::TILE_CELLS) };
+        let strided = if stride == Stride::ONE {
+            Arc::clone(world)
+        } else {
+            Arc::new(world.at_stride(stride).with_tile_cells(Terrain::TILE_CELLS))
+        };
         let maker = maker(&strided)?;
         let terrain = Arc::new(Terrain::new(strided, maker, scale));
         let is_fluvial = world.preset().fluvial.is_some();
@@ -133,16 +136,11 @@ impl Chart {
     /// apart, without names of peaks and ranges, and without narrow lakes.
     pub fn sketch(world: &Arc<World>, style: Style, scale: Scale, halvings: u32) -> Arc<Chart> {
         let stride = (0..halvings).fold(scale.stride(world.preset().spacing_m), |stride, _| stride.twice());
-        let strided = Chart::strided(world, stride, Terrain::SMALL_TILE_CELLS);
+        let strided = Arc::new(world.sketch_at_stride(stride).with_tile_cells(Terrain::SMALL_TILE_CELLS));
         let maker = Cpu::maker(strided.relief());
         let terrain = Arc::new(Terrain::new(strided, maker, scale));
         let detail = Detail { is_sketch: true, ..Detail::default() };
         Chart::drawn(Arc::clone(world), terrain, detail, style, scale)
-    }
-
-    /// A world at the nodes of a stride, in tiles of so many cells a side.
-    fn strided(world: &World, stride: Stride, tile_cells: u32) -> Arc<World> {
-        Arc::new(world.at_stride(stride).with_tile_cells(tile_cells))
     }
 
     /// What makes the land that is lit.
