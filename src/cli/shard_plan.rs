@@ -35,7 +35,7 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
     let arguments = BakeArguments { preset, place, shard: None, common };
     planned(&arguments, console, |plan, out| {
         // One for all: another one would be told other times.
-        let trial = plan.trial();
+        let trial = plan.trial(threads);
         let shards = match shards {
             Some(shards) => shards,
             None => fitting(&plan, &trial, minutes * 60.0, threads)?,
@@ -43,7 +43,7 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
         let merge_memory_bytes = plan.cost(threads).memory_bytes;
         let shard = plan.with_shard(Shard::new(1, shards).expect("there is a first one"))?;
         let cost = shard.cost(threads);
-        let forecast = shard.forecast_by(&trial, &cost, threads);
+        let forecast = shard.forecast_by(&trial, &cost);
         let job = Job {
             bake,
             out: out.to_string_lossy().into_owned(),
@@ -67,7 +67,7 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
 fn fitting(plan: &Plan<'_>, trial: &Trial, seconds: f64, threads: usize) -> Result<u64, Error> {
     let fits = |shards: u64| {
         let shard = plan.clone().with_shard(Shard::new(1, shards).expect("there is a first one"))?;
-        let forecast = shard.forecast_by(trial, &shard.cost(threads), threads);
+        let forecast = shard.forecast_by(trial, &shard.cost(threads));
         Ok::<_, Error>(forecast.time.as_secs_f64() <= seconds)
     };
     let (mut least, mut most) = (1, plan.region().tiles());

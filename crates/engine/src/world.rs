@@ -278,6 +278,17 @@ impl World {
         ((IN_TURN * trunks.max(places) as f64) as i64).max(self.agents.reach())
     }
 
+    /// Vertices around an area for which as much must be planned as for as many in it: further away less and less is, and roads, which
+    /// take longest, lead to the next settlement.
+    pub fn planned_whole_around(&self) -> i64 {
+        // Measured on shards of 2 x 2 to 16 x 16 tiles of alps.
+        const SITES: f64 = 1.2;
+        match &self.places {
+            Some(places) => ((SITES * places.site_side() as f64) as i64).max(self.agents.reach()),
+            None => self.planned_around(),
+        }
+    }
+
     /// Bytes that a thread holds while it plans, measured: a search of a usual route among them, which is far from the
     /// longest.
     pub fn planning_bytes(&self) -> u64 {

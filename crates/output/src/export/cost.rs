@@ -10,7 +10,6 @@ use crate::export::format::{FormatCost, Request};
 use crate::features::layers;
 use crate::memory::Usage;
 use crate::tile::Tile;
-use crate::world::World;
 
 /// What a bake will leave and need, as far as its formats and its region say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,26 +26,31 @@ pub struct Cost {
     pub memory_bytes: u64,
 }
 
-/// What one tile of a bake takes: how long it takes to make the first time, in seconds, when much may have to be planned for it, and
-/// how long again; and what the world remembers then.
+/// What one tile of a bake takes, with so many threads at work: how long to plan what lies around it, and how long to make it then, in
+/// seconds of one of them; and what the world remembers then.
 pub struct Trial {
-    first: f64,
-    again: f64,
+    at_once: usize,
+    /// How many times longer a thread takes than if it were alone.
+    slower: f64,
+    planning: f64,
+    making: f64,
     usages: Vec<Usage>,
 }
 
 impl Trial {
-    /// Makes the middle tile of a region.
+    /// Makes the middle tile of a region, alone and then on so many threads at a time, but no more than there are cores: as a rule those
+    /// share more than memory, and two that are called cores are together little faster than one.
     ///
     /// Where `formats` ask for features, these are looked for there too, and where they ask for its accumulation, that is made.
-    pub(super) fn take(request: &Request, formats: &FormatCost) -> Trial {
+    pub(super) fn take(request: &Request, formats: &FormatCost, threads: usize) -> Trial {
+        // The least of some times is what another program disturbs least.
+        const TIMES: usize = 3;
         let Request { world, region, .. } = request;
         let middle = region.tile(Place { row: region.rows() / 2, col: region.cols() / 2 });
-        let clock = Clock::default();
         // Made and dropped: what counts is how long it takes, and what the world remembers of it.
         let time = || {
             let start = Instant::now();
-            let tile = black_box(Tile::timed(world, middle, &clock));
+            let tile = black_box(Tile::timed(world, middle, &Clock::default()));
             if formats.features {
                 let area = tile.area();
                 for layer in layers(world) {
@@ -58,11 +62,21 @@ impl Trial {
             }
             start.elapsed().as_secs_f64()
         };
+        let least = || (0..TIMES).map(|_| time()).fold(f64::INFINITY, f64::min);
         // The first time pays for what later ones find remembered.
         let first = time();
-        // The least of three, which is what another program disturbs least.
-        let again = (0..3).map(|_| time()).fold(f64::INFINITY, f64::min);
-        Trial { first, again, usages: world.usages() }
+        let alone = least();
+        let cores = thread::available_parallelism().map_or(1, usize::from);
+        // More threads than cores or than tiles are no faster.
+        let at_once = threads.min(cores).min(usize::try_from(request.tiles()).unwrap_or(usize::MAX));
+        let making = thread::scope(|scope| {
+            let others: Vec<_> = (1..at_once).map(|_| scope.spawn(least)).collect();
+            let all = others.into_iter().map(|other| other.join().expect("a tile that was made is made again"));
+            let own = least();
+            (all.sum::<f64>() + own) / at_once as f64
+        });
+        let slower = (making / alone).max(1.0);
+        Trial { at_once, slower, planning: (first - alone).max(0.0) * slower, making, usages: world.usages() }
     }
 }
 
@@ -95,31 +109,31 @@ const SPREAD: f64 = 1.35;
 
 impl Forecast {
     /// What a trial says of a bake.
-    pub(super) fn new(trial: &Trial, request: &Request, cost: &Cost, formats: &FormatCost, threads: usize) -> Forecast {
+    pub(super) fn new(trial: &Trial, request: &Request, cost: &Cost, formats: &FormatCost) -> Forecast {
         let Request { world, region, .. } = request;
-        let Trial { first, again, usages } = trial;
+        let Trial { at_once, slower, planning, making, usages } = trial;
         // What is planned, and what of it is remembered, grows with the area that is planned for.
-        let growth = match request.walk {
-            None => {
-                let tile_cells = world.tile_cells() as u64;
-                planned_area(world, region.width(), region.height()) / planned_area(world, tile_cells, tile_cells)
+        let growth = |around: i64| {
+            let side = |vertices: u64| vertices as f64 + 2.0 * around as f64;
+            let tile_cells = world.tile_cells() as u64;
+            match request.walk {
+                None => side(region.width()) * side(region.height()) / side(tile_cells).powi(2),
+                // Its agents plan nothing.
+                Some(_) => 0.0,
             }
-            // Its agents plan nothing.
-            Some(_) => 0.0,
         };
+        let remembered_growth = growth(world.planned_around());
         // One whose values are large may hold more already than it should.
         let remembered = |usage: &Usage| {
             let held = usage.held as f64;
-            (held * growth).min(usage.most as f64 * FULL).max(held) * SPREAD
+            (held * remembered_growth).min(usage.most as f64 * FULL).max(held) * SPREAD
         };
         let remembered: f64 = usages.iter().map(remembered).sum();
         let tiles = request.tiles();
         let formats_s = (request.vertices() * formats.work_ns_a_vertex) as f64 * 1e-9;
-        let work = (first - again).max(0.0) * growth + again * tiles as f64 + formats_s;
-        let cores = thread::available_parallelism().map_or(1, usize::from);
-        // More threads than cores or than tiles are no faster.
-        let at_once = (threads.min(cores) as u64).min(tiles) as f64;
-        let seconds = (work + cost.disk_bytes as f64 / ENCODED_BYTES_A_SECOND) / at_once;
+        let files_s = (formats_s + cost.disk_bytes as f64 / ENCODED_BYTES_A_SECOND) * slower;
+        let work = planning * growth(world.planned_whole_around()) + making * tiles as f64 + files_s;
+        let seconds = work / *at_once as f64;
         let not_yet_made = (1.0 - BATCHES) * 2.0 * cost.batch_bytes as f64;
         let working_bytes = cost.working_bytes - not_yet_made as u64;
         Forecast {
@@ -128,10 +142,4 @@ impl Forecast {
             time: Duration::from_secs_f64(seconds.min(1e15)),
         }
     }
-}
-
-/// Vertices of the area that is planned to make so many columns and rows.
-fn planned_area(world: &World, cols: u64, rows: u64) -> f64 {
-    let around = 2.0 * world.planned_around() as f64;
-    (cols as f64 + around) * (rows as f64 + around)
 }

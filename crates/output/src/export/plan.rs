@@ -495,17 +495,18 @@ impl<'a> Plan<'a> {
 
     /// What the bake of that cost will probably take. It may take as long as planning does to say so.
     pub fn forecast(&self, cost: &Cost, threads: usize) -> Forecast {
-        self.forecast_by(&self.trial(), cost, threads)
+        self.forecast_by(&self.trial(threads), cost)
     }
 
-    /// What one tile of it takes. It may take as long as planning does to say so, and is the same for all shards of a bake.
-    pub fn trial(&self) -> Trial {
-        Trial::take(&self.request_of_made(), &self.format_cost())
+    /// What one tile of it takes on so many threads. It may take as long as planning does to say so, and is the same for all shards of a
+    /// bake.
+    pub fn trial(&self, threads: usize) -> Trial {
+        Trial::take(&self.request_of_made(), &self.format_cost(), threads)
     }
 
     /// What the bake of that cost will probably take, by one tile of it.
-    pub fn forecast_by(&self, trial: &Trial, cost: &Cost, threads: usize) -> Forecast {
-        Forecast::new(trial, &self.request_of_made(), cost, &self.format_cost(), threads)
+    pub fn forecast_by(&self, trial: &Trial, cost: &Cost) -> Forecast {
+        Forecast::new(trial, &self.request_of_made(), cost, &self.format_cost())
     }
 
     /// The manifest of the bake before there is any file.
