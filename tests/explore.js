@@ -211,6 +211,35 @@ async function baking(page) {
   await drag(page, [corner.x - 1, corner.y - 1], [corner.x - 1 + 2 * tile, corner.y - 1 + tile], 8);
   const grown = await Promise.all(["cols", "rows"].map((key) => page.$eval(`#bake-${key}`, (input) => Number(input.value))));
   check(grown[0] === cols + 2 && grown[1] === rows + 1, "a handle makes it larger", `${cols} x ${rows} to ${grown.join(" x ")}`);
+
+  const ready = () => until(page, () => !document.querySelector("#bake-plan.old") && !document.getElementById("bake-go").disabled);
+  const says = (what) => until(page, (what) => !document.getElementById("bake-fault").hidden && [...document.querySelectorAll("#bake-fault button")].some(({ textContent }) => textContent === what), what);
+  const press = (what) => page.$$eval("#bake-fault button", (buttons, what) => buttons.find(({ textContent }) => textContent === what).click(), what);
+  const isDone = () => until(page, () => !document.getElementById("bake-done").hidden && document.querySelector("#bake-done img").naturalWidth > 0);
+  await page.select("#bake-profile", "blender");
+  await until(page, () => document.querySelector("#bake-command code").textContent.includes("--profile blender"));
+  await ready();
+  check((await text(page, "#bake-command code")).endsWith("--profile blender --export map"), "a profile has files of its own", await text(page, "#bake-plan"));
+  await shoot(page, "desk-bake-profile");
+  await page.select("#bake-profile", "");
+  // One that takes some seconds, and does not get them.
+  for (const key of ["cols", "rows"]) await page.$eval(`#bake-${key}`, (input) => ((input.value = 16), input.dispatchEvent(new Event("change"))));
+  await ready();
+  await page.click("#bake-go");
+  await until(page, () => !document.getElementById("bake-progress").hidden);
+  await wait(1500);
+  await page.click("#bake-go");
+  await says("Go on with it");
+  check(true, "a bake that is cancelled can go on", await text(page, "#bake-fault div"));
+  await shoot(page, "desk-bake-cancelled");
+  await press("Go on with it");
+  await isDone();
+  check(true, "and is done", (await text(page, "#bake-done p")).trim());
+  await shoot(page, "desk-baked");
+  await checkFit(page, DESK, ["head", "layers", "zoom", "foot", "bake"]);
+  await page.click("#bake-go");
+  await says("Replace it");
+  check(true, "once more it is in the way, and can be replaced", await text(page, "#bake-fault div"));
   await page.keyboard.press("Escape");
   check(await page.$eval("#bake", ({ hidden }) => hidden), "Escape puts it away", "hidden");
 }

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::str::FromStr;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread;
 
@@ -15,7 +16,7 @@ use serde_json::Value;
 
 use crate::explore::request::{Failure, Status};
 use crate::explore::worlds::{Opened, Recipe};
-use crate::export::Export;
+use crate::export::{Export, Profile};
 use crate::shell::quoted;
 
 /// Bakes that run at a time.
@@ -36,22 +37,45 @@ pub(super) struct Order {
     /// Every how manyth vertex.
     #[serde(default = "one")]
     pub scale: u32,
-    #[serde(default = "default_exports")]
-    pub exports: String,
-    /// Whether what is in the folder may be replaced.
+    /// The program that the files are for, if it is a certain one.
     #[serde(default)]
-    pub overwrite: bool,
+    pub profile: Option<String>,
+    /// Files beside those of the profile; without one they are the files of any bake.
+    #[serde(default)]
+    pub exports: Option<String>,
+    /// What becomes of a bake that is in the folder.
+    #[serde(default)]
+    pub mode: Mode,
     /// Whether the command alone is wanted, without what it takes.
     #[serde(default)]
     pub quick: bool,
 }
 
-fn one() -> u32 {
-    1
+/// What becomes of a bake that is in the folder already.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Mode {
+    /// There must be none.
+    #[default]
+    New,
+    /// It is replaced.
+    Overwrite,
+    /// It was cut off, and goes on.
+    Resume,
 }
 
-fn default_exports() -> String {
-    Export::DEFAULT.into()
+impl Mode {
+    fn option(self) -> Option<&'static str> {
+        match self {
+            Mode::New => None,
+            Mode::Overwrite => Some("--overwrite"),
+            Mode::Resume => Some("--resume"),
+        }
+    }
+}
+
+fn one() -> u32 {
+    1
 }
 
 /// What is known of a bake.
@@ -65,6 +89,16 @@ pub(super) struct Progress {
     /// The folder, when it is there.
     out: Option<String>,
     error: Option<Failure>,
+}
+
+/// States of a bake whose program has not ended.
+const RUNNING: &str = "running";
+const STOPPING: &str = "stopping";
+
+impl Progress {
+    fn is_alive(&self) -> bool {
+        [RUNNING, STOPPING].contains(&self.state)
+    }
 }
 
 struct Running {
@@ -88,12 +122,14 @@ impl Bakes {
     /// # Errors
     /// When it is none.
     pub fn arguments(order: &Order, opened: &Opened) -> Result<Vec<String>, Failure> {
-        let Order { at, size, scale, exports, .. } = order;
+        let Order { at, size, scale, profile, exports, .. } = order;
         if size.iter().any(|side| !(1..=MOST_TILES).contains(side)) {
             return Err(Failure::new(Status::Malformed, format!("size: expected 1 to {MOST_TILES} tiles a side"), ""));
         }
-        // What is no export would be an option to the command.
-        Export::parse_list(exports).map_err(|error| Failure::of(&error))?;
+        // What is no export, or no profile, would be an option to the command.
+        let of = |error| Failure::of(&error);
+        exports.as_deref().map(Export::parse_list).transpose().map_err(of)?;
+        let profile = profile.as_deref().map(Profile::from_str).transpose().map_err(of)?;
         let Recipe { seed, set, .. } = &opened.recipe;
         let mut arguments = vec!["bake".to_owned(), opened.source.clone()];
         if seed.is_some() {
@@ -105,24 +141,28 @@ impl Bakes {
         if *scale != 1 {
             arguments.extend(["--scale".to_owned(), format!("1/{scale}")]);
         }
-        if exports != Export::DEFAULT {
+        if let Some(profile) = profile {
+            arguments.extend(["--profile".to_owned(), profile.name().to_owned()]);
+        }
+        if let Some(exports) = exports.as_ref().filter(|exports| profile.is_some() || *exports != Export::DEFAULT) {
             arguments.extend(["--export".to_owned(), exports.clone()]);
         }
         Ok(arguments)
     }
 
-    /// What a bake would take, as a dry run tells it.
+    /// What a bake would take, as a dry run tells it; and why it may not be baked as things are, if that is so: as a rule the folder
+    /// holds something.
     ///
     /// # Errors
-    /// When it cannot be baked.
-    pub fn plan(&self, arguments: &[String]) -> Result<Value, Failure> {
+    /// When it cannot be baked at all.
+    pub fn plan(&self, arguments: &[String]) -> Result<(Value, Option<Failure>), Failure> {
         let output = self.command(arguments).arg("--dry-run").output().map_err(|error| cannot_start(&error))?;
         let messages = String::from_utf8_lossy(&output.stdout);
         let messages: Vec<Value> = messages.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
         let of = |kind: &str| messages.iter().find(|message| message["type"] == kind);
-        match (of("error"), of("plan")) {
-            (Some(error), _) => Err(said(error)),
-            (None, Some(plan)) => Ok(plan.clone()),
+        match (of("plan"), of("error")) {
+            (Some(plan), error) => Ok((plan.clone(), error.map(said))),
+            (None, Some(error)) => Err(said(error)),
             (None, None) => Err(Failure::new(Status::Broken, "the command has said nothing", "")),
         }
     }
@@ -131,9 +171,9 @@ impl Bakes {
     ///
     /// # Errors
     /// When too many bakes run, or it cannot be started.
-    pub fn begin(&self, arguments: &[String], overwrite: bool) -> Result<usize, Failure> {
+    pub fn begin(&self, arguments: &[String], mode: Mode) -> Result<usize, Failure> {
         let mut all = self.all();
-        let running = all.iter().filter(|bake| bake.progress.state == "running").count();
+        let running = all.iter().filter(|bake| bake.progress.is_alive()).count();
         if running >= MOST_RUNNING {
             return Err(Failure::new(
                 Status::Conflict,
@@ -142,14 +182,12 @@ impl Bakes {
             ));
         }
         let mut command = self.command(arguments);
-        if overwrite {
-            command.arg("--overwrite");
-        }
+        command.args(mode.option());
         command.stdout(Stdio::piped()).stderr(Stdio::null());
         let mut child = command.spawn().map_err(|error| cannot_start(&error))?;
         let messages = child.stdout.take().expect("it is piped");
         let progress =
-            Progress { state: "running", stage: None, done: 0, of: None, seconds_left: None, out: None, error: None };
+            Progress { state: RUNNING, stage: None, done: 0, of: None, seconds_left: None, out: None, error: None };
         all.push(Running { child, progress });
         let (index, shared) = (all.len() - 1, self.all.clone());
         drop(all);
@@ -176,8 +214,8 @@ impl Bakes {
     pub fn cancel(&self, number: u64) -> Result<Progress, Failure> {
         let mut all = self.all();
         let bake = all.get_mut((number as usize).wrapping_sub(1)).ok_or_else(Failure::missing)?;
-        if bake.progress.state == "running" {
-            bake.progress.state = "cancelled";
+        if bake.progress.state == RUNNING {
+            bake.progress.state = STOPPING;
             interrupt(&mut bake.child);
         }
         Ok(bake.progress.clone())
@@ -209,10 +247,7 @@ impl Bakes {
 impl Drop for Bakes {
     /// Who closes the explorer does not wait for bakes, and finds what they have made.
     fn drop(&mut self) {
-        self.all()
-            .iter_mut()
-            .filter(|bake| bake.progress.state == "running")
-            .for_each(|bake| interrupt(&mut bake.child));
+        self.all().iter_mut().filter(|bake| bake.progress.state == RUNNING).for_each(|bake| interrupt(&mut bake.child));
     }
 }
 
@@ -256,12 +291,16 @@ fn listen(messages: impl Read, all: &Mutex<Vec<Running>>, index: usize) {
     change(&|bake| {
         let is_good = bake.child.wait().is_ok_and(|status| status.success());
         let progress = &mut bake.progress;
-        if progress.state == "running" {
-            progress.state = if is_good && progress.out.is_some() { "done" } else { "failed" };
-            if progress.state == "failed" && progress.error.is_none() {
-                progress.error = Some(Failure::new(Status::Broken, "the bake has ended without a word", ""));
+        progress.state = match progress.state {
+            // It may have been done before it was told to stop.
+            _ if is_good && progress.out.is_some() => "done",
+            STOPPING => "cancelled",
+            _ => {
+                let silent = || Failure::new(Status::Broken, "the bake has ended without a word", "");
+                progress.error.get_or_insert_with(silent);
+                "failed"
             }
-        }
+        };
         progress.seconds_left = None;
     });
 }

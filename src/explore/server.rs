@@ -33,6 +33,7 @@ use crate::explore::saved::save;
 use crate::explore::search::Search;
 use crate::explore::tiles::Studio;
 use crate::explore::worlds::{FILE, Given, Opened, Recipe, Worlds};
+use crate::export::Profile;
 use crate::generator;
 use crate::map::style::STYLES;
 use crate::preset::{BUILT_IN, Preset, summary};
@@ -319,8 +320,9 @@ impl Explorer {
         let about = self.open(first).await?;
         let presets = BUILT_IN.iter().map(|(name, text)| json!({ "name": name, "about": summary(text) }));
         let styles = STYLES.iter().map(|(name, text)| json!({ "name": name, "about": summary(text) }));
+        let profiles = Profile::ALL.map(|profile| json!({ "name": profile.name(), "about": profile.about() }));
         Ok(told(&json!({
-            "version": generator::VERSION, "presets": presets.collect::<Vec<_>>(), "styles": styles.collect::<Vec<_>>(),
+            "version": generator::VERSION, "presets": presets.collect::<Vec<_>>(), "styles": styles.collect::<Vec<_>>(), "profiles": profiles,
             "file": self.worlds.file(), "world": about, "at": self.view.map(|(at_m, _)| at_m), "pixel_m": self.view.map(|(_, pixel_m)| pixel_m),
         })))
     }
@@ -380,7 +382,7 @@ impl Explorer {
                 let order: Order = body(request).await?;
                 let arguments = Bakes::arguments(&order, &*self.opened(&order.world)?)?;
                 let explorer = self.clone();
-                let number = blocking(move || explorer.bakes.begin(&arguments, order.overwrite)).await??;
+                let number = blocking(move || explorer.bakes.begin(&arguments, order.mode)).await??;
                 Ok(told(&json!({ "bake": number })))
             }
             (&Method::DELETE, ["api", "bakes", _]) => match read(&path, "")? {
@@ -402,11 +404,12 @@ impl Explorer {
         let mut answer = json!({ "command": typed(&arguments) });
         if !order.quick {
             let explorer = self.clone();
-            let plan = blocking(move || explorer.bakes.plan(&arguments)).await??;
+            let (plan, fault) = blocking(move || explorer.bakes.plan(&arguments)).await??;
             for key in ["tiles", "width", "height", "files", "memory_bytes", "seconds", "out", "bounds_km"] {
                 answer[key] = plan[key].clone();
             }
             answer["disk_bytes"] = plan["disk_bytes_at_most"].clone();
+            answer["fault"] = json!(fault);
         }
         Ok(told(&answer))
     }

@@ -38,6 +38,13 @@ impl Answer {
     }
 }
 
+/// An order with one key more, or another value.
+fn with(order: &Value, key: &str, value: &str) -> Value {
+    let mut order = order.clone();
+    order[key] = json!(value);
+    order
+}
+
 impl Explorer {
     fn start(preset: &str, arguments: &[&str]) -> Explorer {
         Explorer::start_in(tempfile::tempdir().unwrap(), preset, arguments)
@@ -92,6 +99,25 @@ impl Explorer {
     /// The identity of the world that it was started with.
     fn world(&self) -> String {
         self.get("/api/start").json()["world"]["id"].as_str().unwrap().to_owned()
+    }
+
+    /// Bakes what is ordered; its number, and how it ends.
+    fn baked(&self, order: &Value) -> (u64, Value) {
+        let number = self.post("/api/bakes", order).json()["bake"].as_u64().unwrap();
+        (number, self.ended(number))
+    }
+
+    /// How the bake of a number ends.
+    fn ended(&self, number: u64) -> Value {
+        let since = Instant::now();
+        loop {
+            let progress = self.get(&format!("/api/bakes/{number}")).json();
+            if !["running", "stopping"].contains(&progress["state"].as_str().unwrap()) {
+                return progress;
+            }
+            assert!(since.elapsed() < Duration::from_mins(2), "{progress}");
+            thread::sleep(Duration::from_millis(50));
+        }
     }
 
     /// Kilobytes of memory at most until now.
@@ -348,16 +374,8 @@ fn a_rectangle_is_baked_by_the_command_that_is_shown() {
     assert_eq!(plan["command"], command);
     assert_eq!((&plan["tiles"], &plan["width"], &plan["height"]), (&json!(6), &json!(193), &json!(129)));
     assert!(plan["disk_bytes"].as_u64().unwrap() > 0 && plan["seconds"].is_number());
-    let number = explorer.post("/api/bakes", &order).json()["bake"].as_u64().unwrap();
-    let since = Instant::now();
-    let done = loop {
-        let progress = explorer.get(&format!("/api/bakes/{number}")).json();
-        if progress["state"] != "running" {
-            break progress;
-        }
-        assert!(since.elapsed() < Duration::from_mins(1));
-        thread::sleep(Duration::from_millis(50));
-    };
+    assert_eq!(plan["fault"], Value::Null);
+    let (number, done) = explorer.baked(&order);
     assert_eq!((&done["state"], &done["out"]), (&json!("done"), &plan["out"]), "{done}");
     let own = explorer.folder.path().join("own");
     let mut by_hand = Command::new(env!("CARGO_BIN_EXE_terrane"));
@@ -370,27 +388,56 @@ fn a_rectangle_is_baked_by_the_command_that_is_shown() {
     }
     assert!(explorer.get(&format!("/bakes/{number}/map.png")).body == fs::read(out.join("map/map.png")).unwrap());
     // Once more it is in the way, and says so.
-    let again = explorer.post("/api/bakes", &order).json()["bake"].as_u64().unwrap();
-    let failed = loop {
-        let progress = explorer.get(&format!("/api/bakes/{again}")).json();
-        if progress["state"] != "running" {
-            break progress;
-        }
-        thread::sleep(Duration::from_millis(50));
-    };
+    let (again, failed) = explorer.baked(&order);
     assert_eq!(failed["state"], "failed");
     assert!(failed["error"]["hint"].as_str().unwrap().contains("--overwrite"), "{failed}");
     assert_eq!(explorer.get(&format!("/bakes/{again}/map.png")).status, 409);
-    // One that is cancelled ends, and what it has made is kept.
-    let large = json!({ "world": world, "at": [0, 0], "size": [2000, 2000], "exports": "height,blend" });
-    let number = explorer.post("/api/bakes", &large).json()["bake"].as_u64().unwrap();
-    let cancelled = explorer.with_body("DELETE", &format!("/api/bakes/{number}"), "application/json", "").json();
-    assert_eq!(cancelled["state"], "cancelled");
+    // What it takes is told all the same, and with the option it is replaced.
+    let kept = explorer.post("/api/plan", &order).json();
+    assert_eq!((&kept["disk_bytes"], &kept["fault"]), (&plan["disk_bytes"], &failed["error"]));
+    assert_eq!(explorer.baked(&with(&order, "mode", "overwrite")).1["state"], "done");
+    // A profile has files of its own, and others beside them.
+    let plain = json!({ "world": world, "at": [-2, 3], "size": [3, 2], "profile": "blender", "quick": true });
+    for (order, end) in
+        [(plain.clone(), "--profile blender"), (with(&plain, "exports", "map"), "--profile blender --export map")]
+    {
+        let command = explorer.post("/api/plan", &order).json();
+        assert!(command["command"].as_str().unwrap().ends_with(&format!("--size 3x2 {end}")), "{command}");
+    }
+    assert_eq!(explorer.post("/api/plan", &with(&plain, "profile", "--out=x")).status, 422);
     let saved = explorer.post("/api/save", &json!({ "name": "mine", "world": world }));
     assert_eq!(saved.json()["path"], "mine.toml");
     assert_eq!(explorer.post("/api/save", &json!({ "name": "mine", "world": world })).status, 409);
     let (_, preset) = Preset::load(explorer.folder.path().join("mine.toml").to_str().unwrap()).unwrap();
     assert_eq!((preset.seed, preset.spacing_m, preset.tile_cells), (8, 2.0, 64));
+}
+
+#[test]
+fn a_bake_that_is_cancelled_goes_on_where_it_was() {
+    let explorer = Explorer::start("thesis", &[]);
+    let order = json!({ "world": explorer.world(), "at": [0, 0], "size": [24, 24], "exports": "height,blend" });
+    let number = explorer.post("/api/bakes", &order).json()["bake"].as_u64().unwrap();
+    let state = || explorer.get(&format!("/api/bakes/{number}")).json();
+    let since = Instant::now();
+    while state()["done"].as_u64().unwrap() == 0 {
+        assert!(since.elapsed() < Duration::from_mins(1));
+        thread::sleep(Duration::from_millis(5));
+    }
+    let stopping = explorer.with_body("DELETE", &format!("/api/bakes/{number}"), "application/json", "").json();
+    assert_eq!(stopping["state"], "stopping");
+    assert_eq!(explorer.ended(number)["state"], "cancelled");
+    let fault = explorer.post("/api/plan", &order).json()["fault"].clone();
+    assert!(fault["hint"].as_str().unwrap().contains("--resume"), "{fault}");
+    let (_, done) = explorer.baked(&with(&order, "mode", "resume"));
+    assert_eq!(done["state"], "done", "{done}");
+    let out = explorer.folder.path().join(done["out"].as_str().unwrap());
+    let verified = Command::new(env!("CARGO_BIN_EXE_terrane"))
+        .args(["verify", "--all"])
+        .arg(out)
+        .stdout(Stdio::null())
+        .status()
+        .unwrap();
+    assert!(verified.success());
 }
 
 #[test]

@@ -212,6 +212,7 @@ new ResizeObserver(debounced(() => document.documentElement.style.setProperty("-
 async function begin() {
   const start = await ask("GET", "api/start");
   offerPresets(start.presets, start.world);
+  parts.rectangle.offer(start.profiles);
   if (start.at || start.pixel_m) home = { at_m: start.at ?? [0, 0], pixel_m: start.pixel_m ?? start.world.ground.finest_m * 16 };
   world = first = start.world;
   const want = asked();

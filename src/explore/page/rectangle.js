@@ -4,6 +4,8 @@ import { ask } from "./server.js";
 
 const EXPORTS = ["height", "blend", "normal", "map", "colour", "water", "geotiff", "vector", "gltf", "web"];
 const FIRST = ["height", "blend", "normal", "map"];
+// What may be done with a bake that is in the folder, by the option that does it.
+const WAYS = { resume: "Go on with it", overwrite: "Replace it" };
 const GRIP_PX = { mouse: 9, touch: 22 };
 const POLL_MS = 600;
 
@@ -173,8 +175,15 @@ export function rectangle() {
     at: [area.x, area.y],
     size: [area.cols, area.rows],
     scale: Number($("bake-scale").value),
-    exports: [...$("bake-exports").querySelectorAll("input:checked")].map(({ value }) => value).join(","),
+    ...files(),
   });
+
+  // A profile has its own files, and any others beside them.
+  function files() {
+    const profile = $("bake-profile").value || null;
+    const exports = [...$("bake-exports").querySelectorAll("input:checked")].map(({ value }) => value).join(",");
+    return { profile, exports: profile && !exports ? null : exports };
+  }
 
   function plan() {
     planning?.abort();
@@ -207,8 +216,9 @@ export function rectangle() {
       ];
       $("bake-plan").replaceChildren(...facts.map(([title, text]) => make("div", {}, make("dt", { textContent: title }), make("dd", { textContent: text }))));
       $("bake-plan").classList.remove("old");
-      tellFault(null);
-      $("bake-go").disabled = Boolean(bake);
+      if (bake) return;
+      tellFault(told.fault);
+      $("bake-go").disabled = Boolean(told.fault);
     } catch (fault) {
       if (fault.name === "AbortError") return;
       $("bake-plan").replaceChildren();
@@ -216,22 +226,25 @@ export function rectangle() {
     }
   }, 450);
 
-  function tellFault(fault, acts = []) {
+  // With a button for each way out that the hint names.
+  function tellFault(fault) {
     $("bake-fault").hidden = !fault;
     if (!fault) return;
     const parts = [make("div", { textContent: fault.error })];
     if (fault.place) parts.push(make("pre", { textContent: fault.place }));
     if (fault.hint) parts.push(make("p", { textContent: fault.hint }));
+    const ways = Object.entries(WAYS).filter(([mode]) => fault.hint?.includes(`--${mode}`));
+    const acts = ways.map(([mode, title]) => make("button", { className: "plain", textContent: title, onclick: () => start(mode) }));
     $("bake-fault").replaceChildren(...parts, ...acts);
   }
 
   // ---------- the bake
 
-  async function start(overwrite) {
+  async function start(mode) {
     ended();
     $("bake-go").disabled = true;
     try {
-      const { bake: number } = await ask("POST", "api/bakes", { ...asked(), overwrite });
+      const { bake: number } = await ask("POST", "api/bakes", { ...asked(), mode });
       bake = { number, timer: 0 };
       $("bake-go").textContent = "Cancel";
       $("bake-go").disabled = false;
@@ -239,8 +252,7 @@ export function rectangle() {
       look();
     } catch (fault) {
       $("bake-go").disabled = !planned;
-      const again = make("button", { className: "plain", textContent: "Overwrite it", onclick: () => start(true) });
-      tellFault(fault, fault.status === 409 && !overwrite ? [again] : []);
+      tellFault(fault);
     }
   }
 
@@ -258,9 +270,9 @@ export function rectangle() {
     $("bake-progress").querySelector(".meter div").style.transform = `scaleX(${share})`;
     const left = told.seconds_left === null || told.seconds_left === undefined ? "" : `, ${duration(told.seconds_left)} left`;
     $("bake-progress").querySelector("p").textContent = `${told.stage ?? "begins"}${told.of ? ` ${grouped(told.done)} of ${grouped(told.of)}` : ""}${left}`;
-    if (told.state === "running") own.timer = setTimeout(look, POLL_MS);
-    else if (told.state === "done") finish(() => done(own.number, told.out));
-    else finish(() => told.error && tellFault(told.error));
+    const ends = { done: () => done(own.number, told.out), failed: () => tellFault(told.error), cancelled: plan };
+    if (told.state in ends) finish(ends[told.state]);
+    else own.timer = setTimeout(look, POLL_MS);
   }
 
   function finish(tell) {
@@ -274,7 +286,7 @@ export function rectangle() {
   function done(number, out) {
     const [link, image, text] = [$("bake-done").querySelector("a"), $("bake-done").querySelector("img"), $("bake-done").querySelector("p")];
     const map = `bakes/${number}/map.png`;
-    const hasMap = asked().exports.split(",").includes("map");
+    const hasMap = Boolean(asked().exports?.split(",").includes("map"));
     link.hidden = !hasMap;
     if (hasMap) [link.href, image.src] = [map, map];
     const copyIt = make("button", { className: "text", textContent: "Copy", onclick: () => copy(out) });
@@ -326,6 +338,11 @@ export function rectangle() {
     box.addEventListener("change", () => area && (ended(), plan()));
     $("bake-exports").append(make("label", {}, box, name));
   }
+  $("bake-profile").addEventListener("change", () => {
+    const has = $("bake-profile").value ? ["map"] : FIRST;
+    for (const box of $("bake-exports").querySelectorAll("input")) box.checked = has.includes(box.value);
+    if (area) (ended(), plan());
+  });
   for (const key of ["x", "y", "cols", "rows"]) {
     $(`bake-${key}`).addEventListener("change", () => {
       const value = Math.round(Number($(`bake-${key}`).value));
@@ -344,7 +361,7 @@ export function rectangle() {
   $("bake-close").addEventListener("click", close);
   $("bake").addEventListener("keydown", (event) => event.key === "Escape" && close());
   $("bake-go").addEventListener("click", async () => {
-    if (!bake) return start(false);
+    if (!bake) return start("new");
     $("bake-go").disabled = true;
     await ask("DELETE", `api/bakes/${bake.number}`).catch(tellFault);
   });
@@ -355,6 +372,7 @@ export function rectangle() {
   });
 
   return {
+    offer: (profiles) => $("bake-profile").append(...profiles.map(({ name, about }) => make("option", { value: name, textContent: name, title: about }))),
     overlay,
     grip,
     hover,
