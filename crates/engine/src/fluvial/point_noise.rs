@@ -1,6 +1,6 @@
 //! What varies slowly from point to point: for the few points of a network; rasters have [`Fractal`](crate::noise::Fractal).
 //!
-//! Of several points at once it takes a third of the time, for vectors hold eight of them. Nothing here is written for a certain
+//! Of several points at once it takes less than half of the time, for vectors hold eight of them. Nothing here is written for a certain
 //! vector: loops over arrays are, which the compiler makes of whatever the [level](crate::simd) has, so each level has the same bits.
 
 use super::point::Point;
