@@ -136,7 +136,8 @@ impl Chart {
     /// apart, without names of peaks and ranges, and without narrow lakes.
     pub fn sketch(world: &Arc<World>, style: Style, scale: Scale, halvings: u32) -> Arc<Chart> {
         let stride = (0..halvings).fold(scale.stride(world.preset().spacing_m), |stride, _| stride.twice());
-        let strided = Arc::new(world.sketch_at_stride(stride).with_tile_cells(Terrain::SMALL_TILE_CELLS));
+        let tile_cells = Terrain::sketch_tile_cells(halvings);
+        let strided = Arc::new(world.sketch_at_stride(stride).with_tile_cells(tile_cells));
         let maker = Cpu::maker(strided.relief());
         let terrain = Arc::new(Terrain::new(strided, maker, scale));
         let detail = Detail { is_sketch: true, ..Detail::default() };

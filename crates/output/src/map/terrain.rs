@@ -59,8 +59,11 @@ impl Terrain {
     /// Cells a side of the tiles in which land is made: the larger, the less of it is made twice.
     pub const TILE_CELLS: u32 = 256;
 
-    /// Cells a side of tiles for whoever waits for a single picture: little is made beyond its edges.
-    pub const SMALL_TILE_CELLS: u32 = 64;
+    /// Cells a side of tiles for whoever waits for a single picture of land at nodes that lie 2^`halvings` times as far apart: a picture
+    /// has fewer of these, and as little is made beyond its edges.
+    pub fn sketch_tile_cells(halvings: u32) -> u32 {
+        (128 >> halvings).max(16)
+    }
 
     /// The land of a world that was made for the stride of a scale, tile by tile, by a maker of that land.
     pub fn new(world: Arc<World>, maker: Arc<dyn LandMaker>, scale: Scale) -> Terrain {
