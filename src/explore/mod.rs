@@ -14,9 +14,9 @@
 //! A tile of the page is a tile of a web map ([`crate::web`]): so many pixels of the world, counted from its origin, drawn by
 //! [`Chart`](crate::map::Chart) in any style. Zoom levels have no end in columns and rows, only the range of the world.
 //!
-//! Each is drawn twice. A draft has relief and waters, which takes a second or so; the full picture also contours, roads, places and
-//! names, for which all that lies around must be planned. Before either there is a glance at a tile two levels up. Two lanes of threads draw them, so that what is new on the screen never
-//! waits for what is already there as a draft.
+//! Each is drawn twice. A draft has relief and waters, of coarser land, and takes a second or so; the full picture also contours, roads,
+//! places and names, for which all that lies around must be planned. Before either there is a glance at a tile two levels up. Two lanes of
+//! threads draw them, so that what is new on the screen never waits for what is already there as a draft.
 
 mod spot;
 mod request;
