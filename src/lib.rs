@@ -74,9 +74,10 @@
 //! whoever calls it folds these: [`tile::shaped_input`] those of normals and weights, [`lines::Imprint::input`] that of
 //! drains, and [`tile::accumulation_input`] that of accumulation, which is made of land of its own. For each a test fills all outside with NaN and finds the result unchanged.
 //!
-//! The same world can be had at the nodes of a [stride](area::Stride), every 2^k-th vertex ([`world::World::strided`], or [`at_stride`](world::World::at_stride) of a world that is
-//! there): areas, tiles and
-//! lines are then counted in nodes, and all layers below `relief` are the same. What nodes do not show is left out before it
+//! The same world can be had at the nodes of a [stride](area::Stride), every 2^k-th vertex ([`world::World::strided`], or
+//! [`at_stride`](world::World::at_stride) of a world that is there, and coarser than that for a picture that is there soon,
+//! [`sketch_at_stride`](world::World::sketch_at_stride)): areas, tiles and lines are then counted in nodes, and all layers
+//! below `relief` are the same. What nodes do not show is left out before it
 //! costs anything, and is there in the mean.
 //!
 //! # Words

@@ -15,7 +15,7 @@ const near = (a, b, tolerance) => Math.abs(a - b) <= tolerance;
 const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 const state = (page) => page.evaluate(() => terrane.state());
 
-// Whether a page fits on a phone.
+// Whether a page fits on its screen, and none of its panels covers another.
 async function checkFit(page, { width, height }, panels = ["head", "layers", "zoom", "foot"]) {
   const wide = await page.evaluate(() => document.documentElement.scrollWidth);
   check(wide <= width, "nothing is wider than the screen", `${wide} px`);

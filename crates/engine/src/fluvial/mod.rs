@@ -21,7 +21,7 @@
 //! its whole basin, which is flooded and remembered. What a stage reads to make an area stands beside it, as its
 //! `input`.
 //!
-//! The rooms, in the order of that way: `potential`, `fields` and `lift` have the laws; `trunk` the lattice of the largest rivers,
+//! The rooms, in the order of that way: `point_noise`, `potential`, `fields` and `lift` have the laws; `trunk` the lattice of the largest rivers,
 //! `trunk_curve`, `meander`, `delta` and `trunk_course` their lines, `lake` their lakes, and `branches` their old arms;
 //! `tributary_course` and `tributary` all others; `network` finds channels and their `segment`s by place; `warp`,
 //! `valley` and `valley_side`, `gullies`, `moraine`, `barrier` and `glacier`, which are `stamp`s, `coast`, `skerries`, `breach` and `water`
