@@ -245,7 +245,11 @@ mod tests {
             let noise = PointNoise::new(wavelength, 3, 7);
             let around = |origin: i64| (-20..20).map(move |step| origin + step * (wavelength / 7).max(1));
             let xs: Vec<i64> = [0, 12_345, far, -far].into_iter().flat_map(around).collect();
-            let points: Vec<Point> = xs.iter().zip(xs.iter().rev()).map(|(x, y)| Point { x: *x, y: *y }).collect();
+            // Aslant, and along a row and a column of cells.
+            let aslant = xs.iter().zip(xs.iter().rev()).map(|(x, y)| Point { x: *x, y: *y });
+            let row = xs.iter().map(|x| Point { x: *x, y: 5 });
+            let column = xs.iter().map(|y| Point { x: 5, y: *y });
+            let points: Vec<Point> = aslant.chain(row).chain(column).collect();
             let expected: Vec<u64> = points.iter().map(|point| plain(&noise, 7, *point).to_bits()).collect();
             let alone: Vec<u64> = points.iter().map(|point| noise.at(*point).to_bits()).collect();
             assert_eq!(alone, expected, "{wavelength}");
