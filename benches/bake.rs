@@ -45,7 +45,7 @@ fn bench(name: &str, side: u64, exports: &str, threads: usize) {
         region.vertices() as f64 / seconds / 1e6,
         written / 1_000_000,
         peak_memory_bytes().map_or("?".to_owned(), |bytes| (bytes / 1_000_000).to_string()),
-        plan.cost(threads).memory_bytes / 1_000_000,
+        plan.cost(threads).memory_bytes() / 1_000_000,
     );
     println!("| stage | share of time | ns a vertex and core |\n|---|---|---|");
     let stages = watch.clock.stages();

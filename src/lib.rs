@@ -125,7 +125,7 @@
 //! | shard, merge | one of some rectangles of a region that are baked by themselves / what makes the bake of the region of them all |
 //! | format, sink | a way to write a bake / what writes one bake so |
 //! | piece of a sink, journal | what it keeps of a tile until it writes it / where a bake under way has those of all its tiles |
-//! | memory | values of a pure function that are kept for a while, bounded by bytes |
+//! | memory, budget | values of a pure function that are kept for a while, bounded by bytes / the bytes that several memories share |
 //!
 //! # Units and axes
 //!
@@ -142,7 +142,7 @@
 #[doc(inline)]
 pub use terrane_engine::{
     agents, area, clock, contour, device, error, features, find, fluvial, generator, geometry, grid, hash, land, lines,
-    names, noise, places, preset, recipe, relief, simd, stop, threads, tile, walker, watch, world,
+    memory, names, noise, places, preset, recipe, relief, simd, stop, threads, tile, walker, watch, world,
 };
 #[doc(inline)]
 pub use terrane_output::{bake, export, map, mesh, registry, web};

@@ -3,6 +3,8 @@
 fn main() -> std::process::ExitCode {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     keep_memory();
+    #[cfg(all(target_os = "linux", feature = "gpu"))]
+    ask_no_screen();
     terrane::cli::run()
 }
 
@@ -20,5 +22,16 @@ fn keep_memory() {
     unsafe {
         libc::mallopt(libc::M_MMAP_THRESHOLD, MAPPED);
         libc::mallopt(libc::M_TRIM_THRESHOLD, TRIMMED);
+    }
+}
+
+/// Keeps Mesa from asking a screen which GPU is the best where there is no folder in which a screen's program would be found: it
+/// complains of that on standard error. The GPU is chosen by what it can do anyway.
+#[cfg(all(target_os = "linux", feature = "gpu"))]
+#[allow(unsafe_code, reason = "Vulkan's loader reads this from the environment and from nowhere else")]
+fn ask_no_screen() {
+    if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+        // SAFETY: no other thread runs yet that could read the environment.
+        unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
     }
 }

@@ -42,6 +42,20 @@ async function fingersOf(page) {
   };
 }
 
+// The pixels of a PNG, red in the lowest byte: of a share of its width and height in its middle.
+async function pixelsOf(page, bytes, share = 1) {
+  return page.evaluate(async (url, share) => {
+    const image = new Image();
+    image.src = url;
+    await image.decode();
+    const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
+    context.drawImage(image, 0, 0);
+    const [width, height] = [image.width * share, image.height * share];
+    const { data } = context.getImageData((image.width - width) / 2, (image.height - height) / 2, width, height);
+    return [...new Uint32Array(data.buffer)];
+  }, `data:image/png;base64,${Buffer.from(bytes).toString("base64")}`, share);
+}
+
 // Runs a test in a browser of its own, which counts the faults of its pages; tells how many checks there were, and sets the exit
 // code.
 async function run(puppeteer, { name, flags = [], pictures, noFault }, test) {
@@ -65,4 +79,4 @@ async function run(puppeteer, { name, flags = [], pictures, noFault }, test) {
   process.exitCode = failed > 0 ? 1 : 0;
 }
 
-module.exports = { check, checkFit, fingersOf, near, run, state, wait };
+module.exports = { check, checkFit, fingersOf, near, pixelsOf, run, state, wait };

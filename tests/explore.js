@@ -146,8 +146,16 @@ async function onDesk(browser, faults) {
   // What is under the pointer.
   await page.mouse.move(700, 420);
   await until(page, () => document.getElementById("height").textContent !== "");
+  // Of coarser land first, which says so.
+  const stages = () => performance.getEntriesByType("resource").flatMap(({ name }) => /\/heights\/(glance|draft)\//.exec(name)?.[1] ?? []);
+  await until(page, () => /^[^\u2248]/.test(document.getElementById("height").textContent));
+  check((await page.evaluate(stages))[0] === "glance", "a height is there soon, and better soon after", await text(page, "#height"));
   const told = await Promise.all(["#at", "#height", "#slope", "#tile"].map((id) => text(page, id)));
   check(/m$/.test(told[1]) && /\u00b0$/.test(told[2]) && /^tile \u2212?\d+, \u2212?\d+$/.test(told[3]), "height, slope and tile are told", told.join(", "));
+
+  await until(page, () => document.getElementById("memory").textContent !== "");
+  const [held, mostHeld] = (await text(page, "#memory")).match(/\d+/g).map(Number);
+  check(held > 0 && held <= mostHeld, "it tells how much it remembers", await text(page, "#memory"));
 
   // One tile in full tells that there are more; pictures are of all.
   const lacks = (await state(page)).lacking.full;

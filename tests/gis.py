@@ -1,8 +1,9 @@
-"""Reads what a bake has for GIS with GDAL, as GIS does: python tests/gis.py BAKE [--qgis FILE]
+"""Reads what a bake has for GIS with GDAL, as GIS does: python tests/gis.py BAKE [--validator | --qgis FILE]
 
 BAKE must be of a fluvial world with the exports height, exr, map, water, vector and geojson, and the GeoTIFFs of height, blend,
 normal, map, colour, water, depth and flow. Needs the PyPI packages numpy, OpenEXR, pyogrio, rasterio, rio-cogeo and shapely.
-With --qgis, under a Python that has QGIS, the bake's project is opened instead and drawn to a picture. Exits with 1 if one check has failed.
+With --validator, under a Python that has GDAL's own package (Debian's python3-gdal), GDAL's validator of cloud-optimised GeoTIFFs
+reads those alone. With --qgis, under a Python that has QGIS, the bake's project is opened instead and drawn to a picture. Exits with 1 if one check has failed.
 """
 
 import json
@@ -63,6 +64,21 @@ def check_rasters(folder, bake, checks):
     pngs = [file["path"] for file in bake["files"] if file["path"].endswith(".png") and "tile" not in file]
     lone = [path for path in pngs if not all((folder / path).with_suffix(it).exists() for it in (".pgw", ".png.aux.xml"))]
     checks.check(pngs and not lone, "world file and .aux.xml beside every PNG of the region", lone or len(pngs))
+
+
+def validate(folder):
+    """What GDAL's own validator says of the GeoTIFFs."""
+    from osgeo_utils.samples.validate_cloud_optimized_geotiff import ValidateCloudOptimizedGeoTIFFException
+    from osgeo_utils.samples.validate_cloud_optimized_geotiff import validate as validate_tiff
+
+    checks = Checks()
+    for path in TIFFS:
+        try:
+            warnings, errors, _ = validate_tiff(str(folder / f"{path}.tif"), full_check=True)
+        except ValidateCloudOptimizedGeoTIFFException as error:
+            warnings, errors = [], [str(error)]
+        checks.check(not warnings + errors, f"{path}.tif is cloud-optimised for GDAL's validator", warnings + errors or "nothing amiss")
+    finish(checks)
 
 
 def check_vectors(folder, bake, checks):
@@ -160,6 +176,8 @@ def main():
     folder = Path(sys.argv[1])
     if "--qgis" in sys.argv:
         return draw(folder, sys.argv[sys.argv.index("--qgis") + 1])
+    if "--validator" in sys.argv:
+        return validate(folder)
     bake = json.loads((folder / "bake.json").read_text(encoding="utf-8"))
     checks = Checks()
     check_rasters(folder, bake, checks)

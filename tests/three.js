@@ -9,6 +9,7 @@ const http = require("http");
 const os = require("os");
 const path = require("path");
 const { createRequire } = require("module");
+const { pixelsOf } = require("./browser.js");
 
 const [modules, folder, picture] = process.argv.slice(2);
 const load = createRequire(path.resolve(modules, "node_modules", "x"));
@@ -123,17 +124,10 @@ function draw(width, height) {
 
 // How many colours a screenshot has, and how much of it the most frequent one.
 async function colours(page, bytes) {
-  return page.evaluate(async (url) => {
-    const image = new Image();
-    image.src = url;
-    await image.decode();
-    const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
-    context.drawImage(image, 0, 0);
-    const pixels = new Uint32Array(context.getImageData(0, 0, image.width, image.height).data.buffer);
-    const times = new Map();
-    for (const pixel of pixels) times.set(pixel, (times.get(pixel) ?? 0) + 1);
-    return { count: times.size, most: Math.max(...times.values()) / pixels.length };
-  }, `data:image/png;base64,${Buffer.from(bytes).toString("base64")}`);
+  const pixels = await pixelsOf(page, bytes);
+  const times = new Map();
+  for (const pixel of pixels) times.set(pixel, (times.get(pixel) ?? 0) + 1);
+  return { count: times.size, most: Math.max(...times.values()) / pixels.length };
 }
 
 // The name of a tile's land: the first level of detail has no ending.

@@ -193,8 +193,8 @@ async function heightsAgree(page, about) {
     const shown = await text(page, "height");
     if (!shown) continue;
     const { zoom, east_m, north_m, pixel_m } = await state(page);
-    const { max_zoom, corner_m, finest_m } = about.ground;
-    const z = Math.min(Math.max(Math.round(zoom), 0), max_zoom);
+    const { min_zoom, max_zoom, corner_m, finest_m } = about.ground;
+    const z = Math.min(Math.max(Math.round(zoom), min_zoom), max_zoom);
     const pixel = [east_m + (at[0] - DESK.width / 2) * pixel_m - corner_m[0], corner_m[1] - north_m + (at[1] - DESK.height / 2) * pixel_m];
     const [x, y] = pixel.map((metres) => metres / (finest_m * 2 ** (max_zoom - z)));
     const [column, row] = [x, y].map((at) => Math.floor(at / 256));

@@ -1,4 +1,4 @@
-//! A preset may have any name: vectors, pages and notes hold it as it is, and other programs read them.
+//! A preset may have any name without control characters: vectors, pages and notes hold it as it is, and other programs read them.
 #![no_main]
 
 use std::fs;
@@ -15,7 +15,10 @@ const PRESET: &str = "tile_cells = 16\nnoise = [{ kind = \"fbm\", height_m = 9.0
 fuzz_target!(|name: &str| {
     let world = World::new(Preset::parse("fuzz.toml", PRESET).unwrap(), None).unwrap();
     let region = Region::new(TileId { x: 0, y: 0 }, 1, 1, 16).unwrap();
-    let plan = Plan::new(&world, name, region, Export::parse_list("vector,geojson,obj").unwrap()).unwrap();
+    let plan = Plan::new(&world, name, region, Export::parse_list("vector,geojson,obj").unwrap());
+    // Those that would do something to other programs are refused, and no others.
+    assert_eq!(plan.is_err(), name.len() > 4096 || name.chars().any(char::is_control));
+    let Ok(plan) = plan else { return };
     let plan = plan.with_profile(Profile::Blender).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let output = Output::prepare(folder.path(), Mode::New, &plan, &plan.cost(1)).unwrap();

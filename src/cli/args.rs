@@ -13,7 +13,7 @@ use crate::bake::Shard;
 use crate::cli::console::Console;
 use crate::device::{Device, GpuOptions, LandMaker};
 use crate::error::Error;
-use crate::export::{Export, Lods, MeshOptions, Profile, TileNames, VectorOptions};
+use crate::export::{Export, Lettering, Lods, MeshOptions, Profile, TileNames, VectorOptions};
 use crate::find;
 use crate::map::sheet::{Cells, Overlay};
 use crate::map::style::{STYLES, Style};
@@ -70,7 +70,8 @@ pub(super) enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Bake again what is wrong with a bake, so that each of its files has the bytes that it was baked with.
+    /// Bake again what is wrong with a bake, so that each of its files has the bytes that it was baked with. What is there instead gets
+    /// another name, for somebody may have changed it.
     Repair {
         /// Folder of the bake.
         folder: PathBuf,
@@ -295,8 +296,8 @@ pub(super) struct PlaceArguments {
     #[arg(long, value_name = "W,S,E,N", allow_hyphen_values = true, value_parser = parse_numbers::<4>)]
     #[arg(conflicts_with_all = ["at", "size", "around"])]
     pub bounds: Option<[f64; 4]>,
-    /// The middle of the region in kilometres east and north of the origin, or the name of something there, and how wide and
-    /// high it is.
+    /// The middle of the region in kilometres east and north of the origin, or the name of something (a settlement within 300 km of
+    /// the origin, or a lake, river or peak within 30 km), and how wide and high it is.
     #[arg(long, value_name = "X,Y,KM|NAME[,KM]", allow_hyphen_values = true, value_parser = parse_around)]
     #[arg(conflicts_with_all = ["at", "size"])]
     pub around: Option<Around>,
@@ -349,7 +350,8 @@ pub(super) struct CommonArguments {
     /// Seed of the world [default: the preset's].
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// Set a key of the preset, such as sea_level_m=40 or noise[0].height_m=300; the value is as in TOML. May be repeated.
+    /// Set a key of the preset, such as sea_level_m=40 or noise[0].height_m=300; the value is as in TOML. May be repeated. Another
+    /// spacing_m moves rivers, lakes and towns and gives them other names.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Folder for the bake [default: in out/, named after preset, seed, place and size].
@@ -382,8 +384,8 @@ pub(super) struct CommonArguments {
     /// Give coarser levels all vertices of the finest on the edges of tiles: tiles of different levels meet without a crack.
     #[arg(long, help_heading = "Meshes")]
     pub even_borders: bool,
-    /// The origin of all meshes: middle for that of the region, or metres east and north in the world [default: that of the
-    /// world, or far away a place nearer by; the same for regions that lie together].
+    /// The origin of all meshes, and of the positions in a profile's IMPORT.md: middle for that of the region, or metres east and
+    /// north in the world [default: that of the world, or far away a place nearer by; the same for regions that lie together].
     #[arg(long, value_name = "middle|X,Y", help_heading = "Meshes", allow_hyphen_values = true, value_parser = parse_origin)]
     pub mesh_origin: Option<AskedOrigin>,
     /// Metres of the value 0 and of 65535 in 16-bit heights, such as 0,1200, or auto: those of the region. Bakes of other ranges do not
@@ -557,6 +559,9 @@ pub(super) struct StyleArguments {
     /// Replace files that are there.
     #[arg(long)]
     pub overwrite: bool,
+    /// Say what memory it would take, and write nothing.
+    #[arg(long)]
+    pub dry_run: bool,
     /// Print one JSON object a line instead of text.
     #[arg(long)]
     pub json: bool,
@@ -569,7 +574,7 @@ pub(super) struct MapArguments {
     #[arg(value_name = "PRESET|DIR", value_parser = Named(preset_names), hide_possible_values = true)]
     pub preset: String,
     /// The file to write: .png or .webp, with a world file beside it by which GIS places it, or .pdf or .svg, with lines as lines
-    /// and text as text [default: out/ and the preset's name, .png].
+    /// in layers with names [default: in out/, named after preset, seed, place, size, scale and style, .png].
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -585,6 +590,11 @@ pub(super) struct MapArguments {
     /// Metres that a pixel shows.
     #[arg(long, value_name = "METRES", value_parser = parse_positive, help_heading = "Scale")]
     pub metres_per_pixel: Option<f64>,
+    /// How the letters of a .pdf or .svg are written: as text with its letters' fonts in the file, which can be searched and
+    /// changed; or as outlines, which look the same in every program [default: text in .pdf; outlines in .svg, whose fonts only
+    /// browsers use].
+    #[arg(long, value_name = "HOW", value_parser = parse_lettering, help_heading = "Sheet")]
+    pub text: Option<Lettering>,
     #[command(flatten)]
     pub device: DeviceArguments,
     #[command(flatten)]
@@ -596,7 +606,7 @@ pub(super) struct AtlasArguments {
     /// A preset file, the name of a built-in preset (terrane presets), or - for standard input.
     #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
     pub preset: String,
-    /// The folder to write to [default: out/ and the preset's name, -atlas].
+    /// The folder to write to [default: in out/, named after preset, seed, place, sheets, scale and style].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// What to write: png for a picture a sheet, pdf for a document of all.
@@ -689,11 +699,11 @@ pub(super) struct FindArguments {
     /// A preset file, the name of a built-in preset (terrane presets), or - for standard input.
     #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
     pub preset: String,
-    /// What to find: lake, peak, river, place, hamlet, village or town; on river, on lake or on sea; > or < a number of km2, m, km,
-    /// m3/s or people.
+    /// What to find: lake, peak, river, place, hamlet, village or town; on river, on lake or on sea; >, >=, <, <= or = a number of m2,
+    /// ha, km2, m, km, m3/s or people.
     #[arg(required = true, value_name = "QUERY")]
     #[arg(
-        long_help = "What to find, each as one argument:\n  \"lake > 2 km2\", \"lake < 40 ha\", \"peak > 3500 m\", \"river > 50 m3/s\", \"river > 30 km\",\n  \"town on river\", \"village on lake > 300 people\", \"hamlet on sea\", \"place\" (any settlement)"
+        long_help = "What to find, each as one argument: a thing, perhaps what it is on, and any number of bounds.\n\n  thing   lake, peak, river, place (any settlement), hamlet, village or town; or many: lakes\n  on      on river, on lake or on sea\n  bound   >, >=, <, <= or = and a number with its unit; = is as nearly as the number says\n  units   of lakes m2, ha, km2 (area), m, km (height); of peaks m, km; of rivers m, km (length), m3/s;\n          of settlements people, m, km (height); without a unit km2, m, km and people\n\n  \"lake > 2 km2\", \"lakes > 20000 m2 < 40 ha\", \"peak >= 3500 m\", \"river > 50 m3/s\", \"river > 30 km\",\n  \"town on river\", \"village on lake > 300 people\", \"hamlets on sea\", \"place\""
     )]
     pub queries: Vec<String>,
     /// Where to look for it first, in kilometres east and north of the origin.
@@ -714,6 +724,9 @@ pub(super) struct FindArguments {
     /// Threads to use [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
+    /// Say what memory it would take, and find nothing.
+    #[arg(long)]
+    pub dry_run: bool,
     /// Print one JSON object a line instead of tables.
     #[arg(long)]
     pub json: bool,
@@ -746,6 +759,10 @@ pub(super) struct ExploreArguments {
     /// How much it takes, such as 500MB or 4GB; 0 keeps nothing.
     #[arg(long, value_name = "SIZE", default_value = "1GB", value_parser = parse_bytes)]
     pub cache_limit: u64,
+    /// How much memory what is known of all worlds that are looked at takes, such as 500MB or 4GB: with less, what has been looked at
+    /// is made again sooner. What is drawn just now takes some 300 MB beside it.
+    #[arg(long, value_name = "SIZE", default_value = "500MB", value_parser = parse_bytes)]
+    pub memory_limit: u64,
     /// Threads to use [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
@@ -1076,6 +1093,14 @@ fn parse_dpi(text: &str) -> Result<f64, String> {
     }
 }
 
+fn parse_lettering(text: &str) -> Result<Lettering, String> {
+    match text.trim() {
+        "text" => Ok(Lettering::Text),
+        "outlines" => Ok(Lettering::Outlines),
+        other => Err(format!("expected text or outlines, found {other:?}")),
+    }
+}
+
 fn parse_positive(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(number) if (0.001..=1e9).contains(&number) => Ok(number),
@@ -1106,6 +1131,31 @@ fn most_km(spacing_m: f64) -> f64 {
     MAX_COORDINATE as f64 * spacing_m / 1000.0
 }
 
+/// The vertex at a place in metres east and north of the origin.
+fn vertex_at([east_m, north_m]: [f64; 2], spacing_m: f64) -> Result<[i64; 2], Error> {
+    // North is against the lattice.
+    let places = [east_m / spacing_m, 0.0 - north_m / spacing_m];
+    let nearest = places.map(f64::round);
+    // What a division of decimals leaves.
+    let is_vertex = (0..2).all(|axis| (places[axis] - nearest[axis]).abs() <= 1e-9 * places[axis].abs().max(1.0));
+    let is_near = nearest.iter().all(|place| place.abs() <= MAX_COORDINATE as f64);
+    if is_vertex && is_near {
+        return Ok(nearest.map(|place| place as i64));
+    }
+    let [x, y] = nearest.map(|place| place.clamp(-(MAX_COORDINATE as f64), MAX_COORDINATE as f64) * spacing_m);
+    Err(Error::Option {
+        message: format!("--mesh-origin {east_m},{north_m}: there is no vertex, and the origin of meshes is one"),
+        hint: format!("the nearest is --mesh-origin={},{}; vertices lie {spacing_m} m apart", x, 0.0 - y),
+    })
+}
+
+/// Kilometres without the last digits that a sum leaves: a nanometre is finer than anything here.
+fn without_noise(km: f64) -> f64 {
+    const NANOMETRES: f64 = 1e12;
+    // Far from the origin they are no whole numbers any more, and have no such digits.
+    if km.abs() < MAX_COORDINATE as f64 / NANOMETRES { (km * NANOMETRES).round() / NANOMETRES } else { km }
+}
+
 /// A preset with what is set in it.
 pub(super) fn sources(preset: &str, settings: &[String]) -> Result<Sources, Error> {
     let mut sources = match preset {
@@ -1131,7 +1181,7 @@ impl PlaceArguments {
     pub fn located(&self, preset: &Preset, seed: Option<u64>) -> Result<PlaceArguments, Error> {
         let mut located = self.clone();
         if let Some(Around::Named(name, km)) = &self.around {
-            let found = find::named(preset.clone(), seed, name)?;
+            let found = find::named(preset.clone(), seed, name, [0.0; 2])?;
             located.around = Some(Around::Place(found.at_km, km.unwrap_or(found.around_km)));
         }
         Ok(located)
@@ -1140,7 +1190,7 @@ impl PlaceArguments {
     /// The rectangle that is asked for in kilometres, if it is: west, south, east and north.
     fn bounds_km(&self, spacing_m: f64) -> Result<Option<[f64; 4]>, Error> {
         let around = self.around.as_ref().map(|around| match around {
-            Around::Place([x, y], km) => [x - km / 2.0, y - km / 2.0, x + km / 2.0, y + km / 2.0],
+            Around::Place([x, y], km) => [x - km / 2.0, y - km / 2.0, x + km / 2.0, y + km / 2.0].map(without_noise),
             Around::Named(name, _) => unreachable!("{name} has not been located"),
         });
         let bounds = self.bounds.or(around);
@@ -1245,23 +1295,27 @@ impl BakeArguments {
     }
 
     /// How meshes of a region are made.
-    pub fn meshes(&self, region: &Region, spacing_m: f64) -> MeshOptions {
+    ///
+    /// # Errors
+    /// When their origin is asked for where there is no vertex.
+    pub fn meshes(&self, region: &Region, spacing_m: f64) -> Result<MeshOptions, Error> {
         let CommonArguments { lod, mesh_error, quantize, meshopt, even_borders, mesh_origin, .. } = &self.common;
         // A name that is no profile is reported where the profile is read, not here.
-        let lods = lod.clone().or_else(|| self.profile().ok().flatten().map(Profile::lods)).unwrap_or_default();
-        let origin = mesh_origin.map(|asked| match asked {
-            AskedOrigin::Middle => middle(region),
-            // The nearest vertex; north is against the lattice.
-            AskedOrigin::Metres([east, north]) => [east, -north].map(|metres| (metres / spacing_m).round() as i64),
+        let profile = self.profile().ok().flatten();
+        let lods = lod.clone().or_else(|| profile.map(Profile::lods)).unwrap_or_default();
+        let asked_origin = mesh_origin.map(|asked| match asked {
+            AskedOrigin::Middle => Ok(middle(region)),
+            AskedOrigin::Metres(place_m) => vertex_at(place_m, spacing_m),
         });
-        MeshOptions {
+        let origin = asked_origin.transpose()?.or_else(|| profile.and_then(|profile| profile.origin(region)));
+        Ok(MeshOptions {
             lods,
             error_m: *mesh_error,
             quantized: *quantize,
             compressed: *meshopt,
             even_borders: *even_borders,
             origin,
-        }
+        })
     }
 
     /// The options that only some exports read and that were given, by name: of meshes, of vectors, of 16-bit heights.

@@ -8,12 +8,13 @@ use serde_json::json;
 
 use crate::cli::args::{Around, AtlasArguments, AtlasFormat, sources};
 use crate::cli::console::Console;
-use crate::cli::map::{captions, pixels_per_mm, texts};
+use crate::cli::map::{captions, lacking, named, pixels_per_mm, texts};
 use crate::cli::progress::Reporter;
 use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
-use crate::export::AtlasFiles;
+use crate::export::{AtlasFiles, SMALLER};
 use crate::find;
+use crate::map::Chart;
 use crate::map::atlas::Layout;
 use crate::map::scale::Scale;
 use crate::map::sheet::thousands;
@@ -25,10 +26,11 @@ pub(super) fn run(arguments: &AtlasArguments, console: &Console) -> Result<(), E
     let style = asked.style()?;
     let sources = sources(&arguments.preset, &asked.set)?;
     let preset = sources.read_all()?;
+    console.warnings(&preset.warnings(&sources));
     let seed = asked.seed.unwrap_or(preset.seed);
     let [x, y] = match &arguments.middle {
         Around::Place(middle, _) => *middle,
-        Around::Named(name, _) => find::named(preset.clone(), Some(seed), name)?.at_km,
+        Around::Named(name, _) => find::named(preset.clone(), Some(seed), name, [0.0; 2])?.at_km,
     };
     let pixels_per_mm = pixels_per_mm(asked);
     let scale = Scale { metres_per_pixel: arguments.scale / 1000.0 / pixels_per_mm, pixels_per_mm };
@@ -37,11 +39,9 @@ pub(super) fn run(arguments: &AtlasArguments, console: &Console) -> Result<(), E
     // More than there can be are refused there, whatever their number.
     let [columns, rows] =
         [arguments.sheets.0, arguments.sheets.1].map(|count| u32::try_from(count).unwrap_or(u32::MAX));
-    let layout = Layout::new(scale, [columns, rows], paper, arguments.overlap, [x, y].map(|km| km * 1000.0))?;
-    let folder = arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-atlas", sources.name())));
-    let [has_pictures, has_document] =
-        [AtlasFormat::Png, AtlasFormat::Pdf].map(|format| arguments.format.contains(&format));
-    let files = AtlasFiles::new(&folder, layout, has_pictures, has_document, asked.overwrite)?;
+    let middle_m = [x, y].map(|km| km * 1000.0);
+    let name = || named(sources.name(), seed, middle_m, &format!("{columns}x{rows}"), scale, &asked.style);
+    let folder = arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-atlas", name())));
     let place = format!(
         "--sheets {columns}x{rows} --middle={x},{y} --scale 1:{} --paper {}x{} --overlap {}",
         arguments.scale, paper[0], paper[1], arguments.overlap
@@ -49,13 +49,24 @@ pub(super) fn run(arguments: &AtlasArguments, console: &Console) -> Result<(), E
     let texts = texts("atlas", &arguments.preset, asked, (sources.name(), seed), &place);
     let subtitle = format!("{}, seed {seed}, 1 : {}", sources.name(), thousands(scale.denominator()));
     let captions = captions(asked, &texts, subtitle)?;
+    let layout = Layout::new(scale, [columns, rows], paper, arguments.overlap, middle_m, &captions.furniture)?;
+    let [has_pictures, has_document] =
+        [AtlasFormat::Png, AtlasFormat::Pdf].map(|format| arguments.format.contains(&format));
+    let files = AtlasFiles::new(&folder, layout, has_pictures, has_document, asked.overwrite)?;
+    let threads = thread_count(asked.threads);
+    let world = Chart::world(&preset, Some(seed))?;
+    let memory_bytes = files.memory_bytes(&world, threads);
+    if !console.may_begin("the atlas", memory_bytes, SMALLER, asked.dry_run)? {
+        return Ok(());
+    }
     let start = Instant::now();
-    let pool = thread_pool(thread_count(asked.threads))?;
+    let pool = thread_pool(threads)?;
     let watch = Watch::default();
     let written = thread::scope(|scope| {
         let _reporter = Reporter::start(scope, console, &watch, None);
         pool.install(|| files.write(&preset, Some(seed), &style, &captions, &texts, &watch))
     })?;
+    console.warnings(&lacking(&written.missing));
     let seconds = start.elapsed().as_secs_f64();
     let paths: Vec<String> = written.files.iter().map(|path| path.to_string_lossy().into_owned()).collect();
     let object = json!({

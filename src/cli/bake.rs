@@ -16,9 +16,7 @@ use crate::cli::progress::{Reporter, Tiles};
 use crate::cli::{thread_count, thread_pool};
 use crate::device::LandMaker;
 use crate::error::Error;
-use crate::export::{
-    Bytes, Cost, Forecast, HeightRange, Limit, Manifest, Mode, Output, Plan, Profile, look, measured_range_m,
-};
+use crate::export::{Bytes, Cost, HeightRange, Limit, Manifest, Mode, Output, Plan, Profile, look, measured_range_m};
 use crate::generator;
 use crate::watch::Watch;
 use crate::world::World;
@@ -58,6 +56,9 @@ pub(super) fn planned(
     let sources = arguments.sources()?;
     let name = sources.name().to_owned();
     let preset = sources.read_all()?;
+    if !options.manner.course.quiet {
+        console.warnings(&preset.warnings(&sources));
+    }
     let place = arguments.place.located(&preset, options.seed)?;
     let asked = place.region(preset.tile_cells, preset.spacing_m)?;
     let mut region = if options.scale == Stride::ONE { asked } else { asked.strided(options.scale)? };
@@ -90,7 +91,7 @@ pub(super) fn planned(
         Some(AskedRange::Metres(range_m)) => Some(range_m),
         Some(AskedRange::Auto) => auto_range_m(&world, &region, &out, options, console)?,
     };
-    let (mut meshes, mut vectors) = (arguments.meshes(&region, world.spacing_m()), options.vectors.options());
+    let (mut meshes, mut vectors) = (arguments.meshes(&region, world.spacing_m())?, options.vectors.options());
     let [of_meshes, of_vectors, of_heights] = arguments.format_options();
     let mut names = options.names;
     if options.add {
@@ -102,6 +103,10 @@ pub(super) fn planned(
         names = old.tile_names;
         if old.reads("--lod") && of_meshes.is_empty() {
             meshes = old.meshes.clone();
+        }
+        // All files of a folder have one origin, whichever of them reads it.
+        if options.mesh_origin.is_none() {
+            meshes.origin = old.meshes.origin;
         }
         if old.reads("--clip") && of_vectors.is_empty() {
             vectors = old.vectors.clone();
@@ -248,28 +253,30 @@ pub(super) fn carry_out(
 ) -> Result<(), Error> {
     let (world, region) = (plan.world(), plan.made());
     let threads = thread_count(options.threads);
-    let cost = plan.cost(threads);
+    let pool = thread_pool(threads)?;
+    let mut cost = plan.cost(threads);
     // Kept until the plan is printed: a dry run says what it would take even where it may not.
+    let hint = "give fewer --threads, a narrower --size or fewer exports";
+    let short = |cost: &Cost| Limit::check("the bake", cost.memory_bytes(), hint);
     let refused = Output::check(out, mode, plan, &cost);
-    let short = Limit::now(threads).map_or(Ok(()), |limit| limit.check(&cost));
-    if options.dry_run && !options.quiet {
-        // To look at a tile takes memory too; of a merge it would say nothing.
-        let forecast = (short.is_ok() && !plan.is_merge()).then(|| {
-            if !options.no_progress && world.relief().fluvial().is_some() {
-                // When nobody listens there is nobody to tell.
-                _ = writeln!(io::stderr(), "planning what lies around one tile, to see what the bake takes");
-            }
-            plan.forecast(&cost, threads)
-        });
-        print_plan(console, plan, &cost, forecast, world, threads, out)?;
+    console.warnings(&plan.warnings());
+    let may_lack_room = || refused.is_ok() && (cost.may_fill(plan, out) || short(&cost).is_err());
+    if (options.dry_run && !options.quiet) || may_lack_room() {
+        if !options.no_progress && !options.quiet && world.relief().fluvial().is_some() {
+            // When nobody listens there is nobody to tell.
+            _ = writeln!(io::stderr(), "baking some tiles, to see what the bake takes");
+        }
+        cost = pool.install(|| plan.forecast(cost))?;
     }
-    refused.and(short)?;
+    if options.dry_run && !options.quiet {
+        print_plan(console, plan, &cost, world, threads, out)?;
+    }
+    refused.and_then(|()| short(&cost)).and_then(|()| Output::check(out, mode, plan, &cost))?;
     if options.dry_run {
         return Ok(());
     }
     // The bake.
     let watch = Watch::default();
-    let pool = thread_pool(threads)?;
     let output = Output::prepare(out, mode, plan, &cost)?;
     console.warnings(&output.lock_warning());
     let start = Instant::now();
@@ -277,9 +284,13 @@ pub(super) fn carry_out(
         let shown = !options.quiet && !options.no_progress;
         let tiles = Tiles { count: plan.tiles(), cells: (region.tile_cells() as u64).pow(2) };
         let _reporter = shown.then(|| Reporter::start(scope, console, &watch, Some(tiles)));
-        pool.install(|| plan.run(&output, &watch))
+        pool.install(|| {
+            console.warnings(&output.changed_warnings(&watch)?);
+            plan.run(&output, &watch)
+        })
     });
     let manifest = baked.inspect_err(|_| {
+        // What no format can hold is not kept.
         if output.can_resume() && !options.quiet {
             let goes_on = match mode {
                 Mode::New | Mode::Resume => "the same command with --resume",
@@ -343,7 +354,6 @@ fn print_plan(
     console: &Console,
     plan: &Plan,
     cost: &Cost,
-    forecast: Option<Forecast>,
     world: &World,
     threads: usize,
     out: &Path,
@@ -351,14 +361,13 @@ fn print_plan(
     let region = &plan.made();
     let (min_m, max_m) = plan.height_range_m();
     let step_m = (max_m - min_m) / 65535.0;
-    let memory_bytes = forecast.map(|forecast| forecast.memory_bytes);
-    let seconds = forecast.map(|forecast| forecast.time.as_secs_f64());
+    let disk_bytes = cost.forecast.as_ref().map(|forecast| forecast.disk_bytes);
+    let seconds = cost.forecast.as_ref().and_then(|forecast| forecast.time).map(|time| time.as_secs_f64());
     let object = json!({
         "type": "plan", "out": out.to_string_lossy(), "tiles": plan.tiles(), "width": region.width(),
         "height": region.height(), "bounds_km": region.bounds_km(world.spacing_m()), "min_m": min_m,
         "max_m": max_m, "step_m": step_m, "files": cost.files,
-        "disk_bytes_at_most": cost.disk_bytes, "memory_bytes": memory_bytes,
-        "memory_bytes_at_most": cost.memory_bytes, "seconds": seconds, "threads": threads,
+        "disk_bytes": disk_bytes, "memory_bytes": cost.memory_bytes(), "seconds": seconds, "threads": threads,
     });
     let mut text = String::new();
     let mut line = |what: &str, value: String| writeln!(text, "{what:9}{value}").expect("a String takes everything");
@@ -376,9 +385,9 @@ fn print_plan(
     line("ground", format!("{size}, from {west} to {east} km east and from {south} to {north} km north"));
     let [low, high] = HeightRange { min_m, max_m, step_m }.written_m();
     line("heights", format!("{low} to {high} m, {step_m:.4} m a step of 16 bits"));
-    line("files", format!("{}, at most {}", cost.files, Bytes(cost.disk_bytes)));
-    let about = memory_bytes.map_or(String::new(), |bytes| format!("about {}, ", Bytes(bytes)));
-    line("memory", format!("{about}at most {}", Bytes(cost.memory_bytes)));
+    let room = disk_bytes.map_or(String::new(), |bytes| format!(", up to {}", Bytes(bytes)));
+    line("files", format!("{}{room}", cost.files));
+    line("memory", format!("up to {}", Bytes(cost.memory_bytes())));
     if let Some(seconds) = seconds {
         line("time", format!("about {seconds:.1} s on {threads} threads"));
     }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use crate::error::Error;
+use crate::export::{Bytes, Limit};
 
 /// The two streams of the command.
 pub(super) struct Console {
@@ -41,6 +42,16 @@ impl Console {
     /// Prints a message: the JSON object, or else the text.
     pub fn message(&self, object: Value, text: &str) -> Result<(), Error> {
         if self.json { Console::text(&format!("{object}\n")) } else { Console::text(text) }
+    }
+
+    /// Refuses work that may take more memory than there is, and prints for a dry run what it may take; whether it is to be done.
+    pub fn may_begin(&self, what: &str, memory_bytes: u64, hint: &str, dry_run: bool) -> Result<bool, Error> {
+        if dry_run {
+            let object = json!({ "type": "plan", "memory_bytes": memory_bytes });
+            self.message(object, &format!("memory   up to {}\n", Bytes(memory_bytes)))?;
+        }
+        Limit::check(what, memory_bytes, hint)?;
+        Ok(!dry_run)
     }
 
     /// Prints what is allowed and probably not meant.

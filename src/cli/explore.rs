@@ -11,20 +11,31 @@ use crate::cli::console::Console;
 use crate::cli::thread_count;
 use crate::error::Error;
 use crate::explore::{Given, Options, Server};
+use crate::export::Bytes;
 
 /// The folder of what this program keeps, in the user's for such things.
 const CACHE: &str = "terrane";
+
+/// Bytes that must be remembered at least: what a single view is made of.
+const LEAST_REMEMBERED: u64 = 20_000_000;
 
 /// Pixels that a page shows of a part of the world that it is to begin with.
 const VIEW_PX: f64 = 900.0;
 
 /// Shows a world in a browser until it is interrupted.
 pub(super) fn run(arguments: ExploreArguments, console: &Console) -> Result<(), Error> {
-    let ExploreArguments { preset, place, seed, set, port, open, cache, cache_limit, threads, .. } = arguments;
+    let ExploreArguments { preset, place, seed, set, port, open, cache, cache_limit, memory_limit, threads, .. } =
+        arguments;
     if preset == "-" {
         return Err(Error::Option {
             message: "the explorer reads the preset again when it has changed, which standard input does not".into(),
             hint: "give a file, or the name of a built-in preset".into(),
+        });
+    }
+    if memory_limit < LEAST_REMEMBERED {
+        return Err(Error::Option {
+            message: format!("--memory-limit {memory_limit}: expected {} or more", Bytes(LEAST_REMEMBERED)),
+            hint: "with less, nothing is drawn without making its land again and again".into(),
         });
     }
     let view = if place.is_given() {
@@ -43,6 +54,7 @@ pub(super) fn run(arguments: ExploreArguments, console: &Console) -> Result<(), 
         port,
         cache: (cache_limit > 0).then(|| cache.or_else(default_cache)).flatten(),
         cached_bytes: cache_limit,
+        remembered_bytes: memory_limit,
         program,
         threads: thread_count(threads),
     };

@@ -8,24 +8,40 @@ use crate::cli::args::FindArguments;
 use crate::cli::console::Console;
 use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
+use crate::export::told_memory_bytes;
 use crate::find::{Finder, Found, Query};
+
+/// Land in which a thread looks for something.
+const PART_BYTES: u64 = 32 << 20;
 
 /// Finds what the command line asks for, and prints it as a table or as JSON lines.
 pub(super) fn run(arguments: &FindArguments, console: &Console) -> Result<(), Error> {
     let queries: Vec<Query> = arguments.queries.iter().map(|text| text.parse()).collect::<Result<_, Error>>()?;
-    let preset = arguments.sources()?.read_all()?;
+    let sources = arguments.sources()?;
+    let preset = sources.read_all()?;
+    console.warnings(&preset.warnings(&sources));
     let mut finder = Finder::new(preset, arguments.seed)?;
-    let pool = thread_pool(thread_count(arguments.threads))?;
+    let threads = thread_count(arguments.threads);
+    // The world at all its vertices, and the one from afar; a thread has the land of a part of a block.
+    let memory_bytes = told_memory_bytes(threads, threads as u64 * PART_BYTES, 2 * finder.world().memory_bytes(1));
+    if !console.may_begin("the search", memory_bytes, "give fewer --threads", arguments.dry_run)? {
+        return Ok(());
+    }
+    let pool = thread_pool(threads)?;
     for (number, query) in queries.iter().enumerate() {
         let limit = arguments.limit as usize;
         let found = pool.install(|| finder.find(query, arguments.near, arguments.radius, limit))?;
         if console.is_json() {
             for found in &found {
-                let values = found.values.iter().map(|(measure, value)| (measure.unit().to_owned(), json!(value)));
+                // Millimetres of a place, and all that means something of a value.
+                let exact = |value: f64| (value * 1e6).round() / 1e6;
+                let values =
+                    found.values.iter().map(|(measure, value)| (measure.unit().to_owned(), json!(exact(*value))));
                 let values: serde_json::Map<String, serde_json::Value> = values.collect();
+                let (at_km, distance_km) = (found.at_km.map(exact), exact(found.distance_km));
                 let object = json!({
-                    "type": "found", "query": query.text, "id": found.id, "name": found.name, "at_km": found.at_km,
-                    "distance_km": found.distance_km, "values": values, "bake": command(arguments, &finder, found),
+                    "type": "found", "query": query.text, "id": found.id, "name": found.name, "at_km": at_km,
+                    "distance_km": distance_km, "values": values, "bake": command(arguments, &finder, found),
                 });
                 console.message(object, "")?;
             }

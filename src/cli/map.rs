@@ -1,7 +1,7 @@
 //! `terrane map`.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Instant;
 
@@ -14,7 +14,7 @@ use crate::cli::console::Console;
 use crate::cli::progress::Reporter;
 use crate::cli::{thread_count, thread_pool};
 use crate::error::{Error, nearest};
-use crate::export::{Manifest, MapPicture, Texts};
+use crate::export::{Lettering, Manifest, MapPicture, SMALLER, Texts, shortest_that};
 use crate::map::Chart;
 use crate::map::scale::Scale;
 use crate::map::sheet::{Captions, Cells, Furniture, Overlay, Sheet, thousands};
@@ -29,35 +29,45 @@ const INCH_MM: f64 = 25.4;
 pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Error> {
     let asked = &arguments.style;
     let style = asked.style()?;
-    let Subject { name, preset, seed, bounds_m } = Subject::of(arguments)?;
+    let Subject { name, preset, seed, bounds_m } = Subject::of(arguments, console)?;
     let scale = scale(arguments, bounds_m);
-    let out = arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{name}.png")));
+    let out = arguments.out.clone().unwrap_or_else(|| default_file(&name, seed, bounds_m, scale, &asked.style));
     let area = scale.pixels_of(bounds_m);
     check_size(area)?;
-    let [west, south, east, north] = bounds_m.map(|metres| metres / 1000.0);
-    let place = format!("--bounds={west},{south},{east},{north} --metres-per-pixel {}", scale.metres_per_pixel);
+    let place = place(arguments, bounds_m, scale);
     let texts = texts("map", &arguments.preset, asked, (&name, seed), &place);
     let subtitle = format!("{name}, seed {seed}, 1 : {}", thousands(scale.denominator()));
     let captions = captions(asked, &texts, subtitle)?;
-    let page = Sheet::area(area, scale, &captions.furniture);
-    let file = MapPicture::new(&out, (page.width(), page.height()), asked.overwrite)?;
+    let most = Sheet::area(area, (&style, scale), &captions);
+    let mut file = MapPicture::new(&out, (most.width(), most.height()), asked.overwrite)?;
+    if let Some(lettering) = arguments.text {
+        file = file.lettered(lettering)?;
+    }
+    let world = Chart::world(&preset, Some(seed))?;
+    let threads = thread_count(asked.threads);
+    let memory_bytes = file.memory_bytes(&world, scale, (most.width(), most.height()), threads);
+    if !console.may_begin("the map", memory_bytes, SMALLER, asked.dry_run)? {
+        return Ok(());
+    }
     file.prepare()?;
+    console.warnings(&file.warnings(most, scale));
     let start = Instant::now();
-    let pool = thread_pool(thread_count(asked.threads))?;
+    let pool = thread_pool(threads)?;
     let watch = Watch::default();
-    thread::scope(|scope| {
+    let page = thread::scope(|scope| {
         let _reporter = Reporter::start(scope, console, &watch, None);
         pool.install(|| {
             watch.begin("finding what is drawn", None);
-            let world = Chart::world(&preset, Some(seed))?;
             let chart = Chart::made_by(|world| arguments.device.maker(world, console), &world, style, scale)?;
-            let picture = chart.picture(area);
-            watch.begin("drawing", Some((page.height() as u64, "rows")));
-            let written = file.write(&Sheet::new(&picture, &captions), scale, &texts, &watch);
+            let picture = Sheet::picture(&chart, area, &captions.furniture);
+            let sheet = Sheet::new(&picture, &captions);
+            console.warnings(&lacking(&sheet.missing_letters()));
+            watch.begin("drawing", Some((sheet.page().height() as u64, "rows")));
+            let written = file.write(&sheet, scale, &texts, &watch);
             console.warnings(&trouble(chart.maker()));
             let ground = chart.trouble().map(|trouble| format!("the CPU has made the ground of the map: {trouble}"));
             console.warnings(ground.as_slice());
-            written
+            written.map(|()| sheet.page())
         })
     })?;
     let seconds = start.elapsed().as_secs_f64();
@@ -76,6 +86,29 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
     console.message(object, &text)
 }
 
+/// The file of a map where nobody names one: each place, scale and style of a world has its own.
+fn default_file(name: &str, seed: u64, bounds_m: [f64; 4], scale: Scale, style: &str) -> PathBuf {
+    let [west, south, east, north] = bounds_m;
+    let size = format!("{}x{}km", in_km(east - west), in_km(north - south));
+    let middle_m = [west.midpoint(east), south.midpoint(north)];
+    Path::new("out").join(format!("{}.png", named(name, seed, middle_m, &size, scale, style)))
+}
+
+/// What a map or an atlas is called: world, middle, size, scale and style.
+pub(super) fn named(name: &str, seed: u64, middle_m: [f64; 2], size: &str, scale: Scale, style: &str) -> String {
+    let [x, y] = middle_m.map(in_km);
+    // A style of the user's is a file.
+    let style = Path::new(style).file_stem().unwrap_or_default().to_string_lossy();
+    format!("{name}-seed{seed}-x{x}km-y{y}km-{size}-1to{:.0}-{style}", scale.denominator())
+}
+
+/// Metres in kilometres, to the metre.
+fn in_km(metres: f64) -> String {
+    let km = format!("{:.3}", metres / 1000.0);
+    let short = km.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" { "0".into() } else { short.into() }
+}
+
 /// What is drawn: a world, and a part of it in metres.
 struct Subject {
     name: String,
@@ -86,11 +119,12 @@ struct Subject {
 
 impl Subject {
     /// The world of a preset, or of the bake in a folder, whose region is drawn unless another place is asked for.
-    fn of(arguments: &MapArguments) -> Result<Subject, Error> {
+    fn of(arguments: &MapArguments, console: &Console) -> Result<Subject, Error> {
         let (MapArguments { preset: source, place, .. }, asked) = (arguments, &arguments.style);
         if !Path::new(source).is_dir() {
             let sources = sources(source, &asked.set)?;
             let preset = sources.read_all()?;
+            console.warnings(&preset.warnings(&sources));
             let seed = asked.seed.unwrap_or(preset.seed);
             let bounds_m = place.located(&preset, Some(seed))?.bounds_m(preset.tile_cells, preset.spacing_m)?;
             return Ok(Subject { name: sources.name().to_owned(), preset, seed, bounds_m });
@@ -112,8 +146,29 @@ impl Subject {
     }
 }
 
+/// Letters that are named one by one.
+const MOST_NAMED: usize = 24;
+
+/// What is said of letters that no font has.
+pub(super) fn lacking(letters: &BTreeSet<char>) -> Vec<String> {
+    if letters.is_empty() {
+        return Vec::new();
+    }
+    let named = |letter: &char| format!("{} (U+{:04X})", letter.escape_debug(), u32::from(*letter));
+    let mut list = letters.iter().take(MOST_NAMED).map(named).collect::<Vec<_>>().join(", ");
+    if letters.len() > MOST_NAMED {
+        list = format!("{list} and {} more", letters.len() - MOST_NAMED);
+    }
+    vec![format!(
+        "no font of the map has {list}: a box stands for each; --style-set labels.font='\"FILE\"' names a font file that has them"
+    )]
+}
+
 /// Pixels a side that a map has at most.
 const MOST_PIXELS: i64 = 1_000_000;
+
+/// Letters of a title at most.
+const MOST_TITLE: usize = 500;
 
 fn check_size(area: Area) -> Result<(), Error> {
     let [width, height] = [area.x1 - area.x0, area.y1 - area.y0];
@@ -134,6 +189,24 @@ fn scale(arguments: &MapArguments, [west, _, east, _]: [f64; 4]) -> Scale {
         (None, None) => (east - west) / f64::from(arguments.width.unwrap_or(2048)),
     };
     Scale { metres_per_pixel, pixels_per_mm }
+}
+
+/// The options that draw the same pixels at the same scale again, with no more digits than that takes.
+fn place(arguments: &MapArguments, bounds_m: [f64; 4], scale: Scale) -> String {
+    let measure = match (arguments.scale, arguments.metres_per_pixel) {
+        (Some(denominator), _) => format!("--scale 1:{denominator}"),
+        (None, Some(metres)) => format!("--metres-per-pixel {metres}"),
+        (None, None) => format!("--metres-per-pixel {}", scale.metres_per_pixel),
+    };
+    let area = scale.pixels_of(bounds_m);
+    let lettering = match arguments.text {
+        None => "",
+        Some(Lettering::Text) => " --text text",
+        Some(Lettering::Outlines) => " --text outlines",
+    };
+    let bounds =
+        shortest_that(bounds_m.map(|metres| metres / 1000.0), |km| scale.pixels_of(km.map(|km| km * 1000.0)) == area);
+    format!("--bounds={} {measure}{lettering}", bounds.join(","))
 }
 
 /// Pixels of a millimetre of paper.
@@ -159,6 +232,13 @@ pub(super) fn captions(asked: &StyleArguments, texts: &Texts, subtitle: String) 
             }
         }
     }
+    let letters = texts.title.chars().count();
+    if letters > MOST_TITLE {
+        return Err(Error::Option {
+            message: format!("a title of {letters} letters is more than any sheet has room for"),
+            hint: format!("give at most {MOST_TITLE} with --title"),
+        });
+    }
     let recipe = format!("{}   {}", texts.software, texts.description);
     let (title, overlay) = (texts.title.clone(), asked.overlay);
     Ok(Captions { title, subtitle, recipe, furniture, overlay, neighbours: Default::default() })
@@ -182,6 +262,7 @@ pub(super) fn texts(
         let form = if form == Cells::Squares { "squares" } else { "hexes" };
         format!(" --overlay {form}:{}", side_m / 1000.0)
     });
+    let world = (name.to_owned(), seed);
     // The world of a bake is that of its seed already.
     let seed = if Path::new(source).is_dir() { String::new() } else { format!(" --seed {seed}") };
     let description = format!(
@@ -195,5 +276,30 @@ pub(super) fn texts(
         let mut letters = name.chars();
         letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
     });
-    Texts { title, description, software: format!("terrane {}", env!("CARGO_PKG_VERSION")) }
+    Texts { title, description, software: format!("terrane {}", env!("CARGO_PKG_VERSION")), world }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_place_scale_or_style_is_another_file() {
+        let scale = |metres_per_pixel| Scale { metres_per_pixel, pixels_per_mm: 4.0 };
+        let file = |seed, bounds_m, scale, style| {
+            default_file("alps", seed, bounds_m, scale, style).to_string_lossy().into_owned()
+        };
+        let bounds_m = [-1000.0, 500.0, 5000.0, 4500.0];
+        let first = file(1, bounds_m, scale(6.25), "atlas");
+        assert_eq!(first, Path::new("out/alps-seed1-x2km-y2.5km-6x4km-1to25000-atlas.png").to_string_lossy());
+        let others = [
+            file(2, bounds_m, scale(6.25), "atlas"),
+            file(1, [-1001.0, 500.0, 5000.0, 4500.0], scale(6.25), "atlas"),
+            file(1, bounds_m, scale(12.5), "atlas"),
+            file(1, bounds_m, scale(6.25), "styles/own.toml"),
+        ];
+        assert!(others.iter().all(|other| *other != first), "{others:?}");
+        assert!(others[3].ends_with("-own.png"), "{}", others[3]);
+        assert_eq!(in_km(-0.2), "0");
+    }
 }

@@ -21,6 +21,8 @@ mod signals;
 mod verify;
 mod walk;
 
+use std::env;
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
@@ -29,7 +31,7 @@ use serde_json::json;
 use args::{Arguments, Command, Schema};
 use console::Console;
 
-use crate::error::Error;
+use crate::error::{Error, clipped};
 use crate::export::Manifest;
 use crate::map::style::{STYLES, Style};
 use crate::preset::{self, Preset};
@@ -42,6 +44,10 @@ use crate::threads::{thread_count, thread_pool};
 ///
 /// The exit code is 0 when it is done, 2 for a mistake of the user's, 130 after an interrupt, else 1.
 pub fn run() -> ExitCode {
+    if let Err(error) = check_words(env::args_os()) {
+        Console::new(env::args_os().any(|word| word == "--json")).error(&error);
+        return ExitCode::from(error.exit_code());
+    }
     let arguments = Arguments::parse();
     let console = Console::new(arguments.command.is_json());
     signals::listen();
@@ -51,6 +57,19 @@ pub fn run() -> ExitCode {
             console.error(&error);
             ExitCode::from(error.exit_code())
         }
+    }
+}
+
+/// Refuses words with control characters. Names, titles and paths come into scripts and files that other programs read, and to
+/// terminals: there a line break would end a comment and begin a command.
+fn check_words(words: impl Iterator<Item = OsString>) -> Result<(), Error> {
+    let mut words = words.map(|word| word.to_string_lossy().into_owned());
+    match words.find(|word| word.chars().any(char::is_control)) {
+        None => Ok(()),
+        Some(word) => Err(Error::Option {
+            message: clipped(&format!("{word:?} has a control character, such as a line break or a tab")),
+            hint: "leave it out; a setting of several lines goes into a preset file".into(),
+        }),
     }
 }
 

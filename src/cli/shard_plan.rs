@@ -1,6 +1,7 @@
 //! `terrane shard-plan`.
 
 use std::env;
+use std::ffi::OsString;
 
 use serde_json::json;
 
@@ -9,7 +10,7 @@ use crate::cli::args::{BakeArguments, ShardPlanArguments};
 use crate::cli::bake::planned;
 use crate::cli::console::Console;
 use crate::cli::jobs::Job;
-use crate::cli::thread_count;
+use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
 use crate::export::{Plan, Trial};
 
@@ -35,23 +36,21 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
     let arguments = BakeArguments { preset, place, shard: None, common };
     planned(&arguments, console, |plan, out| {
         // One for all: another one would be told other times.
-        let trial = plan.trial(threads);
+        let trial = thread_pool(threads)?.install(|| plan.trial())?;
         let shards = match shards {
             Some(shards) => shards,
-            None => fitting(&plan, &trial, minutes * 60.0, threads)?,
+            None => fitting(&plan, &trial, minutes * 60.0)?,
         };
-        let merge_memory_bytes = plan.cost(threads).memory_bytes;
+        let merge_memory_bytes = plan.cost(threads).memory_bytes();
         let shard = plan.with_shard(Shard::new(1, shards).expect("there is a first one"))?;
-        let cost = shard.cost(threads);
-        let forecast = shard.forecast_by(&trial, &cost);
         let job = Job {
             bake,
             out: out.to_string_lossy().into_owned(),
             shards,
             threads,
-            memory_bytes: cost.memory_bytes,
+            memory_bytes: shard.cost(threads).memory_bytes(),
             merge_memory_bytes,
-            seconds: forecast.time.as_secs_f64(),
+            seconds: seconds_of(&shard, &trial),
             image,
             claim,
         };
@@ -64,11 +63,10 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
 }
 
 /// The fewest shards of which each takes no longer than so many seconds; or one a tile, if even that takes longer.
-fn fitting(plan: &Plan<'_>, trial: &Trial, seconds: f64, threads: usize) -> Result<u64, Error> {
+fn fitting(plan: &Plan<'_>, trial: &Trial, seconds: f64) -> Result<u64, Error> {
     let fits = |shards: u64| {
         let shard = plan.clone().with_shard(Shard::new(1, shards).expect("there is a first one"))?;
-        let forecast = shard.forecast_by(trial, &shard.cost(threads));
-        Ok::<_, Error>(forecast.time.as_secs_f64() <= seconds)
+        Ok::<_, Error>(seconds_of(&shard, trial) <= seconds)
     };
     let (mut least, mut most) = (1, plan.region().tiles());
     while least < most {
@@ -78,10 +76,22 @@ fn fitting(plan: &Plan<'_>, trial: &Trial, seconds: f64, threads: usize) -> Resu
     Ok(least)
 }
 
+/// About how long a shard takes.
+fn seconds_of(shard: &Plan<'_>, trial: &Trial) -> f64 {
+    trial.forecast(shard).time.map_or(0.0, |time| time.as_secs_f64())
+}
+
 /// The words of the command line that a shard is baked with, from `bake` on.
 fn bake_words() -> Result<Vec<String>, Error> {
     let mut words = vec!["bake".to_owned()];
-    let mut given = env::args().skip_while(|word| word != "shard-plan").skip(1);
+    let text = |word: OsString| {
+        word.into_string().map_err(|word| Error::Option {
+            message: format!("{:?} is no UTF-8, and a script is a text", word.to_string_lossy()),
+            hint: "give the file or the folder another name".into(),
+        })
+    };
+    let given = env::args_os().map(text).collect::<Result<Vec<_>, _>>()?;
+    let mut given = given.into_iter().skip_while(|word| word != "shard-plan").skip(1);
     while let Some(word) = given.next() {
         if OWN.contains(&&word[..]) {
             given.next();
@@ -91,11 +101,5 @@ fn bake_words() -> Result<Vec<String>, Error> {
             words.push(word);
         }
     }
-    match words.iter().find(|word| word.contains('\n')) {
-        None => Ok(words),
-        Some(word) => Err(Error::Option {
-            message: format!("{word:?} has several lines, and a job has its command on one"),
-            hint: "write it to a preset file".into(),
-        }),
-    }
+    Ok(words)
 }

@@ -12,7 +12,7 @@ use crate::cli::console::Console;
 use crate::cli::progress::Reporter;
 use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
-use crate::export::{self, Bytes, Cleaned, Rebake};
+use crate::export::{self, Bytes, Cleaned, Rebake, Repaired};
 use crate::watch::Watch;
 
 /// Looks at a bake, and says what is wrong with it.
@@ -57,7 +57,10 @@ pub(super) fn run(arguments: &VerifyArguments, console: &Console) -> Result<(), 
     Err(Error::Faulty {
         path: folder.clone(),
         message: format!("{faults} {} with this bake", if faults == 1 { "thing is wrong" } else { "things are wrong" }),
-        hint: format!("terrane repair {} bakes again what is wrong", folder.display()),
+        hint: format!(
+            "terrane repair {} bakes again what is wrong, and sets aside what is there instead",
+            folder.display()
+        ),
     })
 }
 
@@ -65,13 +68,15 @@ pub(super) fn run(arguments: &VerifyArguments, console: &Console) -> Result<(), 
 pub(super) fn repair(folder: &Path, threads: Option<u32>, console: &Console) -> Result<(), Error> {
     let pool = thread_pool(thread_count(threads))?;
     let (watch, start) = (Watch::default(), Instant::now());
-    let repaired = thread::scope(|scope| {
+    let Repaired { files, kept } = thread::scope(|scope| {
         let _reporter = Reporter::start(scope, console, &watch, None);
         pool.install(|| export::repair(folder, &watch))
     })?;
     let seconds = start.elapsed().as_secs_f64();
-    let files = repaired.files;
-    let object = json!({ "type": "repaired", "folder": folder.to_string_lossy(), "files": files, "seconds": seconds });
+    console.warnings(&export::kept_warnings(&kept));
+    let object = json!({
+        "type": "repaired", "folder": folder.to_string_lossy(), "files": files, "kept": kept, "seconds": seconds,
+    });
     let mut text = String::new();
     for path in &files {
         line(&mut text, format_args!("{path}: has its bytes again"));

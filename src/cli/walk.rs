@@ -17,10 +17,12 @@ pub(super) fn run(arguments: &WalkArguments, console: &Console) -> Result<(), Er
     // What is asked for, checked before anything is written.
     let sources = arguments.sources()?;
     let name = sources.name().to_owned();
-    let world = World::new(sources.read_all()?, *seed)?;
+    let preset = sources.read_all()?;
+    let moved = preset.warnings(&sources);
+    let world = World::new(preset, *seed)?;
     let tour = arguments.tour()?;
     if !manner.course.quiet {
-        console.warnings(&world.warnings());
+        console.warnings(&[moved, world.warnings()].concat());
     }
     let out = out.clone().unwrap_or_else(|| default_folder(&name, &world, &tour, arguments.path.as_deref()));
     let plan = Plan::of_walk(&world, &name, Walk::new(tour, &world)?, Export::parse_list(export)?)?

@@ -4,7 +4,6 @@ use std::fs;
 
 use serde::Serialize;
 
-use crate::export::kilobytes;
 use crate::simd::Level;
 
 /// The machine, as far as its system tells.
@@ -34,6 +33,12 @@ impl Machine {
             peak_bytes: read("/proc/self/status").and_then(|text| kilobytes(&text, "VmHWM:")),
         }
     }
+}
+
+/// The number of kilobytes behind a name, in bytes.
+fn kilobytes(text: &str, name: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+    line.split_whitespace().next()?.parse::<u64>().ok()?.checked_mul(1024)
 }
 
 /// The processor's name as Linux lists it.

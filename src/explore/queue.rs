@@ -30,20 +30,37 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(50);
 /// Things that wait in a lane at most.
 const MOST_WAITING: usize = 256;
 
-/// How much less of the processor the slow lane's threads get where both have work.
-#[cfg(target_os = "linux")]
-const NICER: i32 = 10;
-
 /// Which threads do it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Lane {
+    /// What somebody points at just now: it is little, and there is not much of it.
+    Pointer,
     /// What is done in a second or two, and is waited for.
     Quick,
     /// What may take a minute.
     Slow,
 }
 
-/// Two lanes of threads.
+impl Lane {
+    const ALL: [Lane; 3] = [Lane::Pointer, Lane::Quick, Lane::Slow];
+
+    /// Its threads, of so many for each lane that draws.
+    fn threads(self, drawing: usize) -> usize {
+        if self == Lane::Pointer { 1 } else { drawing }
+    }
+
+    /// How much less of the processor its threads get where those of others have work too, in steps of the system's.
+    #[cfg(target_os = "linux")]
+    fn nicer(self) -> i32 {
+        match self {
+            Lane::Pointer => 0,
+            Lane::Quick => 5,
+            Lane::Slow => 10,
+        }
+    }
+}
+
+/// Three lanes of threads.
 #[derive(Debug)]
 pub(super) struct Queue {
     shared: Arc<Shared>,
@@ -57,7 +74,7 @@ struct Shared {
 
 #[derive(Debug, Default)]
 struct State {
-    lanes: [VecDeque<blake3::Hash>; 2],
+    lanes: [VecDeque<blake3::Hash>; Lane::ALL.len()],
     jobs: HashMap<blake3::Hash, Job>,
     /// Jobs and those who wait, counted, so that each has a number of its own.
     count: u64,
@@ -94,22 +111,29 @@ pub(super) struct Ticket {
 }
 
 impl Queue {
-    /// Starts so many threads for each lane, which end with the queue.
+    /// Starts so many threads for each lane that draws, and one for what is pointed at, which end with the queue.
     ///
     /// # Errors
     /// When the system starts no more.
     pub fn start(threads: usize) -> Result<Queue, Error> {
         let queue = Queue { shared: Arc::new(Shared { state: Mutex::default(), come: Condvar::new() }) };
-        for lane in [Lane::Quick, Lane::Slow].iter().flat_map(|lane| std::iter::repeat_n(*lane, threads)) {
-            let shared = queue.shared.clone();
+        let all: Vec<Lane> =
+            Lane::ALL.into_iter().flat_map(|lane| std::iter::repeat_n(lane, lane.threads(threads))).collect();
+        for lane in &all {
+            let (lane, shared) = (*lane, queue.shared.clone());
             thread::Builder::new().name(format!("{lane:?}")).spawn(move || shared.serve(lane)).map_err(|error| {
                 Error::Option {
-                    message: format!("{} threads cannot be started: {error}", 2 * threads),
+                    message: format!("{} threads cannot be started: {error}", all.len()),
                     hint: "give fewer with --threads".into(),
                 }
             })?;
         }
         Ok(queue)
+    }
+
+    /// Whether nothing is under way or waits.
+    pub fn is_idle(&self) -> bool {
+        self.shared.state().jobs.is_empty()
     }
 
     /// Asks for what a digest names, which `work` makes if nobody else has asked for it.
@@ -160,11 +184,9 @@ impl Shared {
 
     /// Does what there is in a lane until all is to end.
     fn serve(&self, lane: Lane) {
-        if lane == Lane::Slow {
-            #[cfg(target_os = "linux")]
-            // Where it may not be, both lanes get as much.
-            let _ = rustix::process::nice(NICER);
-        }
+        #[cfg(target_os = "linux")]
+        // Where it may not be, all lanes get as much.
+        let _ = rustix::process::nice(lane.nicer());
         // What is drawn asks for threads: this one is all that it gets, so that its stopper stops all of it.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
         let _pool = pool.expect("a pool of one thread that is there already starts none");
@@ -297,6 +319,31 @@ mod tests {
         assert_eq!(wait(last).unwrap()[0], [3]);
         assert!(since.elapsed() < Duration::from_secs(5));
         assert!(queue.shared.state().jobs.is_empty());
+    }
+
+    #[test]
+    fn what_is_pointed_at_waits_for_nothing_that_is_drawn() {
+        let queue = Queue::start(2).unwrap();
+        let (go, gone) = channel::<()>();
+        let gone = Arc::new(Mutex::new(gone));
+        // More than there are threads, in both of the lanes that draw.
+        let lanes = [Lane::Quick, Lane::Slow].into_iter().flat_map(|lane| [lane; 4]);
+        let drawn: Vec<Ticket> = lanes
+            .zip(0..)
+            .map(|(lane, number)| {
+                let gone = gone.clone();
+                let wait = move || {
+                    _ = gone.lock().unwrap().recv();
+                    Ok(product(0))
+                };
+                queue.ask(lane, key(number), wait).unwrap()
+            })
+            .collect();
+        assert_eq!(wait(queue.ask(Lane::Pointer, key(100), || Ok(product(1))).unwrap()).unwrap()[0], [1]);
+        drop(go);
+        for ticket in drawn {
+            assert!(wait(ticket).is_ok());
+        }
     }
 
     #[test]

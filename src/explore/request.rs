@@ -1,7 +1,10 @@
 //! What may be asked for, and by whom: every address and every body is read here, and what is wrong with one is told.
 //!
 //! A page that somebody else serves can make a browser ask this machine for anything, so the explorer answers to its own page alone:
-//! to requests that name its own address as their host, and, where a browser says which page asks, to its own.
+//! to requests that name this machine as their host, and, where a browser says which page asks, to its own. The port may be another one:
+//! whoever looks from elsewhere has one of theirs lead here.
+
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
 use serde::Serialize;
 
@@ -83,24 +86,39 @@ pub(super) struct Sender<'a> {
 }
 
 impl Sender<'_> {
-    /// Whether the request is for the explorer at a port, from its own page or from no page.
+    /// Whether the request is for the explorer, which is at a port of this machine, from its own page or from no page.
     ///
     /// # Errors
     /// When it is not.
     pub fn check(&self, port: u16) -> Result<(), Failure> {
-        let own = [format!("127.0.0.1:{port}"), format!("localhost:{port}")];
-        let is_host = self.host.is_some_and(|host| own.iter().any(|own| own.eq_ignore_ascii_case(host)));
-        let is_own = |origin: &str| own.iter().any(|own| origin.strip_prefix("http://") == Some(own));
         let is_near = |site: &str| matches!(site, "same-origin" | "none");
-        if is_host && self.origin.is_none_or(is_own) && self.site.is_none_or(is_near) {
+        let is_own = |host: &str| {
+            let of_host =
+                |origin: &str| origin.strip_prefix("http://").is_some_and(|own| own.eq_ignore_ascii_case(host));
+            is_this_machine(host) && self.origin.is_none_or(of_host)
+        };
+        if self.host.is_some_and(is_own) && self.site.is_none_or(is_near) {
             return Ok(());
         }
         Err(Failure::new(
             Status::Forbidden,
             "the explorer answers to its own page alone",
-            format!("open http://{}/", own[0]),
+            format!("open http://127.0.0.1:{port}/"),
         ))
     }
+}
+
+/// Whether a host, with or without a port, can be no other machine than this: names of somebody else's may lead here too.
+fn is_this_machine(host: &str) -> bool {
+    let name = match host.rsplit_once(':') {
+        Some((name, port)) if port.parse::<u16>().is_ok() => name,
+        _ => host,
+    };
+    let address = name
+        .strip_prefix('[')
+        .and_then(|name| name.strip_suffix(']'))
+        .map_or_else(|| name.parse::<Ipv4Addr>().map(IpAddr::V4), |inner| inner.parse::<Ipv6Addr>().map(IpAddr::V6));
+    name.eq_ignore_ascii_case("localhost") || address.is_ok_and(|address| address.is_loopback())
 }
 
 /// Something that can be had without a change to anything.
@@ -110,6 +128,8 @@ pub(super) enum Asked {
     Page(String),
     Start,
     Schema,
+    /// How full the memory of all worlds is.
+    Memory,
     Tile {
         world: String,
         style: String,
@@ -118,6 +138,7 @@ pub(super) enum Asked {
     },
     Heights {
         world: String,
+        stage: Stage,
         spot: Spot,
     },
     Names {
@@ -149,23 +170,21 @@ pub(super) fn read(path: &str, query: &str) -> Result<Asked, Failure> {
         [file] => Ok(Asked::Page(if file.is_empty() { "index.html".into() } else { own(file) })),
         ["api", "start"] => Ok(Asked::Start),
         ["api", "schema"] => Ok(Asked::Schema),
+        ["api", "memory"] => Ok(Asked::Memory),
         ["api", "bakes", number] => Ok(Asked::Bake(natural(number)?)),
         ["bakes", number, "map.png"] => Ok(Asked::Map(natural(number)?)),
-        ["w", world, "heights", zoom, x, y] => {
+        ["w", world, "heights", stage, zoom, x, y] => {
+            // Of a full map they would be there long after somebody asked.
+            let stage = Stage::named(stage).filter(|stage| *stage != Stage::Full).ok_or_else(Failure::missing)?;
             let y = y.strip_suffix(".js").ok_or_else(Failure::missing)?;
-            Ok(Asked::Heights { world: own(world), spot: spot([zoom, x, y], false)? })
+            Ok(Asked::Heights { world: own(world), stage, spot: spot([zoom, x, y], false)? })
         }
         ["w", world, "names", style, zoom, x, y] => {
             let y = y.strip_suffix(".json").ok_or_else(Failure::missing)?;
             Ok(Asked::Names { world: own(world), style: own(style), spot: spot([zoom, x, y], false)? })
         }
         ["w", world, style, stage, zoom, x, y] => {
-            let stage = match stage {
-                "glance" => Stage::Glance,
-                "draft" => Stage::Draft,
-                "full" => Stage::Full,
-                _ => return Err(Failure::missing()),
-            };
+            let stage = Stage::named(stage).ok_or_else(Failure::missing)?;
             let y = y.strip_suffix(".webp").ok_or_else(Failure::missing)?;
             let (y, is_dense) = y.strip_suffix("@2x").map_or((y, false), |y| (y, true));
             Ok(Asked::Tile { world: own(world), style: own(style), stage, spot: spot([zoom, x, y], is_dense)? })
@@ -233,17 +252,33 @@ mod tests {
 
     #[test]
     fn its_own_page_may_ask_and_no_other() {
-        let sender = |host, origin, site| Sender { host, origin, site }.check(8123).is_ok();
+        let sender = |host: Option<&str>, origin: Option<&str>, site: Option<&str>| {
+            Sender { host, origin, site }.check(8123).is_ok()
+        };
         assert!(sender(Some("127.0.0.1:8123"), None, None));
         assert!(sender(Some("LOCALHOST:8123"), Some("http://localhost:8123"), Some("same-origin")));
         assert!(sender(Some("127.0.0.1:8123"), Some("http://127.0.0.1:8123"), Some("none")));
+        // A port of another number, on this machine or another, that leads here.
+        for host in ["127.0.0.1", "127.0.0.1:80", "localhost:9000", "127.0.0.2:9000", "[::1]:9000", "[::1]"] {
+            assert!(sender(Some(host), None, None), "{host}");
+            assert!(sender(Some(host), Some(&format!("http://{host}")), Some("same-origin")), "{host}");
+        }
         for (host, origin, site) in [
             (None, None, None),
-            // A name of somebody else's that leads to this machine.
+            // Names of somebody else's that lead to this machine.
             (Some("terrane.example:8123"), None, None),
-            (Some("127.0.0.1"), None, None),
-            (Some("127.0.0.1:80"), None, None),
+            (Some("localhost.terrane.example:8123"), None, None),
+            (Some("127.0.0.1.terrane.example"), None, None),
+            (Some("terrane.example:8123"), Some("http://terrane.example:8123"), Some("same-origin")),
+            (Some("192.168.0.7:8123"), None, None),
+            (Some("::1"), None, None),
+            (Some("localhost:8123:80"), None, None),
+            (Some("localhost:99999"), None, None),
+            (Some(""), None, None),
+            // Pages of other servers, on this machine too.
             (Some("127.0.0.1:8123"), Some("http://terrane.example"), None),
+            (Some("127.0.0.1:8123"), Some("http://127.0.0.1:9000"), None),
+            (Some("127.0.0.1:8123"), Some("http://localhost:8123"), None),
             (Some("127.0.0.1:8123"), Some("https://127.0.0.1:8123"), None),
             (Some("127.0.0.1:8123"), Some("null"), None),
             (Some("127.0.0.1:8123"), None, Some("cross-site")),
@@ -259,8 +294,9 @@ mod tests {
         let spot = Spot::new(9, -3, 12, true).unwrap();
         let asked = Asked::Tile { world: "0f".into(), style: "atlas".into(), stage: Stage::Full, spot };
         assert_eq!(tile("/w/0f/atlas/full/9/-3/12@2x.webp"), Ok(asked));
-        let heights = Asked::Heights { world: "0f".into(), spot: Spot::new(0, 0, -1, false).unwrap() };
-        assert_eq!(tile("/w/0f/heights/0/0/-1.js"), Ok(heights));
+        let spot = Spot::new(0, 0, -1, false).unwrap();
+        let heights = Asked::Heights { world: "0f".into(), stage: Stage::Glance, spot };
+        assert_eq!(tile("/w/0f/heights/glance/0/0/-1.js"), Ok(heights));
         for wrong in
             ["10/0/0", "-1/0/0", "+1/0/0", "01/0/0", "1/0x1/0", "1/-0/0", "1/1.5/0", "1/1e3/0", "1//0", "1/NaN/0"]
         {
@@ -269,11 +305,17 @@ mod tests {
         for number in ["9223372036854775807", "-9223372036854775808", "99999999999999999999999999", "1000000000000000"]
         {
             assert_eq!(tile(&format!("/w/0f/atlas/draft/3/{number}/0.webp")), Err(400), "{number}");
-            assert_eq!(tile(&format!("/w/0f/heights/3/0/{number}.js")), Err(400), "{number}");
+            assert_eq!(tile(&format!("/w/0f/heights/draft/3/0/{number}.js")), Err(400), "{number}");
         }
-        for nothing in
-            ["", "w", "/w/0f/atlas/half/1/0/0.webp", "/w/0f/atlas/full/1/0/0.png", "/w/../../etc/passwd", "/a/b/c"]
-        {
+        for nothing in [
+            "",
+            "w",
+            "/w/0f/atlas/half/1/0/0.webp",
+            "/w/0f/atlas/full/1/0/0.png",
+            "/w/../../etc/passwd",
+            "/a/b/c",
+            "/w/0f/heights/full/3/0/0.js",
+        ] {
             assert_eq!(tile(nothing), Err(404), "{nothing}");
         }
     }

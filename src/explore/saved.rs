@@ -79,6 +79,7 @@ fn merge(into: &mut Table, from: Table) {
 mod tests {
     use super::*;
     use crate::explore::worlds::{Given, Recipe, Worlds};
+    use crate::memory::Budget;
 
     #[test]
     fn a_saved_preset_makes_the_same_world() {
@@ -87,7 +88,8 @@ mod tests {
             ("alps", Some(7), vec!["fluvial.ceiling_m=2000", "fluvial.runoff_m=1", "spacing_m=8"]),
             ("thesis", None, vec!["noise[0].height_m=300", "spacing_m=2"]),
         ] {
-            let worlds = Worlds::new(Given { preset: preset.into(), seed: None, set: Vec::new() });
+            let worlds =
+                Worlds::new(Given { preset: preset.into(), seed: None, set: Vec::new() }, Budget::new(1 << 20));
             let set: Vec<String> = set.into_iter().map(str::to_owned).collect();
             let opened = worlds.open(&Recipe { preset: preset.into(), seed, set }).unwrap();
             let text = text(&opened).unwrap();
@@ -99,13 +101,14 @@ mod tests {
 
     #[test]
     fn a_seed_that_no_file_can_have_is_refused() {
-        let worlds = Worlds::new(Given { preset: "thesis".into(), seed: Some(u64::MAX), set: Vec::new() });
+        let worlds =
+            Worlds::new(Given { preset: "thesis".into(), seed: Some(u64::MAX), set: Vec::new() }, Budget::new(1 << 20));
         assert!(text(&worlds.open(&worlds.first()).unwrap()).is_err());
     }
 
     #[test]
     fn names_stay_in_the_folder() {
-        let worlds = Worlds::new(Given { preset: "thesis".into(), seed: None, set: Vec::new() });
+        let worlds = Worlds::new(Given { preset: "thesis".into(), seed: None, set: Vec::new() }, Budget::new(1 << 20));
         let opened = worlds.open(&worlds.first()).unwrap();
         for name in ["", "..", "../x", "a/b", "a\\b", "a.b", "ä", "a b", &"a".repeat(65)] {
             assert_eq!(save(&opened, name, true).unwrap_err().status, Status::Malformed, "{name}");

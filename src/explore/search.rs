@@ -7,13 +7,10 @@ use serde_json::{Value, json};
 use crate::error::Error;
 use crate::explore::queue::Product;
 use crate::explore::worlds::Opened;
-use crate::find::{Finder, Found, Query, named};
+use crate::find::{Finder, Found, Query, named_in};
 
 /// Kilometres from the middle of the view within which is looked.
 const RADIUS_KM: f64 = 200.0;
-
-/// The words that a query begins with; others begin a name.
-const THINGS: [&str; 7] = ["lake", "peak", "river", "place", "town", "village", "hamlet"];
 
 /// A search, understood.
 #[derive(Clone, Debug)]
@@ -29,8 +26,7 @@ impl Search {
     /// When it begins as a query does and is none.
     pub fn new(text: &str) -> Result<Search, Error> {
         let text = text.trim();
-        let is_query = text.split_whitespace().next().is_some_and(|word| THINGS.contains(&&*word.to_lowercase()));
-        if is_query { text.to_lowercase().parse().map(Search::Things) } else { Ok(Search::Name(text.to_owned())) }
+        if Query::is_meant(text) { text.parse().map(Search::Things) } else { Ok(Search::Name(text.to_owned())) }
     }
 
     /// What there is near a place, as the page gets it.
@@ -38,21 +34,17 @@ impl Search {
     /// # Errors
     /// When the world has no such things, or nothing of that name.
     pub fn run(&self, opened: &Opened, near_km: [f64; 2], limit: usize) -> Result<Product, Error> {
-        let seed = Some(opened.world.seed());
-        let (kind, found) = match self {
-            Search::Name(name) => (None, vec![named(opened.preset.clone(), seed, name)?]),
-            Search::Things(query) => {
-                // A search that was stopped leaves nothing in it that is wrong.
-                let mut finder = opened.finder.lock().unwrap_or_else(PoisonError::into_inner);
-                let finder = match &mut *finder {
-                    Some(finder) => finder,
-                    none => none.insert(Finder::new(opened.preset.clone(), seed)?),
-                };
-                let kind = query.text.split_whitespace().next().map(str::to_owned);
-                (kind, finder.find(query, near_km, RADIUS_KM, limit)?)
-            }
+        // A search that was stopped leaves nothing in it that is wrong.
+        let mut finder = opened.finder.lock().unwrap_or_else(PoisonError::into_inner);
+        let finder = match &mut *finder {
+            Some(finder) => finder,
+            none => none.insert(Finder::of_world(opened.world.clone())?),
         };
-        let found: Vec<Value> = found.iter().map(|found| told(found, kind.as_deref())).collect();
+        let (kind, found) = match self {
+            Search::Name(name) => (None, vec![named_in(finder, name, near_km)?]),
+            Search::Things(query) => (Some(query.thing.name()), finder.find(query, near_km, RADIUS_KM, limit)?),
+        };
+        let found: Vec<Value> = found.iter().map(|found| told(found, kind)).collect();
         Ok(Arc::new(vec![json!({ "found": found, "radius_km": RADIUS_KM }).to_string().into_bytes()]))
     }
 }
@@ -73,10 +65,10 @@ mod tests {
 
     #[test]
     fn a_text_is_a_query_or_a_name() {
-        for query in ["lake", "Peak > 3500 m", " river > 30 km ", "town on river"] {
+        for query in ["lake", "Peak > 3500 m", " river > 30 km ", "town on river", "Lakes >= 20000 m2"] {
             assert!(matches!(Search::new(query), Ok(Search::Things(_))), "{query}");
         }
-        for name in ["Feanmere", "Lakeside", "Old Town"] {
+        for name in ["Feanmere", "Lakeside", "Old Town", "Lake Brond"] {
             assert!(matches!(Search::new(name), Ok(Search::Name(_))), "{name}");
         }
         for wrong in ["lake >", "peak > 3 km2", "river on fire"] {

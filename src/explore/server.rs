@@ -26,6 +26,7 @@ use crate::error::Error;
 use crate::explore::bakes::{Bakes, Order, typed};
 use crate::explore::cache::Cache;
 use crate::explore::charts::Charts;
+use crate::explore::heap;
 use crate::explore::page;
 use crate::explore::queue::{Lane, Queue};
 use crate::explore::request::{Asked, Failure, Sender, Status, read};
@@ -36,6 +37,7 @@ use crate::explore::worlds::{FILE, Given, Opened, Recipe, Worlds};
 use crate::export::Profile;
 use crate::generator;
 use crate::map::style::STYLES;
+use crate::memory::{Budget, Usage};
 use crate::preset::{BUILT_IN, Preset, summary};
 use crate::stop;
 
@@ -51,6 +53,9 @@ const MOST_BODY: usize = 1 << 16;
 
 /// Between two looks whether all is to end.
 const LOOK_INTERVAL: Duration = Duration::from_millis(50);
+
+/// From giving freed memory back until it is done again.
+const GIVE_BACK_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Between two looks at the preset's file.
 const FILE_INTERVAL: Duration = Duration::from_millis(500);
@@ -76,6 +81,8 @@ pub struct Options {
     pub cache: Option<PathBuf>,
     /// The most bytes that it takes.
     pub cached_bytes: u64,
+    /// The most bytes of memory for what is remembered of all worlds at all scales.
+    pub remembered_bytes: u64,
     /// The program that bakes, by its command line.
     pub program: PathBuf,
     /// Threads that draw what is new on the screen, and as many that draw the rest.
@@ -105,8 +112,9 @@ impl Server {
     /// # Errors
     /// When something is wrong with the preset, the port is taken, or the folder for what was drawn cannot be used.
     pub fn bind(options: Options) -> Result<Server, Error> {
-        let Options { given, view, port, cache, cached_bytes, program, threads } = options;
-        let worlds = Worlds::new(given);
+        let Options { given, view, port, cache, cached_bytes, remembered_bytes, program, threads } = options;
+        let budget = Budget::new(usize::try_from(remembered_bytes).unwrap_or(usize::MAX));
+        let worlds = Worlds::new(given, budget);
         // A mistake in it is told before there is a page.
         worlds.open(&worlds.first())?;
         let cannot = |error: std::io::Error| Error::Option {
@@ -136,6 +144,7 @@ impl Server {
         let Server { listener, runtime, explorer, .. } = self;
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(listener).map_err(Error::io("127.0.0.1"))?;
+            tokio::spawn(explorer.clone().give_back());
             let free = Arc::new(Semaphore::new(CONNECTIONS));
             loop {
                 let connection = async {
@@ -273,6 +282,21 @@ impl Explorer {
         self.worlds.known(id).ok_or_else(closed)
     }
 
+    /// Gives freed memory back to the system every now and then while something is drawn, and once after that.
+    async fn give_back(self: Arc<Self>) {
+        let mut look = interval(GIVE_BACK_INTERVAL);
+        let mut was_idle = true;
+        loop {
+            look.tick().await;
+            let is_idle = self.studio.queue.is_idle();
+            if !(is_idle && was_idle) {
+                // What cannot be given back is kept.
+                _ = blocking(heap::give_back).await;
+            }
+            was_idle = is_idle;
+        }
+    }
+
     /// Answers what changes nothing.
     async fn look(self: &Arc<Self>, asked: Asked) -> Result<Response<Content>, Failure> {
         match asked {
@@ -282,12 +306,16 @@ impl Explorer {
             }
             Asked::Start => self.start().await,
             Asked::Schema => Ok(told(&Preset::schema())),
+            Asked::Memory => {
+                let Usage { held, most } = self.worlds.budget.usage();
+                Ok(told(&json!({ "held_bytes": held, "most_bytes": most })))
+            }
             Asked::Tile { world, style, stage, spot } => {
                 let pending = self.studio.picture(&self.opened(&world)?, &style, stage, spot)?;
                 Ok(whole("image/webp", Keep::Long, pending.bytes().await?))
             }
-            Asked::Heights { world, spot } => {
-                let pending = self.studio.heights(&self.opened(&world)?, spot)?;
+            Asked::Heights { world, stage, spot } => {
+                let pending = self.studio.heights(&self.opened(&world)?, stage, spot)?;
                 Ok(whole("text/javascript", Keep::Long, pending.bytes().await?))
             }
             Asked::Names { world, style, spot } => {
@@ -405,10 +433,11 @@ impl Explorer {
         if !order.quick {
             let explorer = self.clone();
             let (plan, fault) = blocking(move || explorer.bakes.plan(&arguments)).await??;
-            for key in ["tiles", "width", "height", "files", "memory_bytes", "seconds", "out", "bounds_km"] {
+            for key in
+                ["tiles", "width", "height", "files", "disk_bytes", "memory_bytes", "seconds", "out", "bounds_km"]
+            {
                 answer[key] = plan[key].clone();
             }
-            answer["disk_bytes"] = plan["disk_bytes_at_most"].clone();
             answer["fault"] = json!(fault);
         }
         Ok(told(&answer))

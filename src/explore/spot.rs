@@ -25,6 +25,16 @@ pub(super) enum Stage {
 }
 
 impl Stage {
+    /// What addresses call it.
+    pub fn named(name: &str) -> Option<Stage> {
+        match name {
+            "glance" => Some(Stage::Glance),
+            "draft" => Some(Stage::Draft),
+            "full" => Some(Stage::Full),
+            _ => None,
+        }
+    }
+
     /// How often the nodes of its land are thinned out to every second one, if they are.
     pub fn halvings(self) -> Option<u32> {
         match self {

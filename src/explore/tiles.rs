@@ -147,12 +147,12 @@ impl Studio {
         })
     }
 
-    /// The heights of a tile, as a script for the page.
+    /// The heights of a tile, as a script for the page: those of the land that its picture at a stage shows. Somebody points at it.
     ///
     /// # Errors
     /// When too much is asked for.
-    pub fn heights(self: &Arc<Self>, opened: &Arc<Opened>, spot: Spot) -> Result<Pending, Failure> {
-        let subject = Subject::new(opened, HEIGHTS_STYLE, Stage::Draft)?;
+    pub fn heights(self: &Arc<Self>, opened: &Arc<Opened>, stage: Stage, spot: Spot) -> Result<Pending, Failure> {
+        let subject = Subject::new(opened, HEIGHTS_STYLE, stage)?;
         let key = subject.key(Kind::Heights, spot.zoom, false, spot.x, spot.y);
         self.kept_or(&key, || {
             let studio = self.clone();
@@ -162,7 +162,7 @@ impl Studio {
                 studio.keep(&key, &script);
                 Ok(Arc::new(vec![script]))
             };
-            Ok(Pending::Coming(self.queue.ask(Lane::Quick, key, work)?, 0))
+            Ok(Pending::Coming(self.queue.ask(Lane::Pointer, key, work)?, 0))
         })
     }
 

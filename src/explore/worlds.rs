@@ -12,6 +12,7 @@ use crate::find::Finder;
 use crate::generator;
 use crate::map::Chart;
 use crate::map::style::STYLES;
+use crate::memory::Budget;
 use crate::preset::{BUILT_IN, Preset};
 use crate::recipe::source::{Sources, built_in};
 use crate::web::{Encoding, HEIGHT_SPACING_PX, HEIGHT_STEP_M};
@@ -67,11 +68,13 @@ pub(super) struct Opened {
 pub(super) struct Worlds {
     given: Given,
     open: Mutex<VecDeque<Arc<Opened>>>,
+    /// What all of them, at all scales, remember together.
+    pub budget: Arc<Budget>,
 }
 
 impl Worlds {
-    pub fn new(given: Given) -> Worlds {
-        Worlds { given, open: Mutex::default() }
+    pub fn new(given: Given, budget: Arc<Budget>) -> Worlds {
+        Worlds { given, open: Mutex::default(), budget }
     }
 
     /// The world that the explorer was started with.
@@ -116,7 +119,7 @@ impl Worlds {
         }
         let world = match self.find(|opened| opened.digest == digest) {
             Some(same) => same.world.clone(),
-            None => Chart::world(&preset, Some(seed))?,
+            None => Chart::world_within(&preset, Some(seed), &self.budget)?,
         };
         let opened =
             Arc::new(Opened { digest, recipe: recipe.clone(), source, name, preset, world, finder: Mutex::default() });
@@ -163,7 +166,7 @@ impl Opened {
             "ending": Encoding::WebP.ending(), "dense": true, "layers": titles.collect::<Vec<_>>(),
             "heights": { "step_m": HEIGHT_STEP_M, "spacing_px": HEIGHT_SPACING_PX },
             "ground": {
-                "max_zoom": MAX_ZOOM, "finest_m": pixel_m(world.spacing_m(), MAX_ZOOM), "corner_m": [0, 0],
+                "min_zoom": 0, "max_zoom": MAX_ZOOM, "finest_m": pixel_m(world.spacing_m(), MAX_ZOOM), "corner_m": [0, 0],
                 "bounds_m": [-reach_m, -reach_m, reach_m, reach_m],
             },
         })
@@ -180,7 +183,7 @@ mod tests {
     use super::*;
 
     fn worlds(preset: &str) -> Worlds {
-        Worlds::new(Given { preset: preset.into(), seed: None, set: Vec::new() })
+        Worlds::new(Given { preset: preset.into(), seed: None, set: Vec::new() }, Budget::new(1 << 20))
     }
 
     #[test]

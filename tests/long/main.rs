@@ -33,18 +33,12 @@ mod worlds;
 /// The suite has the same tests for what takes less.
 const IS_LONG: bool = true;
 
-/// Bakes whose memory is measured: preset, size, threads, exports. More threads than cores hold more or less by chance.
-const BAKES: &[(&str, &str, &str, &str)] = &[
-    ("thesis", "3x30", "2", "height,blend"),
-    ("hills", "12x4", "1", "height,exr,map-tiles"),
-    ("archipelago", "2x2", "2", "height,vector"),
-    ("alps", "1x1", "1", "hashes"),
-    ("alps", "4x4", "2", "hashes"),
-    ("alps", "8x8", "2", "height,blend,normal,map"),
-    ("plains", "6x6", "2", "height,geojson"),
-    ("canyon", "12x12", "2", "hashes"),
-    ("highlands", "3x3", "2", "height,blend,normal,map"),
+/// Bakes of which it is measured what they take: preset, size, and exports one after the other; none are all.
+const BAKES: &[(&str, &str, &[&str])] = &[
+    ("thesis", "16x16", &[]),
+    ("archipelago", "16x16", &[]),
+    ("hills", "24x4", &["height,exr,map-tiles"]),
+    ("alps", "1x1", &["hashes"]),
+    ("plains", "12x12", &["height,geojson"]),
+    ("canyon", "24x24", &["hashes"]),
 ];
-
-/// How often each is baked.
-const TIMES: usize = 3;

@@ -137,14 +137,20 @@ const BAD_OPTIONS: &[(&[&str], &[&str])] = &[
     (&["--at", "5,5", "--size", "1x9223372036854775807"], &["1 x 9223372036854775807", "tile numbers run from"]),
     // More than anything can hold.
     (&["--size", "1000000000x1000000000"], &["1000000000 x 1000000000", "bake it in parts"]),
-    (&["--size", "100000000x100000000", "--export", "height"], &["EiB", "free", "--size"]),
-    (&["--size", "500000000000000x1", "--export", "r16-tiles"], &["EiB", "free", "--size"]),
+    (&["--size", "100000000x100000000", "--export", "height-tiles"], &["EiB", "free", "--size"]),
+    (&["--size", "500000000000000x1", "--export", "r16-tiles"], &["PiB of memory", "free", "--size"]),
     // More than a format can hold; the message names what can.
-    (&["--size", "134217728x1", "--export", "height"], &["PNG", "2147483647", "height-tiles", "r16"]),
-    (&["--size", "1x134217728", "--export", "map"], &["PNG", "2147483647", "map-tiles"]),
-    (&["--size", "134217728x1", "--export", "blend"], &["PNG", "2147483647", "blend-tiles"]),
-    (&["--size", "1x134217728", "--export", "normal"], &["PNG", "2147483647", "normal-tiles"]),
+    (&["--size", "62500x1", "--export", "height"], &["PNG", "1000000", "1000001 x 17", "height-tiles", "r16"]),
+    (&["--size", "1x134217728", "--export", "map"], &["PNG", "1000000", "map-tiles"]),
+    (&["--size", "134217728x1", "--export", "blend"], &["PNG", "1000000", "blend-tiles"]),
+    (&["--size", "1x134217728", "--export", "normal"], &["PNG", "1000000", "normal-tiles"]),
     (&["--size", "134217728x1", "--export", "exr"], &["EXR", "2147483647", "exr-tiles"]),
+    (&["--size", "1400x1400", "--export", "gltf-region"], &["at least", "2^32", "gltf, which has a GLB a tile"]),
+    // What would be another value than the one that is asked for.
+    (&["--height-range", "0,1e30"], &["apart", "land ranges from"]),
+    (&["--height-range=-3e38,3e38"], &["3", "--height-range 0,1200"]),
+    (&["--height-range", "0,1e8"], &["apart", "land ranges from"]),
+    (&["--export", "gltf", "--mesh-origin", "100.3,50.2"], &["no vertex", "--mesh-origin=100,50"]),
     // Options that make no sense.
     (&["--export", "hieght"], &["hieght", "did you mean height?", "height-tiles", "exr", "r16", "map"]),
     (&["--export", "height,"], &["export", "height-tiles"]),
@@ -154,6 +160,42 @@ const BAD_OPTIONS: &[(&[&str], &[&str])] = &[
     (&["-q", "-v"], &["--quiet", "--verbose"]),
     (&["--colour"], &["--colour"]),
 ];
+
+#[test]
+fn tiles_too_small_for_a_default_are_refused_where_they_are_asked_for() {
+    let words = ["--tile-cells", "tile_cells=32", "rivers.width_m[1] (not given)", "a tile_cells of 48 or more"];
+    Desk::new().refused(&["bake", "thesis", "--tile-cells", "32"], &words);
+}
+
+#[test]
+fn a_glb_that_may_be_too_long_is_told_of_before() {
+    let desk = Desk::new();
+    let size = ["--tile-cells", "512", "--size", "16x16"];
+    let bake = [&["bake", "thesis", "--export", "gltf-region", "--dry-run"][..], &size].concat();
+    let told = desk.run(&bake).stderr;
+    assert!(told.contains("warning: the GLB of the region may come to more") && told.contains("--lod"), "{told}");
+    // A shard has none, and a coarse one may be small.
+    let told = desk.run(&[&bake[..], &["--shard", "1/2"]].concat()).stderr;
+    assert!(!told.contains("GLB"), "{told}");
+    let told = desk.run(&["bake", "thesis", "--export", "gltf-region", "--dry-run", "--size", "4x4"]).stderr;
+    assert!(!told.contains("GLB"), "{told}");
+}
+
+#[test]
+fn control_characters_are_refused_wherever_they_stand() {
+    let desk = Desk::new();
+    let out = "o\necho run as code\n#";
+    for words in [
+        &["shard-plan", "small.toml", "--engine", "slurm", "--shards", "2", "--out", out][..],
+        &["bake", "small.toml", "--out", out],
+        &["bake", "sm\tall.toml"],
+        &["find", "small.toml", "peak\u{1b}[2J"],
+        &["verify", "o\u{9b}31m"],
+    ] {
+        let told = desk.refused(words, &["control character"]);
+        assert!(told.stderr.chars().all(|c| c == '\n' || !c.is_control()), "{told}");
+    }
+}
 
 #[test]
 fn bad_options_are_refused() {
@@ -175,9 +217,9 @@ fn a_region_whose_cost_is_beyond_64_bits_is_refused() {
 
 #[test]
 fn the_widest_region_that_a_png_holds_is_planned() {
-    // The other side of the limit: 134217727 x 16 + 1 = 2^31 - 15 vertices. Some disks have room for it.
-    let outcome = Desk::new().run(&["bake", "small.toml", "--size", "134217727x1", "--export", "height", "--dry-run"]);
-    assert!(outcome.stdout.contains("2147483633 x 17 vertices"), "{outcome}");
+    // The other side of the limit.
+    let outcome = Desk::new().run(&["bake", "small.toml", "--size", "62499x1", "--export", "height", "--dry-run"]);
+    assert!(outcome.stdout.contains("999985 x 17 vertices"), "{outcome}");
     assert!(!outcome.stderr.contains("exports that hold it"), "{outcome}");
 }
 
@@ -275,8 +317,8 @@ fn a_dry_run_says_what_the_bake_will_take_and_writes_nothing() {
     assert_eq!(plan["files"], files_in(&desk.path("plan")).len());
     let size = |file: &String| fs::metadata(desk.path("plan").join(file)).unwrap().len();
     let on_disk: u64 = files_in(&desk.path("plan")).iter().map(size).sum();
-    let promised = plan["disk_bytes_at_most"].as_u64().unwrap();
-    assert!(on_disk <= promised, "{on_disk} bytes on the disk, at most {promised} announced");
+    let promised = plan["disk_bytes"].as_u64().unwrap();
+    assert!(on_disk <= promised, "{on_disk} bytes on the disk, up to {promised} announced");
     assert!(plan["memory_bytes"].as_u64().unwrap() > 0 && plan["seconds"].as_f64().unwrap() > 0.0, "{plan}");
 }
 
@@ -405,7 +447,9 @@ const BAD_MAPS: &[(&[&str], &[&str])] = &[
     (&["--dpi", "0"], &["10 to 2400"]),
     (&["--bounds=5,5,-5,10"], &["nothing", "--bounds=-10,-10,10,10"]),
     (&["--bounds=0,0,1000,1000", "--metres-per-pixel", "0.01"], &["1000000 pixels a side", "100000000 x 100000000"]),
-    (&["--bounds=0,0,1000,1000", "--metres-per-pixel", "1"], &["TiB", "disk"]),
+    (&["--bounds=0,0,1000,1000", "--metres-per-pixel", "1", "--furniture", "none"], &["TiB", "disk"]),
+    (&["--bounds=0,0,1000,1", "--metres-per-pixel", "1"], &["PNG", "1000000 pixels a side", "write a .pdf"]),
+    (&["--title", "a\nb"], &["control character", "a\\nb"]),
     (&["--around", "1e13,0,10"], &["leaves the coordinates", "km from the origin"]),
     (&["--at", "9223372036854775807,0"], &["tile numbers run from"]),
     (&["--out", "small.toml/map.png"], &["map.png", "--out"]),
@@ -434,6 +478,11 @@ fn a_map_is_written_with_its_world_file_and_how_to_draw_it_again() {
     let drawn = desk.done(&[&["map", "small.toml", "--json"][..], &options].concat()).last_object();
     assert_eq!((&drawn["width"], &drawn["height"]), (&250.into(), &150.into()));
     assert_eq!(fs::read_to_string(desk.path("m.pgw")).unwrap(), "2\n0\n0\n-2\n-199\n199\n");
+    // The other file beside it says the same, and on which plane that is.
+    let auxiliary = fs::read_to_string(desk.path("m.png.aux.xml")).unwrap();
+    for words in ["<GeoTransform>-200, 2, 0, 200, 0, -2</GeoTransform>", "ENGCRS[&quot;terrane small, seed "] {
+        assert!(auxiliary.contains(words), "{words}: {auxiliary}");
+    }
     let decoder = png::Decoder::new(BufReader::new(fs::File::open(desk.path("m.png")).unwrap()));
     let reader = decoder.read_info().unwrap();
     let texts = &reader.info().utf8_text;
@@ -450,6 +499,47 @@ fn a_map_is_written_with_its_world_file_and_how_to_draw_it_again() {
     let corner = fs::read_to_string(desk.path("sheet.wpw")).unwrap();
     let west: f64 = corner.lines().nth(4).unwrap().parse().unwrap();
     assert!(west < -250.0, "{corner}");
+    let auxiliary = fs::read_to_string(desk.path("sheet.webp.aux.xml")).unwrap();
+    assert!(auxiliary.contains(&format!("<GeoTransform>{}, 2, ", west - 1.0)), "{auxiliary}");
+}
+
+#[test]
+fn a_map_leaves_world_files_of_others_alone() {
+    let desk = Desk::new();
+    let map = |out| ["map", "small.toml", "--size", "1x1", "--width", "32", "--furniture", "none", "--out", out];
+    desk.write("q.pgw", "mine");
+    desk.refused(&map("q.png"), &["q.pgw", "already", "--overwrite"]);
+    desk.done(&map("q.webp"));
+    desk.done(&map("mm.png"));
+    let place = fs::read_to_string(desk.path("mm.pgw")).unwrap();
+    if desk.path("MM.PNG").exists() {
+        println!("SKIPPED: names in capitals, which are the same here");
+        return;
+    }
+    // Readers look for the world file of either in small letters, and then in capitals.
+    desk.refused(&map("mm.PNG"), &["mm.png", "capitals"]);
+    desk.refused(&[&map("mm.PNG")[..], &["--overwrite"]].concat(), &["mm.png", "capitals"]);
+    desk.done(&map("n.PNG"));
+    assert_eq!(fs::read_to_string(desk.path("n.PGW")).unwrap(), place);
+    assert!(!desk.path("n.pgw").exists());
+    desk.done(&[&map("n.PNG")[..], &["--overwrite"]].concat());
+}
+
+#[test]
+fn a_recipe_has_no_more_digits_than_it_takes() {
+    let desk = Desk::new();
+    let map =
+        ["map", "small.toml", "--around", "0.1,0.2,1.632", "--width", "100", "--furniture", "none", "--out", "m.png"];
+    desk.done(&map);
+    let decoder = png::Decoder::new(BufReader::new(fs::File::open(desk.path("m.png")).unwrap()));
+    let reader = decoder.read_info().unwrap();
+    let texts = &reader.info().utf8_text;
+    let recipe = texts.iter().find(|text| text.keyword == "Description").unwrap().get_text().unwrap();
+    let is_short = |word: &str| word.rsplit(['=', ',']).all(|part| part.len() <= 7 || part.parse::<f64>().is_err());
+    assert!(recipe.split(' ').all(is_short), "{recipe}");
+    let again: Vec<&str> = recipe.split(' ').skip(1).chain(["--out", "again.png"]).collect();
+    desk.done(&again);
+    assert_eq!(fs::read(desk.path("m.png")).unwrap(), fs::read(desk.path("again.png")).unwrap());
 }
 
 #[test]
@@ -475,7 +565,8 @@ fn documents_and_drawings_hold_lines_and_text() {
     let desk = Desk::new();
     let options = ["--bounds=-0.2,-0.1,0.3,0.2", "--scale", "1:5000", "--title", "A & B"];
     for name in ["a.pdf", "b.pdf", "a.svg", "b.svg"] {
-        desk.done(&[&["map", "small.toml", "--out", name, "--overlay", "hexes:0.1"][..], &options].concat());
+        let map = ["map", "small.toml", "--out", name, "--overlay", "hexes:0.1", "--text", "text"];
+        desk.done(&[&map[..], &options].concat());
     }
     let [pdf, svg] = ["pdf", "svg"].map(|ending| {
         let [a, b] = ["a", "b"].map(|name| fs::read(desk.path(&format!("{name}.{ending}"))).unwrap());
@@ -523,9 +614,14 @@ fn an_atlas_has_an_index_sheets_and_a_document() {
 fn a_bake_can_leave_a_web_map() {
     let desk = Desk::new();
     desk.done(&["bake", "small.toml", "--size", "2x2", "--export", "web", "--out", "o", "-q"]);
-    for file in
-        ["index.html", "map.js", "names.js", "map.pmtiles", "map@2x.mbtiles", "terrain.pmtiles", "map/0/0/0.webp"]
-    {
+    let about = fs::read_to_string(desk.path("o/web/map.js")).unwrap();
+    let about = about.strip_prefix("terrane.map(").and_then(|rest| rest.strip_suffix(");\n")).unwrap();
+    let about: Value = serde_json::from_str(about).unwrap();
+    let zoom = about["ground"]["min_zoom"].as_u64().unwrap();
+    // The origin is the corner of four tiles.
+    let tile = format!("map/{zoom}/{0}/{0}", 1 << (zoom - 1));
+    let webp = format!("{tile}.webp");
+    for file in ["index.html", "map.js", "names.js", "map.pmtiles", "map@2x.mbtiles", "terrain.pmtiles", &webp] {
         assert!(desk.path("o/web").join(file).is_file(), "{file}");
     }
     assert!(fs::read(desk.path("o/web/relief.pmtiles")).unwrap().starts_with(b"PMTiles"));
@@ -536,14 +632,50 @@ fn a_bake_can_leave_a_web_map() {
     // The same in PNG, in a folder of its own.
     desk.done(&["bake", "small.toml", "--size", "2x2", "--export", "web-png", "--out", "p", "-q"]);
     let opened = |path: &str| BufReader::new(fs::File::open(desk.path(path)).unwrap());
-    let mut webp = image_webp::WebPDecoder::new(opened("o/web/map/0/0/0.webp")).unwrap();
+    let mut webp = image_webp::WebPDecoder::new(opened(&format!("o/web/{tile}.webp"))).unwrap();
     let mut pixels = vec![0; webp.output_buffer_size().unwrap()];
     webp.read_image(&mut pixels).unwrap();
-    let mut png = png::Decoder::new(opened("p/web-png/map/0/0/0.png")).read_info().unwrap();
+    let mut png = png::Decoder::new(opened(&format!("p/web-png/{tile}.png"))).read_info().unwrap();
     let mut others = vec![0; png.output_buffer_size().unwrap()];
     png.next_frame(&mut others).unwrap();
     assert_eq!(others, pixels);
     assert!(desk.manifest("p").files.iter().any(|file| file.export == "web-png" && file.path == "web-png/map.pmtiles"));
+}
+
+#[test]
+fn web_tiles_lie_where_geojson_in_degrees_lies() {
+    let desk = Desk::new();
+    desk.done(&[
+        "bake",
+        "small.toml",
+        "--at=-7,11",
+        "--size",
+        "5x3",
+        "--export",
+        "web",
+        "--degrees",
+        "--out",
+        "o",
+        "-q",
+    ]);
+    let text = fs::read(desk.path("o/vector/contours.geojson")).unwrap();
+    let contours: Value = serde_json::from_slice(&text).unwrap();
+    let lines = contours["features"].as_array().unwrap().iter().map(|it| &it["geometry"]["coordinates"]);
+    let places: Vec<[f64; 2]> =
+        lines.flat_map(|line| serde_json::from_value::<Vec<[f64; 2]>>(line.clone()).unwrap()).collect();
+    // The bounds in the header of PMTiles, in steps of a ten-millionth of a degree.
+    let archive = fs::read(desk.path("o/web/terrain.pmtiles")).unwrap();
+    let edge = |at: usize| f64::from(i32::from_le_bytes(archive[at..at + 4].try_into().unwrap())) / 1e7;
+    for (axis, [low, high]) in [[edge(102), edge(110)], [edge(106), edge(114)]].into_iter().enumerate() {
+        let (least, most) =
+            places.iter().map(|place| place[axis]).fold((90.0_f64, -90.0_f64), |(a, b), at| (a.min(at), b.max(at)));
+        assert!(low - 1e-6 < least && most < high + 1e-6, "{least} to {most} in {low} to {high}");
+        assert!(most - least > 0.5 * (high - low), "{least} to {most} in {low} to {high}");
+    }
+    // A tile has 16 m a side, and Web Mercator ends 20,037,508 m east of the origin.
+    let edge = ["bake", "small.toml", "--at=1252344,0", "--size", "2x2", "--export", "web", "--out", "p"];
+    desk.refused(&edge, &["20038 km east", "one side"]);
+    assert!(!desk.path("p").exists());
 }
 
 #[test]
@@ -555,8 +687,19 @@ fn styles_are_listed_with_their_first_line_and_printed_whole() {
     assert!(desk.done(&["schema", "style"]).object()["properties"]["relief"].is_object());
     // What is printed can be written, changed and drawn with.
     desk.write("own.toml", desk.done(&["styles", "atlas"]).stdout.replace("depth_steps = 7", "depth_steps = 3"));
-    desk.done(&["map", "small.toml", "--style", "own.toml", "--width", "64", "--furniture", "none"]);
-    assert!(desk.path("out/small.png").is_file());
+    desk.done(&[
+        "map",
+        "small.toml",
+        "--style",
+        "own.toml",
+        "--width",
+        "64",
+        "--furniture",
+        "none",
+        "--out",
+        "own.png",
+    ]);
+    assert!(desk.path("own.png").is_file());
 }
 
 #[test]
@@ -603,7 +746,7 @@ fn a_preset_may_come_from_standard_input_and_options() {
     let outcome = bake("spacing_m = 0", &[]);
     assert!(outcome.code == Some(2) && outcome.stderr.contains("stdin:1:13: spacing_m: expected"), "{outcome}");
     // What makes the range is named, and a default is called one.
-    let words = ["presets/thesis.toml:", "rivers.width_m", "tile_cells = 32", "a larger tile_cells"];
+    let words = ["--tile-cells:1:12:", "rivers.width_m", "tile_cells = 32", "a tile_cells of 48 or more"];
     desk.refused(&["bake", "thesis", "--tile-cells", "32"], &words);
     desk.refused(
         &["bake", "thesis", "--tile-cells", "8"],
@@ -618,6 +761,12 @@ fn a_warning_is_told_and_stops_nothing() {
     assert!(outcome.stderr.starts_with("warning: nothing is as low as the sea"), "{outcome}");
     let warning = &outcome.objects()[0];
     assert_eq!((&warning["type"], warning["message"].as_str().is_some()), (&"warning".into(), true), "{outcome}");
+    // A finer spacing of fluvial land is other land.
+    let finer = |spacing: &str| {
+        desk.done(&["bake", "plains", "--size", "1x1", "--tile-cells", "16", "--dry-run", "--set", spacing]).stderr
+    };
+    assert!(finer("spacing_m=5").contains("warning: spacing_m = 5 makes other land"), "{}", finer("spacing_m=5"));
+    assert!(!finer("spacing_m=10").contains("warning"), "{}", finer("spacing_m=10"));
 }
 
 #[test]
@@ -1138,4 +1287,12 @@ fn what_is_looked_for_is_found_nearest_first() {
     desk.refused(&["find", "small.toml", "lake"], &["noise", "fluvial"]);
     desk.refused(&["find", "alps", "lake", "--radius=-3"], &["kilometres above 0"]);
     desk.refused(&["find", "alps", "lake", "--near=1e300,0"], &["leave the coordinates"]);
+}
+
+#[test]
+fn a_machine_without_a_screen_is_no_reason_to_complain() {
+    let desk = Desk::new();
+    let devices = desk.command(&["devices"]).env_remove("XDG_RUNTIME_DIR").output().unwrap();
+    assert!(devices.status.success());
+    assert_eq!(String::from_utf8(devices.stderr).unwrap(), "");
 }

@@ -1,13 +1,16 @@
-//! What a dry run tells is what the bake takes: its memory, by the kernel's count of a child process.
+//! What a dry run tells is what the bake takes: never less, at most 2.5 times its memory, by the kernel's count of a child process,
+//! and at most 4 times its files.
 
 use std::fs;
+use std::path::Path;
 use std::process::{Command, Stdio};
-use std::thread;
-use std::time::Duration;
 
 use serde_json::Value;
 
-use crate::{BAKES, TIMES};
+use crate::BAKES;
+use terrane::export::Export;
+use terrane::preset::Preset;
+use terrane::world::World;
 
 fn terrane(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
@@ -15,82 +18,99 @@ fn terrane(arguments: &[&str]) -> Command {
     command
 }
 
-/// What a dry run tells of pages of the program's file, of which each kernel keeps another number.
-const PROGRAM_BYTES: f64 = (24 << 20) as f64;
-
-/// The most bytes that a process has had in memory when it ends, and the most of these that were pages of files.
+/// The most bytes that a process has had in memory when it ends.
 #[cfg(target_os = "linux")]
-fn peak_bytes(mut command: Command) -> (u64, u64) {
+fn peak_bytes(mut command: Command) -> u64 {
     let mut child = command.spawn().unwrap();
-    let (mut peak, mut of_files) = (0, 0);
+    let mut peak = 0;
     loop {
         let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
-        let bytes = |key: &str| {
-            let line = status.lines().find_map(|line| line.strip_prefix(key))?;
-            Some(line.split_whitespace().next()?.parse::<u64>().ok()? * 1024)
-        };
-        peak = bytes("VmHWM:").unwrap_or(peak);
-        of_files = of_files.max(bytes("RssFile:").unwrap_or(0));
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kilobytes = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
+        peak = kilobytes.map_or(peak, |kilobytes| kilobytes * 1024);
         if let Some(status) = child.try_wait().unwrap() {
             assert!(status.success(), "{command:?}: {status}");
-            return (peak, of_files);
+            return peak;
         }
-        thread::sleep(Duration::from_millis(2));
+        std::thread::sleep(std::time::Duration::from_millis(2));
     }
+}
+
+/// Bytes of all files in a folder.
+fn bytes_in(folder: &Path) -> u64 {
+    let entries = fs::read_dir(folder).unwrap().map(Result::unwrap);
+    entries
+        .map(|entry| if entry.path().is_dir() { bytes_in(&entry.path()) } else { entry.metadata().unwrap().len() })
+        .sum()
 }
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_dry_run_tells_the_memory_that_the_bake_takes() {
-    for (preset, size, threads, exports) in BAKES {
-        let folder = tempfile::tempdir().unwrap();
-        let out = folder.path().join("out");
-        let bake =
-            ["bake", preset, "--size", size, "--threads", threads, "--export", exports, "--json", "--no-progress"];
-        let bake = [&bake[..], &["--out", out.to_str().unwrap()]].concat();
-        let plan = terrane(&[&bake[..], &["--dry-run"]].concat()).output().unwrap();
-        let plan: Value = serde_json::from_slice(&plan.stdout).unwrap();
-        // What threads hold together is chance: the middle one of some bakes.
-        let mut peaks: Vec<_> = (0..TIMES)
-            .map(|_| {
-                let mut command = terrane(&[&bake[..], &["--overwrite"]].concat());
-                command.stdout(Stdio::null());
-                peak_bytes(command)
-            })
-            .collect();
-        peaks.sort_unstable();
-        let told = plan["memory_bytes"].as_u64().unwrap() as f64;
-        let [(peak, _), (most, of_files)] = [peaks[TIMES / 2], peaks[TIMES - 1]].map(|(a, b)| (a as f64, b as f64));
-        println!(
-            "{preset} {size} {threads} {exports}: told {:.1} MB, taken {:.1} MB, {:.1} of them of files",
-            told / 1e6,
-            peak / 1e6,
-            of_files / 1e6
-        );
-        assert!(told >= peak, "{preset} {size}: {told} bytes are told, and {peak} are taken");
-        // As if just what this kernel keeps of the program's file had been told of it.
-        let told = told - PROGRAM_BYTES + of_files;
-        assert!(told <= 1.25 * most, "{preset} {size}: {told} bytes are told, and at most {most} are taken");
-        assert!(plan["memory_bytes_at_most"].as_f64().unwrap() >= told);
+fn a_dry_run_tells_the_memory_and_the_disk_that_a_bake_takes() {
+    let mut wrong = Vec::new();
+    for (preset, size, exports) in BAKES {
+        let world = World::new(Preset::load(preset).unwrap().1, None).unwrap();
+        let all: Vec<&str> = Export::all().filter(|export| export.is_shown_by(&world)).map(Export::name).collect();
+        for export in if exports.is_empty() { &all[..] } else { exports } {
+            let folder = tempfile::tempdir().unwrap();
+            let out = folder.path().join("out");
+            let bake = ["bake", preset, "--size", size, "--tile-cells", "128", "--threads", "2", "--export", export];
+            let bake = [&bake[..], &["--json", "--no-progress", "--out", out.to_str().unwrap()]].concat();
+            let plan = terrane(&[&bake[..], &["--dry-run"]].concat()).output().unwrap();
+            let plan: Value = serde_json::from_slice(&plan.stdout).unwrap();
+            assert!(!out.exists(), "a dry run writes nothing");
+            let mut command = terrane(&bake);
+            command.stdout(Stdio::null());
+            let taken = [("memory_bytes", 2.5, peak_bytes(command)), ("disk_bytes", 4.0, bytes_in(&out))];
+            for (what, most, taken) in taken {
+                let ratio = plan[what].as_f64().unwrap() / taken as f64;
+                println!("{preset} {export}: {what} {} told, {taken} taken, {ratio:.2}", plan[what]);
+                if !(1.0..=most).contains(&ratio) {
+                    wrong.push(format!("{preset} {export}: {what} {} told, {taken} taken, {ratio:.2}", plan[what]));
+                }
+            }
+        }
     }
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_bake_that_may_take_more_than_the_limit_is_refused() {
+fn what_may_take_more_than_the_limit_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let bake = |kilobytes: u64, preset: &str| {
-        let line =
-            format!("ulimit -v {kilobytes}; exec \"$0\" bake {preset} --size 1x1 --threads 1 --tile-cells 16 --out o");
+    let limited = |kilobytes: u64, arguments: &str| {
+        let line = format!("ulimit -v {kilobytes}; exec \"$0\" {arguments}");
         let mut command = Command::new("sh");
-        command.args(["-c", &line, env!("CARGO_BIN_EXE_terrane")]).current_dir(folder.path());
-        command.output().unwrap()
+        command.args(["-c", &line, env!("CARGO_BIN_EXE_terrane")]).current_dir(folder.path()).output().unwrap()
     };
-    let refused = bake(200_000, "alps");
-    let message = String::from_utf8(refused.stderr).unwrap();
-    assert_eq!(refused.status.code(), Some(2), "{message}");
-    assert!(message.contains("of memory") && message.contains("ulimit -v"), "{message}");
-    assert!(!folder.path().join("o").exists());
-    let done = bake(200_000, "mountains");
+    for arguments in [
+        "bake alps --size 40x40 --threads 1 --out o",
+        "map alps --around 0,0,5 --width 64 --threads 1 --out o.png",
+        "atlas alps --threads 1 --out o",
+        "find alps lake --threads 1",
+    ] {
+        let refused = limited(400_000, arguments);
+        let message = String::from_utf8(refused.stderr).unwrap();
+        assert_eq!(refused.status.code(), Some(2), "{arguments}: {message}");
+        assert!(message.contains("of memory") && message.contains("ulimit -v"), "{message}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "{arguments}");
+    }
+    let done = limited(400_000, "bake mountains --size 1x1 --threads 1 --tile-cells 16 --out o");
     assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
+}
+
+#[test]
+fn a_map_and_an_atlas_and_a_search_tell_their_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in [
+        &["map", "thesis", "--around", "0,0,1", "--width", "64"][..],
+        &["atlas", "thesis", "--paper", "a6", "--scale", "1:2000"],
+        &["find", "alps", "lake"],
+    ] {
+        let arguments = [arguments, &["--threads", "1", "--dry-run", "--json"]].concat();
+        let told = terrane(&arguments).current_dir(folder.path()).output().unwrap();
+        let told: Value = serde_json::from_slice(&told.stdout).unwrap();
+        assert!(told["memory_bytes"].as_u64().unwrap() > 24 << 20, "{arguments:?}: {told}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }

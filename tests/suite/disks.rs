@@ -148,6 +148,105 @@ fn a_bake_over_two_disks_is_the_same_bake() {
     drop(disk);
 }
 
+/// What has a file system know no locks, as a library that is loaded before all others.
+const NO_LOCKS: &str = r#"
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <sys/file.h>
+
+static int refused(void) {
+    errno = atoi(getenv("NO_LOCKS"));
+    return -1;
+}
+
+static int is_lock(int command) {
+    return command == F_SETLK || command == F_SETLKW || command == F_GETLK || command == F_OFD_SETLK
+        || command == F_OFD_SETLKW;
+}
+
+int flock(int file, int operation) { return refused(); }
+
+#define FCNTL(name) \
+    int name(int file, int command, ...) { \
+        va_list arguments; \
+        va_start(arguments, command); \
+        void *argument = va_arg(arguments, void *); \
+        va_end(arguments); \
+        if (is_lock(command)) return refused(); \
+        int (*next)(int, int, ...) = (int (*)(int, int, ...))dlsym(RTLD_NEXT, #name); \
+        return next(file, command, argument); \
+    }
+FCNTL(fcntl)
+FCNTL(fcntl64)
+"#;
+
+#[test]
+fn a_file_system_without_locks_takes_all_that_any_other_takes() {
+    let desk = Desk::new();
+    desk.write("no_locks.c", NO_LOCKS);
+    let mut compiler = Command::new("cc");
+    compiler.args(["-shared", "-fPIC", "-w", "-o", "no_locks.so", "no_locks.c", "-ldl"]).current_dir(desk.root());
+    if !compiler.status().is_ok_and(|status| status.success()) {
+        println!("SKIPPED: a file system without locks, since there is no C compiler");
+        return;
+    }
+    // With a GeoPackage and MBTiles, which are databases too.
+    fn bake(out: &str) -> [&str; 9] {
+        ["bake", "small.toml", "--size", "24x24", "--export", "height,height-tiles,vector,web", "-q", "--out", out]
+    }
+    desk.done(&bake("whole"));
+    // ENOLCK, EOPNOTSUPP and ENOSYS.
+    for (number, errno) in [37, 95, 38].into_iter().enumerate() {
+        let command = |words: &[&str]| {
+            let mut command = desk.command(words);
+            command.env("LD_PRELOAD", desk.path("no_locks.so")).env("NO_LOCKS", errno.to_string());
+            command
+        };
+        let run = |words: &[&str]| {
+            let outcome = Outcome::from(command(words).output().unwrap());
+            assert_eq!(outcome.code, Some(0), "{errno}: {words:?}\n{outcome}");
+            outcome
+        };
+        let out = format!("o{number}");
+        // Killed when it has something to go on with, and looked at before and after that.
+        let child = command(&bake(&out)).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let mut running = Running(child);
+        let pieces = desk.path(&out).join(".terrane-bake/pieces");
+        while !pieces.metadata().is_ok_and(|file| file.len() > 0) {
+            assert!(running.0.try_wait().unwrap().is_none(), "{errno}: it has ended early");
+            thread::sleep(Duration::from_millis(1));
+        }
+        run(&["info", &out]);
+        thread::sleep(Duration::from_millis(30));
+        running.signal("KILL");
+        running.exit_code();
+        run(&["info", &out]);
+        run(&["registry", &out]);
+        let told = run(&[&bake(&out)[..], &["--resume"]].concat());
+        assert!(told.stderr.contains("has no locks"), "{told}");
+        same(&desk, &desk.path(&out), &desk.path("whole"));
+        run(&["verify", &out, "--all"]);
+        run(&["registry", &out]);
+        run(&["bake", "small.toml", "--size", "24x24", "--export", "hashes", "--add", "-q", "--out", &out]);
+        fs::write(desk.path(&out).join("height/height.png"), "damaged").unwrap();
+        run(&["repair", &out]);
+        run(&["extend", &out, "--size", "25x24", "-q"]);
+        run(&["verify", &out]);
+        run(&["map", &out, "--width", "64", "--out", &format!("{out}.png")]);
+        for shard in ["1/2", "2/2"] {
+            run(&[&bake(&format!("{out}-{}", &shard[..1]))[..], &["--shard", shard]].concat());
+        }
+        run(&["merge", &format!("{out}-1"), &format!("{out}-2"), "-q", "--out", &format!("{out}-all")]);
+        same(&desk, &desk.path(&format!("{out}-all")), &desk.path("whole"));
+        run(&["walk", "small.toml", "--minutes", "0.2", "-q", "--out", &format!("{out}-walk")]);
+        run(&["clean", &out]);
+    }
+}
+
 #[test]
 fn names_that_lead_elsewhere_or_that_no_system_takes_are_refused_or_contained() {
     let desk = Desk::new();

@@ -17,7 +17,7 @@ use terrane::map::scale::Scale;
 use terrane::map::style::Style;
 use terrane::preset::Preset;
 
-use crate::desk::Running;
+use crate::desk::{Desk, Running};
 
 /// An explorer in a folder of its own.
 struct Explorer {
@@ -168,7 +168,7 @@ fn a_tile_is_the_same_part_of_the_map() {
             assert_eq!(decoded(&sketch.body).0, side);
         }
     }
-    let heights = explorer.get(&format!("/w/{world}/heights/7/-3/5.js"));
+    let heights = explorer.get(&format!("/w/{world}/heights/draft/7/-3/5.js"));
     assert!(
         heights.body.starts_with(b"terrane.heights(\"7/-3/5\",\""),
         "{}",
@@ -213,7 +213,7 @@ fn what_makes_no_sense_or_comes_from_elsewhere_is_refused() {
         ["10/0/0", "9/99999999999999999999/0", "9/0/9223372036854775807", "9/-0/0", "9/a/0", "9/0.5/0", "9/%30/0"]
     {
         assert_eq!(status(&format!("/w/{world}/atlas/draft/{tile}.webp")), 400, "{tile}");
-        assert_eq!(status(&format!("/w/{world}/heights/{tile}.js")), 400, "{tile}");
+        assert_eq!(status(&format!("/w/{world}/heights/draft/{tile}.js")), 400, "{tile}");
     }
     for nothing in [
         "/secret.toml",
@@ -231,6 +231,9 @@ fn what_makes_no_sense_or_comes_from_elsewhere_is_refused() {
         assert_eq!(status(nothing), 404, "{nothing}");
     }
     for (wanted, request) in [
+        // A port of another number that leads here.
+        (200, "GET / HTTP/1.1\r\nHost: localhost:9000\r\nOrigin: http://localhost:9000\r\n".to_owned()),
+        (403, "GET / HTTP/1.1\r\nHost: localhost:9000\r\nOrigin: http://localhost:9001\r\n".to_owned()),
         (403, "GET / HTTP/1.1\r\nHost: terrane.example\r\n".to_owned()),
         (403, format!("GET / HTTP/1.1\r\nHost: {host}\r\nOrigin: http://terrane.example\r\n")),
         (403, format!("GET / HTTP/1.1\r\nHost: {host}\r\nSec-Fetch-Site: cross-site\r\n")),
@@ -328,6 +331,69 @@ fn what_nobody_waits_for_any_more_is_not_drawn() {
     let spent = explorer.ticks() - before;
     assert!(spent < 30, "{spent} hundredths of a second for nobody");
     assert_eq!(explorer.get(&format!("/w/{world}/topographic/full/7/5/5.webp")).status, 200);
+}
+
+#[test]
+fn what_is_pointed_at_does_not_wait_for_what_is_drawn() {
+    let explorer = Explorer::start("alps", &[]);
+    let world = explorer.world();
+    let open = |path: String| {
+        let mut stream = explorer.connect();
+        let request = format!("GET {path} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n", explorer.host);
+        stream.write_all(request.as_bytes()).unwrap();
+        stream
+    };
+    // Many drafts far from one another for two threads, and full maps beside them.
+    let drawn: Vec<TcpStream> = (0..24)
+        .flat_map(|x| {
+            [("draft", 3), ("full", 1)]
+                .map(|(stage, zoom)| format!("/w/{world}/atlas/{stage}/{zoom}/{}/0.webp", 60 * x))
+        })
+        .map(open)
+        .collect();
+    thread::sleep(Duration::from_millis(300));
+    for stage in ["glance", "draft"] {
+        let heights = explorer.get(&format!("/w/{world}/heights/{stage}/6/7/5.js"));
+        assert_eq!(heights.status, 200);
+        assert!(heights.body.starts_with(b"terrane.heights(\"6/7/5\",\""));
+    }
+    // The last of the drafts is not there yet.
+    let last = &drawn[drawn.len() - 2];
+    last.set_nonblocking(true).unwrap();
+    assert!(last.peek(&mut [0]).is_err(), "all was drawn before the heights came");
+}
+
+#[test]
+fn all_worlds_at_all_scales_share_the_memory_that_there_is() {
+    const MOST: u64 = 20_000_000;
+    let explorer = Explorer::start("archipelago", &["--memory-limit", "20MB"]);
+    let memory = || {
+        let memory = explorer.get("/api/memory").json();
+        [&memory["held_bytes"], &memory["most_bytes"]].map(|bytes| bytes.as_u64().unwrap())
+    };
+    let mut tiles = Vec::new();
+    for seed in 1..=2 {
+        let opened = explorer.post("/api/worlds", &json!({ "preset": "archipelago", "seed": seed })).json();
+        for zoom in [9, 6, 3] {
+            let path = format!("/w/{}/atlas/draft/{zoom}/3/-2.webp", opened["id"].as_str().unwrap());
+            tiles.push((path.clone(), explorer.get(&path).body));
+            let [held, most] = memory();
+            // What is held for a moment more is given back at once.
+            assert!(most == MOST && held <= MOST + MOST / 4, "{held} of {most} bytes");
+        }
+    }
+    // More was made than there is room for.
+    assert!(memory()[0] > MOST / 2, "{:?}", memory());
+    // What was forgotten is made again, and is the same.
+    fs::remove_dir_all(explorer.folder.path().join("cache")).unwrap();
+    for (path, tile) in &tiles {
+        assert!(explorer.get(path).body == *tile, "{path}");
+    }
+}
+
+#[test]
+fn memory_in_which_nothing_has_room_is_refused() {
+    Desk::new().refused(&["explore", "hills", "--memory-limit", "1MB"], &["--memory-limit 1000000", "or more"]);
 }
 
 #[test]

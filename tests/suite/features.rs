@@ -319,7 +319,9 @@ fn rivers_lie_on_the_ground() {
         ("alps", 31001, -321, 13, 2.0),
     ];
     for (name, seed, x, y, most_m) in places.into_iter().take(if IS_LONG { 7 } else { 2 }) {
-        let (_, preset) = Preset::load(name).unwrap();
+        let (_, mut preset) = Preset::load(name).unwrap();
+        // These places were found in the worlds of the seeds alone.
+        preset.country = None;
         let world = World::new(preset, Some(seed)).unwrap();
         let area = TileId { x, y }.area(world.tile_cells());
         let land = world.relief().land(area, &Clock::default());

@@ -5,6 +5,8 @@ use std::process::Stdio;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use terrane::export::Manifest;
+
 use crate::desk::{Desk, files_in};
 
 const BAKE: [&str; 7] = ["bake", "small.toml", "--size", "3x2", "--out", "o", "-q"];
@@ -105,6 +107,13 @@ fn damages(times: usize) {
         for (name, whole) in names.iter().zip(&whole) {
             assert!(&read(name) == whole, "{time}: {name} has other bytes");
         }
+        // What was there is still there, but for the manifest.
+        let kept = desk.path("o").join(format!("{name}.kept-1"));
+        assert_eq!(kept.exists(), name != "bake.json", "{time}: {name}");
+        if kept.exists() {
+            assert!(fs::read(&kept).unwrap() == bad, "{time}: {name} is kept with other bytes");
+            fs::remove_file(kept).unwrap();
+        }
     }
     assert_eq!(files_in(&desk.path("o")).into_iter().collect::<Vec<_>>(), names);
 }
@@ -145,8 +154,10 @@ fn repair_gives_each_file_its_bytes_again() {
     );
     fs::remove_file(desk.path("o").join(tile)).unwrap();
     desk.write("o/notes.txt", "mine");
-    let mut repaired: Vec<String> =
-        serde_json::from_value(desk.done(&["repair", "o", "--json"]).last_object()["files"].clone()).unwrap();
+    let told = desk.done(&["repair", "o", "--json"]).last_object();
+    assert_eq!(told["kept"], serde_json::json!(["o/registry.sqlite.kept-1"]));
+    fs::remove_file(desk.path("o/registry.sqlite.kept-1")).unwrap();
+    let mut repaired: Vec<String> = serde_json::from_value(told["files"].clone()).unwrap();
     repaired.sort();
     damaged.sort_unstable();
     assert_eq!(repaired, damaged);
@@ -174,8 +185,128 @@ fn repair_gives_each_file_its_bytes_again() {
     let told = ["bake.json", "registry.sqlite"];
     let untouched = |(name, whole): (&String, &Vec<u8>)| told.contains(&&name[..]) || &read(name) == whole;
     assert!(names.iter().zip(&whole).all(untouched));
-    desk.write("o/bake.json", text.replace("\"noise\": 1", "\"noise\": 7"));
+    let noise = format!("\"noise\": {}", terrane::generator::layers()["noise"]);
+    desk.write("o/bake.json", text.replace(&noise, "\"noise\": 999"));
     desk.refused(&["repair", "o"], &["noise"]);
+}
+
+#[test]
+fn repair_keeps_what_somebody_has_changed() {
+    let desk = baked();
+    let database = rusqlite::Connection::open(desk.path("o/vector/vector.gpkg")).unwrap();
+    database.execute_batch("UPDATE gpkg_contents SET description = 'mine'").unwrap();
+    drop(database);
+    let changed = fs::read(desk.path("o/vector/vector.gpkg")).unwrap();
+    let told = desk.done(&["repair", "o"]);
+    assert!(told.stderr.contains("vector.gpkg.kept-1"), "{told}");
+    assert!(fs::read(desk.path("o/vector/vector.gpkg.kept-1")).unwrap() == changed);
+    assert_eq!(faults(&desk, &["--all"]), [""; 0]);
+    // A second one has a name of its own.
+    desk.write("o/vector/vector.gpkg", "mine");
+    desk.done(&["repair", "o"]);
+    assert_eq!(fs::read_to_string(desk.path("o/vector/vector.gpkg.kept-2")).unwrap(), "mine");
+}
+
+/// The paths of all numbers in a value, as JSON pointers.
+fn numbers(value: &serde_json::Value, path: &str, found: &mut Vec<String>) {
+    match value {
+        serde_json::Value::Number(_) => found.push(path.to_owned()),
+        serde_json::Value::Object(all) => {
+            all.iter().for_each(|(key, value)| numbers(value, &format!("{path}/{key}"), found));
+        }
+        serde_json::Value::Array(all) => {
+            (0..).zip(all).for_each(|(number, value)| numbers(value, &format!("{path}/{number}"), found));
+        }
+        _ => {}
+    }
+}
+
+/// A manifest with the hash that it has to have.
+fn sealed(value: &serde_json::Value) -> Option<String> {
+    let text = |manifest: &Manifest| serde_json::to_string_pretty(manifest).unwrap() + "\n";
+    let mut manifest: Manifest = serde_json::from_value(value.clone()).ok()?;
+    manifest.blake3.clear();
+    manifest.blake3 = blake3::hash(text(&manifest).as_bytes()).to_hex().to_string();
+    Some(text(&manifest))
+}
+
+#[test]
+fn no_number_of_a_manifest_is_used_that_no_bake_has() {
+    let desk = Desk::new();
+    let exports =
+        ["--export", "height-tiles,gltf,vector", "--lod", "1", "--contours", "5", "--height-range", "-200,900"];
+    let preset = "tile_cells = 16\nsea_level_m = 3.0\nnoise = [{ kind = \"ridged\", height_m = 200.0, wavelength_m = 300.0, octaves = 4 }]\n\
+                  warp = { wavelength_m = 900.0, distance_m = 4.0 }\nrivers = { width_m = [1.0, 3.0], bank_m = 3.0 }\n\
+                  roads = { width_m = 3.0, step_cells = 4 }\n";
+    desk.write("small.toml", preset);
+    desk.done(&[&["bake", "small.toml", "--size", "2x1", "--shard", "1/2", "--out", "o", "-q"][..], &exports].concat());
+    let folder = desk.path("o");
+    let whole: serde_json::Value = serde_json::from_slice(&fs::read(folder.join("bake.json")).unwrap()).unwrap();
+    // It would tell what was baked.
+    fs::remove_file(folder.join("registry.sqlite")).unwrap();
+    let mut pointers = Vec::new();
+    numbers(&whole, "", &mut pointers);
+    assert!(pointers.len() > 70, "{pointers:?}");
+    let least = i64::MIN;
+    let others = serde_json::json!([0, -1, 0.5, 1e300, -1e300, least, i64::MAX, u64::MAX, 4_294_967_295_u32]);
+    let watch = terrane::watch::Watch::default();
+    for pointer in &pointers {
+        for other in others.as_array().unwrap() {
+            let mut changed = whole.clone();
+            *changed.pointer_mut(pointer).unwrap() = other.clone();
+            let texts = [Some(serde_json::to_string_pretty(&changed).unwrap()), sealed(&changed)];
+            for text in texts.into_iter().flatten() {
+                desk.write("o/bake.json", text);
+                let read = Manifest::read(&folder);
+                // Whatever they find, they find it.
+                _ = terrane::export::look(&folder);
+                _ = terrane::export::check(&folder, terrane::export::Rebake::Share(1.0), &watch);
+                let Ok(manifest) = read else { continue };
+                let derived = ["/region", "/stride", "/spacing_m", "/height_range", "/shard", "/sea_level_m"];
+                let number = |value: &serde_json::Value| value.pointer(pointer).and_then(serde_json::Value::as_f64);
+                let is_same = number(&changed) == number(&whole);
+                let is_free = derived.iter().all(|key| !pointer.starts_with(key));
+                assert!(is_same || is_free, "{pointer} may be {other}");
+                if let Ok(world) = manifest.world() {
+                    _ = terrane::export::Plan::of(&manifest, &world).map(|plan| plan.cost(2));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_manifest_of_no_bake_is_refused_by_all_commands() {
+    let desk = baked();
+    let mut whole: serde_json::Value = serde_json::from_slice(&fs::read(desk.path("o/bake.json")).unwrap()).unwrap();
+    fs::remove_file(desk.path("o/registry.sqlite")).unwrap();
+    let commands = [
+        &["verify", "o"][..],
+        &["repair", "o"],
+        &["extend", "o", "--size", "4x4"],
+        &["info", "o"],
+        &["map", "o"],
+        &["merge", "o", "--out", "m"],
+        &["bake", "small.toml", "--add", "--out", "o"],
+    ];
+    let name = whole["preset_name"].take();
+    for (name, cells, word) in [
+        (name.clone(), 0, "tile_cells"),
+        ("x".repeat(3 << 20).into(), 16, "3145728 bytes"),
+        ("a\nb".into(), 16, "control character"),
+    ] {
+        whole["preset_name"] = name;
+        whole["region"]["tile_cells"] = cells.into();
+        for text in [serde_json::to_string_pretty(&whole).unwrap(), sealed(&whole).unwrap()] {
+            desk.write("o/bake.json", text);
+            for command in commands {
+                let start = Instant::now();
+                let told = desk.refused(command, &["bake.json", word]);
+                assert!(told.stderr.len() < 2000, "{told}");
+                assert!(start.elapsed() < Duration::from_secs(20), "{command:?}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -28,17 +28,18 @@ mod shards;
 mod simd;
 mod stops;
 mod strides;
+mod tile_sizes;
 mod vector;
 mod walker;
 mod walks;
 mod water;
 mod worlds;
 
-/// Bakes whose memory is measured: preset, size, threads, exports.
-const BAKES: &[(&str, &str, &str, &str)] = &[("thesis", "8x8", "2", "height,blend,normal,map")];
-
-/// How often each is baked.
-const TIMES: usize = 3;
+/// Bakes of which it is measured what they take: preset, size, and exports one after the other; none are all.
+const BAKES: &[(&str, &str, &[&str])] = &[
+    ("thesis", "6x6", &["height,blend,normal,map", "water", "vector", "splines", "gltf-region", "web"]),
+    ("archipelago", "6x6", &["vector,splines,water"]),
+];
 
 /// `tests/long` has the same tests for what takes longer.
 const IS_LONG: bool = false;

@@ -16,7 +16,9 @@ use terrane::recipe::source::Sources;
 use terrane::world::World;
 
 fn chart(preset: &str, style: &str, scale: Scale) -> Arc<Chart> {
-    let (_, preset) = Preset::load(preset).unwrap();
+    let (_, mut preset) = Preset::load(preset).unwrap();
+    // What these maps must show lies in the world of the seed alone.
+    preset.country = None;
     Chart::new(&preset, Some(3), Style::load(style).unwrap(), scale).unwrap()
 }
 
@@ -149,12 +151,12 @@ fn something_is_found_by_its_name_or_else_what_is_called_nearly_so() {
     let preset = Preset::parse("settled.toml", include_str!("../settled.toml")).unwrap();
     let world = World::new(preset.clone(), None).unwrap();
     let site = &world.sites(&Area::new(-500, -500, 1000, 1000))[0];
-    let found = find::named(preset.clone(), None, &site.name.to_uppercase()).unwrap();
+    let found = find::named(preset.clone(), None, &site.name.to_uppercase(), [0.0; 2]).unwrap();
     assert_eq!(found.name.as_ref(), Some(&site.name));
     let off = [0, 1].map(|axis| (found.at_km[axis].abs() - (site.at[axis] as f64 * 0.02).abs()).abs());
     // Another one of the same name may be nearer to the origin.
     assert!(off == [0.0, 0.0] || found.distance_km < 20.0, "{found:?}");
-    let error = find::named(preset, None, &format!("{}xx", site.name)).unwrap_err();
+    let error = find::named(preset, None, &format!("{}xx", site.name), [0.0; 2]).unwrap_err();
     let hint = error.hint().unwrap_or_default();
     assert!(hint.contains(&site.name) && hint.contains("X,Y,KM"), "{error}: {hint}");
 }
@@ -226,6 +228,15 @@ fn a_bad_style_is_refused_where_it_is_wrong() {
         assert!(shown.contains(place) && shown.contains(message), "{text}: {shown}");
         assert_eq!(error.exit_code(), 2);
     }
+    // A font lies where its style does.
+    let folder = tempfile::tempdir().unwrap();
+    let (style, font) = (folder.path().join("own.toml"), folder.path().join("own.ttf"));
+    fs::write(&style, "extends = \"atlas\"\n[labels]\nfont = \"own.ttf\"").unwrap();
+    fs::write(&font, "no font").unwrap();
+    let sources = Sources::<Style>::load(&style.to_string_lossy()).unwrap();
+    let shown = sources.read_all().unwrap_err().to_string();
+    let refused = format!("labels.font: {font:?} is no TrueType or OpenType font");
+    assert!(shown.contains("own.toml:3:8") && shown.contains(&refused), "{shown}");
     // A change of one key.
     let mut sources = Sources::<Style>::load("relief").unwrap();
     sources.set("--style-set", "contours.draw=true").unwrap();

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use proptest::prelude::*;
-use terrane::area::TileId;
+use terrane::area::{Area, TileId};
 use terrane::preset::{BUILT_IN, Preset, Sources, summary};
 use terrane::tile::Tile;
 use terrane::world::World;
@@ -95,7 +95,7 @@ const BAD_TEXTS: &[BadText] = &[
         "tile_cells = 16\nspacing_m = 0.016\n[[noise]]\nkind = \"fbm\"\nheight_m = 1\nwavelength_m = 100\n[roads]\nwidth_m = 0.1",
         "8:11",
         "roads.width_m: expected at most 0.064, a quarter of a tile's side (tile_cells = 16, spacing_m = 0.016), found 0.1",
-        "a larger tile_cells",
+        "a tile_cells of 25 or more, or roads.width_m = 0.064 or less",
     ),
     // Keys that nothing would read.
     (
@@ -250,9 +250,9 @@ fn a_setting_comes_over_all_texts() {
         let error = set(&["seed=2", setting]).expect_err(setting).to_string();
         assert!(error.starts_with(&format!("--set:1:{place}: {words}")), "{setting}: {error}");
     }
-    // An odd default is looked for where its table is.
+    // The setting that leaves no room for a default is pointed at.
     let error = set(&["tile_cells=32"]).unwrap_err().to_string();
-    assert!(error.starts_with("presets/thesis.toml:") && error.contains("tile_cells = 32"), "{error}");
+    assert!(error.starts_with("--set:1:12: rivers.width_m[1] (not given)"), "{error}");
 }
 
 #[test]
@@ -264,6 +264,52 @@ fn the_schema_has_the_bounds_that_are_checked() {
     assert_eq!(bounds(&places["width_m"]["items"]), (Some(0.5), Some(50.0)));
     assert_eq!((&places["width_m"]["minItems"], &places["width_m"]["maxItems"]), (&3.into(), &3.into()));
     assert_eq!(schema["properties"]["extends"]["type"], "string");
+}
+
+/// The settlements within ten kilometres of the origin: their names and places.
+fn towns(preset: Preset, seed: u64) -> BTreeSet<(String, [i64; 2])> {
+    let world = World::new(Preset { tile_cells: 64, ..preset }, Some(seed)).unwrap();
+    let sites = world.sites(&Area::new(-1000, -1000, 2000, 2000));
+    assert!(sites.len() > 5, "{} settlements", sites.len());
+    sites.iter().map(|site| (site.name.clone(), site.at)).collect()
+}
+
+#[test]
+fn each_built_in_preset_shows_a_country_of_its_own() {
+    let countries: BTreeSet<Option<String>> =
+        BUILT_IN.iter().map(|(name, text)| Preset::parse(name, text).unwrap().country).collect();
+    assert_eq!(countries.len(), BUILT_IN.len());
+    assert!(!countries.contains(&None));
+    let [alps, fjords] = ["alps", "fjords"].map(|name| towns(Preset::load(name).unwrap().1, 1));
+    let names =
+        |towns: &BTreeSet<(String, [i64; 2])>| towns.iter().map(|(name, _)| name.clone()).collect::<BTreeSet<_>>();
+    assert!(names(&alps).is_disjoint(&names(&fjords)), "{alps:?} {fjords:?}");
+    assert!(alps.iter().all(|(_, at)| fjords.iter().all(|(_, other)| at != other)));
+}
+
+#[test]
+fn a_preset_on_top_of_another_shows_its_country() {
+    let alps = Preset::load("alps").unwrap().1;
+    let seed = alps.seed;
+    let lower = Preset::parse("lower", "extends = \"alps\"\n[ground]\nscree_m = 90\n").unwrap();
+    assert_eq!(lower.chance(seed), alps.chance(seed));
+    let set = |setting: &str| {
+        let mut sources = Sources::load("alps").unwrap();
+        sources.set("--set", setting).unwrap();
+        sources.read_all().unwrap()
+    };
+    let tilted = set("ground.scree_m=90");
+    assert_eq!(towns(tilted, seed), towns(alps.clone(), seed));
+    // Another word, another seed and none at all are other countries.
+    let other = set("country=\"bavaria\"");
+    let none = Preset { country: None, ..alps.clone() };
+    let chances = [alps.chance(seed), alps.chance(seed + 1), other.chance(seed), none.chance(seed)];
+    assert_eq!(BTreeSet::from(chances).len(), chances.len());
+    assert_eq!(none.chance(seed), seed, "without a country all is of the seed alone");
+    assert_eq!(World::new(other.clone(), None).unwrap().chance(), other.chance(seed));
+    let error =
+        Preset::parse("long", &format!("country = \"{}\"\n[fluvial]\n", "x".repeat(101))).unwrap_err().to_string();
+    assert!(error.contains("country: expected a text of at most 100 letters, found one of 101"), "{error}");
 }
 
 #[test]

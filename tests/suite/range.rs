@@ -66,6 +66,7 @@ fn preset() -> impl Strategy<Value = Preset> {
     (prop::collection::vec(term(), 1..4), prop::option::of(warp), prop::option::of(land)).prop_map(
         |(noise, warp, land)| Preset {
             seed: 1,
+            country: None,
             spacing_m: 1.0,
             tile_cells: 16,
             sea_level_m: None,

@@ -282,6 +282,9 @@ fn only_the_same_bake_goes_on_and_what_differs_is_said() {
     desk.write("o/map/map.png", "not at all");
     fs::remove_file(desk.path("o/hashes.txt")).unwrap();
     desk.done(&resume);
+    // Somebody may have wanted it so.
+    assert_eq!(fs::read_to_string(desk.path("o/map/map.png.kept-1")).unwrap(), "not at all");
+    fs::remove_file(desk.path("o/map/map.png.kept-1")).unwrap();
     assert_same(&files(&desk, "o"), &before, "damaged");
     desk.refused(&["bake", "small.toml", "--out", "o", "--generator", "0.0.7"], &["0.0.7", "--generator"]);
     desk.done(&bake("p", &["--generator", env!("CARGO_PKG_VERSION"), "--resume"]));
@@ -350,6 +353,42 @@ fn a_bake_grows_and_its_tiles_stay_as_they_are() {
     desk.done(&["extend", "p", "--at", "-1,0", "--size", "3x3"]);
     desk.done(&of(all, "-1,0", "3x3", "thrice"));
     assert_same(&files(&desk, "p"), &files(&desk, "thrice"), "of all kinds");
+}
+
+#[test]
+fn a_bake_grows_over_what_was_changed_and_sets_it_aside() {
+    let desk = Desk::new();
+    let of =
+        |size, out| ["bake", "small.toml", "-q", "--export", "height-tiles,blend-tiles", "--size", size, "--out", out];
+    desk.done(&of("2x2", "o"));
+    desk.write("o/height/height_x1_y1.png", "mine");
+    fs::remove_file(desk.path("o/height/height_x0_y1.png")).unwrap();
+    let told = desk.done(&["extend", "o", "--size", "3x3", "-q"]).stderr;
+    let [before, after] =
+        ["gets another name when the bake is whole", "height_x1_y1.png.kept-1"].map(|it| told.find(it));
+    assert!(before.is_some() && before < after, "{told}");
+    assert_eq!(tiles_of_last_run(&desk, "o"), [7, 2], "what was changed is made again");
+    assert_eq!(fs::read_to_string(desk.path("o/height/height_x1_y1.png.kept-1")).unwrap(), "mine");
+    fs::remove_file(desk.path("o/height/height_x1_y1.png.kept-1")).unwrap();
+    desk.done(&of("3x3", "once"));
+    assert_same(&files(&desk, "o"), &files(&desk, "once"), "grown");
+    // Files of the region too.
+    let of = |size, out| ["bake", "small.toml", "-q", "--export", "height,vector,web", "--size", size, "--out", out];
+    desk.done(&of("2x2", "p"));
+    let database = rusqlite::Connection::open(desk.path("p/vector/vector.gpkg")).unwrap();
+    database.execute_batch("UPDATE gpkg_contents SET description = 'mine'").unwrap();
+    drop(database);
+    let told = desk.done(&["extend", "p", "--size", "3x2", "-q"]).stderr;
+    assert!(told.contains("vector.gpkg.kept-1"), "{told}");
+    let kept = rusqlite::Connection::open(desk.path("p/vector/vector.gpkg.kept-1")).unwrap();
+    let said: String = kept.query_row("SELECT min(description) FROM gpkg_contents", (), |row| row.get(0)).unwrap();
+    assert_eq!(said, "mine");
+    desk.done(&["verify", "p", "--all"]);
+    // Without the registry nobody knows what the tiles were: nothing is made before that is said.
+    desk.write("p/registry.sqlite", "mine");
+    let outcome = desk.run(&["extend", "p", "--size", "4x2", "-q"]);
+    assert!(outcome.code == Some(1) && outcome.stderr.contains("terrane repair p"), "{outcome}");
+    assert!(!desk.path("p/.terrane-bake").exists(), "{outcome}");
 }
 
 #[test]

@@ -516,7 +516,19 @@ fn a_job_for_kubernetes_is_a_bake() {
 fn shards_are_as_many_as_the_time_of_each_asks_for() {
     let desk = desk();
     let plan = |minutes: &str| {
-        let words = ["shard-plan", "thesis", "--size", "4096x4096", "--engine", "make", "--json", "--minutes", minutes];
+        let words = [
+            "shard-plan",
+            "thesis",
+            "--size",
+            "4096x4096",
+            "--export",
+            "r16",
+            "--engine",
+            "make",
+            "--json",
+            "--minutes",
+            minutes,
+        ];
         desk.done(&words).object()
     };
     let (few, many) = (plan("60"), plan("1"));

@@ -19,6 +19,8 @@ const SIDE_M: f64 = CELLS as f64;
 /// The thesis' terrain in small tiles, so that agents meet on every walk.
 fn world() -> World {
     let (_, mut preset) = Preset::load("thesis").unwrap();
+    // What is looked for lies in the world of the seed alone.
+    preset.country = None;
     preset.tile_cells = CELLS;
     preset.rivers = Some(RiverAgents { width_m: [2.0, 4.0], bank_m: 3.0, ..RiverAgents::default() });
     preset.roads = Some(RoadAgents { width_m: 2.0, shoulder_m: 2.0, ..RoadAgents::default() });
@@ -104,6 +106,7 @@ fn however_far_it_walks_the_ring_is_all_that_stands() {
 fn without_agents_a_tile_is_what_it_is_without_a_walker() {
     let (_, mut preset) = Preset::load("thesis").unwrap();
     preset.tile_cells = CELLS;
+    preset.country = None;
     (preset.rivers, preset.roads) = (None, None);
     let bare = World::new(preset, Some(3)).unwrap();
     for (world, agents) in [(&bare, true), (&world(), false)] {

@@ -42,10 +42,12 @@ pub fn fluvial_names() -> impl Iterator<Item = &'static str> {
     BUILT_IN.iter().filter(|(name, text)| Preset::parse(name, text).unwrap().fluvial.is_some()).map(|(name, _)| *name)
 }
 
-/// The world of a built-in preset and a seed that all tests of the process share.
+/// The world of a built-in preset's settings and a seed that all tests of the process share. It has no country: tests name a seed for
+/// what they found in its world, whichever country the preset shows.
 pub fn shared(name: &'static str, seed: u64) -> &'static World {
     static WORLDS: Mutex<BTreeMap<(&str, u64), &'static World>> = Mutex::new(BTreeMap::new());
-    let world = || World::new(Preset::load(name).unwrap().1, Some(seed)).unwrap();
+    let preset = || Preset { country: None, ..Preset::load(name).unwrap().1 };
+    let world = || World::new(preset(), Some(seed)).unwrap();
     WORLDS.lock().unwrap().entry((name, seed)).or_insert_with(|| Box::leak(Box::new(world())))
 }
 

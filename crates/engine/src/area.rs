@@ -209,9 +209,12 @@ impl Region {
     /// The region of `cols` x `rows` tiles of `cells` x `cells` cells whose north-western tile is `at`.
     ///
     /// # Errors
-    /// When it has no tile, or when a vertex of it would lie more than [`MAX_COORDINATE`] from the origin.
+    /// When it has no tile or tiles of no cells, or when a vertex of it would lie more than [`MAX_COORDINATE`] from the origin.
     pub fn new(at: TileId, cols: u64, rows: u64, cells: u32) -> Result<Region, Error> {
         let refuse = |message: String, hint: &str| Err(Error::Region { message, hint: hint.into() });
+        if cells == 0 {
+            return refuse("a tile of no cells holds no land".into(), "give at least 1");
+        }
         if cols == 0 || rows == 0 {
             return refuse(format!("a region of {cols} x {rows} tiles has no tile"), "give at least 1x1");
         }

@@ -17,15 +17,15 @@ pub const NAME: &str = concat!("terrane ", env!("CARGO_PKG_VERSION"));
 
 /// The layers, and the version of what each makes of what those before it have made.
 pub const LAYERS: [(&str, u32); 9] = [
-    ("noise", 1),
-    ("fluvial", 1),
-    ("places", 1),
-    ("agents", 2),
+    ("noise", 2),
+    ("fluvial", 2),
+    ("places", 2),
+    ("agents", 3),
     ("lines", 1),
-    ("tile", 1),
-    ("features", 1),
+    ("tile", 2),
+    ("features", 2),
     ("mesh", 3),
-    ("map", 1),
+    ("map", 2),
 ];
 
 /// The layers and their versions by name, as manifests have them.

@@ -34,6 +34,11 @@ pub const fn with_number(scattered: u64, number: u64) -> u64 {
     mix(scattered ^ number.wrapping_mul(GOLDEN))
 }
 
+/// A key made of a key and a text; of an empty text it is the key itself.
+pub fn with_text(key: u64, text: &str) -> u64 {
+    text.bytes().fold(key, |key, byte| combine(key, byte.into()))
+}
+
 /// The seed of one stream of chance, independent of the seeds of all other streams.
 pub fn stream(seed: u64, stream: impl Into<StreamNumber>) -> u64 {
     combine(seed, stream.into().0)
@@ -273,6 +278,18 @@ mod tests {
         }
         let mean = flipped as f64 / (2.0 * 64.0 * 64.0);
         assert!((mean - 32.0).abs() < 0.5, "{mean} of 64 bits change on average");
+    }
+
+    #[test]
+    fn every_letter_of_a_text_changes_the_key() {
+        assert_eq!(with_text(7, ""), 7);
+        let mut keys: Vec<u64> =
+            ["", "a", "b", "aa", "ab", "ba", "alps", "Alps", "spal"].map(|text| with_text(7, text)).into();
+        keys.extend(["a", "b", "alps"].map(|text| with_text(8, text)));
+        let count = keys.len();
+        keys.sort_unstable();
+        keys.dedup();
+        assert_eq!(keys.len(), count);
     }
 
     #[test]

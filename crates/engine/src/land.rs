@@ -43,6 +43,9 @@ impl Water {
 }
 
 impl Land {
+    /// Bytes of a vertex and of the water on it: four numbers, a kind, and whether it lies in a bed.
+    pub const VERTEX_BYTES: u64 = (4 * size_of::<f32>() + size_of::<WaterKind>() + size_of::<bool>()) as u64;
+
     /// The land of a part of the area, which must be within it.
     pub(crate) fn part(&self, area: Area) -> Land {
         let water = self.water.as_ref().map(|water| Water {

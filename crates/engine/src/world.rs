@@ -11,8 +11,8 @@ use crate::fluvial::landforms::coast::Coast;
 use crate::fluvial::landforms::lakes::Lake;
 use crate::fluvial::landforms::peaks::Peak;
 use crate::fluvial::point::GRAINS;
-use crate::lines::{LineKind, Lines, SiteId};
-use crate::memory::Usage;
+use crate::lines::{ChannelId, LakeId, LineKind, Lines, SiteId};
+use crate::memory::{Budget, Remembers, Usage};
 use crate::names::Names;
 use crate::places::Places;
 use crate::places::site::Site;
@@ -24,6 +24,8 @@ use crate::relief::{NoiseRelief, Relief};
 pub struct World {
     preset: Preset,
     seed: u64,
+    /// The seed of all that is left to chance: the world's seed with the preset's country mixed in.
+    chance: u64,
     stride: Stride,
     tile_cells: u32,
     relief: Relief,
@@ -31,6 +33,7 @@ pub struct World {
     places: Option<Places>,
     names: Option<Names>,
     landforms: Landforms,
+    budget: Option<Arc<Budget>>,
 }
 
 impl World {
@@ -53,10 +56,11 @@ impl World {
         preset.fill_defaults();
         preset.check()?;
         let seed = seed.unwrap_or(preset.seed);
+        let chance = preset.chance(seed);
         let Preset { spacing_m, sea_level_m, .. } = preset;
-        let places = World::settled(&preset, seed)?;
-        let names = places.as_ref().map(|places| Names::new(seed, places.site_side()));
-        let grow = |settings| Fluvial::strided(settings, (spacing_m, stride), sea_level_m, seed, names.clone());
+        let places = World::settled(&preset, chance)?;
+        let names = places.as_ref().map(|places| Names::new(chance, places.site_side()));
+        let grow = |settings| Fluvial::strided(settings, (spacing_m, stride), sea_level_m, chance, names.clone());
         let fluvial = preset.fluvial.as_ref().map(grow);
         Ok(World::grown(preset, seed, stride, fluvial, places, names))
     }
@@ -75,16 +79,20 @@ impl World {
     }
 
     fn regrown(&self, stride: Stride, change: impl FnOnce(Fluvial) -> Fluvial) -> World {
-        let World { preset, seed, names, .. } = self;
+        let World { preset, seed, chance, names, .. } = self;
         let fluvial =
-            self.relief.fluvial().map(|fluvial| fluvial.at_stride(stride, preset.sea_level_m, *seed)).map(change);
-        let places = World::settled(preset, *seed).expect("this world was made of the same settings");
-        World::grown(preset.clone(), *seed, stride, fluvial, places, names.clone())
+            self.relief.fluvial().map(|fluvial| fluvial.at_stride(stride, preset.sea_level_m, *chance)).map(change);
+        let places = World::settled(preset, *chance).expect("this world was made of the same settings");
+        let world = World::grown(preset.clone(), *seed, stride, fluvial, places, names.clone());
+        match &self.budget {
+            Some(budget) => world.within(budget),
+            None => world,
+        }
     }
 
     /// The settlements and roads that a preset has, if it has any.
-    fn settled(preset: &Preset, seed: u64) -> Result<Option<Places>, Error> {
-        let settle = |settings| Places::new(settings, preset.spacing_m, seed);
+    fn settled(preset: &Preset, chance: u64) -> Result<Option<Places>, Error> {
+        let settle = |settings| Places::new(settings, preset.spacing_m, chance);
         preset.places.as_ref().map(settle).transpose()
     }
 
@@ -97,19 +105,32 @@ impl World {
         places: Option<Places>,
         names: Option<Names>,
     ) -> World {
+        let chance = preset.chance(seed);
         let Preset { spacing_m, sea_level_m, tile_cells, .. } = preset;
         let relief = fluvial.map(Arc::new).map_or_else(
             || {
                 let (warp, land) = (preset.warp.as_ref(), preset.land.as_ref());
-                Relief::Noise(Arc::new(NoiseRelief::new(&preset.noise, warp, land, (spacing_m, stride), seed)))
+                Relief::Noise(Arc::new(NoiseRelief::new(&preset.noise, warp, land, (spacing_m, stride), chance)))
             },
             Relief::Fluvial,
         );
         let is_whole = stride == Stride::ONE;
         let places = places.filter(|_| is_whole);
         let agents = (preset.rivers.as_ref().filter(|_| is_whole), preset.roads.as_ref().filter(|_| is_whole));
-        let agents = Agents::new(agents, tile_cells, spacing_m, sea_level_m, preset.ground.slope_scale, seed);
-        World { preset, seed, stride, tile_cells, relief, agents, places, names, landforms: Landforms::default() }
+        let agents = Agents::new(agents, tile_cells, spacing_m, sea_level_m, preset.ground.slope_scale, chance);
+        World {
+            preset,
+            seed,
+            chance,
+            stride,
+            tile_cells,
+            relief,
+            agents,
+            places,
+            names,
+            landforms: Landforms::default(),
+            budget: None,
+        }
     }
 
     /// What is allowed in the recipe and probably not meant, a sentence each.
@@ -138,9 +159,14 @@ impl World {
         &self.preset
     }
 
-    /// The seed in use.
+    /// The seed in use, as it was given: what is told of the world.
     pub fn seed(&self) -> u64 {
         self.seed
+    }
+
+    /// The seed of all that is left to chance, which every [stream](crate::hash::stream) is of: [`Preset::chance`].
+    pub fn chance(&self) -> u64 {
+        self.chance
     }
 
     /// Vertices from a node to the next.
@@ -162,6 +188,19 @@ impl World {
     #[must_use]
     pub fn with_tile_cells(self, tile_cells: u32) -> World {
         World { tile_cells, ..self }
+    }
+
+    /// The same world, which remembers no more than a budget has, together with all else that shares it: so do the worlds at other
+    /// strides that are made of it. What is forgotten is made again, and is the same.
+    #[must_use]
+    pub fn within(self, budget: &Arc<Budget>) -> World {
+        self.memories().into_iter().for_each(|memory| memory.share(budget));
+        World { budget: Some(Arc::clone(budget)), ..self }
+    }
+
+    /// The budget of what it remembers, if it shares one.
+    pub fn budget(&self) -> Option<&Arc<Budget>> {
+        self.budget.as_ref()
     }
 
     /// What makes its heights: noise, or rivers and the land between them.
@@ -208,6 +247,26 @@ impl World {
     /// All peaks of a fluvial world on vertices of `area`, sorted by id.
     pub fn peaks(&self, area: &Area) -> Vec<Peak> {
         self.fluvial(|fluvial| self.landforms.peaks(fluvial, area))
+    }
+
+    /// The lake of an id, if there is one.
+    pub fn lake(&self, id: LakeId) -> Option<Arc<Lake>> {
+        self.relief.fluvial().and_then(|fluvial| self.landforms.lake(fluvial, id))
+    }
+
+    /// The rivers of the course that begins in a channel, from its spring to what it ends in; none if no course begins there.
+    pub fn rivers_from(&self, top: ChannelId) -> Lines {
+        self.relief.fluvial().map_or_else(Lines::new, |fluvial| fluvial.rivers_from(top))
+    }
+
+    /// The peak of a cell, if it has one.
+    pub fn peak(&self, cell: (i64, i64)) -> Option<Peak> {
+        self.relief.fluvial().and_then(|fluvial| self.landforms.peak(fluvial, cell))
+    }
+
+    /// The peak above a vertex of a fluvial world, if there is one not far from it: one of [all](World::peaks).
+    pub fn peak_above(&self, at: [i64; 2]) -> Option<Peak> {
+        self.relief.fluvial().and_then(|fluvial| self.landforms.peak_above(fluvial, at))
     }
 
     /// What `find` finds in fluvial land; nothing in a world of noise.
@@ -262,10 +321,15 @@ impl World {
 
     /// How full the memories of all stages are.
     pub fn usages(&self) -> Vec<Usage> {
-        let relief = self.relief.fluvial().map(Fluvial::usages).unwrap_or_default();
-        let places = self.places.as_ref().map(Places::usages).unwrap_or_default();
-        let features = self.relief.fluvial().map(|_| self.landforms.usages()).unwrap_or_default();
-        [relief, self.agents.usages(), places, features].concat()
+        self.memories().into_iter().map(Remembers::usage).collect()
+    }
+
+    /// The memories of all stages.
+    fn memories(&self) -> Vec<&dyn Remembers> {
+        let relief = self.relief.fluvial().map(Fluvial::memories).unwrap_or_default();
+        let places = self.places.as_ref().map(Places::memories).unwrap_or_default();
+        let features = self.relief.fluvial().map(|_| self.landforms.memories()).unwrap_or_default();
+        [relief, self.agents.memories(), places, features].concat()
     }
 
     /// Vertices around an area that are planned to make it, about.
@@ -287,14 +351,6 @@ impl World {
             Some(places) => ((SITES * places.site_side() as f64) as i64).max(self.agents.reach()),
             None => self.planned_around(),
         }
-    }
-
-    /// Bytes that a thread holds while it plans, measured: a search of a usual route among them, which is far from the
-    /// longest.
-    pub fn planning_bytes(&self) -> u64 {
-        let fluvial = if self.relief.fluvial().is_some() { 1 << 20 } else { 0 };
-        let routes = if self.places.is_some() { 2 << 20 } else { 0 };
-        fluvial + routes
     }
 
     /// Bounds that no height of this world can leave: (lowest, highest) in metres. 16-bit heights are encoded in them.

@@ -39,14 +39,14 @@
 use std::path::{Path, PathBuf};
 
 use rusqlite::types::{Type, Value};
-use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, Row, params, params_from_iter};
+use rusqlite::{Connection, ErrorCode, OptionalExtension, Row, params, params_from_iter};
 
 use crate::agents::Direction;
 use crate::agents::record::{Passage, TileRecord};
 use crate::agents::search::Node;
 use crate::area::{Area, TileId};
 use crate::error::Error;
-use crate::file::{self, FileRecord, Finished, Operation, sqlite_error};
+use crate::file::{self, FileRecord, Finished, Operation, database, sqlite_error};
 use crate::lines::{Line, LineId, LineKind};
 use crate::tile::{Digest, Tile, TilePart};
 
@@ -280,7 +280,7 @@ impl Registry {
     /// # Errors
     /// When the file is no registry or one of a newer version, or when it cannot be read or written.
     pub fn open(path: &Path) -> Result<Registry, Error> {
-        let connection = Connection::open(path).map_err(sqlite_error(path))?;
+        let connection = database::open(path).map_err(sqlite_error(path))?;
         Registry::checked(path, connection, true)
     }
 
@@ -296,8 +296,7 @@ impl Registry {
                 hint: format!("give the folder of a bake or of a walk, which has a {FILE_NAME}"),
             });
         }
-        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-        let connection = Connection::open_with_flags(path, flags).map_err(sqlite_error(path))?;
+        let connection = database::open_to_read(path).map_err(sqlite_error(path))?;
         Registry::checked(path, connection, false)
     }
 
@@ -305,7 +304,7 @@ impl Registry {
     /// once, and from one of the machine at the next [`checkpoint`](Registry::checkpoint).
     pub(crate) fn journal(path: &Path) -> Result<Registry, Error> {
         file::gate(Operation::Create, path)?;
-        let connection = Connection::open(path).map_err(sqlite_error(path))?;
+        let connection = database::open(path).map_err(sqlite_error(path))?;
         let prepare = || {
             connection.pragma_update_and_check(None, "journal_mode", "WAL", |_| Ok(()))?;
             connection.pragma_update(None, "synchronous", "NORMAL")
@@ -336,7 +335,7 @@ impl Registry {
     /// A registry in an empty file that nobody else knows of yet: without a journal and without waiting for the disk,
     /// which is for the one who gives the file its name.
     pub(crate) fn aside(path: &Path) -> Result<Registry, Error> {
-        let connection = Connection::open(path).map_err(sqlite_error(path))?;
+        let connection = database::open(path).map_err(sqlite_error(path))?;
         unjournaled(&connection).map_err(sqlite_error(path))?;
         Registry::checked(path, connection, true)
     }
@@ -355,9 +354,12 @@ impl Registry {
         // A new file is an empty database.
         if may_create && (application, version, changes) == (0, 0, 0) {
             let create = || {
-                connection.pragma_update(None, "application_id", APPLICATION_ID)?;
-                connection.pragma_update(None, "user_version", SCHEMA_VERSION)?;
-                connection.execute_batch(&schema())
+                // All at once: a disk that fills up in between would leave a registry without tables.
+                let all_at_once = connection.unchecked_transaction()?;
+                all_at_once.pragma_update(None, "application_id", APPLICATION_ID)?;
+                all_at_once.pragma_update(None, "user_version", SCHEMA_VERSION)?;
+                all_at_once.execute_batch(&schema())?;
+                all_at_once.commit()
             };
             create().map_err(sqlite_error(path))?;
         } else if application != APPLICATION_ID {

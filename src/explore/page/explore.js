@@ -7,6 +7,8 @@ import { scene } from "./scene.js";
 import { sliders } from "./sliders.js";
 import { child, pair } from "./pair.js";
 
+const MEMORY_MS = 2000; // from asking how much is remembered until it is asked again
+
 const embedded = new URLSearchParams(location.search).has("embedded");
 document.body.classList.toggle("embedded", embedded);
 document.body.classList.toggle("right", new URLSearchParams(location.search).get("embedded") === "right");
@@ -110,6 +112,16 @@ function watchFile() {
   });
   watch?.addEventListener("faulty", (event) => notify(JSON.parse(event.data)));
 }
+
+// What the server remembers, which it says when it is asked.
+async function tellMemory() {
+  if (document.hidden) return;
+  const { held_bytes, most_bytes } = await ask("GET", "api/memory");
+  const megabytes = (bytes) => Math.round(bytes / 1e6);
+  write("memory", `memory ${megabytes(held_bytes)} of ${megabytes(most_bytes)}\u202fMB`);
+}
+// A server that is away is told of by the tiles.
+if (!embedded) setInterval(() => tellMemory().catch(() => {}), MEMORY_MS);
 
 // ---------- the map's hooks
 

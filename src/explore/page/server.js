@@ -57,37 +57,48 @@ export function tilesOf(world, embedded, away) {
   return { pictures, heights, names, stop: () => (heights.stop(), names.stop()) };
 }
 
-// The grids of heights, the last asked for first, since that is where the pointer is now.
+// The grids of heights, the last asked for first, since that is where the pointer is now. Each is asked for twice: of the glance's land,
+// which is there soon and only about right, and of the draft's, which gives way whenever another place is pointed at.
 function heightsOf(world) {
   const MOST = 64; // that wait
-  let waiting = [];
-  let stop = null;
+  const waiting = { glance: [], draft: [] };
+  let under = null; // what is under way: { stage, stop }
   let over = false;
   async function next() {
-    if (stop || over) return;
-    const key = waiting.pop();
+    if (under || over) return;
+    const stage = waiting.glance.length > 0 ? "glance" : "draft";
+    const key = waiting[stage].pop();
     if (!key) return;
-    stop = new AbortController();
+    const stop = new AbortController();
+    under = { stage, stop };
     try {
-      const answer = await fetch(`w/${world.id}/heights/${key}.js`, { signal: stop.signal });
+      const answer = await fetch(`w/${world.id}/heights/${stage}/${key}.js`, { signal: stop.signal });
       const [, text] = answer.ok ? /"([^"]*)"\);\s*$/.exec(await answer.text()) : [];
       if (text === undefined) throw later(answer.status === 503 ? BUSY_MS : AWAY_MS);
-      if (!over) await terrane.heights(key, text);
+      if (!over) await terrane.heights(key, text, stage === "glance");
+      if (stage === "glance") push("draft", key);
     } catch (fault) {
-      if (!over) setTimeout(() => over || terrane.noHeights(key), fault.again_ms ?? AWAY_MS);
+      if (stop.signal.aborted) push(stage, key);
+      else setTimeout(() => over || (stage === "glance" ? terrane.noHeights(key) : (push(stage, key), next())), fault.again_ms ?? AWAY_MS);
     }
-    stop = null;
+    under = null;
     next();
+  }
+  // What has waited for the longest time is given up: of a glance, so that it may be asked for again.
+  function push(stage, key) {
+    waiting[stage].push(key);
+    const old = waiting[stage].splice(0, Math.max(0, waiting[stage].length - MOST));
+    if (stage === "glance") old.forEach((key) => terrane.noHeights(key));
   }
   return {
     ask(key) {
-      waiting.push(key);
-      for (const old of waiting.splice(0, Math.max(0, waiting.length - MOST))) terrane.noHeights(old);
+      push("glance", key);
+      if (under?.stage === "draft") under.stop.abort();
       next();
     },
     stop() {
       over = true;
-      stop?.abort();
+      under?.stop.abort();
     },
   };
 }

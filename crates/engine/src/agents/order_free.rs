@@ -20,7 +20,7 @@ use crate::area::{Area, TileId};
 use crate::grid::Grid;
 use crate::hash::{self, Stream};
 use crate::lines::{Line, LineEnd, LineId, LineKind, Lines};
-use crate::memory::{HashKeys, Memory, Usage, heap_bytes};
+use crate::memory::{HashKeys, Memory, Remembers, heap_bytes};
 use crate::relief::Relief;
 
 /// How many rivers, each settled against the next, are followed before one is taken as it was traced.
@@ -112,12 +112,12 @@ impl Agents {
         crossed.max().map_or(0, |tiles| 2 * (tiles as i64 + 1) * self.cells)
     }
 
-    /// How full its memories are.
-    pub(crate) fn usages(&self) -> Vec<Usage> {
+    /// Its memories.
+    pub(crate) fn memories(&self) -> Vec<&dyn Remembers> {
         if self.rivers.is_none() && self.roads.is_none() {
             return Vec::new();
         }
-        vec![self.traced.usage(), self.settled.usage()]
+        vec![&self.traced, &self.settled]
     }
 
     /// All lines whose effect may touch `area`, sorted by id.

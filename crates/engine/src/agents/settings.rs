@@ -140,7 +140,9 @@ fn check_width(path: &KeyPath, metres: f64, tile_cells: u32, spacing_m: f64) -> 
     let message = format!(
         "expected at most {most_m}, a quarter of a tile's side (tile_cells = {tile_cells}, spacing_m = {spacing_m})"
     );
-    Err(path.fault(message, "a larger tile_cells, or less of it").found(metres))
+    let least = (4.0 * metres / spacing_m).ceil();
+    let hint = format!("a tile_cells of {least} or more, or {path} = {most_m} or less");
+    Err(path.fault(message, hint).found(metres).beside(KeyPath::default().key("tile_cells")))
 }
 
 impl RiverAgents {

@@ -47,16 +47,20 @@ pub static LAKES: Layer<Arc<Lake>, LakeFeature> = Layer {
 };
 
 fn of_lake(world: &World, lake: &Arc<Lake>) -> LakeFeature {
-    let LakeId((level, x, y)) = lake.id;
     let ring = |ring: &Vec<[f64; 2]>| ring.iter().map(|point| metres(*point, world.spacing_m())).collect();
     LakeFeature {
         id: lake.id.to_string(),
-        name: world.names().map(|names| names.lake(first_vertex(world, level, [x, y]), &[i64::from(level), x, y])),
+        name: lake_name(world, lake.id),
         level_m: lake.level_m,
         area_m2: lake.area_m2,
         outlet: lake.outlet,
         rings: lake.rings.iter().map(ring).collect(),
     }
+}
+
+/// The name of the lake of an id, whether there is one; none in a world without places.
+pub(crate) fn lake_name(world: &World, LakeId((level, x, y)): LakeId) -> Option<String> {
+    world.names().map(|names| names.lake(first_vertex(world, level, [x, y]), &[i64::from(level), x, y]))
 }
 
 /// The name of the valley of a river; none in a world without places, and none of rivers of agents.

@@ -11,21 +11,26 @@ mod name;
 mod query;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use crate::area::{Area, MAX_COORDINATE, Stride};
 use crate::error::Error;
-use crate::features::landforms::{LAKES, PEAKS};
+use crate::features::landforms::{LAKES, LakeFeature, PEAKS, PeakFeature};
 use crate::geometry::length;
-use crate::lines::{LineKind, LinePoint};
+use crate::lines::{Line, LineKind, LinePoint};
+use crate::memory::Budget;
 use crate::preset::Preset;
 use crate::world::World;
-pub use name::named;
-pub use query::{Beside, Bound, Measure, Query, Thing};
+pub use name::{SETTLEMENTS_KM, THINGS_KM, named, named_in};
+pub use query::{Beside, Bound, Measure, Query, Sign, Thing};
 
 /// Kilometres a side of a block.
 const BLOCK_KM: f64 = 12.0;
+
+/// Bytes that a world of its own and those from afar remember at most.
+const REMEMBERED: usize = 384 << 20;
 
 /// Metres within which a thing is beside another.
 const BESIDE_M: f64 = 500.0;
@@ -58,10 +63,50 @@ pub struct Found {
     pub values: Vec<(Measure, f64)>,
 }
 
+impl Found {
+    /// Something between two corners in metres east and north, as seen from a place in kilometres.
+    fn new(
+        id: String,
+        name: Option<String>,
+        [low, high]: [[f64; 2]; 2],
+        near_km: [f64; 2],
+        values: Vec<(Measure, f64)>,
+    ) -> Found {
+        let at_km = [0, 1].map(|axis| f64::midpoint(low[axis], high[axis]) / 1000.0);
+        let wide_km = (high[0] - low[0]).max(high[1] - low[1]) / 1000.0;
+        let around_km = (2.0 * wide_km).max(LEAST_AROUND_KM).ceil();
+        let distance_km = length([0, 1].map(|axis| at_km[axis] - near_km[axis]));
+        Found { id, name, at_km, distance_km, around_km, values }
+    }
+}
+
+fn lake_found(lake: LakeFeature, near_km: [f64; 2]) -> Found {
+    let values = vec![(Measure::Area, lake.area_m2 / 1e6), (Measure::Height, lake.level_m)];
+    Found::new(lake.id, lake.name, middle_of(&lake.rings[0]), near_km, values)
+}
+
+fn peak_found(peak: PeakFeature, near_km: [f64; 2]) -> Found {
+    Found::new(peak.id, peak.name, [peak.at; 2], near_km, vec![(Measure::Height, f64::from(peak.height_m))])
+}
+
+/// A river where it is nearest and has so much water, if it has.
+fn river_found(river: &Line, least_m3s: f64, near_km: [f64; 2]) -> Option<Found> {
+    let place = |point: &LinePoint| {
+        let [x, y] = river.place_from([0, 0], point);
+        [x * river.spacing_m, -y * river.spacing_m]
+    };
+    let off = |at: &[f64; 2]| length([0, 1].map(|axis| at[axis] - 1000.0 * near_km[axis]));
+    let large = river.points.iter().filter(|point| point.discharge_m3s >= least_m3s).map(place);
+    let at = large.min_by(|a, b| off(a).total_cmp(&off(b)))?;
+    let discharge_m3s = river.points[river.points.len() - 1].discharge_m3s;
+    let values = vec![(Measure::Length, river.length_m() / 1000.0), (Measure::Discharge, discharge_m3s)];
+    Some(Found::new(river.id.to_string(), river.name.clone(), [at; 2], near_km, values))
+}
+
 /// A world as it is searched.
 #[derive(Debug)]
 pub struct Finder {
-    world: World,
+    world: Arc<World>,
     afar: BTreeMap<Stride, World>,
 }
 
@@ -71,7 +116,14 @@ impl Finder {
     /// # Errors
     /// When a value of the preset is out of its range, or its relief is noise, which knows of no things.
     pub fn new(preset: Preset, seed: Option<u64>) -> Result<Finder, Error> {
-        let world = World::new(preset, seed)?;
+        Finder::of_world(Arc::new(World::new(preset, seed)?.within(&Budget::new(REMEMBERED))))
+    }
+
+    /// What finds things in a world.
+    ///
+    /// # Errors
+    /// When its relief is noise, which knows of no things.
+    pub fn of_world(world: Arc<World>) -> Result<Finder, Error> {
         if world.relief().fluvial().is_none() {
             return Err(Error::Option {
                 message: "a world of noise has no lakes, peaks, rivers and places to be found".into(),
@@ -202,12 +254,8 @@ impl Search<'_> {
                 shore.map(|[x, y]| Area::new(x, y, 1, 1).padded(2 * stride as usize)).collect()
             }
         };
-        let mut found = Vec::new();
-        for lake in seen.iter().flat_map(|area| LAKES.find(self.world, area)) {
-            let values = vec![(Measure::Area, lake.area_m2 / 1e6), (Measure::Height, lake.level_m)];
-            found.extend(self.found(lake.id, lake.name, middle_of(&lake.rings[0]), values));
-        }
-        found
+        let lakes = seen.iter().flat_map(|area| LAKES.find(self.world, area));
+        lakes.map(|lake| lake_found(lake, self.near_km)).filter(|found| self.is_asked_for(found)).collect()
     }
 
     fn peaks(&self, area: Area) -> Vec<Found> {
@@ -220,67 +268,34 @@ impl Search<'_> {
             heights.values().iter().any(|height_m| *height_m > least_m - LOWER * (high_m - low_m))
         };
         let peaks = parts.filter(may_have).flat_map(|part| PEAKS.find(self.world, &part));
-        let found = peaks.filter_map(|peak| {
-            self.found(peak.id, peak.name, [peak.at; 2], vec![(Measure::Height, f64::from(peak.height_m))])
-        });
-        found.collect()
+        peaks.map(|peak| peak_found(peak, self.near_km)).filter(|found| self.is_asked_for(found)).collect()
     }
 
     fn rivers(&self, area: Area) -> Vec<Found> {
         let least_m3s = self.query.least(Measure::Discharge).unwrap_or(0.0);
         let rivers = self.world.lines_through(LineKind::River, &area);
-        let found = rivers.iter().filter_map(|river| {
-            let place = |point: &LinePoint| {
-                let [x, y] = river.place_from([0, 0], point);
-                [x * river.spacing_m, -y * river.spacing_m]
-            };
-            // A river is where it is nearest and as large as was asked for.
-            let off = |at: &[f64; 2]| length([0, 1].map(|axis| at[axis] - 1000.0 * self.near_km[axis]));
-            let large = river.points.iter().filter(|point| point.discharge_m3s >= least_m3s).map(place);
-            let at = large.min_by(|a, b| off(a).total_cmp(&off(b)))?;
-            let discharge_m3s = river.points[river.points.len() - 1].discharge_m3s;
-            let values = vec![(Measure::Length, river.length_m() / 1000.0), (Measure::Discharge, discharge_m3s)];
-            self.found(river.id.to_string(), river.name.clone(), [at; 2], values)
-        });
-        found.collect()
+        let found = rivers.iter().filter_map(|river| river_found(river, least_m3s, self.near_km));
+        found.filter(|found| self.is_asked_for(found)).collect()
     }
 
     fn sites(&self, area: Area) -> Vec<Found> {
         let Thing::Site(class) = self.query.thing else { return Vec::new() };
         let sites = self.world.sites(&area);
         let asked = sites.iter().filter(|site| class.is_none_or(|class| class == site.class));
-        let found = asked.filter_map(|site| {
+        let found = asked.map(|site| {
             let spacing_m = self.world.spacing_m();
             let at = [site.at[0] as f64 * spacing_m, -site.at[1] as f64 * spacing_m];
             let values =
                 vec![(Measure::Population, f64::from(site.population)), (Measure::Height, f64::from(site.height_m))];
-            self.found(site.id.to_string(), Some(site.name.clone()), [at; 2], values)
+            Found::new(site.id.to_string(), Some(site.name.clone()), [at; 2], self.near_km, values)
         });
-        found.collect()
+        found.filter(|found| self.is_asked_for(found)).collect()
     }
 
-    /// Something between two corners in metres east and north, if it is as was asked for.
-    fn found(
-        &self,
-        id: String,
-        name: Option<String>,
-        [low, high]: [[f64; 2]; 2],
-        values: Vec<(Measure, f64)>,
-    ) -> Option<Found> {
-        let middle = [0, 1].map(|axis| f64::midpoint(low[axis], high[axis]));
-        if !self.query.keeps(&values) || !self.query.beside.is_none_or(|beside| self.is_beside(beside, middle)) {
-            return None;
-        }
-        let at_km = middle.map(|m| m / 1000.0);
-        let wide_km = (high[0] - low[0]).max(high[1] - low[1]) / 1000.0;
-        Some(Found {
-            id,
-            name,
-            distance_km: length([0, 1].map(|axis| at_km[axis] - self.near_km[axis])),
-            around_km: (2.0 * wide_km).max(LEAST_AROUND_KM).ceil(),
-            at_km,
-            values,
-        })
+    /// Whether something is as was asked for.
+    fn is_asked_for(&self, found: &Found) -> bool {
+        let at_m = found.at_km.map(|km| km * 1000.0);
+        self.query.keeps(&found.values) && self.query.beside.is_none_or(|beside| self.is_beside(beside, at_m))
     }
 
     /// Whether something lies beside a place in metres east and north.

@@ -1,102 +1,281 @@
 //! Finding by name.
+//!
+//! A name goes by numbers: of the cell of a settlement or a peak, of the channel that a river or a lake begins in. So the names of all that
+//! may be there are known without any land, and land is made only to see whether something is there that has the right one.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::find::{Finder, Found, LEAST_AROUND_KM, Query};
+use crate::features::landforms::{LAKES, PEAKS, lake_name};
+use crate::find::{Finder, Found, LEAST_AROUND_KM, lake_found, peak_found, river_found};
+use crate::fluvial::landforms::peaks;
+use crate::fluvial::point::GRAINS;
 use crate::geometry::length;
-use crate::lines::SiteId;
+use crate::lines::{ChannelId, LakeId, SiteId};
 use crate::names::settlement;
 use crate::preset::Preset;
 use crate::stop;
 use crate::world::World;
 
-/// Kilometres from the origin within which settlements are looked for, whose names are known without their land; and other
-/// things, whose names are not.
-const SETTLEMENTS_KM: f64 = 300.0;
-const THINGS_KM: f64 = 30.0;
+/// Kilometres within which settlements are looked for.
+pub const SETTLEMENTS_KM: f64 = 300.0;
+/// Kilometres within which lakes, rivers and peaks are looked for: there are many more of them.
+pub const THINGS_KM: f64 = 30.0;
 
-/// Things of a kind that are looked at, at most.
-const MOST: usize = 10_000;
-
-/// Names that are told of where none is right.
+/// Names that are told of where none is right, at most.
 const NEARLY: usize = 4;
+/// Things that are looked at for these at most.
+const MOST_LOOKS: usize = 32;
+/// Bytes of land that looks may make. After that only large rivers are looked at, which need the least land, and things whose names are
+/// nearly the same as the wrong one.
+const MOST_LAND: u64 = 12 << 20;
+/// Levels of the network whose rivers count as large.
+const LARGE: Range<u32> = 0..3;
+/// A name is nearly the same as another with at most one wrong letter in so many.
+const LETTERS_A_SLIP: usize = 5;
 
-/// What has a name in the world of a preset, whatever its letters' case: the settlement that is nearest to the origin, or else
-/// the lake, river or peak.
+/// Likeness (0 to 1, where 1 is the same name) that a name loses if it lies as far away as settlements are looked for, since
+/// most people mistype the name of something nearby.
+const FAR: f64 = 0.3;
+
+/// Something that may be there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum MayBe {
+    Settlement(SiteId),
+    Lake(LakeId),
+    /// By the channel in which its course begins.
+    River(ChannelId),
+    /// By its cell.
+    Peak((i64, i64)),
+}
+
+/// What something would be called if it is there, and about how many kilometres off it is.
+#[derive(Debug)]
+struct Called {
+    thing: MayBe,
+    name: String,
+    off_km: f64,
+}
+
+/// What has a name in the world of a preset, whatever its letters' case: the settlement that is nearest to a place in kilometres east
+/// and north, or else the lake, river or peak.
 ///
 /// # Errors
-/// When the world has no names, or nothing has this one; the hint has those that are most like it.
-pub fn named(preset: Preset, seed: Option<u64>, name: &str) -> Result<Found, Error> {
-    let mut finder = Finder::new(preset, seed)?;
-    let Some(places) = finder.world().places() else {
+/// When the world has no names, or nothing has this one; the hint has those nearby that are most like it.
+pub fn named(preset: Preset, seed: Option<u64>, name: &str, near_km: [f64; 2]) -> Result<Found, Error> {
+    named_in(&Finder::new(preset, seed)?, name, near_km)
+}
+
+/// As [`named`] does, looks for a name in the world of a finder, which keeps what it has found out about the land.
+///
+/// # Errors
+/// When the world has no names, or nothing has this one.
+pub fn named_in(finder: &Finder, name: &str, near_km: [f64; 2]) -> Result<Found, Error> {
+    let world = finder.world();
+    if world.names().is_none() {
         return Err(Error::Option {
             message: format!("nothing is called {name:?}: the world has no names"),
             hint: "give a preset with [places], such as alps, or numbers: X,Y,KM".into(),
         });
-    };
-    let wanted = name.to_lowercase();
-    let (world, side_km) = (finder.world(), places.site_side() as f64 * finder.world().spacing_m() / 1000.0);
-    let cells = settlements(world, side_km);
-    let is_wanted = |cell: &&(SiteId, String)| cell.1.to_lowercase() == wanted;
-    if let Some(found) = cells.iter().filter(is_wanted).find_map(|(id, _)| site(world, *id)) {
+    }
+    let wanted = name.trim().to_lowercase();
+    let all = all(world, near_km);
+    let right = all.iter().filter(|called| called.name.to_lowercase() == wanted);
+    if let Some(found) = right.clone().find_map(|called| called.found(world, near_km)) {
         return Ok(found);
     }
-    let mut near: Vec<String> = Vec::new();
-    for thing in ["lake", "river", "peak"] {
-        let query: Query = thing.parse().expect("it is a thing");
-        for found in finder.find(&query, [0.0; 2], THINGS_KM, MOST)? {
-            match &found.name {
-                Some(known) if known.to_lowercase() == wanted => return Ok(found),
-                known => near.extend(known.clone()),
-            }
-        }
-    }
-    // Of the cells, few have a settlement: the first that are like the name and have one.
-    let world = finder.world();
-    let likeness = |known: &str| strsim::jaro_winkler(&known.to_lowercase(), &wanted);
-    let mut by_likeness: Vec<(f64, &(SiteId, String))> = cells.iter().map(|cell| (likeness(&cell.1), cell)).collect();
-    by_likeness.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let alike = by_likeness.iter().take(200).filter(|(_, cell)| site(world, cell.0).is_some()).take(NEARLY);
-    near.extend(alike.map(|(_, cell)| cell.1.clone()));
-    near.sort_by(|a, b| likeness(b).total_cmp(&likeness(a)).then_with(|| a.cmp(b)));
-    near.dedup();
-    near.truncate(NEARLY);
+    let [x, y] = near_km;
+    let names = alike(world, &all, &wanted, near_km);
+    let numbers = "give numbers: X,Y,KM";
     Err(Error::Option {
         message: format!(
-            "no settlement within {SETTLEMENTS_KM} km of the origin and no lake, river or peak within {THINGS_KM} km is \
+            "no settlement within {SETTLEMENTS_KM} km of {x},{y} and no lake, river or peak within {THINGS_KM} km is \
              called {name:?}"
         ),
-        hint: format!("there are {}; or give numbers: X,Y,KM", near.join(", ")),
+        hint: match &names[..] {
+            [] => numbers.to_owned(),
+            names => format!("there are {}; or {numbers}", names.join(", ")),
+        },
     })
 }
 
-/// The cells around the origin that may have a settlement, nearest first, and what it would be called.
-fn settlements(world: &World, side_km: f64) -> Vec<(SiteId, String)> {
-    let reach = (SETTLEMENTS_KM / side_km).ceil() as i64;
-    let mut cells: Vec<SiteId> = (-reach..reach).flat_map(|j| (-reach..reach).map(move |i| SiteId { i, j })).collect();
-    let off = |cell: &SiteId| length([cell.i, cell.j].map(|at| at as f64 + 0.5));
-    cells.retain(|cell| off(cell) <= reach as f64);
-    cells.sort_by(|a, b| off(a).total_cmp(&off(b)).then(a.cmp(b)));
-    let seed = world.seed();
-    let named = |cell| {
-        stop::check();
-        (cell, settlement(seed, cell))
+/// Names of things that are there, most like one that is not.
+fn alike(world: &World, all: &[Called], wanted: &str, near_km: [f64; 2]) -> Vec<String> {
+    let score = |called: &Called| {
+        let likeness = strsim::jaro_winkler(&called.name.to_lowercase(), wanted);
+        likeness - FAR * called.off_km / SETTLEMENTS_KM
     };
-    cells.into_par_iter().map(named).collect()
+    let mut scored: Vec<(f64, &Called)> = all.par_iter().map(|called| (score(called), called)).collect();
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.thing.cmp(&b.1.thing)));
+    let is_slip = |name: &str| {
+        let wrong = strsim::damerau_levenshtein(&name.to_lowercase(), wanted);
+        wrong * LETTERS_A_SLIP <= wanted.chars().count()
+    };
+    let before = world.remembered_bytes();
+    let is_worth_it = |called: &Called| {
+        let has_land_left = world.remembered_bytes() < before + MOST_LAND;
+        has_land_left || called.is_large_river() || is_slip(&called.name)
+    };
+    let mut names: Vec<String> = Vec::new();
+    let looked_at = scored.into_iter().map(|(_, called)| called).filter(|called| is_worth_it(called)).take(MOST_LOOKS);
+    for called in looked_at {
+        if !names.contains(&called.name) && called.found(world, near_km).is_some() {
+            names.push(called.name.clone());
+        }
+        if names.len() == NEARLY {
+            break;
+        }
+    }
+    names
+}
+
+/// All that may be there, settlements first, each kind nearest first.
+fn all(world: &World, near_km: [f64; 2]) -> Vec<Called> {
+    let mut all = settlements(world, near_km);
+    all.extend(things(world, near_km));
+    all
+}
+
+/// The settlements that may be near a place.
+fn settlements(world: &World, near_km: [f64; 2]) -> Vec<Called> {
+    let Some(places) = world.places() else { return Vec::new() };
+    let cells = cells(world, places.site_side(), near_km, SETTLEMENTS_KM);
+    let called = cells.into_par_iter().map(|([i, j], off_km)| {
+        stop::check();
+        let id = SiteId { i, j };
+        Called { thing: MayBe::Settlement(id), name: settlement(world.chance(), id), off_km }
+    });
+    called.collect()
+}
+
+/// The lakes, rivers and peaks that may be near a place.
+fn things(world: &World, near_km: [f64; 2]) -> Vec<Called> {
+    let Some((fluvial, names)) = world.relief().fluvial().zip(world.names()) else { return Vec::new() };
+    let mut things = Vec::new();
+    for level in 0..fluvial.fields().levels() {
+        let cells = cells(world, fluvial.fields().side(level) / GRAINS, near_km, THINGS_KM);
+        things.par_extend(cells.into_par_iter().flat_map_iter(|([x, y], off_km)| {
+            stop::check();
+            let id = (level, x, y);
+            let river = fluvial.has_rivers(level).then(|| fluvial.river_name(id)).flatten();
+            let river = river.map(|name| Called { thing: MayBe::River(id), name, off_km });
+            let lake = fluvial.may_be_lake(LakeId(id)).then(|| lake_name(world, LakeId(id))).flatten();
+            river.into_iter().chain(lake.map(|name| Called { thing: MayBe::Lake(LakeId(id)), name, off_km }))
+        }));
+    }
+    let side = peaks::side(fluvial);
+    things.par_extend(cells(world, side, near_km, THINGS_KM).into_par_iter().flat_map_iter(|([x, y], off_km)| {
+        stop::check();
+        // Its name goes by where it is in its cell too.
+        let corners = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[i, j]| [(x + i) * side - i, (y + j) * side - j]);
+        let called: BTreeSet<String> = corners.iter().map(|at| names.peak(*at, &[x, y])).collect();
+        called.into_iter().map(move |name| Called { thing: MayBe::Peak((x, y)), name, off_km })
+    }));
+    things.sort_by(|a, b| a.off_km.total_cmp(&b.off_km).then(a.thing.cmp(&b.thing)));
+    things
+}
+
+/// The cells of a lattice, of so many vertices a side, whose middles lie within some kilometres of a place, and how far off they are:
+/// nearest first.
+fn cells(world: &World, side: i64, [east, north]: [f64; 2], radius_km: f64) -> Vec<([i64; 2], f64)> {
+    let side_km = side as f64 * world.spacing_m() / 1000.0;
+    // Rows count to the south.
+    let near_km = [east, -north];
+    let span = |axis: usize| {
+        let at = |by: f64| ((near_km[axis] + by) / side_km).floor() as i64;
+        at(-radius_km)..=at(radius_km)
+    };
+    let off_km = |cell: [i64; 2]| length([0, 1].map(|axis| (cell[axis] as f64 + 0.5) * side_km - near_km[axis]));
+    let mut cells: Vec<([i64; 2], f64)> =
+        span(1).flat_map(|y| span(0).map(move |x| [x, y])).map(|cell| (cell, off_km(cell))).collect();
+    cells.retain(|(_, off_km)| *off_km <= radius_km);
+    cells.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+    cells
+}
+
+impl Called {
+    fn is_large_river(&self) -> bool {
+        matches!(self.thing, MayBe::River((level, ..)) if LARGE.contains(&level))
+    }
+
+    /// The thing, if it is there and called so.
+    fn found(&self, world: &World, near_km: [f64; 2]) -> Option<Found> {
+        stop::check();
+        let found = match self.thing {
+            MayBe::Settlement(id) => site_found(world, id, near_km),
+            MayBe::Lake(id) => {
+                let lake = world.lake(id)?;
+                Some(lake_found(LAKES.features(world, vec![lake]).pop()?, near_km))
+            }
+            MayBe::River(top) => {
+                let rivers = world.rivers_from(top);
+                let all = rivers.iter().filter_map(|river| river_found(river, 0.0, near_km));
+                all.min_by(|a, b| a.distance_km.total_cmp(&b.distance_km))
+            }
+            MayBe::Peak(cell) => {
+                let peak = world.peak(cell)?;
+                Some(peak_found(PEAKS.features(world, vec![peak]).pop()?, near_km))
+            }
+        };
+        found.filter(|found| found.name.as_ref() == Some(&self.name))
+    }
 }
 
 /// The settlement of a cell, if it has one.
-fn site(world: &World, id: SiteId) -> Option<Found> {
+fn site_found(world: &World, id: SiteId, near_km: [f64; 2]) -> Option<Found> {
     let site = world.site(id)?;
-    let spacing_km = world.spacing_m() / 1000.0;
-    let at_km = [site.at[0] as f64 * spacing_km, -site.at[1] as f64 * spacing_km];
-    Some(Found {
-        id: id.to_string(),
-        name: Some(site.name.clone()),
-        at_km,
-        distance_km: length(at_km),
-        around_km: 2.0 * LEAST_AROUND_KM,
-        values: Vec::new(),
-    })
+    let spacing_m = world.spacing_m();
+    let at = [site.at[0] as f64 * spacing_m, -site.at[1] as f64 * spacing_m];
+    let found = Found::new(id.to_string(), Some(site.name.clone()), [at; 2], near_km, Vec::new());
+    Some(Found { around_km: 2.0 * LEAST_AROUND_KM, ..found })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::area::Area;
+    use crate::lines::LineKind;
+
+    fn world() -> World {
+        let (_, preset) = Preset::load("highlands").unwrap();
+        World::new(preset, Some(11)).unwrap()
+    }
+
+    #[test]
+    fn each_kind_of_thing_is_found_by_its_name() {
+        let known = world();
+        let area = Area::new(-1500, -1500, 3000, 3000);
+        let lake = &LAKES.find(&known, &area)[0];
+        let peak = &PEAKS.find(&known, &area)[0];
+        // All lakes that are there are among those that may be.
+        let lakes: BTreeSet<String> = all(&known, [0.0; 2])
+            .into_iter()
+            .filter_map(|called| matches!(called.thing, MayBe::Lake(_)).then_some(called.name))
+            .collect();
+        let found = LAKES.find(&known, &area);
+        assert!(found.len() > 3 && found.iter().all(|lake| lakes.contains(lake.name.as_ref().unwrap())), "{lakes:?}");
+        let river = &known.lines_through(LineKind::River, &area)[0];
+        let site = &known.sites(&area)[0];
+        for name in [lake.name.clone(), peak.name.clone(), river.name.clone(), Some(site.name.clone())] {
+            let name = name.expect("things of this world have names");
+            // In another world, which knows nothing yet; something else may have the same name, nearer to the origin.
+            let found = named(known.preset().clone(), Some(11), &name.to_uppercase(), [0.0; 2]).unwrap();
+            assert!(found.name.as_ref() == Some(&name) && found.distance_km < 60.0, "{name}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn hardly_any_land_is_made_to_say_that_a_name_is_wrong() {
+        let world = world();
+        let before = world.remembered_bytes();
+        let all = all(&world, [0.0; 2]);
+        assert!(all.len() > 10_000 && world.remembered_bytes() == before, "{} names", all.len());
+        let names = alike(&world, &all, "brondalvatn", [0.0; 2]);
+        assert!((1..=NEARLY).contains(&names.len()), "{names:?}");
+        let made = world.remembered_bytes() - before;
+        assert!(made < 24 << 20, "{made} bytes are remembered");
+    }
 }

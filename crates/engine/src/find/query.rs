@@ -67,15 +67,40 @@ impl Measure {
     }
 }
 
+/// How a measure is bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sign {
+    /// `>`
+    More,
+    /// `>=`
+    AtLeast,
+    /// `<`
+    Less,
+    /// `<=`
+    AtMost,
+}
+
 /// A bound on a measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
     /// What is bounded.
     pub measure: Measure,
-    /// Whether it is to be more than that, or else less.
-    pub more: bool,
-    /// How much, in the measure's unit.
+    /// To which side.
+    pub sign: Sign,
+    /// By how much, in the measure's unit.
     pub than: f64,
+}
+
+impl Bound {
+    /// Whether a value of the measure keeps it.
+    fn keeps(&self, value: f64) -> bool {
+        match self.sign {
+            Sign::More => value > self.than,
+            Sign::AtLeast => value >= self.than,
+            Sign::Less => value < self.than,
+            Sign::AtMost => value <= self.than,
+        }
+    }
 }
 
 /// What somebody looks for, such as `lake > 2 km2`, `peak > 3500 m < 3800 m` or `town on river`.
@@ -94,17 +119,113 @@ pub struct Query {
 impl Query {
     /// Whether measures keep the bounds.
     pub fn keeps(&self, values: &[(Measure, f64)]) -> bool {
-        self.bounds.iter().all(|bound| {
-            values.iter().any(|(measure, value)| {
-                *measure == bound.measure && if bound.more { *value > bound.than } else { *value < bound.than }
-            })
-        })
+        let is_kept =
+            |bound: &Bound| values.iter().any(|(measure, value)| *measure == bound.measure && bound.keeps(*value));
+        self.bounds.iter().all(is_kept)
     }
 
-    /// What a measure is to be more than, if that is asked for.
+    /// What a measure is at least, if that is asked for.
     pub fn least(&self, measure: Measure) -> Option<f64> {
-        let more = self.bounds.iter().filter(|bound| bound.more && bound.measure == measure);
-        more.map(|bound| bound.than).max_by(f64::total_cmp)
+        let is_lower = |bound: &&Bound| bound.measure == measure && matches!(bound.sign, Sign::More | Sign::AtLeast);
+        self.bounds.iter().filter(is_lower).map(|bound| bound.than).max_by(f64::total_cmp)
+    }
+}
+
+/// The words of a query, in small letters: signs are words of their own, however close they stand.
+fn words(text: &str) -> Vec<String> {
+    let mut words: Vec<String> = Vec::new();
+    for word in text.to_lowercase().replace('\u{2265}', ">=").replace('\u{2264}', "<=").split_whitespace() {
+        let is_sign = |letter: char| "<>=".contains(letter);
+        let mut before = None;
+        for letter in word.chars() {
+            match words.last_mut().filter(|_| before == Some(is_sign(letter))) {
+                Some(last) => last.push(letter),
+                None => words.push(letter.into()),
+            }
+            before = Some(is_sign(letter));
+        }
+    }
+    words
+}
+
+/// Whether a word leads on to what a thing is beside, or to a bound.
+fn leads_on(word: &str) -> bool {
+    ["on", "by"].contains(&word) || word.starts_with(['<', '>', '='])
+}
+
+/// A number as it was written, and half of its last digit's worth: `3.5` is 3.5 and 0.05.
+fn number(text: &str) -> Option<(f64, f64)> {
+    let value = text.parse().ok().filter(|value: &f64| value.is_finite())?;
+    let decimals = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    Some((value, 0.5 / (0..decimals).fold(1.0, |power, _| power * 10.0)))
+}
+
+/// What a unit measures of a thing, and how a number of it becomes one of the measure's unit: times and divided by. Without a
+/// unit it is the thing's first measure.
+fn unit(thing: Thing, unit: &str) -> Option<(Measure, f64, f64)> {
+    let (unit, times, per) = match (unit, thing) {
+        ("m2" | "m\u{b2}", _) => ("km2", 1.0, 1e6),
+        ("ha", _) => ("km2", 1.0, 100.0),
+        ("km\u{b2}", _) => ("km2", 1.0, 1.0),
+        ("m\u{b3}/s", _) => ("m3/s", 1.0, 1.0),
+        ("m", Thing::River) => ("km", 1.0, 1000.0),
+        ("km", Thing::Lake | Thing::Peak | Thing::Site(_)) => ("m", 1000.0, 1.0),
+        (other, _) => (other, 1.0, 1.0),
+    };
+    let known = Measure::of(thing);
+    let measure = if unit.is_empty() { known.first() } else { known.iter().find(|it| it.unit() == unit) };
+    measure.map(|measure| (*measure, times, per))
+}
+
+/// The units in which something of a thing can be given.
+fn units(thing: Thing) -> &'static str {
+    match thing {
+        Thing::Lake => "m2, ha or km2, or m or km of height",
+        Thing::Peak => "m or km",
+        Thing::River => "m or km, or m3/s",
+        Thing::Site(_) => "people, or m or km of height",
+    }
+}
+
+impl Thing {
+    /// The word for one of it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Thing::Lake => "lake",
+            Thing::Peak => "peak",
+            Thing::River => "river",
+            Thing::Site(None) => "place",
+            Thing::Site(Some(class)) => class.name(),
+        }
+    }
+
+    /// What a word stands for, of one or of many.
+    fn of(word: &str) -> Option<Thing> {
+        Some(match word {
+            "lake" | "lakes" => Thing::Lake,
+            "peak" | "peaks" => Thing::Peak,
+            "river" | "rivers" => Thing::River,
+            "place" | "places" => Thing::Site(None),
+            "hamlet" | "hamlets" => Thing::Site(Some(SiteClass::Hamlet)),
+            "village" | "villages" => Thing::Site(Some(SiteClass::Village)),
+            "town" | "towns" => Thing::Site(Some(SiteClass::Town)),
+            _ => return None,
+        })
+    }
+}
+
+/// How a query is written, in a sentence.
+const GRAMMAR: &str = "write a thing (lake, peak, river, place, hamlet, village, town), perhaps \"on river\", \"on lake\" or \
+    \"on sea\", and bounds: >, >=, <, <= or = and a number of m2, ha, km2, m, km, m3/s or people; such as \"lakes > 20000 m2\", \
+    \"peak >= 3500 m\" or \"town on river\"";
+
+impl Query {
+    /// Whether a text is written as a query is, right or wrong, and not as a name, which may begin with the same word:
+    /// `Lake Brond`.
+    pub fn is_meant(text: &str) -> bool {
+        let words = words(text);
+        let goes_on = |word: &String| leads_on(word) || !word.starts_with(char::is_alphabetic);
+        words.first().is_some_and(|word| Thing::of(word).is_some()) && words.get(1).is_none_or(goes_on)
     }
 }
 
@@ -112,67 +233,53 @@ impl FromStr for Query {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Query, Error> {
-        let refuse = |message: String| Error::Option {
-            message: format!("{text:?}: {message}"),
-            hint: "write such as \"lake > 2 km2\", \"peak > 3500 m\", \"river > 50 m3/s\" or \"town on river\"".into(),
-        };
-        // Signs are words of their own, however close they stand.
-        let spaced = text.replace('>', " > ").replace('<', " < ");
-        let mut words = spaced.split_whitespace().peekable();
-        let thing = match words.next() {
-            Some("lake") => Thing::Lake,
-            Some("peak") => Thing::Peak,
-            Some("river") => Thing::River,
-            Some("place") => Thing::Site(None),
-            Some("hamlet") => Thing::Site(Some(SiteClass::Hamlet)),
-            Some("village") => Thing::Site(Some(SiteClass::Village)),
-            Some("town") => Thing::Site(Some(SiteClass::Town)),
-            Some(word) => {
-                return Err(refuse(format!("{word:?} is no lake, peak, river, place, hamlet, village or town")));
-            }
-            None => return Err(refuse("nothing is looked for".into())),
+        let refuse = |message: String| Error::Option { message: format!("{text:?}: {message}"), hint: GRAMMAR.into() };
+        let words = words(text);
+        let mut words = words.iter().map(String::as_str).peekable();
+        let Some(word) = words.next() else { return Err(refuse("nothing is looked for".into())) };
+        let Some(thing) = Thing::of(word) else {
+            return Err(refuse(format!("{word:?} is no lake, peak, river, place, hamlet, village or town")));
         };
         let (mut beside, mut bounds) = (None, Vec::new());
         while let Some(word) = words.next() {
-            match word {
-                "on" | "by" => {
-                    beside = Some(match words.next() {
-                        Some("river") => Beside::River,
-                        Some("lake") => Beside::Lake,
-                        Some("sea" | "coast") => Beside::Sea,
-                        other => {
-                            let other = other.unwrap_or("nothing");
-                            return Err(refuse(format!("expected river, lake or sea after {word:?}, found {other}")));
-                        }
-                    });
-                }
-                ">" | "<" => {
-                    let value = words.next().unwrap_or("");
-                    let digits = value.find(|c: char| !c.is_ascii_digit() && !".-+".contains(c)).unwrap_or(value.len());
-                    let (number, mut unit) = value.split_at(digits);
-                    let than: f64 = number
-                        .parse()
-                        .map_err(|_| refuse(format!("expected a number after {word}, found {value:?}")))?;
-                    if unit.is_empty() && words.peek().is_some_and(|word| !["on", "by", ">", "<"].contains(word)) {
-                        unit = words.next().unwrap_or("");
+            if ["on", "by"].contains(&word) {
+                beside = Some(match words.next() {
+                    Some("river" | "rivers") => Beside::River,
+                    Some("lake" | "lakes") => Beside::Lake,
+                    Some("sea" | "coast") => Beside::Sea,
+                    other => {
+                        let other = other.unwrap_or("nothing");
+                        return Err(refuse(format!("expected river, lake or sea after {word:?}, found {other}")));
                     }
-                    let (unit, scale) = match unit {
-                        "ha" => ("km2", 0.01),
-                        "km²" => ("km2", 1.0),
-                        "m³/s" => ("m3/s", 1.0),
-                        "km" if thing != Thing::River => ("m", 1000.0),
-                        other => (other, 1.0),
-                    };
-                    let known = Measure::of(thing);
-                    let measure =
-                        if unit.is_empty() { known.first() } else { known.iter().find(|it| it.unit() == unit) };
-                    let Some(measure) = measure else {
-                        let units: Vec<_> = known.iter().map(|measure| measure.unit()).collect();
-                        return Err(refuse(format!("expected {}, found {unit:?}", units.join(" or "))));
-                    };
-                    bounds.push(Bound { measure: *measure, more: word == ">", than: than * scale });
+                });
+                continue;
+            }
+            if ![">", ">=", "<", "<=", "="].contains(&word) {
+                return Err(refuse(format!("expected on, >, >=, <, <= or =, found {word:?}")));
+            }
+            let value = words.next().unwrap_or("");
+            let digits = value.find(|c: char| !c.is_ascii_digit() && !".-+".contains(c)).unwrap_or(value.len());
+            let (digits, mut of) = value.split_at(digits);
+            let Some((than, half)) = number(digits) else {
+                return Err(refuse(format!("expected a number after {word}, found {value:?}")));
+            };
+            if of.is_empty() && words.peek().is_some_and(|word| !leads_on(word)) {
+                of = words.next().unwrap_or("");
+            }
+            let Some((measure, times, per)) = unit(thing, of) else {
+                return Err(refuse(format!("expected {}, found {of:?}", units(thing))));
+            };
+            let mut bound = |sign: Sign, than: f64| bounds.push(Bound { measure, sign, than: than * times / per });
+            match word {
+                ">" => bound(Sign::More, than),
+                ">=" => bound(Sign::AtLeast, than),
+                "<" => bound(Sign::Less, than),
+                "<=" => bound(Sign::AtMost, than),
+                // As nearly as the number says.
+                _ => {
+                    bound(Sign::AtLeast, than - half);
+                    bound(Sign::Less, than + half);
                 }
-                other => return Err(refuse(format!("expected on, > or <, found {other:?}"))),
             }
         }
         Ok(Query { text: text.to_owned(), thing, beside, bounds })
@@ -186,17 +293,66 @@ mod tests {
     #[test]
     fn queries_are_read_as_people_write_them() {
         let query: Query = "lake >2km2 < 300 ha".parse().unwrap();
-        let area = |more: bool, than: f64| Bound { measure: Measure::Area, more, than };
-        assert_eq!((query.thing, &query.bounds[..]), (Thing::Lake, &[area(true, 2.0), area(false, 3.0)][..]));
+        let area = |sign: Sign, than: f64| Bound { measure: Measure::Area, sign, than };
+        assert_eq!(
+            (query.thing, &query.bounds[..]),
+            (Thing::Lake, &[area(Sign::More, 2.0), area(Sign::Less, 3.0)][..])
+        );
         assert!(query.keeps(&[(Measure::Area, 2.5)]) && !query.keeps(&[(Measure::Area, 3.5)]));
         assert_eq!(query.least(Measure::Area), Some(2.0));
         let query: Query = "town on river > 900".parse().unwrap();
         assert_eq!((query.thing, query.beside), (Thing::Site(Some(SiteClass::Town)), Some(Beside::River)));
-        assert_eq!(query.bounds, [Bound { measure: Measure::Population, more: true, than: 900.0 }]);
+        assert_eq!(query.bounds, [Bound { measure: Measure::Population, sign: Sign::More, than: 900.0 }]);
         assert_eq!("peak > 3.5 km".parse::<Query>().unwrap().least(Measure::Height), Some(3500.0));
-        for wrong in ["", "castle", "lake > 2 people", "lake >", "town on moon", "peak 3500", "river > many"] {
+        for wrong in
+            ["", "castle", "lake > 2 people", "lake >", "town on moon", "peak 3500", "river > many", "peak => 3"]
+        {
             let error = wrong.parse::<Query>().unwrap_err();
-            assert!(error.to_string().contains(&format!("{wrong:?}")) && error.hint().is_some(), "{error}");
+            assert!(error.to_string().contains(&format!("{wrong:?}")), "{error}");
+            assert!(error.hint().is_some_and(|hint| hint.contains("m2, ha, km2")), "{error}");
+        }
+    }
+
+    #[test]
+    fn units_signs_and_plurals_are_taken_as_they_are_written() {
+        let one = |text: &str| match text.parse::<Query>().unwrap().bounds[..] {
+            [Bound { measure, sign, than }] => (measure, sign, than),
+            ref other => panic!("{text}: {other:?}"),
+        };
+        for (text, bound) in [
+            ("lake > 20000 m2", (Measure::Area, Sign::More, 0.02)),
+            ("lakes >= 3 ha", (Measure::Area, Sign::AtLeast, 0.03)),
+            ("Lakes <=2.5km\u{b2}", (Measure::Area, Sign::AtMost, 2.5)),
+            ("lakes > 900 m", (Measure::Height, Sign::More, 900.0)),
+            ("peaks >=3 km", (Measure::Height, Sign::AtLeast, 3000.0)),
+            ("rivers > 1500m", (Measure::Length, Sign::More, 1.5)),
+            ("rivers \u{2265} 30 km", (Measure::Length, Sign::AtLeast, 30.0)),
+            ("river<50 m\u{b3}/s", (Measure::Discharge, Sign::Less, 50.0)),
+            ("towns > 900 people", (Measure::Population, Sign::More, 900.0)),
+        ] {
+            assert_eq!(one(text), bound, "{text}");
+        }
+        for (text, thing) in [
+            ("peaks", Thing::Peak),
+            ("places", Thing::Site(None)),
+            ("hamlets", Thing::Site(Some(SiteClass::Hamlet))),
+            ("villages on lakes", Thing::Site(Some(SiteClass::Village))),
+        ] {
+            assert_eq!(text.parse::<Query>().unwrap().thing, thing);
+        }
+        let equal: Query = "peak = 492 m".parse().unwrap();
+        assert!(equal.keeps(&[(Measure::Height, 491.7)]) && !equal.keeps(&[(Measure::Height, 492.6)]));
+        let equal: Query = "lake = 2.50 km2".parse().unwrap();
+        assert!(equal.keeps(&[(Measure::Area, 2.503)]) && !equal.keeps(&[(Measure::Area, 2.51)]));
+    }
+
+    #[test]
+    fn a_name_that_begins_with_the_word_for_a_thing_is_no_query() {
+        for query in ["lake", "Peaks > 3500 m", "lake>2 km2", "town on river", "peak 3500", "river by"] {
+            assert!(Query::is_meant(query), "{query}");
+        }
+        for name in ["Lake Brond", "River Toa", "Lakeside", "", "Cima Viala"] {
+            assert!(!Query::is_meant(name), "{name}");
         }
     }
 }

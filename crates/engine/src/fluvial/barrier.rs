@@ -50,10 +50,11 @@ const AWAY_M: [f64; 2] = [240.0, 460.0];
 /// Places of a drowned bed that are looked at, from the sea up.
 const TRIES: usize = 12;
 
-/// Metres from the inlet to its ends, at most, and the share of that over which an end that comes to no shore falls under the
-/// sea.
+/// Metres from the inlet to its ends, at most. An end that comes to no shore is as narrow and low as spits are: so great a share of
+/// that is half an ellipse above the sea, and so great a one behind it falls to the sea's floor.
 const LONGEST_M: f64 = 500.0;
-const END: f64 = 0.25;
+const TIP: f64 = 0.2;
+const END: f64 = 0.1;
 
 /// Radius in metres of its bow. Chosen by eye.
 const BOW_M: f64 = 1600.0;
@@ -97,15 +98,17 @@ impl Barrier {
         let along_m = dot(off, self.down);
         let across_m = off[1] * self.down[0] - off[0] * self.down[1];
         let seaward_m = along_m - across_m * across_m / (2.0 * BOW_M);
-        let beside_m = seaward_m.abs() - self.half_m;
+        let to_end = across_m.abs() / LONGEST_M;
+        // How far it is into the tip, which ends as far from its beginning as the sides are from the middle.
+        let tip = (to_end - (1.0 - END - TIP)).max(0.0) / TIP;
+        let beside_m = length([seaward_m, tip * self.half_m]) - self.half_m;
         let crest_m = self.crest_m * (1.0 + UNEVEN * uneven) * (1.0 - (1.0 + beside_m.min(0.0) / self.half_m).powi(2));
         let beside_m = beside_m.max(0.0);
         let fallen_m = match seaward_m > 0.0 {
             true => FALL * beside_m,
             false => (INNER_FALL * beside_m).min(LAGOON_M) + FALL * (-seaward_m - FILLED_M).max(0.0),
         };
-        // An end that comes to no shore goes down under the sea.
-        let end = 1.0 - smooth((1.0 - across_m.abs() / LONGEST_M) / END);
+        let end = 1.0 - smooth((1.0 - to_end) / END);
         crest_m - fallen_m - end * (self.crest_m + self.deepest_m)
     }
 }
@@ -224,6 +227,26 @@ mod tests {
         let mut settings = preset.fluvial.unwrap();
         settings.coast.lagoons = lagoons;
         Fluvial::new(&settings, preset.spacing_m, preset.sea_level_m, 11, None)
+    }
+
+    #[test]
+    fn a_barrier_has_round_ends() {
+        for (half_m, crest_m) in [(24.0, 1.8), (48.0, 3.0)] {
+            let middle = Point { x: 0, y: 0 };
+            let barrier = Barrier { middle, down: [0.0, 1.0], half_m, crest_m, deepest_m: 40.0 };
+            // How wide it is above the sea, so many metres from its inlet.
+            let wide_m = |across: i32| {
+                let is_land = |along: &i32| barrier.top_m([f64::from(across), f64::from(*along)], 0.0) > 0.0;
+                (-200..300).filter(is_land).count() as f64
+            };
+            let widths: Vec<f64> = (0..=LONGEST_M as i32).map(wide_m).collect();
+            let whole = widths[0];
+            assert!((whole - 2.0 * half_m).abs() < 2.0);
+            let last = widths.iter().rposition(|width| *width > 0.0).unwrap();
+            assert!(widths[last - 15] < 0.65 * whole && widths[last - 50] > 0.8 * whole, "{:?}", &widths[last - 50..]);
+            // Nothing of it is left at its end.
+            assert!((-300..300).all(|along| barrier.top_m([LONGEST_M, f64::from(along)], 0.0) <= -barrier.deepest_m));
+        }
     }
 
     #[test]

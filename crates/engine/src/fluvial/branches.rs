@@ -17,7 +17,7 @@ use super::segment::{LEVEL, measured};
 use super::trunk::NodeId;
 use crate::geometry::{LineSegment, come_along, cross, length, smooth};
 use crate::hash::{self, Draw};
-use crate::memory::{Memory, Usage, heap_bytes};
+use crate::memory::{Memory, Remembers, heap_bytes};
 
 /// Widths of its river from one place where a trunk may have a branch to the next: about a meander, so that none meets another.
 const SLOT_WIDTHS: f64 = 18.0;
@@ -115,9 +115,9 @@ impl Branches {
         Branches { seed, fields, of_trunks: Memory::new(4 << 20), free: Memory::new(1 << 20) }
     }
 
-    /// How full its memories are.
-    pub fn usages(&self) -> Vec<Usage> {
-        vec![self.of_trunks.usage(), self.free.usage()]
+    /// Its memories.
+    pub fn memories(&self) -> Vec<&dyn Remembers> {
+        vec![&self.of_trunks, &self.free]
     }
 
     /// The branches of a trunk that may be wanted, in their order: those that no other channel comes near, which `channels`

@@ -9,7 +9,7 @@ use super::settings::{CoastSettings, FluvialSettings};
 use crate::geometry::length;
 use crate::hash::{self, Stream};
 use crate::lines::ChannelId;
-use crate::memory::{Memory, Usage};
+use crate::memory::{Memory, Remembers};
 
 const SECONDS_A_YEAR: f64 = 31_556_952.0;
 
@@ -182,9 +182,9 @@ impl Fields {
         &self.settings
     }
 
-    /// How full its memories are.
-    pub(super) fn usages(&self) -> Vec<Usage> {
-        self.sea.iter().map(|sea| sea.lattice_m.usage()).collect()
+    /// Its memories.
+    pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
+        self.sea.iter().map(|sea| &sea.lattice_m as &dyn Remembers).collect()
     }
 
     /// Metres a grain.

@@ -76,7 +76,7 @@ use crate::area::{Area, Stride};
 use crate::clock::{Clock, stage};
 use crate::hash::{self, Stream};
 use crate::land::Land;
-use crate::memory::Usage;
+use crate::memory::Remembers;
 use crate::names::Names;
 use crate::simd::dispatch;
 use barrier::Barriers;
@@ -263,10 +263,10 @@ impl Fluvial {
         }
     }
 
-    /// How full its memories are.
-    pub(crate) fn usages(&self) -> Vec<Usage> {
-        let all = [self.fields.usages(), self.network.usages(), self.warp.usages()];
-        [all.concat(), self.rivers.usages(), self.survey.usages()].concat()
+    /// Its memories.
+    pub(crate) fn memories(&self) -> Vec<&dyn Remembers> {
+        let all = [self.fields.memories(), self.network.memories(), self.warp.memories()];
+        [all.concat(), self.rivers.memories(), self.survey.memories()].concat()
     }
 
     /// The point of a node of its land.

@@ -26,7 +26,7 @@ use super::tributary_course;
 use super::trunk::Trunks;
 use super::trunk_course::{self, TrunkCourses};
 use crate::lines::ChannelId;
-use crate::memory::{Memory, Usage};
+use crate::memory::{Memory, Remembers};
 
 /// Which channels land is made of.
 #[derive(Clone, Copy, Debug)]
@@ -71,15 +71,10 @@ impl Network {
         }
     }
 
-    /// How full its memories are.
-    pub(super) fn usages(&self) -> Vec<Usage> {
-        [
-            self.trunks.usages(),
-            self.branches.usages(),
-            self.tributaries.usages(),
-            vec![self.channels.usage(), self.patches.usage()],
-        ]
-        .concat()
+    /// Its memories.
+    pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
+        let own: Vec<&dyn Remembers> = vec![&self.channels, &self.patches];
+        [self.trunks.memories(), self.branches.memories(), self.tributaries.memories(), own].concat()
     }
 
     /// The trunk lattice.
@@ -174,6 +169,11 @@ impl Network {
     /// The branches of a trunk that are wanted, in their order.
     pub(super) fn branches(&self, trunk: &Channel, is_wanted: impl Fn(&Channel) -> bool) -> Vec<Arc<Channel>> {
         self.branches.of(trunk, is_wanted, |rectangle, take| self.wet_channels(rectangle, take))
+    }
+
+    /// Whether a channel may have a lake of its own, which is known without the channel.
+    pub(super) fn may_have_lake(&self, id: ChannelId) -> bool {
+        id.0 == 0 || self.tributaries.may_have_lake(id)
     }
 
     /// Calls `take` with all channels that may touch a rectangle, of the levels that hold water.

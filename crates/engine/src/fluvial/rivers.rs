@@ -18,7 +18,7 @@ use super::trunk::neighbours;
 use super::valley;
 use crate::area::Area;
 use crate::lines::{self, Bed, ChannelId, LakeId, Line, LineEnd, LineId, LineKind, LinePoint};
-use crate::memory::{Memory, Usage, heap_bytes};
+use crate::memory::{Memory, Remembers, heap_bytes};
 
 /// Grains below the place from which on its channel holds water at which a river begins, at most: so the rasters' nearest
 /// vertex is wet.
@@ -42,9 +42,10 @@ impl Default for RiverMemories {
 }
 
 impl RiverMemories {
-    /// How full its memories are.
-    pub fn usages(&self) -> Vec<Usage> {
-        [self.strahler.usages(), vec![self.courses.usage(), self.of_courses.usage()]].concat()
+    /// Its memories.
+    pub fn memories(&self) -> Vec<&dyn Remembers> {
+        let own: Vec<&dyn Remembers> = vec![&self.courses, &self.of_courses];
+        [self.strahler.memories(), own].concat()
     }
 }
 
@@ -125,6 +126,18 @@ impl Fluvial {
         found.into_values().collect()
     }
 
+    /// All rivers of the course that begins in a channel, sorted by id; none if no course begins there.
+    pub fn rivers_from(&self, top: ChannelId) -> Vec<Arc<Line>> {
+        if self.top(top) == top { self.rivers_of(top).to_vec() } else { Vec::new() }
+    }
+
+    /// What the rivers of a course that begins in a channel are called, whether there are any; nothing in a world without names.
+    pub fn river_name(&self, (level, x, y): ChannelId) -> Option<String> {
+        // By the head's cell and not the first point, which depends on what is cut off above.
+        let source = [x, y].map(|at| (at * self.fields.side(level)).div_euclid(GRAINS));
+        self.names.as_ref().map(|names| names.river(source, &[i64::from(level), x, y]))
+    }
+
     /// The lakes that may touch an area, sorted, of levels on which some are so many metres wide to each side of their middle.
     pub fn lake_ids(&self, area: &Area, least_half_width_m: f64) -> Vec<LakeId> {
         let rectangle = self.network_around(area, Hollow::widest(&self.fields, 0) as i64);
@@ -137,6 +150,11 @@ impl Fluvial {
         lakes.sort_unstable();
         lakes.dedup();
         lakes
+    }
+
+    /// Whether there may be a lake of an id, which is known without any land.
+    pub fn may_be_lake(&self, lake: LakeId) -> bool {
+        self.network.may_have_lake(lake.0)
     }
 
     /// The channels whose valleys' floors lie in a lake: that of its id, or all that end at its sink.
@@ -381,16 +399,12 @@ impl Fluvial {
         let end = part.samples[part.samples.len() - 1];
         let channel = &course.channels[end.place.0];
         let widest_m = points.iter().map(|point| point.half_width_m).fold(0.0, f64::max);
-        // The head's cell and not the first point, which depends on what is cut off above.
-        let (level, x, y) = whole;
-        let side = self.fields.side(level);
-        let source = [x, y].map(|at| (at * side).div_euclid(GRAINS));
         Some(Line {
             id: part.id,
             kind: LineKind::River,
             class: None,
             // All parts of a course have one name.
-            name: self.names.as_ref().map(|names| names.river(source, &[i64::from(level), x, y])),
+            name: self.river_name(whole),
             course: LineId::River { channel: whole, part: 0 },
             origin,
             bounds: lines::bounds(origin, &points, widest_m / node_m),

@@ -13,7 +13,7 @@ use super::point::Point;
 use super::trunk::{NodeId, neighbours};
 use crate::geometry::LineSegment;
 use crate::lines::ChannelId;
-use crate::memory::{Memory, Usage, heap_bytes};
+use crate::memory::{Memory, Remembers, heap_bytes};
 
 /// A tributary that holds water, where it joins a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,9 +75,9 @@ impl Default for Strahler {
 }
 
 impl Strahler {
-    /// How full its memories are.
-    pub(super) fn usages(&self) -> Vec<Usage> {
-        vec![self.joins.usage(), self.starts.usage()]
+    /// Its memories.
+    pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
+        vec![&self.joins, &self.starts]
     }
 
     /// The orders of a channel.

@@ -14,7 +14,7 @@ use crate::fluvial::{Detail, Fluvial, SLOPE_STEP};
 use crate::geometry::{length, lerp};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
-use crate::memory::{Memory, Usage, heap_bytes};
+use crate::memory::{Memory, Remembers, heap_bytes};
 
 /// Nodes a side of a block of sparse land, and of one with gullies, which are made with all around them.
 const BLOCK: i64 = 16;
@@ -125,9 +125,9 @@ impl Default for Memories {
 }
 
 impl Memories {
-    /// How full its memories are.
-    pub fn usages(&self) -> Vec<Usage> {
-        vec![self.blocks.usage(), self.pages.usage()]
+    /// Its memories.
+    pub fn memories(&self) -> Vec<&dyn Remembers> {
+        vec![&self.blocks, &self.pages]
     }
 }
 

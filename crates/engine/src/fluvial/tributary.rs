@@ -16,7 +16,7 @@ use super::wander;
 use crate::geometry::{LineSegment, length, lerp, lines};
 use crate::hash::{self, Draw};
 use crate::lines::ChannelId;
-use crate::memory::{Memory, Usage};
+use crate::memory::{Memory, Remembers};
 
 /// Share of its area that a tributary has at its head less than at its mouth: a head has a quarter of it, as much as
 /// the mouth of a tributary of the next level.
@@ -122,9 +122,10 @@ impl Tributaries {
         Tributaries { seed, courses: Courses::new(Arc::clone(&fields), seed), fields, free: Memory::new(24 << 20) }
     }
 
-    /// How full its memories are.
-    pub(super) fn usages(&self) -> Vec<Usage> {
-        [self.courses.usages(), vec![self.free.usage()]].concat()
+    /// Its memories.
+    pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
+        let own: &dyn Remembers = &self.free;
+        [self.courses.memories(), vec![own]].concat()
     }
 
     /// The cells of a level whose tributaries may touch a rectangle.
@@ -226,14 +227,19 @@ impl Tributaries {
         channel
     }
 
+    /// Whether a tributary of a cell has a lake if there is one, and room for its lake. Dry beds have none.
+    pub fn may_have_lake(&self, (level, x, y): ChannelId) -> bool {
+        let seed = hash::network_level(self.seed, level);
+        self.fields.is_wet(most_area(level)) && chance(seed, (x, y), Draw::Lake, 0) < self.fields.settings().lakes
+    }
+
     /// Digs out the lake of a tributary that has one, given others of its level near it.
     fn dig_lake(&self, channel: &mut Channel, others: &[Arc<Channel>], above: &impl AsksAbove) {
-        let (fields, (level, x, y)) = (&self.fields, channel.id);
-        let seed = hash::network_level(self.seed, level);
-        if chance(seed, (x, y), Draw::Lake, 0) >= fields.settings().lakes {
+        if !self.may_have_lake(channel.id) {
             return;
         }
-        let hollow = Hollow::new(fields, seed, level, (x, y));
+        let (fields, (level, x, y)) = (&self.fields, channel.id);
+        let hollow = Hollow::new(fields, hash::network_level(self.seed, level), level, (x, y));
         let (head, mouth) = (channel.knots[0].at, channel.knots[channel.knots.len() - 1].at);
         let surroundings = self.surroundings(channel.id, [mouth, head], above);
         let origin = surroundings.above.origin;

@@ -15,7 +15,7 @@ use super::wander;
 use crate::geometry::{LineSegment, dot, length, lerp};
 use crate::hash::{self, Draw};
 use crate::lines::{ChannelId, LakeId};
-use crate::memory::{Memory, Usage, heap_bytes};
+use crate::memory::{Memory, Remembers, heap_bytes};
 
 /// Cells further than it may join one in which a head knows of channels, for what is beside its mouth.
 const BESIDE_CELLS: f64 = 0.5;
@@ -242,9 +242,9 @@ impl Courses {
         Courses { seed, fields, pages: Memory::new(96 << 20) }
     }
 
-    /// How full its memories are.
-    pub(super) fn usages(&self) -> Vec<Usage> {
-        vec![self.pages.usage()]
+    /// Its memories.
+    pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
+        vec![&self.pages]
     }
 
     /// The cells of a level whose tributaries may touch a rectangle, or whose courses may, which are straight.

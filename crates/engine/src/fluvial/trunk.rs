@@ -18,7 +18,7 @@ use std::sync::Arc;
 use super::fields::{DryWay, FEW_SHORE_HALVINGS, Fields, SHORE_HALVINGS};
 use super::point::{AROUND, Point, chance};
 use crate::hash::Draw;
-use crate::memory::{Memory, Usage, heap_bytes};
+use crate::memory::{Memory, Remembers, heap_bytes};
 
 /// A node of the trunk lattice: column and row.
 pub type NodeId = (i64, i64);
@@ -174,11 +174,9 @@ impl Trunks {
         }
     }
 
-    /// How full its memories are.
-    pub(super) fn usages(&self) -> Vec<Usage> {
-        let nodes = [self.nodes.usage(), self.links.usage()];
-        let basins = [self.rims.usage(), self.spills.usage(), self.basins.usage()];
-        [nodes.as_slice(), &basins].concat()
+    /// Its memories.
+    pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
+        vec![&self.nodes, &self.links, &self.rims, &self.spills, &self.basins]
     }
 
     /// A look at the lattice, for whoever asks about many nodes.

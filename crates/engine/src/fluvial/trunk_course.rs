@@ -20,7 +20,7 @@ use super::wander;
 use crate::geometry::{LineSegment, lerp, lines, smooth};
 use crate::hash::{self, Draw};
 use crate::lines::LakeId;
-use crate::memory::{Memory, Usage};
+use crate::memory::{Memory, Remembers};
 
 /// Cells of the trunk lattice that a trunk sticks out of the cell of its upper node at most: it runs to a neighbouring
 /// one, and its curve bulges by less than its length.
@@ -90,10 +90,10 @@ impl TrunkCourses {
         }
     }
 
-    /// How full its memories are.
-    pub(super) fn usages(&self) -> Vec<Usage> {
-        let courses = self.bent.iter().chain([&self.free]).map(Memory::usage).collect();
-        [self.nodes.usages(), courses].concat()
+    /// Its memories.
+    pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
+        let courses = self.bent.iter().chain([&self.free]).map(|memory| memory as &dyn Remembers).collect();
+        [self.nodes.memories(), courses].concat()
     }
 
     /// The lattice that they run on.

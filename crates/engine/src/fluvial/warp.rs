@@ -11,7 +11,7 @@ use crate::fluvial::fields::Fields;
 use crate::fluvial::point::{GRAINS, Point};
 use crate::geometry::length;
 use crate::hash::{self, Stream};
-use crate::memory::{Memory, Usage};
+use crate::memory::{Memory, Remembers};
 use crate::noise::{Fractal, FractalKind, FractalSpec};
 
 /// Displacements east and south of all vertices.
@@ -95,9 +95,9 @@ impl Warp {
         }
     }
 
-    /// How full its memories are.
-    pub(super) fn usages(&self) -> Vec<Usage> {
-        vec![self.patches.usage()]
+    /// Its memories.
+    pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
+        vec![&self.patches]
     }
 
     /// Metres by which the nodes of an area are displaced, east and south: every `step`th vertex, a power of two.

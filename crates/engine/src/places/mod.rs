@@ -57,7 +57,7 @@ use crate::area::Area;
 use crate::error::Error;
 use crate::fluvial::survey::Survey;
 use crate::lines::{Line, LineId, Lines, SiteId};
-use crate::memory::{Memory, Usage};
+use crate::memory::{Memory, Remembers};
 use crate::places::build::Builder;
 use crate::places::corridor::Corridor;
 use crate::places::ellipse::Ellipse;
@@ -109,11 +109,11 @@ impl Places {
         })
     }
 
-    /// How full its memories are.
-    pub(crate) fn usages(&self) -> Vec<Usage> {
-        let graph = [self.seats.usage(), self.sites.usage(), self.edges.usage()];
-        let roads = [self.corridors.usage(), self.roads.usage(), self.parts.usage()];
-        [&self.plans.usages()[..], &graph, &roads].concat()
+    /// Its memories.
+    pub(crate) fn memories(&self) -> Vec<&dyn Remembers> {
+        let own: [&dyn Remembers; 6] =
+            [&self.seats, &self.sites, &self.edges, &self.corridors, &self.roads, &self.parts];
+        [&self.plans.memories()[..], &own].concat()
     }
 
     /// Side of a site cell in vertices.

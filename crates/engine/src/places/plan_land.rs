@@ -7,7 +7,7 @@ use crate::area::Area;
 use crate::fluvial::survey::{RiverPiece, Sampling, Survey};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
-use crate::memory::{Memory, Usage, heap_bytes};
+use crate::memory::{Memory, Remembers, heap_bytes};
 
 /// A node of the plan: column and row, from the world's origin or from a window's first node.
 pub(super) type PlanNode = [i64; 2];
@@ -105,9 +105,9 @@ impl Plans {
         }
     }
 
-    /// How full their memories are.
-    pub fn usages(&self) -> Vec<Usage> {
-        vec![self.fine.blocks.usage(), self.coarse.blocks.usage(), self.rivers.squares.usage()]
+    /// Their memories.
+    pub fn memories(&self) -> Vec<&dyn Remembers> {
+        vec![&self.fine.blocks, &self.coarse.blocks, &self.rivers.squares]
     }
 }
 

@@ -21,6 +21,7 @@ use toml::de::DeValue;
 use crate::agents::settings::{RiverAgents, RoadAgents};
 use crate::error::Error;
 use crate::fluvial::settings::FluvialSettings;
+use crate::hash;
 use crate::places::settings::PlacesSettings;
 use crate::preset::ground::GroundSettings;
 use crate::preset::map::MapStyle;
@@ -41,7 +42,14 @@ pub struct Preset {
     #[schemars(range(min = 0, max = u64::MAX))]
     #[serde(default = "one")]
     pub seed: u64,
-    /// Metres between neighbouring vertices, 0.001 to 10,000. Default: 1.
+    /// A word, mixed into the seed, that says which country this is: presets with the same country, seed and `spacing_m` have
+    /// their mountains, rivers, lakes and towns at the same places. So a preset that `extends` another, or has a key set, shows
+    /// the other's country changed, and one with a word of its own shows another country. Up to 100 letters. Default: none,
+    /// and all is of the seed alone.
+    #[schemars(length(max = 100))]
+    pub country: Option<String>,
+    /// Metres between neighbouring vertices, 0.001 to 10,000. Rivers, lakes and towns of fluvial relief are laid out in vertices:
+    /// with another spacing they lie elsewhere and have other names. Default: 1.
     #[schemars(range(min = 0.001, max = 10000))]
     #[serde(default = "one_metre")]
     pub spacing_m: f64,
@@ -109,6 +117,19 @@ impl Preset {
         Sources::parse(file, text)?.read_all()
     }
 
+    /// What single keys that were set change besides what they seem to, a sentence each: `self` is what `sources` have.
+    pub fn warnings(&self, sources: &Sources) -> Vec<String> {
+        let Ok(unset) = sources.read_unset() else { return Vec::new() };
+        let (old_m, new_m) = (unset.spacing_m, self.spacing_m);
+        if self.fluvial.is_none() || old_m == new_m {
+            return Vec::new();
+        }
+        vec![format!(
+            "spacing_m = {new_m} makes other land, not the same more or less finely: rivers and lakes have other courses and \
+             shores than with {old_m}, and towns lie elsewhere"
+        )]
+    }
+
     /// The JSON schema of preset files.
     pub fn schema() -> serde_json::Value {
         let mut schema = form::schema::<Preset>();
@@ -118,6 +139,11 @@ impl Preset {
                 tables are merged with this one's, and all else here takes the place of what is there. Default: none.",
         });
         schema
+    }
+
+    /// What all chance of the world of a seed is of: the seed with the country mixed in, here and nowhere else.
+    pub fn chance(&self, seed: u64) -> u64 {
+        hash::with_text(seed, self.country.as_deref().unwrap_or_default())
     }
 
     /// Writes the defaults that depend on other keys into their places.
@@ -131,8 +157,10 @@ impl Preset {
     /// The first one.
     pub fn check(&self) -> Result<(), Fault> {
         // TOML has no whole numbers of 64 bits without a sign, and any seed will do.
-        form::check(&Preset { seed: 0, ..self.clone() }, &KeyPath::default())?;
-        self.check_together()
+        let mut filled = Preset { seed: 0, ..self.clone() };
+        filled.fill_defaults();
+        form::check(&filled, &KeyPath::default())?;
+        filled.check_together()
     }
 
     /// Finds the first value that does not go with others; each alone is within its range.

@@ -12,6 +12,8 @@ pub struct Fault {
     pub path: KeyPath,
     /// Whether it is the key itself that is wrong, and not its value.
     pub key_itself: bool,
+    /// The setting with which it does not go, which may be the one that was given.
+    pub beside: Option<Box<KeyPath>>,
     /// What was expected.
     message: String,
     /// The value that was there instead, where the message does not say it.
@@ -40,6 +42,11 @@ impl Fault {
     #[must_use]
     pub fn found(self, found: impl Display) -> Fault {
         Fault { found: Some(found.to_string()), ..self }
+    }
+
+    /// The same, pointing at another setting, with which this one does not go, where this one is not written.
+    pub(crate) fn beside(self, other: KeyPath) -> Fault {
+        Fault { beside: Some(Box::new(other)), ..self }
     }
 
     /// The same, pointing at the key and not at its value.
@@ -97,7 +104,8 @@ impl KeyPath {
 
     /// What is wrong with the value at this path, and what would do.
     pub fn fault(&self, message: impl Into<String>, hint: impl Into<String>) -> Fault {
-        Fault { path: self.clone(), key_itself: false, message: message.into(), found: None, hint: hint.into() }
+        let (message, hint) = (message.into(), hint.into());
+        Fault { path: self.clone(), key_itself: false, beside: None, message, found: None, hint }
     }
 
     /// Checks a value whose range is so many times that of another key: `of` is its name, and what it has.

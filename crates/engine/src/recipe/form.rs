@@ -13,24 +13,31 @@ pub fn schema<T: JsonSchema>() -> Value {
     schemars::schema_for!(T).to_value()
 }
 
-/// Finds the first value that is out of its range, of settings that were made and not read.
+/// Finds the first value that is out of its range, of settings of a preset that were made and not read.
 pub(crate) fn check<T: JsonSchema + Serialize>(settings: &T, path: &KeyPath) -> Result<(), Fault> {
     let text = toml::to_string(settings).expect("settings can be written as TOML");
     let table = DeTable::parse(&text).expect("what was written is TOML").into_inner();
     let schema = schema::<T>();
-    Form { root: &schema }.check(&schema, &DeValue::Table(table), path)
+    Form::new("preset", &schema).check(&schema, &DeValue::Table(table), path)
 }
 
-/// Finds the first key that is unknown or missing, or the first value of a wrong type or out of its range, as written.
-pub(crate) fn check_table(schema: &Value, table: &DeValue) -> Result<(), Fault> {
-    Form { root: schema }.check(schema, table, &KeyPath::default())
+/// Finds the first key that is unknown or missing, or the first value of a wrong type or out of its range, as written in a recipe:
+/// `what` is its kind, by which `terrane schema` knows it.
+pub(crate) fn check_table(what: &str, schema: &Value, table: &DeValue) -> Result<(), Fault> {
+    Form::new(what, schema).check(schema, table, &KeyPath::default())
 }
 
 struct Form<'a> {
     root: &'a Value,
+    /// The hint for a fault that has none of its own.
+    hint: String,
 }
 
 impl<'a> Form<'a> {
+    fn new(what: &str, root: &'a Value) -> Form<'a> {
+        Form { root, hint: format!("keys and their meanings: terrane schema {what}") }
+    }
+
     /// The schema that is meant where it refers to another one, or to one or nothing.
     fn resolved(&self, schema: &'a Value) -> &'a Value {
         if let Some(reference) = schema["$ref"].as_str() {
@@ -46,7 +53,7 @@ impl<'a> Form<'a> {
     fn check(&self, schema: &'a Value, value: &DeValue, path: &KeyPath) -> Result<(), Fault> {
         let schema = self.resolved(schema);
         if schema["oneOf"].is_array() {
-            return check_word(schema, value, path);
+            return self.check_word(schema, value, path);
         }
         let kind = match &schema["type"] {
             Value::Array(kinds) => kinds.iter().find(|kind| *kind != "null").unwrap_or(&Value::Null),
@@ -55,14 +62,15 @@ impl<'a> Form<'a> {
         match (kind.as_str(), value) {
             (Some("object"), DeValue::Table(table)) => self.check_keys(schema, table, path),
             (Some("array"), DeValue::Array(values)) => {
-                check_length(schema, values.len(), path)?;
+                self.check_length(schema, values.len(), path)?;
                 let mut values = values.iter().enumerate();
                 values.try_for_each(|(index, value)| self.check(&schema["items"], value.get_ref(), &path.index(index)))
             }
             (Some("number"), DeValue::Integer(_) | DeValue::Float(_)) | (Some("integer"), DeValue::Integer(_)) => {
                 check_range(schema, value, path)
             }
-            (Some("boolean"), DeValue::Boolean(_)) | (Some("string"), DeValue::String(_)) => Ok(()),
+            (Some("string"), DeValue::String(text)) => check_letters(schema, text, path),
+            (Some("boolean"), DeValue::Boolean(_)) => Ok(()),
             (kind, _) => {
                 let expected = match kind {
                     Some("object") => "a table",
@@ -73,7 +81,7 @@ impl<'a> Form<'a> {
                     Some("string") => "a text",
                     _ => "nothing",
                 };
-                Err(path.fault(format!("expected {expected}"), KEYS).found(described(value)))
+                Err(path.fault(format!("expected {expected}"), &*self.hint).found(described(value)))
             }
         }
     }
@@ -86,7 +94,7 @@ impl<'a> Form<'a> {
             let Some(schema) = known.get(name) else {
                 let message = format!("there is no such key here, but {}", names().collect::<Vec<_>>().join(", "));
                 let meant = nearest(name, names()).map(|meant| format!("did you mean {meant}?"));
-                return Err(path.key(name).fault(message, meant.unwrap_or(KEYS.into())).at_key());
+                return Err(path.key(name).fault(message, meant.unwrap_or_else(|| self.hint.clone())).at_key());
             };
             self.check(schema, value.get_ref(), &path.key(name))?;
         }
@@ -96,38 +104,45 @@ impl<'a> Form<'a> {
             None => Ok(()),
         }
     }
-}
 
-/// What is said where nothing better can be.
-const KEYS: &str = "keys and their meanings: terrane schema preset, or style";
-
-/// Checks one of a few words.
-fn check_word(schema: &Value, value: &DeValue, path: &KeyPath) -> Result<(), Fault> {
-    let words: Vec<&str> =
-        schema["oneOf"].as_array().into_iter().flatten().filter_map(|word| word["const"].as_str()).collect();
-    match value {
-        DeValue::String(word) if words.contains(&word.as_ref()) => Ok(()),
-        _ => {
-            let meant = value.as_str().and_then(|word| nearest(word, words.iter().copied()));
-            let hint = meant.map_or(KEYS.to_owned(), |meant| format!("did you mean {meant}?"));
-            let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
-            Err(path.fault(format!("expected {}", quoted.join(" or ")), hint).found(described(value)))
+    /// Checks one of a few words.
+    fn check_word(&self, schema: &Value, value: &DeValue, path: &KeyPath) -> Result<(), Fault> {
+        let words: Vec<&str> =
+            schema["oneOf"].as_array().into_iter().flatten().filter_map(|word| word["const"].as_str()).collect();
+        match value {
+            DeValue::String(word) if words.contains(&word.as_ref()) => Ok(()),
+            _ => {
+                let meant = value.as_str().and_then(|word| nearest(word, words.iter().copied()));
+                let hint = meant.map_or_else(|| self.hint.clone(), |meant| format!("did you mean {meant}?"));
+                let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
+                Err(path.fault(format!("expected {}", quoted.join(" or ")), hint).found(described(value)))
+            }
         }
     }
+
+    fn check_length(&self, schema: &Value, length: usize, path: &KeyPath) -> Result<(), Fault> {
+        let bound = |key: &str, without: usize| schema[key].as_u64().map_or(without, |bound| bound as usize);
+        let (least, most) = (bound("minItems", 0), bound("maxItems", usize::MAX));
+        if (least..=most).contains(&length) {
+            return Ok(());
+        }
+        let expected = match (least, most) {
+            (least, most) if least == most => format!("a list of {least}"),
+            (0, most) => format!("a list of at most {most}"),
+            (least, most) => format!("a list of {least} to {most}"),
+        };
+        Err(path.fault(format!("expected {expected}"), &*self.hint).found(format!("one of {length}")))
+    }
 }
 
-fn check_length(schema: &Value, length: usize, path: &KeyPath) -> Result<(), Fault> {
-    let bound = |key: &str, without: usize| schema[key].as_u64().map_or(without, |bound| bound as usize);
-    let (least, most) = (bound("minItems", 0), bound("maxItems", usize::MAX));
-    if (least..=most).contains(&length) {
-        return Ok(());
+fn check_letters(schema: &Value, text: &str, path: &KeyPath) -> Result<(), Fault> {
+    let most = schema["maxLength"].as_u64().map_or(usize::MAX, |most| most as usize);
+    match text.chars().count() {
+        count if count > most => {
+            Err(path.fault(format!("expected a text of at most {most} letters"), "").found(format!("one of {count}")))
+        }
+        _ => Ok(()),
     }
-    let expected = match (least, most) {
-        (least, most) if least == most => format!("a list of {least}"),
-        (0, most) => format!("a list of at most {most}"),
-        (least, most) => format!("a list of {least} to {most}"),
-    };
-    Err(path.fault(format!("expected {expected}"), KEYS).found(format!("one of {length}")))
 }
 
 fn check_range(schema: &Value, value: &DeValue, path: &KeyPath) -> Result<(), Fault> {
@@ -232,7 +247,7 @@ mod tests {
     fn every_number_has_bounds_and_its_documentation_says_them() {
         let schema = schema::<Preset>();
         let mut found = Vec::new();
-        numbers(&Form { root: &schema }, &schema, "", &mut found);
+        numbers(&Form::new("preset", &schema), &schema, "", &mut found);
         assert!(found.len() > 70, "{} numbers", found.len());
         // A seed is any number at all.
         for (path, number, about) in found.into_iter().filter(|(path, ..)| path != ".seed") {

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::path::Path;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -46,6 +47,17 @@ pub(super) fn merge<'a>(value: &mut Spanned<DeValue<'a>>, new: Spanned<DeValue<'
     }
 }
 
+/// Puts a folder before the name of a file, which is the text at a path of keys, if there is one: a recipe names files from its own folder,
+/// and the program opens them from where it runs.
+pub(super) fn name_from(table: &mut DeTable<'_>, keys: &[&str], folder: &Path) {
+    let Some((key, rest)) = keys.split_first() else { return };
+    match table.get_mut(*key).map(Spanned::get_mut) {
+        Some(DeValue::Table(inner)) if !rest.is_empty() => name_from(inner, rest, folder),
+        Some(DeValue::String(name)) => *name = Cow::Owned(folder.join(name.as_ref()).to_string_lossy().into_owned()),
+        _ => {}
+    }
+}
+
 /// Puts a value at a path of keys and indices; tables that are not there are made, and begin at `key`.
 pub(super) fn put<'a>(
     value: &mut Spanned<DeValue<'a>>,
@@ -79,11 +91,24 @@ pub(super) fn put<'a>(
     }
 }
 
-/// Where a fault is, and whether its value is written at all; if not, the place is the nearest table that is.
+/// Where a fault is, and whether its value is written at all; if not, the place is that of the setting with which it does not go, or
+/// else the nearest table that is written.
 pub(super) fn locate(root: &Spanned<DeValue>, fault: &Fault) -> (Range<usize>, bool) {
+    let (place, is_written) = find(root, &fault.path, fault.key_itself);
+    match &fault.beside {
+        Some(other) if !is_written => match find(root, other, false) {
+            (other_place, true) => (other_place, false),
+            (_, false) => (place, false),
+        },
+        _ => (place, is_written),
+    }
+}
+
+/// Where a value is, or its key, and whether it is written at all; if not, the place is the nearest table that is.
+fn find(root: &Spanned<DeValue>, path: &KeyPath, key_itself: bool) -> (Range<usize>, bool) {
     let mut value = root;
     let mut key = root.span();
-    for step in &fault.path.0 {
+    for step in &path.0 {
         let next = match step {
             Step::Key(name) => {
                 value.get_ref().as_table().and_then(|table| table.get_key_value(name.as_str())).map(|(name, value)| {
@@ -96,5 +121,5 @@ pub(super) fn locate(root: &Spanned<DeValue>, fault: &Fault) -> (Range<usize>, b
         let Some(next) = next else { return (value.span(), false) };
         value = next;
     }
-    (if fault.key_itself { key } else { value.span() }, true)
+    (if key_itself { key } else { value.span() }, true)
 }

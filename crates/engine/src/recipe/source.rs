@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::marker::PhantomData;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
@@ -13,7 +13,7 @@ use toml::de::{DeTable, DeValue, Deserializer};
 use crate::error::{Error, SourcePlace, clipped, nearest};
 use crate::recipe::fault::{Fault, KeyPath};
 use crate::recipe::form;
-use crate::recipe::merge::{key_path, locate, merge, put};
+use crate::recipe::merge::{key_path, locate, merge, name_from, put};
 use crate::recipe::origin::{Origin, read_text, text_of};
 
 /// A kind of text that an author writes, in TOML: a preset, a style.
@@ -24,6 +24,9 @@ pub trait Recipe: DeserializeOwned + JsonSchema {
     const FOLDER: &'static str;
     /// Those that the program brings along, as name and text.
     const BUILT_IN: &'static [(&'static str, &'static str)];
+
+    /// The keys, each with the tables around it, that name files: from the folder of the text that they are written in.
+    const FILES: &'static [&'static [&'static str]] = &[];
 
     /// Finds the first key, as written, that does not go with others.
     ///
@@ -71,6 +74,8 @@ pub struct Sources<T> {
 struct Source {
     /// What errors name.
     file: String,
+    /// Where it lies.
+    folder: PathBuf,
     text: String,
     start: usize,
     /// The text as it is parsed: after as many spaces as the imaginary one has before it.
@@ -147,7 +152,8 @@ impl<T: Recipe> Sources<T> {
                 return Err(refuse(format!("{path}: this is no value"), key.len() + 1..setting.len(), hint));
             }
         }
-        self.texts.push(Source { file: option.into(), text: setting.into(), start, padded, key: Some(path) });
+        let (file, folder, text) = (option.into(), PathBuf::new(), setting.into());
+        self.texts.push(Source { file, folder, text, start, padded, key: Some(path) });
         Ok(())
     }
 
@@ -156,12 +162,24 @@ impl<T: Recipe> Sources<T> {
     /// # Errors
     /// When a key is unknown or missing, or a value out of its range; the error points at it.
     pub fn read_all(&self) -> Result<T, Error> {
-        let merged = self.merged()?;
+        self.read_with(|_| true)
+    }
+
+    /// The same but for single keys that were set.
+    ///
+    /// # Errors
+    /// When a key is unknown or missing, or a value out of its range.
+    pub fn read_unset(&self) -> Result<T, Error> {
+        self.read_with(|source| source.key.is_none())
+    }
+
+    fn read_with(&self, counts: impl Fn(&Source) -> bool) -> Result<T, Error> {
+        let merged = self.merged(counts)?;
         let point = |fault: Fault| {
             let (span, written) = locate(&merged, &fault);
             self.error(fault.sentence(written), span, &fault.hint)
         };
-        form::check_table(&form::schema::<T>(), merged.get_ref()).map_err(point)?;
+        form::check_table(T::WHAT, &form::schema::<T>(), merged.get_ref()).map_err(point)?;
         T::check_written(merged.get_ref()).map_err(point)?;
         let DeValue::Table(table) = merged.get_ref() else { unreachable!("the root is a table") };
         let table = Spanned::new(merged.span(), table.clone());
@@ -226,20 +244,24 @@ impl<T: Recipe> Sources<T> {
         }
         let start = self.next_start();
         let padded = " ".repeat(start) + text;
-        self.texts.push(Source { file: file.to_owned(), text: text.to_owned(), start, padded, key: None });
+        let (file, folder, text) = (file.to_owned(), folder.to_owned(), text.to_owned());
+        self.texts.push(Source { file, folder, text, start, padded, key: None });
         Ok(())
     }
 
-    /// One table of all that is written, every value with its place.
-    fn merged(&self) -> Result<Spanned<DeValue<'_>>, Error> {
+    /// One table of all that is written in texts that count, every value with its place.
+    fn merged(&self, counts: impl Fn(&Source) -> bool) -> Result<Spanned<DeValue<'_>>, Error> {
         // What is written nowhere is missed where the recipe itself begins.
         let main = self.texts.iter().rfind(|source| source.key.is_none()).map_or(0, |source| source.start);
         let mut root = Spanned::new(main..main, DeValue::Table(DeTable::new()));
-        for source in &self.texts {
+        for source in self.texts.iter().filter(|source| counts(source)) {
             let mut table = DeTable::parse(&source.padded).expect("it has been parsed before").into_inner();
             match &source.key {
                 None => {
                     table.remove("extends");
+                    for keys in T::FILES {
+                        name_from(&mut table, keys, &source.folder);
+                    }
                     merge(&mut root, Spanned::new(main..main, DeValue::Table(table)));
                 }
                 Some(path) => {

@@ -90,7 +90,7 @@ impl<'a> Grows<'a> {
     /// The rule of a world.
     pub fn new(world: &'a World) -> Grows<'a> {
         let Preset { ground, sea_level_m, .. } = world.preset();
-        let rule = GroundRule::new(ground, *sea_level_m, world.spacing_m(), world.seed());
+        let rule = GroundRule::new(ground, *sea_level_m, world.spacing_m(), world.chance());
         Grows { world, rule, has_woods: ground.forest_m.is_some() }
     }
 

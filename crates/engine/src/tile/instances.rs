@@ -77,7 +77,7 @@ impl Candidates {
     fn new(world: &World) -> Candidates {
         let side_m = |power: i32| world.spacing_m() * power_of_two(power);
         let power = (LEAST_POWER..24).take_while(|power| side_m(*power) <= MOST_SIDE_M).last().unwrap_or(LEAST_POWER);
-        Candidates { stream: hash::stream(world.seed(), Stream::Instances), power }
+        Candidates { stream: hash::stream(world.chance(), Stream::Instances), power }
     }
 
     /// The side of a cell in vertices.

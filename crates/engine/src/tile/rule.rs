@@ -128,7 +128,7 @@ impl GroundRule {
     /// The rule of a world, at its nodes.
     pub fn of(world: &World) -> GroundRule {
         let Preset { ground, sea_level_m, .. } = world.preset();
-        let (spacing_m, seed) = (world.spacing_m(), world.seed());
+        let (spacing_m, seed) = (world.spacing_m(), world.chance());
         let rule = GroundRule::new(ground, *sea_level_m, spacing_m, seed);
         if world.stride() == Stride::ONE { rule } else { rule.from_afar(spacing_m, seed) }
     }

@@ -309,7 +309,7 @@ impl<'w> Walker<'w> {
         match (along_south, east.signum(), south.signum()) {
             // The first tile of all grows to all sides.
             (_, 0, 0) => {
-                let stream = hash::stream(self.world.seed(), Stream::WalkerGrowth);
+                let stream = hash::stream(self.world.chance(), Stream::WalkerGrowth);
                 Direction::ALL[(hash::lattice(stream, id.x, id.y) % 4) as usize]
             }
             (true, _, 1) => Direction::South,

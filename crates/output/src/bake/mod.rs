@@ -143,7 +143,7 @@ pub(crate) fn hand_on(
 const TILES: &str = "baking tiles";
 
 /// What timings call the digests of tiles and all that is noted of them.
-const JOURNAL: &str = "journal";
+pub(crate) const JOURNAL: &str = "journal";
 
 /// What takes long before the first tile is there, if anything does: what is planned for it serves those around it too.
 fn planning(world: &World) -> Option<&'static str> {

@@ -1,18 +1,22 @@
 //! An atlas as files: a picture a sheet, and a document of all.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::area::Area;
 use crate::error::Error;
 use crate::export::map_picture::{MapPicture, Texts};
+use crate::export::memory::told;
 use crate::export::pdf::Pdf;
 use crate::map::Chart;
 use crate::map::atlas::{Gazetteer, Layout};
+use crate::map::plotter::Lettering;
 use crate::map::scale::Scale;
 use crate::map::sheet::{Captions, Sheet, thousands};
 use crate::map::style::Style;
 use crate::preset::Preset;
 use crate::watch::Watch;
+use crate::world::World;
 
 /// The document in the folder of an atlas, and the picture of its index.
 const DOCUMENT: &str = "atlas.pdf";
@@ -35,6 +39,8 @@ pub struct WrittenAtlas {
     pub files: Vec<PathBuf>,
     /// How many names the gazetteer has.
     pub names: usize,
+    /// The letters that the fonts lack: a box stands for each.
+    pub missing: BTreeSet<char>,
 }
 
 impl AtlasFiles {
@@ -59,6 +65,18 @@ impl AtlasFiles {
         Ok(files)
     }
 
+    /// The most memory that it takes on so many threads: of the sheets, and of the index, whose land is still remembered.
+    pub fn memory_bytes(&self, world: &World, threads: usize) -> u64 {
+        let (index_scale, index) = self.layout.index();
+        let sheet = self.layout.map([0, 0]);
+        let of = |scale: Scale, map: Area, threads: usize| {
+            let rows = if self.has_document { map.height() } else { Chart::STRIP };
+            Chart::memory(world, scale, [map.width(), map.height()], rows, threads)
+        };
+        let [(one, worlds), (other, others)] = [of(index_scale, index, 0), of(self.layout.scale(), sheet, threads)];
+        told(threads, one.saturating_add(other), worlds.max(others) * world.memory_bytes(1))
+    }
+
     /// Draws and writes all: the index, the sheets and the gazetteer. Each sheet has `captions`, with its own title and
     /// neighbours; the files say `texts` of themselves. `watch` counts the sheets.
     ///
@@ -75,7 +93,8 @@ impl AtlasFiles {
     ) -> Result<WrittenAtlas, Error> {
         let world = Chart::world(preset, seed)?;
         let layout = &self.layout;
-        let mut book = Book { atlas: self, texts, pdf: None, pages: 0, files: Vec::new() };
+        let (files, missing) = (Vec::new(), BTreeSet::new());
+        let mut book = Book { atlas: self, texts, pdf: None, pages: 0, files, missing };
         let (scale, map) = layout.index();
         let index = book.path(INDEX);
         // Made before anything is drawn, so that a folder that takes no file is found out at once.
@@ -88,8 +107,10 @@ impl AtlasFiles {
         let chart = Chart::of_world(&world, style.clone(), scale);
         let subtitle = format!("index of sheets, 1 : {}", thousands(scale.denominator()));
         let captions_of_index = Captions { subtitle, overlay: None, ..captions.clone() };
-        let picture = chart.picture(map);
-        let mut sheet = Sheet::new(&picture, &captions_of_index);
+        let picture = Sheet::picture(&chart, map, &captions.furniture);
+        // All sheets are as large, whatever their legends explain.
+        let page = Sheet::area(map, (style, scale), &captions_of_index);
+        let mut sheet = Sheet::on_page(&picture, &captions_of_index, page);
         layout.add_frames(&mut sheet);
         let links = layout.frames().into_iter().zip(1..).map(|((frame, _), page)| (edges(frame), page)).collect();
         book.add(&sheet, scale, INDEX, "Index", links)?;
@@ -103,26 +124,27 @@ impl AtlasFiles {
                 neighbours: layout.neighbours(place),
                 ..captions.clone()
             };
-            let picture = chart.picture(layout.map(place));
+            let picture = Sheet::picture(&chart, layout.map(place), &captions.furniture);
             gazetteer.add(place, &picture);
-            let sheet = Sheet::new(&picture, &captions);
+            let page = Sheet::area(picture.area(), (style, layout.scale()), &captions);
+            let sheet = Sheet::on_page(&picture, &captions, page);
             book.add(&sheet, layout.scale(), &format!("{name}.png"), &format!("Sheet {name}"), Vec::new())?;
             watch.add(1);
         }
         let page_of = |place: [u32; 2]| 1 + layout.sheets().position(|other| other == place).expect("it is a sheet");
         watch.begin("writing the gazetteer", None);
-        for (number, page) in gazetteer.pages(layout).iter().enumerate() {
+        for (number, page) in gazetteer.pages(layout, style).iter().enumerate() {
             let sheet = page.sheet(layout, style);
             let links = page.links.iter().map(|(part, place)| (*part, page_of(*place))).collect();
             let title = if number == 0 { "Gazetteer" } else { "" };
             book.add(&sheet, layout.scale(), &format!("gazetteer-{}.png", number + 1), title, links)?;
         }
-        let Book { pdf, mut files, .. } = book;
+        let Book { pdf, mut files, missing, .. } = book;
         if let Some(pdf) = pdf {
             pdf.finish(&texts.title, &texts.description, &texts.software)?;
             files.push(self.folder.join(DOCUMENT));
         }
-        Ok(WrittenAtlas { files, names: gazetteer.len() })
+        Ok(WrittenAtlas { files, names: gazetteer.len(), missing })
     }
 }
 
@@ -138,6 +160,7 @@ struct Book<'a> {
     pdf: Option<Pdf>,
     pages: usize,
     files: Vec<PathBuf>,
+    missing: BTreeSet<char>,
 }
 
 impl Book<'_> {
@@ -154,6 +177,7 @@ impl Book<'_> {
         bookmark: &str,
         links: Vec<([f64; 4], usize)>,
     ) -> Result<(), Error> {
+        self.missing.extend(sheet.missing_letters());
         if self.atlas.has_pictures {
             let path = self.path(name);
             let page = sheet.page();
@@ -164,7 +188,7 @@ impl Book<'_> {
             self.files.push(path);
         }
         if let Some(pdf) = &mut self.pdf {
-            let mut page = pdf.page(self.pages, sheet.page(), scale);
+            let mut page = pdf.page(self.pages, sheet.page(), scale, Lettering::Text);
             sheet.plot(&mut page, &Watch::default())?;
             for (part, target) in links {
                 page.link(part, target);

@@ -130,7 +130,7 @@ pub(super) fn told(folder: &Path) -> Result<Manifest, Error> {
         };
         registry.for_each_file(list).ok()?;
         // Without a seal of its own: whoever reads it knows that it is no manifest that was written.
-        Some(Manifest { files, blake3: String::new(), ..plan })
+        Manifest { files, blake3: String::new(), ..plan }.checked().ok()
     };
     // One that is not there was taken away, or never written.
     if folder.join(manifest::PATH).exists() { by_registry().map_or(read, Ok) } else { read }

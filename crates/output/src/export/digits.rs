@@ -14,6 +14,39 @@ pub(crate) fn shortest(number: f64, off: f64) -> String {
     if text.trim_start_matches(['-', '0', '.']).is_empty() { "0".into() } else { text }
 }
 
+/// Some numbers with as few decimals as leave true what `holds` says of them; with all of their own if none of those do.
+pub fn shortest_that<const N: usize>(numbers: [f64; N], holds: impl Fn([f64; N]) -> bool) -> [String; N] {
+    let with = |decimals: usize| numbers.map(|number| clean(&format!("{number:.decimals$}")));
+    let written = |texts: &[String; N]| {
+        let mut texts = texts.iter().map(|text| text.parse().expect("it was written as a number"));
+        std::array::from_fn(|_| texts.next().expect("there are as many"))
+    };
+    (0..=17).map(with).find(|texts| holds(written(texts))).unwrap_or_else(|| numbers.map(|number| number.to_string()))
+}
+
+/// A decimal without zeros at its end.
+fn clean(text: &str) -> String {
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text };
+    if text.trim_start_matches(['-', '0', '.']).is_empty() { "0".into() } else { text.to_owned() }
+}
+
+/// A number of three digits that is no less than a positive one: a bound that may be given again as it is written.
+pub(crate) fn no_less(number: f64) -> String {
+    let unit = third_digit(number);
+    shortest((number / unit).ceil() * unit, unit / 1000.0)
+}
+
+/// A number of three digits that is no more than a positive one.
+pub(crate) fn no_more(number: f64) -> String {
+    let unit = third_digit(number);
+    shortest((number / unit).floor() * unit, unit / 1000.0)
+}
+
+/// The value of a 1 in the third digit of a positive number: 100 for 12,345.
+fn third_digit(number: f64) -> f64 {
+    10_f64.powi(number.log10().floor() as i32 - 2)
+}
+
 /// The number of the fewest digits that is a float of 32 bits: 0.3 and not 0.30000001192092896.
 pub(crate) fn of_32_bits(number: f32) -> f64 {
     number.to_string().parse().expect("a number's text is a number")
@@ -69,6 +102,23 @@ mod tests {
         assert_eq!(decimal(-0.0004, 3), "at 0.000");
         assert_eq!(decimal(-2_560_000_000_007.25, 3), "at -2560000000007.250");
         assert_eq!(decimal(7.5, 0), "at 8");
+    }
+
+    #[test]
+    fn as_few_decimals_are_written_as_leave_a_condition_true() {
+        let near = |off: f64| move |[a, b]: [f64; 2]| (a + 0.716).abs() <= off && (b - 2.5).abs() <= off;
+        assert_eq!(shortest_that([-0.716_000_000_000_000_2, 2.5], near(1e-9)), ["-0.716", "2.5"]);
+        assert_eq!(shortest_that([-0.716_000_000_000_000_2, 2.5], near(0.1)), ["-0.7", "2.5"]);
+        assert_eq!(shortest_that([-0.04, 200.0], |_| true), ["0", "200"]);
+        assert_eq!(shortest_that([0.1, 200.0], |_| false), ["0.1", "200"]);
+    }
+
+    #[test]
+    fn bounds_have_three_digits_and_hold() {
+        assert_eq!([no_less(274.440_002), no_more(274.440_002)], ["275", "274"]);
+        assert_eq!([no_less(0.048_000_001_9), no_more(0.048_000_001_9)], ["0.0481", "0.048"]);
+        assert_eq!([no_less(0.25), no_more(0.25)], ["0.25", "0.25"]);
+        assert_eq!([no_less(123_456.0), no_more(123_456.0)], ["124000", "123000"]);
     }
 
     #[test]

@@ -7,6 +7,8 @@ use crate::area::{Place, Region};
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::options::{MeshOptions, TileNames, VectorOptions};
+use crate::land::Land;
+use crate::tile::accumulation_input;
 use crate::walker::Walk;
 use crate::world::World;
 
@@ -41,50 +43,41 @@ impl Request<'_> {
     }
 }
 
-/// What the files of a format take.
+/// Memory that a format takes while it is written, beside the tiles themselves; and its files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct FormatCost {
     /// Files.
     pub files: u64,
-    /// The most bytes that they can take on the disk, as if nothing could be compressed, with what the manifest says of
-    /// each.
-    pub disk_bytes: u64,
-    /// Bytes that are kept of each vertex until its row of tiles is written.
-    /// It decides how much memory a row of tiles takes.
+    /// The most bytes that are kept of each vertex until its row of tiles is written: the row waits whole, and so does the next.
     pub kept_a_vertex: u64,
-    /// Bytes that are held besides while its files are written.
+    /// The most bytes that a thread takes to draw a tile and to pack its file.
+    pub thread_bytes: u64,
+    /// The most bytes that are held besides, once.
     pub held_bytes: u64,
-    /// The most bytes of a file that a thread makes of one tile.
-    pub tile_file_bytes: u64,
-    /// Bytes that a thread takes for each vertex of a tile while it draws that.
-    pub drawn_a_vertex: u64,
-    /// Whether the features of every tile are looked for.
-    pub features: bool,
-    /// Whether the accumulation of every tile is made.
-    pub accumulation: bool,
-    /// About how long a thread works for each vertex, beside encoding, in nanoseconds.
-    pub work_ns_a_vertex: u64,
+    /// Worlds that remember as much as the one that is baked.
+    pub worlds: u64,
 }
 
 impl FormatCost {
-    /// What both take.
+    /// The cost of two formats together: a thread makes the files of one after those of the other, so the larger of both counts there.
     pub fn and(self, other: FormatCost) -> FormatCost {
         FormatCost {
             files: self.files.saturating_add(other.files),
-            disk_bytes: self.disk_bytes.saturating_add(other.disk_bytes),
             kept_a_vertex: self.kept_a_vertex + other.kept_a_vertex,
+            thread_bytes: self.thread_bytes.max(other.thread_bytes),
             held_bytes: self.held_bytes.saturating_add(other.held_bytes),
-            tile_file_bytes: self.tile_file_bytes.max(other.tile_file_bytes),
-            drawn_a_vertex: self.drawn_a_vertex.max(other.drawn_a_vertex),
-            features: self.features || other.features,
-            accumulation: self.accumulation || other.accumulation,
-            work_ns_a_vertex: self.work_ns_a_vertex + other.work_ns_a_vertex,
+            worlds: self.worlds + other.worlds,
         }
     }
 }
 
-/// Bytes of a file's entry in the manifest, of which 330 were measured over tiles of heights and weights, rounded up.
-pub(crate) const RECORD_BYTES: u64 = 512;
+/// What a thread takes to find how much land drains through each vertex of a tile, and what grows there: of each vertex of the land
+/// around the tile its height, water, eight shares, and what has come there before a step and after it; and four densities.
+pub(crate) fn accumulation_bytes(region: &Region) -> u64 {
+    let tile = region.at().area(region.tile_cells());
+    let around = accumulation_input(tile).len() as u64;
+    around * (Land::VERTEX_BYTES + 8 * 4 + 2 * 4) + tile.len() as u64 * (4 + 4 * 4)
+}
 
 /// What a format would show and a world has not, in words of an error.
 pub(crate) struct Lack {
@@ -123,6 +116,19 @@ pub(crate) trait Format: Sync {
         Ok(())
     }
 
+    /// Whether its files can hold the meshes that are asked for; looked at when it is known how these are made. Default: they can.
+    ///
+    /// # Errors
+    /// When they cannot, however small the meshes turn out to be; the hint says what will do.
+    fn check_meshes(&self, _request: &Request) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// What may turn out only when it is made: that its files cannot hold it. Default: nothing.
+    fn warning(&self, _request: &Request) -> Option<String> {
+        None
+    }
+
     /// The name of the format that its files refer to, and which must be baked with it. Default: none.
     fn needs(&self) -> Option<&'static str> {
         None
@@ -146,8 +152,19 @@ pub(crate) trait Format: Sync {
         false
     }
 
-    /// How many files it has, and what these take.
+    /// How many files it has, and what memory these take.
     fn cost(&self, request: &Request) -> FormatCost;
+
+    /// By what its files grow: by tiles, unless it counts something else. Default: nothing else.
+    fn units(&self, _request: &Request) -> Option<u64> {
+        None
+    }
+
+    /// Whether its files can be ended before any tile is in them, and have bytes then that count once and not for each tile, as
+    /// the empty tables of a database do. Default: no.
+    fn has_head(&self) -> bool {
+        false
+    }
 
     /// The sinks that write it into the folder of a bake.
     ///

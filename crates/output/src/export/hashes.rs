@@ -36,11 +36,12 @@ impl Format for Hashes {
         vec![folder(PATH)]
     }
 
-    fn cost(&self, request: &Request) -> FormatCost {
-        // Two tile numbers of at most 20 characters, a hash of 64 for each part, and separators.
-        const LINE_BYTES: u64 = 2 * 21 + 65 * TilePart::ALL.len() as u64;
-        let disk_bytes = (request.tiles() + 1).saturating_mul(LINE_BYTES);
-        FormatCost { files: 1, disk_bytes, ..FormatCost::default() }
+    fn cost(&self, _request: &Request) -> FormatCost {
+        FormatCost { files: 1, ..FormatCost::default() }
+    }
+
+    fn has_head(&self) -> bool {
+        true
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {

@@ -11,7 +11,7 @@ use crate::area::{Area, Place, Region};
 use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
 use crate::export::digits::push_decimal;
-use crate::export::format::{Format, FormatCost, RECORD_BYTES, Request};
+use crate::export::format::{Format, FormatCost, Request, accumulation_bytes};
 use crate::export::options::TileNames;
 use crate::file::write_whole;
 use crate::tile::{Grows, Tile, instances, most_instances};
@@ -20,9 +20,6 @@ use crate::world::World;
 
 /// The folder of the files in that of the bake.
 const FOLDER: &str = "instances";
-
-/// What a thread takes a vertex to find what stands there and to write it, in nanoseconds: measured on alps.
-const WORK_NS: u64 = 800;
 
 const HEADS: &str = "kind,x_m,y_m,z_m,east_m,north_m,yaw_deg,scale\n";
 
@@ -60,15 +57,8 @@ impl Format for Instances {
 
     fn cost(&self, request: &Request) -> FormatCost {
         let Request { world, region, .. } = request;
-        let bytes = HEADS.len() as u64 + LINE_BYTES * most_instances(world, region.tile_cells());
-        FormatCost {
-            files: region.tiles(),
-            disk_bytes: (bytes + RECORD_BYTES).saturating_mul(region.tiles()),
-            tile_file_bytes: bytes,
-            accumulation: true,
-            work_ns_a_vertex: WORK_NS,
-            ..FormatCost::default()
-        }
+        let text = LINE_BYTES * most_instances(world, region.tile_cells());
+        FormatCost { files: region.tiles(), thread_bytes: accumulation_bytes(region) + text, ..FormatCost::default() }
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {

@@ -85,6 +85,10 @@ fn tiles_of(manifest: &Manifest) -> u64 {
     walked.map_or(manifest.region.cols * manifest.region.rows, |tiles| tiles.len() as u64)
 }
 
+/// How often a registry is read of which nothing can be told: that of a bake under way may change meanwhile.
+const LOOKS: u32 = 3;
+
 fn tiles(folder: &Path) -> u64 {
-    Registry::read(&folder.join(FILE_NAME)).and_then(|registry| registry.tiles()).unwrap_or(0)
+    let look = |_| Registry::read(&folder.join(FILE_NAME)).and_then(|registry| registry.tiles()).ok();
+    (0..LOOKS).find_map(look).unwrap_or(0)
 }

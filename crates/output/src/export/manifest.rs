@@ -6,6 +6,7 @@ use std::io;
 use std::path::Path;
 
 use schemars::{JsonSchema, Schema};
+use serde::de::Error as _;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -14,7 +15,7 @@ use crate::bake::{FileRecord, Shard, store};
 use crate::device::DeviceProfile;
 use crate::error::{Error, clipped};
 use crate::export::digits::{noise_m, shortest};
-use crate::export::{Export, MeshOptions, Plan, Profile, TileNames, VectorOptions, web};
+use crate::export::{Export, MeshOptions, Plan, Profile, TileNames, VectorOptions, bounds, web};
 use crate::generator;
 use crate::preset::Preset;
 use crate::walker::{Tour, Walk};
@@ -107,6 +108,23 @@ pub struct RegionRecord {
 }
 
 impl RegionRecord {
+    /// What is written down of a region whose vertices lie so far apart, and of the origin of its meshes.
+    pub(super) fn new(region: &Region, spacing_m: f64, mesh_origin_m: [f64; 2]) -> RegionRecord {
+        let TileId { x, y } = region.at();
+        let metres = |tile: i64| (tile * region.tile_cells() as i64) as f64 * spacing_m;
+        RegionRecord {
+            at: region.at(),
+            cols: region.cols(),
+            rows: region.rows(),
+            tile_cells: region.tile_cells(),
+            bounds_km: region.bounds_km(spacing_m),
+            width: region.width(),
+            height: region.height(),
+            origin_m: [metres(x), metres(y)],
+            mesh_origin_m,
+        }
+    }
+
     /// The region.
     ///
     /// # Errors
@@ -227,10 +245,9 @@ impl Manifest {
             |message: String, hint: &str| Error::Output { path: path.to_owned(), message, hint: hint.to_owned() };
         let rebake = "bake again with this program";
         let text = fs::read_to_string(path).map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => refuse(
-                "is not there, so the folder holds no finished bake".into(),
-                "name the folder of a bake, or a preset (terrane presets)",
-            ),
+            io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => {
+                refuse("is not there, so the folder holds no finished bake".into(), "name the folder of a bake")
+            }
             io::ErrorKind::InvalidData => refuse(format!("cannot be read: {error}"), rebake),
             _ => Error::io(path)(error),
         })?;
@@ -255,7 +272,7 @@ impl Manifest {
         files.sort_by(|a, b| a.path.cmp(&b.path));
         let (min_m, max_m) = plan.height_range_m();
         let spacing_m = world.spacing_m();
-        let metres = |tile: i64| (tile * region.tile_cells() as i64) as f64 * spacing_m;
+        let mesh_origin_m = plan.mesh_origin().map(|at| at as f64 * spacing_m);
         let manifest = Manifest {
             format: FORMAT.to_owned(),
             format_version: FORMAT_VERSION,
@@ -265,17 +282,7 @@ impl Manifest {
             preset_name: preset_name.to_owned(),
             preset: world.preset().clone(),
             seed: world.seed(),
-            region: RegionRecord {
-                at: region.at(),
-                cols: region.cols(),
-                rows: region.rows(),
-                tile_cells: region.tile_cells(),
-                bounds_km: region.bounds_km(spacing_m),
-                width: region.width(),
-                height: region.height(),
-                origin_m: [metres(region.at().x), metres(region.at().y)],
-                mesh_origin_m: plan.mesh_origin().map(|at| at as f64 * spacing_m),
-            },
+            region: RegionRecord::new(region, spacing_m, mesh_origin_m),
             stride: world.stride().vertices(),
             spacing_m,
             height_range: HeightRange { min_m, max_m, step_m: (max_m - min_m) / 65535.0 },
@@ -475,9 +482,18 @@ impl Manifest {
         self.blake3 == self.hash()
     }
 
-    /// The manifest of a text.
+    /// The manifest of a text, if a bake could have written it.
     pub(crate) fn parse(text: &str) -> serde_json::Result<Manifest> {
-        serde_json::from_str(text)
+        serde_json::from_str::<bounds::Texts>(text)?;
+        serde_json::from_str::<Manifest>(text)?.checked().map_err(serde_json::Error::custom)
+    }
+
+    /// The manifest itself, if a bake could have written it.
+    ///
+    /// # Errors
+    /// When something in it is out of its bounds; the error names that.
+    pub(super) fn checked(self) -> Result<Manifest, String> {
+        bounds::check(&self).map(|()| self)
     }
 
     /// The JSON schema of the file, with the names that its files' exports can have.

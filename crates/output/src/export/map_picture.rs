@@ -1,5 +1,7 @@
-//! A map as a file: PNG or WebP with a world file by which GIS places it, PDF or SVG.
+//! A map as a file: PDF or SVG, or PNG or WebP with two files beside it by which GIS places it: a world file says where it lies, and an
+//! `.aux.xml` also on which plane.
 
+use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -7,16 +9,23 @@ use crate::area::Area;
 use crate::error::Error;
 use crate::export::Bytes;
 use crate::export::folder::free_bytes;
-use crate::export::georeference::Georeference;
-use crate::export::limit::Limit;
-use crate::export::pdf::Pdf;
+use crate::export::georeference::{Georeference, Plane};
+use crate::export::memory::told;
+use crate::export::pdf::{Pdf, user_unit};
+use crate::export::raster::auxiliary::auxiliary_of_map;
+use crate::export::raster::writer::MOST_PNG;
 use crate::export::svg::Svg;
 use crate::file::{PartFile, make_folder, remove, write_whole};
 use crate::map::Chart;
+use crate::map::plotter::Lettering;
 use crate::map::scale::Scale;
 use crate::map::sheet::Sheet;
 use crate::stop;
 use crate::watch::Watch;
+use crate::world::World;
+
+/// The hint for a map or an atlas that takes more memory or disk than there is.
+pub const SMALLER: &str = "draw a smaller part, or at a smaller scale";
 
 /// Pixels a side that a WebP picture can have.
 const MOST_WEBP: usize = 16_383;
@@ -33,6 +42,7 @@ const PACKED_AT_ONCE: usize = 1 << 20;
 pub struct MapPicture {
     path: PathBuf,
     kind: Kind,
+    lettering: Lettering,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +62,8 @@ pub struct Texts {
     pub description: String,
     /// The program and its version.
     pub software: String,
+    /// The name of the preset and the seed of the world that it shows.
+    pub world: (String, u64),
 }
 
 impl MapPicture {
@@ -74,12 +86,17 @@ impl MapPicture {
                 });
             }
         };
-        if kind == Kind::WebP && width.max(height) > MOST_WEBP {
+        let (most, called, instead) = match kind {
+            Kind::Png => (MOST_PNG as usize, "PNG", ".pdf"),
+            Kind::WebP => (MOST_WEBP, "WebP", ".png"),
+            Kind::Pdf | Kind::Svg => (usize::MAX, "", ""),
+        };
+        if width.max(height) > most {
             return Err(Error::Option {
                 message: format!(
-                    "a WebP picture has at most {MOST_WEBP} pixels a side, and this has {width} x {height}"
+                    "a {called} picture has at most {most} pixels a side, and this has {width} x {height}"
                 ),
-                hint: "write a .png, or fewer pixels".into(),
+                hint: format!("write a {instead}, or fewer pixels"),
             });
         }
         let refuse =
@@ -90,36 +107,106 @@ impl MapPicture {
         if path.exists() && !overwrite {
             return refuse("is there already".into(), "give --overwrite to replace it, or another --out");
         }
-        let picture = MapPicture { path: path.to_path_buf(), kind };
+        let lettering = if kind == Kind::Svg { Lettering::Outlines } else { Lettering::Text };
+        let picture = MapPicture { path: path.to_path_buf(), kind, lettering };
+        picture.check_beside(overwrite)?;
         picture.check_room(width as u64, height as u64)?;
         Ok(picture)
     }
 
-    /// Whether there is memory and disk for so many pixels.
+    /// The picture with its letters written so. Otherwise they are text in PDF, whose readers all use the fonts in it, and outlines
+    /// in SVG, since of its readers only browsers do.
+    ///
+    /// # Errors
+    /// When it is a picture of pixels.
+    pub fn lettered(self, lettering: Lettering) -> Result<MapPicture, Error> {
+        match self.kind {
+            Kind::Pdf | Kind::Svg => Ok(MapPicture { lettering, ..self }),
+            Kind::Png | Kind::WebP => Err(Error::Option {
+                message: format!("{}: letters of a picture are pixels, neither text nor outlines", self.path.display()),
+                hint: "leave out --text, or write a .pdf or .svg".into(),
+            }),
+        }
+    }
+
+    /// What whoever looks at such a page should know.
+    pub fn warnings(&self, page: Area, scale: Scale) -> Vec<String> {
+        let size_mm = [page.width(), page.height()].map(|pixels| pixels as f64 / scale.pixels_per_mm);
+        if self.kind != Kind::Pdf || user_unit(size_mm) == 1.0 {
+            return Vec::new();
+        }
+        let [width_m, height_m] = size_mm.map(|mm| mm / 1000.0);
+        vec![format!(
+            "the page of {width_m:.1} x {height_m:.1} m is larger than the 5.08 m that PDF counts in points: its unit is {} \
+             points, and readers that do not know of units show it as much smaller",
+            user_unit(size_mm)
+        )]
+    }
+
+    /// Where the file is by which GIS places the picture; none of lines that are drawn as such, which no GIS places by one.
+    fn world_file(&self) -> Option<PathBuf> {
+        let letters = match self.kind {
+            Kind::Png => "pgw",
+            Kind::WebP => "wpw",
+            Kind::Pdf | Kind::Svg => return None,
+        };
+        // In capitals where the ending is: else it would be that of another picture.
+        let ending = self.path.extension().unwrap_or_default().to_string_lossy();
+        let is_upper = ending.chars().all(|letter| letter.is_ascii_uppercase());
+        Some(self.path.with_extension(if is_upper { letters.to_uppercase() } else { letters.to_owned() }))
+    }
+
+    /// Whether what is beside the picture has nothing to do with its world file: readers look for that in small letters and in
+    /// capitals.
+    fn check_beside(&self, overwrite: bool) -> Result<(), Error> {
+        let Some(world_file) = self.world_file() else { return Ok(()) };
+        let refuse = |path: PathBuf, message: &str, hint: &str| {
+            Err(Error::Output { path, message: message.into(), hint: hint.into() })
+        };
+        for beside in [&world_file, &self.auxiliary()] {
+            if beside.exists() && !overwrite {
+                let hint = "give --overwrite to replace it, or another --out";
+                return refuse(beside.clone(), "is there already, and a file of that name places this map", hint);
+            }
+        }
+        let same_but_for_case = |own: &Path, other: &Path| {
+            let ending = |path: &Path| path.extension().unwrap_or_default().to_ascii_lowercase();
+            own.file_stem() == other.file_stem() && ending(own) == ending(other) && own.file_name() != other.file_name()
+        };
+        let folder = self.path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+            let other = entry.path();
+            let is_beside = [&self.path, &world_file].into_iter().any(|own| same_but_for_case(own, &other));
+            // Where capitals do not count it is the file itself.
+            let is_own = || {
+                [&self.path, &world_file].into_iter().any(|own| own.canonicalize().ok() == other.canonicalize().ok())
+            };
+            if is_beside && !is_own() {
+                let message =
+                    "differs from this map, or from its world file, in capitals alone, and GIS takes one for the other";
+                return refuse(other, message, "choose another name with --out");
+            }
+        }
+        Ok(())
+    }
+
+    /// The most memory that a map of a world takes in a scale, of so many pixels, on so many threads.
+    pub fn memory_bytes(&self, world: &World, scale: Scale, (width, height): (usize, usize), threads: usize) -> u64 {
+        let rows = if matches!(self.kind, Kind::Png | Kind::Svg) { Chart::STRIP } else { height };
+        let (working_bytes, worlds) = Chart::memory(world, scale, [width, height], rows, threads);
+        told(threads, working_bytes, worlds * world.memory_bytes(1))
+    }
+
+    /// Whether there is disk for so many pixels.
     fn check_room(&self, width: u64, height: u64) -> Result<(), Error> {
         // Text of six bits a letter.
         let stretch = if self.kind == Kind::Svg { 4 } else { 3 };
         let disk_bytes = (width * stretch + ROW_BYTES) * height + HEAD_BYTES;
-        let rows = if self.kind == Kind::Png { Chart::STRIP as u64 } else { height };
-        // A strip and the blocks that it is made of; what the land remembers.
-        let memory_bytes = width * rows * 8 + Chart::REMEMBERED as u64;
-        let needs = format!(
-            "a map of {width} x {height} pixels may take {} of memory and {} of disk",
-            Bytes(memory_bytes),
-            Bytes(disk_bytes)
-        );
-        let hint = "draw a smaller part, or at a smaller scale";
-        if let Some(limit) = Limit::now(1).filter(|limit| limit.left_bytes < memory_bytes) {
-            let left = Bytes(limit.left_bytes);
-            return Err(Error::Option {
-                message: format!("{needs}, and {left} are left by {}", limit.source),
-                hint: hint.into(),
-            });
-        }
+        let needs = format!("a map of {width} x {height} pixels may take {} of disk", Bytes(disk_bytes));
         match free_bytes(&self.path).filter(|free| *free < disk_bytes) {
             Some(free) => Err(Error::Option {
                 message: format!("{needs}, and {} of disk are free", Bytes(free)),
-                hint: hint.into(),
+                hint: SMALLER.into(),
             }),
             None => Ok(()),
         }
@@ -151,24 +238,22 @@ impl MapPicture {
     /// When the disk refuses.
     pub fn write(&self, sheet: &Sheet<'_>, scale: Scale, texts: &Texts, watch: &Watch) -> Result<(), Error> {
         self.prepare()?;
-        // Lines that are drawn as such need no world file: no GIS places these by one.
-        let world_file = match self.kind {
-            Kind::Png => self.path.with_extension("pgw"),
-            Kind::WebP => self.path.with_extension("wpw"),
+        match self.kind {
+            Kind::Png | Kind::WebP => {}
             Kind::Pdf => {
                 let mut pdf = Pdf::create(self.path.clone())?;
-                let mut page = pdf.page(0, sheet.page(), scale);
+                let mut page = pdf.page(0, sheet.page(), scale, self.lettering);
                 sheet.plot(&mut page, watch)?;
                 page.finish()?;
                 return pdf.finish(&texts.title, &texts.description, &texts.software).map(drop);
             }
             Kind::Svg => {
                 let (page, path) = (sheet.page(), self.path.clone());
-                let mut svg = Svg::create(path, page, scale, &texts.title, &texts.description)?;
+                let mut svg = Svg::create(path, page, scale, self.lettering, (&texts.title, &texts.description))?;
                 sheet.plot(&mut svg, watch)?;
                 return svg.finish().map(drop);
             }
-        };
+        }
         let mut file = PartFile::create(self.path.clone())?;
         if self.kind == Kind::Png {
             self.write_png(&mut file, sheet, scale, texts, watch)?;
@@ -189,10 +274,24 @@ impl MapPicture {
             let bytes = encoded.map_err(|error| Error::io(&self.path)(std::io::Error::other(error)))?;
             file.write_all(&bytes).map_err(Error::io(&self.path))?;
         }
+        let world_file = self.world_file().expect("pictures of pixels have one");
         // An old one would place the new picture wrongly, were this the end.
+        let auxiliary = self.auxiliary();
         remove(&world_file)?;
+        remove(&auxiliary)?;
         file.finish()?;
-        write_world_file(world_file, sheet.page(), scale)
+        let place = place(sheet.page(), scale);
+        let (preset_name, seed) = &texts.world;
+        let text = auxiliary_of_map(&Plane::new(preset_name, *seed), place);
+        write_whole(world_file, place.world_file().as_bytes())?;
+        write_whole(auxiliary, text.as_bytes()).map(drop)
+    }
+
+    /// The file that says to GDAL where the picture lies and on which plane.
+    fn auxiliary(&self) -> PathBuf {
+        let mut name = self.path.clone().into_os_string();
+        name.push(".aux.xml");
+        name.into()
     }
 
     fn write_png(
@@ -237,10 +336,9 @@ fn count(strip: &[u8], page: Area, watch: &Watch) {
     watch.add((strip.len() / (3 * page.width())) as u64);
 }
 
-/// Says where a map lies.
-fn write_world_file(path: PathBuf, page: Area, scale: Scale) -> Result<(), Error> {
+/// Where a map lies.
+fn place(page: Area, scale: Scale) -> Georeference {
     let spacing_m = scale.metres_per_pixel;
     let [east, south] = [page.x0, page.y0].map(|at| (at as f64 + 0.5) * spacing_m);
-    let place = Georeference { first_m: [east, -south], spacing_m };
-    write_whole(path, place.world_file().as_bytes()).map(drop)
+    Georeference { first_m: [east, -south], spacing_m }
 }

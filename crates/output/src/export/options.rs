@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::area::{Place, Region, TileId};
 use crate::error::Error;
+use crate::export::digits::{no_less, no_more};
 use crate::mesh::{Frame, default_origin};
 use crate::world::World;
 
@@ -96,7 +97,7 @@ impl VectorOptions {
         {
             return refuse(
                 format!("contours {contours_m} m apart are not possible where heights span {} m", max_m - min_m),
-                format!("give at least {least_m} m"),
+                format!("give at least {} m", no_less(least_m)),
             );
         }
         let reach_m =
@@ -132,7 +133,7 @@ impl Default for Lods {
 }
 
 /// The highest level of detail that is ever asked for: by then a bound has grown by more than any height range.
-const MAX_LOD: u32 = 31;
+pub(super) const MAX_LOD: u32 = 31;
 
 impl Lods {
     /// One level.
@@ -196,19 +197,21 @@ impl MeshOptions {
         let refuse = |message: String, hint: String| Err(Error::Option { message, hint });
         let (min_m, max_m) = world.height_range_m();
         let range_m = f64::from(max_m - min_m);
+        let range = no_more(range_m);
         if let Some(error_m) = self.error_m
             && !(error_m > 0.0 && error_m <= range_m)
         {
             return refuse(
-                format!("a mesh error of {error_m} m makes no sense where heights span {range_m} m"),
+                format!("a mesh error of {error_m} m makes no sense where heights span {range} m"),
                 format!(
-                    "give more than 0 and less than {range_m} with --mesh-error; a quarter of the spacing is {} m",
+                    "give more than 0 and less than {range} with --mesh-error; a quarter of the spacing is {} m",
                     { world.spacing_m() / 4.0 }
                 ),
             );
         }
         // What rounding to 16 bits takes of the bound is not left for the triangles.
         let finest_m = self.frame(world, region, self.quantized).height_error_m();
+        let finest = no_less(finest_m);
         for &lod in self.lods.all() {
             let Some(bound_m) = self.bound_m(world, lod) else { continue };
             if bound_m > range_m {
@@ -217,7 +220,7 @@ impl MeshOptions {
                     (1..lod).rev().find(|lod| self.bound_m(world, *lod).is_some_and(|bound| bound <= range_m));
                 return refuse(
                     format!(
-                        "LOD {lod} may be {bound_m} m off, and heights span {range_m} m: no triangle of the land would be left \
+                        "LOD {lod} may be {bound_m} m off, and heights span {range} m: no triangle of the land would be left \
                          but the two of a plane"
                     ),
                     match highest {
@@ -228,8 +231,8 @@ impl MeshOptions {
             }
             if bound_m <= finest_m {
                 return refuse(
-                    format!("LOD {lod} may be {bound_m} m off, and quantised heights are up to {finest_m} m off"),
-                    format!("give more than {finest_m} with --mesh-error, or leave out --quantize"),
+                    format!("LOD {lod} may be {bound_m} m off, and quantised heights are up to {finest} m off"),
+                    format!("give more than {finest} with --mesh-error, or leave out --quantize"),
                 );
             }
         }

@@ -1,4 +1,5 @@
-//! PDF: pages with lines as lines, text as text and the ground as a picture.
+//! PDF: pages with lines as lines, text as text and the ground as a picture. Layers can be hidden in viewers (optional content),
+//! and each thing, such as a river, is drawn as one object (a form), which editors take for a group.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -10,20 +11,26 @@ use pdf_writer::types::{
     ActionType, AnnotationType, CidFontType, FontFlags, LineCapStyle, LineJoinStyle, PageMode, Predictor, SystemInfo,
     TextRenderingMode, UnicodeCmap,
 };
-use pdf_writer::writers::{Catalog, DocumentInfo};
+use pdf_writer::writers::{Catalog, DocumentInfo, Resources};
 use pdf_writer::{Chunk, Content, Filter, Finish, Name, Rect, Ref, Settings, Str, TextStr};
 use subsetter::GlyphRemapper;
+use tiny_skia::PathSegment;
 
 use crate::area::Area;
 use crate::error::Error;
+use crate::export::sfnt::{subset, table};
 use crate::file::{Finished, PartFile};
-use crate::map::plotter::{Page, Pen, Plotter, Shape, bounds};
+use crate::map::font::Font;
+use crate::map::plotter::{Inscription, Item, Layer, Lettering, Page, Pen, Plotter, Shape, bounds};
 use crate::map::scale::Scale;
 use crate::map::style::Colour;
-use crate::map::text::{Face, Placed};
+use crate::map::text::Placed;
 
 /// Points of an inch, and millimetres.
 const POINTS_A_MM: f64 = 72.0 / 25.4;
+
+/// Millimetres of the 14,400 points that a page has a side at most.
+const MOST_MM: f64 = 5080.0;
 
 /// Control points of a quarter of a circle of radius 1, so that a cubic curve is nearest to it.
 const QUARTER: f64 = 0.552_284_75;
@@ -39,14 +46,18 @@ pub(crate) struct Pdf {
     /// Where each object begins, by its number less one.
     offsets: Vec<u64>,
     pages: Vec<Ref>,
-    fonts: [Font; Face::ALL.len()],
+    /// Those that any text is set in, by their numbers.
+    fonts: Vec<UsedFont>,
     /// Graphics states by their opacity in parts of 255.
     states: BTreeMap<u8, Ref>,
+    /// Those that any page has, as optional content.
+    layers: BTreeMap<Layer, Ref>,
     bookmarks: Vec<(String, usize)>,
 }
 
-/// The glyphs of a face that are used, and what they stand for.
-struct Font {
+/// The glyphs of a font that are used, and what they stand for.
+struct UsedFont {
+    font: Font,
     id: Ref,
     glyphs: GlyphRemapper,
     texts: BTreeMap<u16, String>,
@@ -59,11 +70,23 @@ pub(crate) struct PdfPage<'a> {
     area: Area,
     /// What is seen of it.
     clip: Option<Area>,
-    scale: Scale,
+    /// Points of its unit, and units of a pixel.
+    user_unit: f64,
+    units_per_pixel: f64,
+    lettering: Lettering,
+    /// Fonts, pictures and all else that its content names.
+    resources: Ref,
     content: Content,
-    pictures: Vec<Ref>,
+    /// How much what is drawn now covers, in parts of 255, and how much it did where the map began.
+    opacity: u8,
+    outer_opacity: u8,
+    /// What is drawn around the thing under way, and its opacity.
+    around: Option<(Content, u8)>,
+    /// Pictures and things.
+    objects: Vec<Ref>,
     rows: Option<Rows>,
     links: Vec<([f64; 4], usize)>,
+    refused: Option<Error>,
 }
 
 /// A picture under way.
@@ -83,15 +106,11 @@ impl Pdf {
     /// # Errors
     /// When the file cannot be begun.
     pub fn create(path: PathBuf) -> Result<Pdf, Error> {
-        let mut next = OUTLINE.get();
-        let fonts = [(); Face::ALL.len()].map(|()| {
-            next += 1;
-            Font { id: Ref::new(next), glyphs: GlyphRemapper::new(), texts: BTreeMap::new() }
-        });
         let file = PartFile::create(path)?;
-        let offsets = vec![0; next as usize];
-        let mut pdf =
-            Pdf { file, bytes: 0, offsets, pages: Vec::new(), fonts, states: BTreeMap::new(), bookmarks: Vec::new() };
+        let offsets = vec![0; OUTLINE.get() as usize];
+        let (pages, bookmarks, fonts) = (Vec::new(), Vec::new(), Vec::new());
+        let (states, layers) = (BTreeMap::new(), BTreeMap::new());
+        let mut pdf = Pdf { file, bytes: 0, offsets, pages, fonts, states, layers, bookmarks };
         // Bytes above 127 tell those who copy the file that it is no text.
         pdf.write(b"%PDF-1.7\n%\x80\x80\x80\x80\n")?;
         Ok(pdf)
@@ -125,33 +144,48 @@ impl Pdf {
         self.pages[number]
     }
 
-    fn state(&mut self, opacity: f32) -> (u8, Ref) {
-        let key = (opacity * 255.0 + 0.5) as u8;
-        if let Some(id) = self.states.get(&key) {
-            return (key, *id);
+    /// Makes sure that there is a state of an opacity.
+    fn add_state(&mut self, opacity: u8) {
+        if !self.states.contains_key(&opacity) {
+            let id = self.new_ref();
+            self.states.insert(opacity, id);
         }
-        let id = self.new_ref();
-        self.states.insert(key, id);
-        (key, id)
+    }
+
+    /// Makes sure that there is a layer.
+    fn add_layer(&mut self, layer: Layer) {
+        if !self.layers.contains_key(&layer) {
+            let id = self.new_ref();
+            self.layers.insert(layer, id);
+        }
     }
 
     /// Begins a page of an area of pixels. Pages come one after the other.
-    pub fn page(&mut self, number: usize, area: Area, scale: Scale) -> PdfPage<'_> {
-        let point = POINTS_A_MM / scale.pixels_per_mm;
+    pub fn page(&mut self, number: usize, area: Area, scale: Scale, lettering: Lettering) -> PdfPage<'_> {
+        let user_unit = user_unit([area.width(), area.height()].map(|pixels| pixels as f64 / scale.pixels_per_mm));
+        let units_per_pixel = POINTS_A_MM / scale.pixels_per_mm / user_unit;
+        let (unit, height) = (units_per_pixel as f32, area.height() as f64 * units_per_pixel);
         let mut content = Content::with_settings(COMPACT);
-        // Pixels go down from the north-western corner, points up from the south-western one.
-        content.transform([point as f32, 0.0, 0.0, -point as f32, 0.0, (area.height() as f64 * point) as f32]);
+        // Pixels go down from the north-western corner, units up from the south-western one.
+        content.transform([unit, 0.0, 0.0, -unit, 0.0, height as f32]);
         content.set_line_join(LineJoinStyle::RoundJoin);
         PdfPage {
-            pdf: self,
             number,
             area,
             clip: None,
-            scale,
+            user_unit,
+            units_per_pixel,
+            lettering,
+            resources: self.new_ref(),
             content,
-            pictures: Vec::new(),
+            opacity: u8::MAX,
+            outer_opacity: u8::MAX,
+            around: None,
+            objects: Vec::new(),
             rows: None,
             links: Vec::new(),
+            refused: None,
+            pdf: self,
         }
     }
 
@@ -165,8 +199,8 @@ impl Pdf {
     /// # Errors
     /// When the disk refuses.
     pub fn finish(mut self, title: &str, description: &str, program: &str) -> Result<Finished, Error> {
-        for face in Face::ALL {
-            self.finish_font(face)?;
+        for (number, font) in std::mem::take(&mut self.fonts).into_iter().enumerate() {
+            self.finish_font(number, &font)?;
         }
         for (key, id) in std::mem::take(&mut self.states) {
             let mut object = Chunk::with_settings(COMPACT);
@@ -174,6 +208,7 @@ impl Pdf {
             object.ext_graphics(id).stroking_alpha(opacity).non_stroking_alpha(opacity);
             self.put(&object)?;
         }
+        self.finish_layers()?;
         self.finish_outline()?;
         let mut object = Chunk::with_settings(COMPACT);
         object.pages(PAGES).count(self.pages.len() as i32).kids(self.pages.iter().copied());
@@ -193,6 +228,13 @@ impl Pdf {
         if !self.bookmarks.is_empty() {
             catalog.outlines(OUTLINE).page_mode(PageMode::UseOutlines);
         }
+        if !self.layers.is_empty() {
+            let mut layers = catalog.insert(Name(b"OCProperties")).dict();
+            layers.insert(Name(b"OCGs")).array().items(self.layers.values().copied());
+            let mut shown = layers.insert(Name(b"D")).dict();
+            // Lists of layers begin with the highest.
+            shown.insert(Name(b"Order")).array().items(self.layers.values().rev().copied());
+        }
         catalog.viewer_preferences().display_doc_title(true);
         catalog.finish();
         self.put(&object)?;
@@ -210,6 +252,16 @@ impl Pdf {
         table.extend(trailer.into_bytes());
         self.write(&table)?;
         self.file.finish()
+    }
+
+    /// The names of layers.
+    fn finish_layers(&mut self) -> Result<(), Error> {
+        for (layer, id) in self.layers.clone() {
+            let mut object = Chunk::with_settings(COMPACT);
+            object.indirect(id).dict().pair(Name(b"Type"), Name(b"OCG")).pair(Name(b"Name"), TextStr(layer.name()));
+            self.put(&object)?;
+        }
+        Ok(())
     }
 
     /// The list of contents, in one level.
@@ -240,42 +292,54 @@ impl Pdf {
         Ok(())
     }
 
-    /// The glyphs of a face that were used, as a font of their own, and which letters they are.
-    fn finish_font(&mut self, face: Face) -> Result<(), Error> {
-        let Font { id, glyphs, texts } = &self.fonts[face as usize];
-        if texts.is_empty() {
-            return Ok(());
-        }
-        let (id, texts) = (*id, texts.clone());
-        let widths: Vec<f32> = glyphs.remapped_gids().map(|glyph| face.advance(glyph)).collect();
-        let font = subsetter::subset(face.data(), 0, glyphs).expect("the fonts that come with the program can be read");
-        let outlines = table(&font, *b"CFF ").expect("Libertinus has cubic outlines").to_vec();
+    /// The number of a font among those of the document.
+    fn number_of(&mut self, font: Font) -> usize {
+        let known = self.fonts.iter().position(|used| used.font == font);
+        known.unwrap_or_else(|| {
+            let id = self.new_ref();
+            self.fonts.push(UsedFont { font, id, glyphs: GlyphRemapper::new(), texts: BTreeMap::new() });
+            self.fonts.len() - 1
+        })
+    }
+
+    /// The glyphs of a font that were used, as a font of their own, and which letters they are.
+    fn finish_font(&mut self, number: usize, used: &UsedFont) -> Result<(), Error> {
+        let UsedFont { font, id, glyphs, texts } = used;
+        let widths: Vec<f32> = glyphs.remapped_gids().map(|glyph| font.advance(glyph)).collect();
+        let part = subset(*font, glyphs)?;
+        // Outlines are of cubic curves, in a table of their own, or of quadratic ones, in several.
+        let cubic = table(&part, *b"CFF ");
         let [cid, descriptor, data, letters] = [(); 4].map(|()| self.new_ref());
         // A tag of six letters says that this is a part of a font.
-        let tag = ["TERRAA", "TERRAB", "TERRAC", "TERRAD", "TERRAE", "TERRAF"][face as usize];
-        let name = format!("{tag}+{}", face.full_name().replace(' ', "-").replacen('-', "", 1));
+        let [sixth, fifth] = [1, 26].map(|place| char::from(b'A' + (number / place % 26) as u8));
+        let known_as: String = font.full_name().chars().filter(char::is_ascii_alphanumeric).collect();
+        let name = format!("TERR{fifth}{sixth}+{known_as}");
         let name = Name(name.as_bytes());
         let mut object = Chunk::with_settings(COMPACT);
         object
-            .type0_font(id)
+            .type0_font(*id)
             .base_font(name)
             .encoding_predefined(Name(b"Identity-H"))
             .descendant_font(cid)
             .to_unicode(letters);
         self.put(&object)?;
         let mut object = Chunk::with_settings(COMPACT);
-        let mut font = object.cid_font(cid);
-        font.subtype(CidFontType::Type0).base_font(name).system_info(IDENTITY).font_descriptor(descriptor);
-        font.default_width(0.0).widths().consecutive(0, widths);
-        font.finish();
+        let mut cid_font = object.cid_font(cid);
+        cid_font.base_font(name).system_info(IDENTITY).font_descriptor(descriptor);
+        match cubic {
+            Some(_) => cid_font.subtype(CidFontType::Type0),
+            None => cid_font.subtype(CidFontType::Type2).cid_to_gid_map_predefined(Name(b"Identity")),
+        };
+        cid_font.default_width(0.0).widths().consecutive(0, widths);
+        cid_font.finish();
         self.put(&object)?;
         let mut object = Chunk::with_settings(COMPACT);
-        let [ascent, descent, cap_height] = face.heights();
-        let italic = face.full_name().contains("Italic");
+        let [ascent, descent, cap_height] = font.heights();
+        let italic = font.is_slanted();
         let mut flags = FontFlags::SERIF | FontFlags::SYMBOLIC;
         flags.set(FontFlags::ITALIC, italic);
-        object
-            .font_descriptor(descriptor)
+        let mut described = object.font_descriptor(descriptor);
+        described
             .name(name)
             .flags(flags)
             .bbox(Rect::new(-500.0, descent, 1500.0, ascent))
@@ -283,15 +347,25 @@ impl Pdf {
             .ascent(ascent)
             .descent(descent)
             .cap_height(cap_height)
-            .stem_v(80.0)
-            .font_file3(data);
+            .stem_v(80.0);
+        match cubic {
+            Some(_) => described.font_file3(data),
+            None => described.font_file2(data),
+        };
+        described.finish();
         self.put(&object)?;
         let mut object = Chunk::with_settings(COMPACT);
-        let packed = deflated(&outlines);
-        object.stream(data, &packed).filter(Filter::FlateDecode).pair(Name(b"Subtype"), Name(b"CIDFontType0C"));
+        let packed = deflated(cubic.unwrap_or(&part));
+        let mut stream = object.stream(data, &packed);
+        stream.filter(Filter::FlateDecode);
+        match cubic {
+            Some(_) => stream.pair(Name(b"Subtype"), Name(b"CIDFontType0C")),
+            None => stream.pair(Name(b"Length1"), part.len() as i32),
+        };
+        stream.finish();
         self.put(&object)?;
         let mut map: UnicodeCmap = UnicodeCmap::new(Name(b"Letters"), IDENTITY);
-        for (glyph, text) in &texts {
+        for (glyph, text) in texts {
             map.pair_with_multiple(*glyph, text.chars());
         }
         let mut object = Chunk::with_settings(COMPACT);
@@ -306,13 +380,9 @@ fn deflated(bytes: &[u8]) -> Vec<u8> {
     packed.write_all(bytes).and_then(|()| packed.finish()).expect("memory takes everything")
 }
 
-/// A table of a font file.
-fn table(font: &[u8], tag: [u8; 4]) -> Option<&[u8]> {
-    let number = |at: usize| Some(u32::from_be_bytes(font.get(at..at + 4)?.try_into().ok()?) as usize);
-    let tables = u16::from_be_bytes(font.get(4..6)?.try_into().ok()?) as usize;
-    let record = (0..tables).map(|index| 12 + 16 * index).find(|at| font.get(*at..at + 4) == Some(&tag))?;
-    let (start, length) = (number(record + 8)?, number(record + 12)?);
-    font.get(start..start + length)
+/// Points of the unit of a page of so many millimetres: 1 up to the 14,400 units that a page can have, and more beyond.
+pub(super) fn user_unit([width_mm, height_mm]: [f64; 2]) -> f64 {
+    (width_mm.max(height_mm) / MOST_MM).ceil().max(1.0)
 }
 
 /// Hundredths of pixels are finer than what any printer shows, and take few digits.
@@ -347,28 +417,92 @@ impl PdfPage<'_> {
         is_begun
     }
 
+    /// Says how much all that is drawn from here on covers.
+    fn set_opacity(&mut self, opacity: f32) {
+        let opacity = (opacity * 255.0 + 0.5) as u8;
+        if opacity != self.opacity {
+            self.opacity = opacity;
+            self.pdf.add_state(opacity);
+            self.content.set_parameters(Name(format!("G{opacity}").as_bytes()));
+        }
+    }
+
+    /// Sets a colour and full opacity for fills.
     fn set_fill(&mut self, colour: Colour) {
         let [red, green, blue] = colour.0.map(|channel| f32::from(channel) / 255.0);
+        self.set_opacity(1.0);
         self.content.set_fill_rgb(red, green, blue);
     }
 
     fn set_pen(&mut self, pen: &Pen) {
         let [red, green, blue] = pen.colour.0.map(|channel| f32::from(channel) / 255.0);
-        let (key, _) = self.pdf.state(pen.opacity);
-        self.content.set_parameters(Name(format!("G{key}").as_bytes()));
+        self.set_opacity(pen.opacity);
         self.content.set_stroke_rgb(red, green, blue).set_line_width(rounded(f64::from(pen.width)));
+    }
+
+    /// Adds the outlines of a text to the path; returns whether there are any.
+    fn outlines(&mut self, text: &Placed) -> bool {
+        let Some(path) = text.path([self.area.x0, self.area.y0]) else { return false };
+        let mut last = [0.0; 2];
+        for segment in path.segments() {
+            match segment {
+                PathSegment::MoveTo(to) => {
+                    last = [to.x, to.y];
+                    self.content.move_to(to.x, to.y);
+                }
+                PathSegment::LineTo(to) => {
+                    last = [to.x, to.y];
+                    self.content.line_to(to.x, to.y);
+                }
+                PathSegment::QuadTo(control, to) => {
+                    // PDF has cubic curves, of which each quadratic one is one.
+                    let (from, control, to) = (last, [control.x, control.y], [to.x, to.y]);
+                    let toward = |end: [f32; 2]| [0, 1].map(|axis| (end[axis] + 2.0 * control[axis]) / 3.0);
+                    let [[ax, ay], [bx, by]] = [from, to].map(toward);
+                    self.content.cubic_to(ax, ay, bx, by, to[0], to[1]);
+                    last = to;
+                }
+                PathSegment::CubicTo(..) => unreachable!("outlines of letters are quadratic"),
+                PathSegment::Close => _ = self.content.close_path(),
+            }
+        }
+        true
+    }
+
+    fn surround(&mut self, text: &Placed, pen: &Pen) {
+        if pen.width <= 0.0 || !self.sees(bounds(text.boxes.iter().flatten())) {
+            return;
+        }
+        self.set_pen(pen);
+        match self.lettering {
+            Lettering::Text => {
+                self.content.set_text_rendering_mode(TextRenderingMode::Stroke);
+                // It is read once, where it is written.
+                self.show(text, "");
+            }
+            Lettering::Outlines => {
+                if self.outlines(text) {
+                    self.content.stroke();
+                }
+            }
+        }
     }
 
     /// Shows the glyphs of a text, which readers take for `meant`.
     fn show(&mut self, text: &Placed, meant: &str) {
-        let font = &mut self.pdf.fonts[text.face as usize];
         let mut span = self.content.begin_marked_content_with_properties(Name(b"Span"));
         span.properties().actual_text(TextStr(meant));
         span.finish();
         self.content.begin_text();
-        self.content.set_font(Name(format!("F{}", text.face as usize).as_bytes()), rounded(text.size_px));
         let mut last = None;
+        let mut set = None;
         for glyph in &text.glyphs {
+            let number = self.pdf.number_of(glyph.font);
+            if set != Some(number) {
+                self.content.set_font(Name(format!("F{number}").as_bytes()), rounded(text.size_px));
+                set = Some(number);
+            }
+            let font = &mut self.pdf.fonts[number];
             let new = font.glyphs.remap(glyph.id);
             // Of glyphs that stand for letters together the first is all of them.
             let letters = if last.as_ref() == Some(&glyph.text) { "" } else { &text.text[glyph.text.clone()] };
@@ -386,6 +520,13 @@ impl PdfPage<'_> {
         self.content.end_marked_content();
     }
 
+    /// Shows a picture or a thing.
+    fn show_object(&mut self, id: Ref) {
+        let name = format!("X{}", self.objects.len());
+        self.objects.push(id);
+        self.content.x_object(Name(name.as_bytes()));
+    }
+
     /// Makes a part of the page a link to another page.
     pub fn link(&mut self, part: [f64; 4], page: usize) {
         self.links.push((part, page));
@@ -396,8 +537,12 @@ impl PdfPage<'_> {
     /// # Errors
     /// When the disk refuses.
     pub fn finish(self) -> Result<(), Error> {
-        let PdfPage { pdf, number, area, scale, content, pictures, links, .. } = self;
-        let point = POINTS_A_MM / scale.pixels_per_mm;
+        let PdfPage {
+            pdf, number, area, user_unit, units_per_pixel, resources, content, objects, links, refused, ..
+        } = self;
+        if let Some(error) = refused {
+            return Err(error);
+        }
         let stream = pdf.new_ref();
         let mut object = Chunk::with_settings(COMPACT);
         let packed = deflated(&content.finish());
@@ -409,8 +554,8 @@ impl PdfPage<'_> {
             let target = pdf.page_ref(target);
             let mut object = Chunk::with_settings(COMPACT);
             let mut link = object.annotation(id);
-            let x = |at: f64| ((at - area.x0 as f64) * point) as f32;
-            let y = |at: f64| ((area.y1 as f64 - at) * point) as f32;
+            let x = |at: f64| ((at - area.x0 as f64) * units_per_pixel) as f32;
+            let y = |at: f64| ((area.y1 as f64 - at) * units_per_pixel) as f32;
             link.subtype(AnnotationType::Link).rect(Rect::new(x(west), y(south), x(east), y(north)));
             link.border(0.0, 0.0, 0.0, None);
             link.action().action_type(ActionType::GoTo).destination().page(target).fit();
@@ -421,36 +566,88 @@ impl PdfPage<'_> {
         let id = pdf.page_ref(number);
         let mut object = Chunk::with_settings(COMPACT);
         let mut page = object.page(id);
-        let size = [area.width(), area.height()].map(|pixels| (pixels as f64 * point) as f32);
+        let size = [area.width(), area.height()].map(|pixels| (pixels as f64 * units_per_pixel) as f32);
         page.parent(PAGES).media_box(Rect::new(0.0, 0.0, size[0], size[1])).contents(stream);
+        if user_unit > 1.0 {
+            page.user_unit(user_unit as f32);
+        }
+        page.pair(Name(b"Resources"), resources);
         if !annotations.is_empty() {
             page.annotations(annotations);
         }
-        let mut resources = page.resources();
+        page.finish();
+        pdf.put(&object)?;
+        pdf.put_resources(resources, &objects)
+    }
+}
+
+impl Pdf {
+    /// Writes what the contents of a page name.
+    fn put_resources(&mut self, id: Ref, objects: &[Ref]) -> Result<(), Error> {
+        let mut object = Chunk::with_settings(COMPACT);
+        let mut resources = object.indirect(id).start::<Resources>();
         let mut fonts = resources.fonts();
-        for (index, font) in pdf.fonts.iter().enumerate().filter(|(_, font)| !font.texts.is_empty()) {
+        for (index, font) in self.fonts.iter().enumerate() {
             fonts.pair(Name(format!("F{index}").as_bytes()), font.id);
         }
         fonts.finish();
         let mut states = resources.ext_g_states();
-        for (key, state) in &pdf.states {
+        for (key, state) in &self.states {
             states.pair(Name(format!("G{key}").as_bytes()), *state);
         }
         states.finish();
-        let mut images = resources.x_objects();
-        for (index, picture) in pictures.iter().enumerate() {
-            images.pair(Name(format!("I{index}").as_bytes()), *picture);
+        let mut named = resources.x_objects();
+        for (index, object) in objects.iter().enumerate() {
+            named.pair(Name(format!("X{index}").as_bytes()), *object);
         }
-        images.finish();
+        named.finish();
+        let mut layers = resources.insert(Name(b"Properties")).dict();
+        for (layer, id) in &self.layers {
+            layers.pair(Name(layer.name().as_bytes()), *id);
+        }
+        layers.finish();
         resources.finish();
-        page.finish();
-        pdf.put(&object)
+        self.put(&object)
     }
 }
 
 impl Plotter for PdfPage<'_> {
     fn area(&self) -> Area {
         self.clip.unwrap_or(self.area)
+    }
+
+    fn begin_layer(&mut self, layer: Layer) {
+        self.pdf.add_layer(layer);
+        self.content.begin_marked_content_with_properties(Name(b"OC")).properties_named(Name(layer.name().as_bytes()));
+    }
+
+    fn end_layer(&mut self) {
+        self.content.end_marked_content();
+    }
+
+    fn begin_item(&mut self, _item: &Item<'_>) {
+        debug_assert!(self.around.is_none(), "a thing is no part of another");
+        let around = std::mem::replace(&mut self.content, Content::with_settings(COMPACT));
+        self.around = Some((around, self.opacity));
+    }
+
+    fn end_item(&mut self) {
+        let (around, opacity) = self.around.take().expect("a thing was begun");
+        let content = std::mem::replace(&mut self.content, around).finish();
+        self.opacity = opacity;
+        if content.is_empty() || self.refused.is_some() {
+            return;
+        }
+        let id = self.pdf.new_ref();
+        let packed = deflated(&content);
+        let mut object = Chunk::with_settings(COMPACT);
+        let mut form = object.form_xobject(id, &packed);
+        form.filter(Filter::FlateDecode);
+        form.bbox(Rect::new(0.0, 0.0, self.area.width() as f32, self.area.height() as f32));
+        form.pair(Name(b"Resources"), self.resources);
+        form.finish();
+        self.refused = self.pdf.put(&object).err();
+        self.show_object(id);
     }
 
     fn fill(&mut self, shape: &Shape, colour: Colour) {
@@ -464,7 +661,7 @@ impl Plotter for PdfPage<'_> {
     }
 
     fn stroke(&mut self, lines: &[Vec<[f64; 2]>], pen: &Pen) {
-        if pen.width <= 0.0 {
+        if pen.width <= 0.0 || !self.sees(bounds(lines.iter().flatten())) {
             return;
         }
         self.set_pen(pen);
@@ -484,19 +681,29 @@ impl Plotter for PdfPage<'_> {
     }
 
     fn write(&mut self, text: &Placed, colour: Colour) {
-        if self.sees(bounds(text.boxes.iter().flatten())) {
-            self.set_fill(colour);
-            self.content.set_text_rendering_mode(TextRenderingMode::Fill);
-            self.show(text, &text.text);
+        if !self.sees(bounds(text.boxes.iter().flatten())) {
+            return;
+        }
+        self.set_fill(colour);
+        match self.lettering {
+            Lettering::Text => {
+                self.content.set_text_rendering_mode(TextRenderingMode::Fill);
+                self.show(text, &text.text);
+            }
+            Lettering::Outlines => {
+                if self.outlines(text) {
+                    self.content.fill_nonzero();
+                }
+            }
         }
     }
 
-    fn surround(&mut self, text: &Placed, pen: &Pen) {
-        if pen.width > 0.0 && self.sees(bounds(text.boxes.iter().flatten())) {
-            self.set_pen(pen);
-            self.content.set_text_rendering_mode(TextRenderingMode::Stroke);
-            // It is read once, where it is written.
-            self.show(text, "");
+    fn inscribe(&mut self, inscriptions: &[Inscription<'_>]) {
+        for Inscription { item, texts, colour, halo } in inscriptions {
+            self.begin_item(item);
+            texts.iter().for_each(|text| self.surround(text, halo));
+            texts.iter().for_each(|text| self.write(text, *colour));
+            self.end_item();
         }
     }
 
@@ -525,6 +732,10 @@ impl Page for PdfPage<'_> {
         self.clip = Some(part);
         let [x, y] = self.at([part.x0 as f64, part.y0 as f64]);
         self.content.save_state().rect(x, y, part.width() as f32, part.height() as f32).clip_nonzero().end_path();
+        self.outer_opacity = self.opacity;
+    }
+
+    fn begin_picture(&mut self, part: Area) {
         self.rows = Some(Rows { area: part, packed: ZlibEncoder::new(Vec::new(), Compression::default()) });
     }
 
@@ -554,18 +765,116 @@ impl Page for PdfPage<'_> {
         image.decode_parms().predictor(Predictor::PngSub).colors(3).columns(width);
         image.finish();
         self.pdf.put(&object)?;
-        let name = format!("I{}", self.pictures.len());
-        self.pictures.push(id);
         let [x, y] = self.at([area.x0 as f64, area.y0 as f64]);
         self.content.save_state();
         // A picture stands on its foot, and here down is up.
         self.content.transform([width as f32, 0.0, 0.0, -height as f32, x, y + height as f32]);
-        self.content.x_object(Name(name.as_bytes())).restore_state();
+        self.show_object(id);
+        self.content.restore_state();
         Ok(())
     }
 
     fn open(&mut self) {
         self.clip = None;
         self.content.restore_state();
+        self.opacity = self.outer_opacity;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::font::{Face, Typeface};
+    use crate::map::text::shape;
+
+    const SCALE: Scale = Scale { metres_per_pixel: 1.0, pixels_per_mm: 1.0 };
+    const INK: Colour = Colour([0; 3]);
+
+    /// The opacity, in parts of 255, with which each fill, stroke and text of some content is painted.
+    fn painted(content: &[u8]) -> Vec<(String, u8)> {
+        // A name may stand right behind an operator.
+        let text = String::from_utf8_lossy(content).replace('/', " /");
+        let words: Vec<&str> = text.split_ascii_whitespace().collect();
+        let (mut opacity, mut outer, mut painted) = (255, Vec::new(), Vec::new());
+        for (index, word) in words.iter().enumerate() {
+            match *word {
+                "q" => outer.push(opacity),
+                "Q" => opacity = outer.pop().unwrap(),
+                "gs" => opacity = words[index - 1].trim_start_matches("/G").parse().unwrap(),
+                "f" | "f*" | "S" => painted.push(((*word).to_owned(), opacity)),
+                // Nothing stands between a text and its operator.
+                text if text.ends_with("Tj") => painted.push(("Tj".to_owned(), opacity)),
+                _ => {}
+            }
+        }
+        painted
+    }
+
+    #[test]
+    fn a_document_carries_each_font_that_its_text_is_set_in() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.pdf");
+        let mut pdf = Pdf::create(path.clone()).unwrap();
+        let mut page = pdf.page(0, Area::new(0, 0, 100, 100), SCALE, Lettering::Text);
+        // The last letter is not in the file.
+        let typeface = Typeface { face: Face::Bold, own: Some(Font::of_file()) };
+        page.write(&shape("Alp \u{1f7}", typeface, 10.0, 0.0).at([10.0, 50.0], 0.0), INK);
+        page.finish().unwrap();
+        pdf.finish("", "", "").unwrap();
+        let text = String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned();
+        for part in ["TERRAA+DejaVuSansMono", "TERRAB+LibertinusSerifBold", "/FontFile2", "/FontFile3", "/CIDFontType2"]
+        {
+            assert!(text.contains(part), "{part}");
+        }
+        // A font that no text is set in is not there.
+        assert_eq!(text.matches("/Type/FontDescriptor").count(), 2);
+    }
+
+    #[test]
+    fn a_pale_pen_leaves_what_comes_after_it_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut pdf = Pdf::create(folder.path().join("map.pdf")).unwrap();
+        let area = Area::new(0, 0, 100, 100);
+        let mut page = pdf.page(0, area, SCALE, Lettering::Text);
+        let pale = Pen { colour: INK, opacity: 0.28, width: 1.0, dash: None };
+        let shape_of = Shape::rectangle([10.0, 10.0, 20.0, 20.0]);
+        let text = shape("1 : 25 000", Face::Regular, 10.0, 0.0).at([10.0, 50.0], 0.0);
+        let pale_line = |page: &mut PdfPage| page.stroke_shape(&shape_of, &pale);
+        pale_line(&mut page);
+        page.fill(&shape_of, INK);
+        pale_line(&mut page);
+        page.dot([30.0, 30.0], 2.0, INK);
+        // A state ends with the map.
+        page.clip(area);
+        pale_line(&mut page);
+        page.open();
+        page.write(&text, INK);
+        // What a thing does to the state ends with it.
+        page.begin_item(&Item::only("grid"));
+        pale_line(&mut page);
+        page.end_item();
+        page.stroke_shape(&shape_of, &Pen { opacity: 1.0, ..pale });
+        page.fill(&shape_of, INK);
+        let content = std::mem::replace(&mut page.content, Content::with_settings(COMPACT)).finish();
+        let painted = painted(&content);
+        let expected = [("S", 71), ("f*", 255), ("S", 71), ("f", 255), ("S", 71)];
+        let expected = expected.map(|(operator, opacity)| (operator.to_owned(), opacity));
+        assert_eq!(painted[..5], expected, "{}", String::from_utf8_lossy(&content));
+        assert!(painted[5..].iter().all(|(_, opacity)| *opacity == 255) && painted.len() > 12, "{painted:?}");
+    }
+
+    #[test]
+    fn a_page_of_more_than_14_400_points_has_a_larger_unit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.pdf");
+        // 12 m a side, which are 34,015.7 points.
+        let mut pdf = Pdf::create(path.clone()).unwrap();
+        pdf.page(0, Area::new(0, 0, 12_000, 6_000), SCALE, Lettering::Text).finish().unwrap();
+        pdf.page(1, Area::new(0, 0, 5_000, 5_080), SCALE, Lettering::Text).finish().unwrap();
+        pdf.finish("", "", "").unwrap();
+        let bytes = std::fs::read(path).unwrap();
+        let text = String::from_utf8_lossy(&bytes);
+        assert!(text.contains("/MediaBox[0 0 11338.58") && text.contains("/UserUnit 3"), "{text}");
+        assert_eq!(text.matches("/UserUnit").count(), 1, "a smaller page has points");
     }
 }

@@ -3,18 +3,17 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use crate::agents::record::TileRecord;
-use crate::area::Region;
-use crate::bake::{Shard, rows_in_flight};
+use crate::area::{Region, TileId};
+use crate::bake::Shard;
 use crate::device::{Cpu, LandMaker};
 use crate::error::Error;
-use crate::export::cost::{Cost, Forecast, Trial};
-use crate::export::format::{FormatCost, Lack, RECORD_BYTES, Request};
+use crate::export::cost::{Cost, Trial};
+use crate::export::digits::{noise_m, shortest};
+use crate::export::format::{FormatCost, Lack, Request};
 use crate::export::manifest::{Manifest, ShardRecord};
 use crate::export::merge::Shards;
-use crate::export::{Export, MeshOptions, Profile, TileNames, VectorOptions, profile, registry_file};
+use crate::export::{Export, MeshOptions, Profile, TileNames, VectorOptions, bounds};
 use crate::mesh::default_origin;
-use crate::tile::{accumulation_input, shaped_input};
 use crate::walker::Walk;
 use crate::world::World;
 
@@ -34,44 +33,6 @@ pub struct Plan<'a> {
     walk: Option<Walk>,
     shard: Option<ShardRecord>,
     shards: Option<&'a Shards>,
-}
-
-/// Pages of the program's file that the kernel has mapped: 14 to 18 MiB of its 51 were measured, and 19 where a kernel maps
-/// more around what is read. It may take them back at any time, for they are on the disk.
-const PROGRAM_BYTES: u64 = 24 << 20;
-
-/// What the program holds and the allocator keeps beside all else that is counted: most of what `tests/suite/cost.rs` measures.
-const PROCESS_BYTES: u64 = 1 << 20;
-
-/// The stack of a thread, and what the allocator keeps for it: 0.4 MiB more a thread were measured on two of them, and less
-/// on more; rounded up.
-const THREAD_BYTES: u64 = 1 << 20;
-
-/// What files of features hold while they are written: pages of the database, and the features of a row of tiles. With these
-/// 4 MiB and those below, no bake of `tests/suite/cost.rs` takes more than it is told.
-const FEATURE_BYTES: u64 = 4 << 20;
-
-/// What a thread holds while it looks for features: the land around a lake; and where there is a sea, of a cell of the
-/// coast. Chosen with [`FEATURE_BYTES`].
-const SEARCH_BYTES: [u64; 2] = [1 << 20, 20 << 20];
-
-/// What the accumulation of a tile takes while it is made, a vertex of the land around it: heights and water, eight shares, and what
-/// drains before a step and after it.
-const DRAINED_BYTES: u64 = 4 + 14 + 8 * 4 + 2 * 4;
-
-/// Bytes of the manifest without its files: those of the built-in presets have 3 KiB, and recipes may be longer.
-const MANIFEST_BYTES: u64 = 16 << 10;
-
-/// Bytes of a tile's row of the registry while it waits to be written: nine hashes of 33, and short texts.
-const ROW_BYTES: u64 = 512;
-
-/// What the tiles around a walker take, of whose land so many vertices are made each, and the records of all that it comes to.
-fn walking_bytes(walk: &Walk, shaped: u64, tiles: u64) -> u64 {
-    // Those that stand, and as many as a step through a corner makes. Heights, normals and weights; what rivers and roads do to them.
-    const STANDING_BYTES: u64 = 4 + 16 + 8 + 20;
-    let side = 2 * u64::from(walk.tour().layers) + 1;
-    let standing = side * side + 2 * side;
-    standing.saturating_mul(shaped * STANDING_BYTES).saturating_add(tiles.saturating_mul(2 * TileRecord::BYTES as u64))
 }
 
 impl<'a> Plan<'a> {
@@ -145,6 +106,11 @@ impl<'a> Plan<'a> {
     }
 
     fn checked(mut self) -> Result<Plan<'a>, Error> {
+        // It goes into files that other programs read.
+        bounds::check_text(self.preset_name).map_err(|message| Error::Option {
+            message: format!("the preset's name is {message}"),
+            hint: "give it another name".into(),
+        })?;
         let needed: Vec<_> = self.exports.iter().filter_map(|export| export.0.needs()).collect();
         // What is needed needs nothing itself, so one round is enough.
         let missing = |export: &Export| needed.contains(&export.name()) && !self.exports.contains(export);
@@ -173,8 +139,7 @@ impl<'a> Plan<'a> {
     /// Refuses an export of what the world has not.
     fn check_shows(&self, export: Export) -> Result<(), Error> {
         let Some(Lack { shows, has, preset }) = export.0.lacks(self.world) else { return Ok(()) };
-        let others: Vec<_> =
-            Export::all().filter(|other| other.0.lacks(self.world).is_none()).map(Export::name).collect();
+        let others: Vec<_> = Export::all().filter(|other| other.is_shown_by(self.world)).map(Export::name).collect();
         Err(Error::Export {
             message: format!("export {export} shows {shows}, and {} has {has}", self.preset_name),
             hint: format!("bake {preset}, or leave it out; exports for this one: {}", others.join(", ")),
@@ -188,7 +153,7 @@ impl<'a> Plan<'a> {
     }
 
     /// What a bake of the tiles alone that are made would ask of its formats.
-    fn request_of_made(&self) -> Request<'_> {
+    pub(super) fn request_of_made(&self) -> Request<'_> {
         Request { region: self.made(), ..self.request() }
     }
 
@@ -200,7 +165,9 @@ impl<'a> Plan<'a> {
         meshes.check(self.world, &self.region)?;
         // Written down, so that a region that grows keeps it.
         let origin = Some(meshes.origin.unwrap_or_else(|| default_origin(&self.region)));
-        Ok(Plan { meshes: MeshOptions { origin, ..meshes }, ..self })
+        let plan = Plan { meshes: MeshOptions { origin, ..meshes }, ..self };
+        plan.exports.iter().try_for_each(|export| export.0.check_meshes(&plan.request()))?;
+        Ok(plan)
     }
 
     /// The plan with vectors written in another way.
@@ -216,14 +183,14 @@ impl<'a> Plan<'a> {
     /// them is written as they are.
     ///
     /// # Errors
-    /// When the first is not less than the second.
+    /// When the first is not less than the second, or when hardly any step would lie in the land.
     pub fn with_height_range(self, height_range_m: Option<[f32; 2]>) -> Result<Plan<'a>, Error> {
         match height_range_m {
-            Some([min_m, max_m]) if !(min_m.is_finite() && max_m.is_finite() && min_m < max_m) => Err(Error::Option {
-                message: format!("heights cannot range from {min_m} to {max_m} m"),
-                hint: "give the least and then the greatest, such as --height-range 0,1200".into(),
-            }),
-            _ => Ok(Plan { height_range_m, ..self }),
+            Some(range_m) => {
+                check_range(range_m, self.world.height_range_m())?;
+                Ok(Plan { height_range_m, ..self })
+            }
+            None => Ok(Plan { height_range_m, ..self }),
         }
     }
 
@@ -268,13 +235,24 @@ impl<'a> Plan<'a> {
     /// When none does; the hint names those that would.
     pub fn check_options(&self, given: &[&str]) -> Result<(), Error> {
         let reads = |export: &Export, option: &str| export.0.options().contains(&option);
-        let unread = given.iter().find(|option| !self.exports.iter().any(|export| reads(export, option)));
+        let is_read = |option: &&str| {
+            self.exports.iter().any(|export| reads(export, option))
+                || self.profile.is_some() && Profile::OPTIONS.contains(option)
+        };
+        let unread = given.iter().find(|option| !is_read(option));
         let Some(option) = unread else { return Ok(()) };
         let readers: Vec<_> = Export::all().filter(|export| reads(export, option)).map(Export::name).collect();
         Err(Error::Option {
             message: format!("no export of this bake reads {option}"),
             hint: format!("leave it out, or bake one of those that do: {}", readers.join(", ")),
         })
+    }
+
+    /// What the one who bakes should know before: what may turn out only when it is made.
+    pub fn warnings(&self) -> Vec<String> {
+        // A shard has no file of the region.
+        let exports = self.exports.iter().filter(|_| self.shard.is_none());
+        exports.filter_map(|export| export.0.warning(&self.request())).collect()
     }
 
     /// The plan that a bake was made by.
@@ -405,108 +383,42 @@ impl<'a> Plan<'a> {
     }
 
     /// What the files of all exports take.
-    fn format_cost(&self) -> FormatCost {
+    pub(super) fn format_cost(&self) -> FormatCost {
         let request = self.request_of_made();
         let costs = self.exports.iter().map(|export| export.0.cost(&request));
         costs.fold(FormatCost::default(), FormatCost::and)
     }
 
-    /// The most bytes of the files of the exports that have a folder.
-    pub(super) fn folder_bytes(&self, folder: &str) -> u64 {
-        let request = self.request_of_made();
-        let inside = self.exports.iter().filter(|export| export.0.folders().contains(&folder));
-        inside.map(|export| export.0.cost(&request).disk_bytes).fold(0, u64::saturating_add)
-    }
-
-    /// What the bake will leave and need on so many threads.
+    /// What the bake will leave and need on so many threads, as far as it can be told without a look at its tiles.
     pub fn cost(&self, threads: usize) -> Cost {
-        let region = &self.made();
-        let side = region.tile_cells() as u64 + 1;
-        let format = self.format_cost();
-        let FormatCost { mut files, mut disk_bytes, kept_a_vertex, tile_file_bytes, features, .. } = format;
-        // The manifest, the registry, and what a profile writes besides.
-        let written = self.profile.map_or(0, |profile| profile.written().len() as u64);
-        files = files.saturating_add(2 + written);
-        let besides =
-            registry_file::bytes_at_most(self, files).saturating_add(MANIFEST_BYTES + written * profile::WRITTEN_BYTES);
-        disk_bytes = disk_bytes.saturating_add(besides);
-        // A tile is made with some vertices around it, which normals and weights read.
-        let shaped = shaped_input(self.world, region.at().area(region.tile_cells())).len() as u64;
-        // Heights, four floats of normal and slope and two words of weights a vertex, the relief's bands, and a file.
-        let mut a_thread =
-            shaped * 4 + side * side * (16 + 8 + format.drawn_a_vertex) + (5 << 18) + 2 * tile_file_bytes;
-        // What the accumulation of a tile is made of, and it and the densities that stay with the tile.
-        let drained = match format.accumulation {
-            true => {
-                let around = accumulation_input(region.at().area(region.tile_cells())).len() as u64;
-                around * DRAINED_BYTES + side * side * (4 + 16)
-            }
-            false => 0,
-        };
-        if self.shard.is_some() {
-            // What is kept is written down instead of the files of the region; and a thread holds that of a tile, and it packed.
-            let kept = self.vertices().saturating_mul(kept_a_vertex);
-            disk_bytes = disk_bytes.saturating_add(kept + kept / 64);
-            a_thread += 2 * side * side * kept_a_vertex;
-        }
-        // Two batches of rows: the one that is made and the one that is written.
-        let batch_tiles = region.cols().saturating_mul(rows_in_flight(region, threads));
-        let batch_bytes = batch_tiles.saturating_mul(side * side * kept_a_vertex);
-        // The manifest lists all files, and is made in memory when they are finished.
-        let records = files.saturating_mul(RECORD_BYTES);
-        let rows = batch_tiles.saturating_mul(2 * ROW_BYTES);
-        // What is read of a batch, packed, while it is unpacked.
-        let packed = if self.is_merge() { batch_bytes } else { 0 };
-        let walking = match &self.walk {
-            None => 0,
-            Some(walk) => {
-                // What sinks keep of all tiles is on the disk until the last one stands, features as they will be in their files.
-                let kept =
-                    self.vertices().saturating_mul(kept_a_vertex).saturating_add(if features { disk_bytes } else { 0 });
-                disk_bytes = disk_bytes.saturating_add(kept);
-                walking_bytes(walk, shaped, self.tiles())
-            }
-        };
-        let planning = self.world.planning_bytes();
-        let (features, search) = if features {
-            (FEATURE_BYTES, SEARCH_BYTES[usize::from(self.world.preset().sea_level_m.is_some())])
-        } else {
-            (0, 0)
-        };
-        let parts = [
-            features,
-            format.held_bytes,
-            batch_bytes.saturating_mul(2),
-            packed,
-            (a_thread + drained + planning + search + THREAD_BYTES) * threads as u64,
-            records,
-            rows,
-            walking,
-            self.maker.host_bytes(threads),
-            PROGRAM_BYTES,
-            PROCESS_BYTES,
-        ];
-        let working_bytes = parts.into_iter().fold(0, u64::saturating_add);
-        // The agents of a walk remember nothing but their records.
-        let remembered_bytes = if self.walk.is_some() { 0 } else { self.world.memory_bytes(region.cols()) };
-        let memory_bytes = working_bytes.saturating_add(remembered_bytes);
-        Cost { files, disk_bytes, working_bytes, batch_bytes, memory_bytes }
+        Cost::new(self, threads)
     }
 
-    /// What the bake of that cost will probably take. It may take as long as planning does to say so.
-    pub fn forecast(&self, cost: &Cost, threads: usize) -> Forecast {
-        self.forecast_by(&self.trial(threads), cost)
+    /// The cost, and what tiles of the bake say of it that are baked and thrown away on the threads of the current rayon pool.
+    ///
+    /// # Errors
+    /// When they cannot be baked.
+    pub fn forecast(&self, cost: Cost) -> Result<Cost, Error> {
+        let forecast = self.trial()?.forecast(self);
+        Ok(cost.with(forecast))
     }
 
-    /// What one tile of it takes on so many threads. It may take as long as planning does to say so, and is the same for all shards of a
-    /// bake.
-    pub fn trial(&self, threads: usize) -> Trial {
-        Trial::take(&self.request_of_made(), &self.format_cost(), threads)
+    /// Some tiles of the bake, baked and thrown away on the threads of the current rayon pool: they say the same of all its
+    /// shards.
+    ///
+    /// # Errors
+    /// When they cannot be baked.
+    pub fn trial(&self) -> Result<Trial, Error> {
+        Trial::take(self)
     }
 
-    /// What the bake of that cost will probably take, by one tile of it.
-    pub fn forecast_by(&self, trial: &Trial, cost: &Cost) -> Forecast {
-        Forecast::new(trial, &self.request_of_made(), cost, &self.format_cost())
+    /// The plan of one of its tiles alone, with whole features or with those cut off at its edge, and of some of its exports.
+    pub(super) fn of_tile(&self, tile: TileId, is_clipped: bool, exports: Vec<Export>) -> Result<Plan<'a>, Error> {
+        let region = Region::new(tile, 1, 1, self.region.tile_cells())?;
+        let alone = || ShardRecord::of(Shard::new(1, 1).expect("there is a first one"), &region);
+        let shard = self.shard.as_ref().map(|_| alone()).transpose()?;
+        let vectors = VectorOptions { clipped: is_clipped, ..self.vectors.clone() };
+        Ok(Plan { region, exports, vectors, shard, profile: None, walk: None, shards: None, ..self.clone() })
     }
 
     /// The manifest of the bake before there is any file.
@@ -519,6 +431,32 @@ impl<'a> Plan<'a> {
         let folders: BTreeSet<_> = self.exports.iter().flat_map(|export| export.0.folders()).collect();
         folders.into_iter().filter(|folder| !folder.is_empty()).collect()
     }
+}
+
+/// Steps of 16-bit heights that the land of a world has at least: with fewer it is a stair.
+const LEAST_STEPS: f32 = 16.0;
+
+/// Whether 16-bit heights can have a range, in a world whose own is another.
+fn check_range([min_m, max_m]: [f32; 2], (lowest_m, highest_m): (f32, f32)) -> Result<(), Error> {
+    let refuse = |message: String, hint: String| Err(Error::Option { message, hint });
+    if !(min_m < max_m && (max_m - min_m).is_finite()) {
+        return refuse(
+            format!("heights cannot range from {min_m} to {max_m} m"),
+            "give the least and then the greatest, such as --height-range 0,1200".into(),
+        );
+    }
+    let (step_m, span_m) = ((max_m - min_m) / 65535.0, highest_m - lowest_m);
+    let noise_m = noise_m(f64::from(lowest_m), f64::from(highest_m));
+    let [lowest, highest, step] = [lowest_m, highest_m, step_m].map(|height_m| shortest(f64::from(height_m), noise_m));
+    if step_m * LEAST_STEPS > span_m {
+        return refuse(
+            format!(
+                "heights from {min_m} to {max_m} m are written {step} m apart, and land ranges from {lowest} to {highest} m"
+            ),
+            format!("give less, such as --height-range {lowest},{highest}"),
+        );
+    }
+    Ok(())
 }
 
 /// A number of bytes for people.

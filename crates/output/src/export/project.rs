@@ -23,9 +23,6 @@ use crate::file::write_whole;
 /// The file in the folder of the bake.
 pub(super) const PATH: &str = "region.qgz";
 
-/// Its bytes at most: those of a world with all layers are 4 KB of rasters and 26 KB of vectors.
-pub(super) const BYTES: u64 = 128 << 10;
-
 /// What the ids of layers begin with: QGIS takes none of fewer than eleven letters.
 const ID: &str = "terrane_layer_";
 

@@ -33,23 +33,18 @@ pub(super) fn write(plan: &Plan, journal: &Journal, files: &[FileRecord], folder
     Ok(FileRecord::new(FILE_NAME.to_owned(), EXPORT, file.finish()?))
 }
 
-/// The most bytes of the file, of a bake that has so many files, and of its journal.
-pub(super) fn bytes_at_most(plan: &Plan, files: u64) -> u64 {
-    let region = plan.region();
-    // One of both has the longest names, for its numbers are the largest.
-    let (first, last) = (Place { row: 0, col: 0 }, Place { row: region.rows() - 1, col: region.cols() - 1 });
-    let long = |place| rasters(plan, place).map(|name| name.len() + 3).sum();
-    let names: usize = usize::max(long(first), long(last));
-    // How many lines concern a tile shows only when it is made; this is room for a hundred with ids of 24 characters.
-    const LINES: usize = 100 * 24;
-    // Hashes, seven integers of at most 9 bytes, three words and the header of the row; a tree's pages are at least half full,
-    // and what is too long for its page takes whole pages besides.
-    let row = 2 * (34 * TilePart::ALL.len() + 7 * 9 + 3 * 6 + 32 + names + LINES) as u64;
-    let overflow = 4096;
-    // A file's path, export, numbers and hash; its entry in the manifest, which the journal has besides.
-    const FILE: u64 = 2 * (160 + 512);
-    let once = plan.tiles().saturating_mul(row + overflow).saturating_add(files.saturating_mul(FILE));
-    once.saturating_mul(2).saturating_add(16 * 4096)
+/// About how many bytes the file has of a bake of so many files.
+pub(super) fn bytes(plan: &Plan, files: u64) -> u64 {
+    // What the tables take that are empty, and the plan.
+    const PAGES: u64 = 8 * 4096;
+    // How many lines concern a tile shows only when it is made; this is room for some with ids of 24 characters.
+    const LINES: usize = 10 * 24;
+    let names: usize = rasters(plan, Place { row: 0, col: 0 }).map(|name| name.len() + 3).sum();
+    // Hashes, seven integers of at most 9 bytes, three words and the header of the row.
+    let row = (34 * TilePart::ALL.len() + 7 * 9 + 3 * 6 + 32 + names + LINES) as u64;
+    // A file's path, export, numbers and hash, and its path once more in an index.
+    const FILE: u64 = 256;
+    plan.tiles().saturating_mul(row).saturating_add(files.saturating_mul(FILE)).saturating_add(PAGES)
 }
 
 /// The rasters that have the vertices of the tile at a place. A shard has none of the region.

@@ -1,6 +1,6 @@
 //! A plan carried out: sinks begun, every tile made, files ended, manifest and registry, and all of it moved to its place.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ use crate::area::TileId;
 use crate::bake::store::Store;
 use crate::bake::{FileRecord, Journal, Sink, bake, walk};
 use crate::error::Error;
-use crate::export::check::{check, check_files};
+use crate::export::check::check;
 use crate::export::folder::{Mode, Output};
 use crate::export::manifest::Manifest;
 use crate::export::plan::Plan;
@@ -47,7 +47,11 @@ impl Plan<'_> {
             output.commit(&manifest)?;
             Ok(manifest)
         });
-        if result.is_err() {
+        if matches!(result, Err(Error::Export { .. })) {
+            // A format cannot hold what was made of it, however often that is tried.
+            drop(journal);
+            output.discard();
+        } else if result.is_err() {
             // What is known of tiles, whatever was in the way.
             _ = journal.as_ref().map(Journal::save);
             output.abandon(journal.as_ref());
@@ -58,7 +62,8 @@ impl Plan<'_> {
     fn bake_into(&self, output: &Output, journal: &Journal, watch: &Watch) -> Result<Manifest, Error> {
         let out = &output.files();
         // What is there and stays.
-        let mut kept = kept_files(output, watch)?;
+        let changed = output.changed(watch)?;
+        let mut kept = kept_files(output);
         let request = self.request();
         let is_there =
             |export: &&Export| output.mode() == Mode::Add && output.old().is_some_and(|old| old.has(**export));
@@ -69,7 +74,7 @@ impl Plan<'_> {
         if self.shard().is_some() {
             sinks = vec![Box::new(Store::create(*self.region(), sinks, out)?)];
         }
-        self.adopt(output, journal, sinks.len())?;
+        self.adopt(output, journal, sinks.len(), changed)?;
         // Every tile, to every sink.
         match (self.walk(), self.shards()) {
             (None, None) => bake((self.world(), self.maker()), &self.made(), &sinks, journal, watch)?,
@@ -111,7 +116,8 @@ impl Plan<'_> {
 
     /// Takes over the tiles of a bake that is extended, with their files under the names that they have in the larger region: where
     /// these are all that is asked for, no tile is made twice.
-    fn adopt(&self, output: &Output, journal: &Journal, sinks: usize) -> Result<(), Error> {
+    /// What was changed since is made again.
+    fn adopt(&self, output: &Output, journal: &Journal, sinks: usize, changed: &BTreeSet<String>) -> Result<(), Error> {
         let Some(old) = output.old().filter(|_| output.mode() == Mode::Extend && journal.is_empty()) else {
             return Ok(());
         };
@@ -127,8 +133,8 @@ impl Plan<'_> {
             for export in self.exports() {
                 let names = export.0.rasters_of(&region, before, self.names()).into_iter();
                 for (from, path) in names.zip(export.0.rasters_of(self.region(), place, self.names())) {
-                    let (Some(record), Some(old)) = (records.get(&from[..]), path_in(output.path(), &from)) else {
-                        // One that is not there is made.
+                    let as_written = records.get(&from[..]).filter(|_| !changed.contains(&from));
+                    let (Some(record), Some(old)) = (as_written, path_in(output.path(), &from)) else {
                         return Ok(());
                     };
                     link(&old, &output.files().join(&path))?;
@@ -141,41 +147,25 @@ impl Plan<'_> {
     }
 }
 
-/// The files of a bake to which something is added that stay as they are, after a look at each of them.
-fn kept_files(output: &Output, watch: &Watch) -> Result<Vec<FileRecord>, Error> {
-    let Some(old) = added_to(output) else { return Ok(Vec::new()) };
-    if let Some(fault) = check_files(output.path(), &old.all_files(output.path()), watch).into_iter().next() {
-        return Err(faulty(output, &fault.path, fault.message));
-    }
-    // A larger region has other files of the region, and numbers its tiles anew: all of them are made.
-    let stays = |record: &&FileRecord| output.mode() == Mode::Add && record.export != registry::EXPORT;
-    Ok(old.files.iter().filter(stays).cloned().collect())
+/// The files of a bake to which something is added that stay as they are. A larger region has other files of the region, and numbers
+/// its tiles anew: all of them are made.
+fn kept_files(output: &Output) -> Vec<FileRecord> {
+    let old = output.added_to().filter(|_| output.mode() == Mode::Add);
+    let files = old.iter().flat_map(|old| &old.files);
+    files.filter(|record| record.export != registry::EXPORT).cloned().collect()
 }
 
 /// Whether the tiles of a bake to which something is added are still what they were.
 fn check_tiles(output: &Output, journal: &Journal) -> Result<(), Error> {
-    if added_to(output).is_none() {
+    if output.added_to().is_none() {
         return Ok(());
     }
     let registry = Registry::read(&output.path().join(registry::FILE_NAME))?;
     journal.for_each(|row| match registry.row(row.tile)? {
         Some(known) if known.digest != row.digest => {
             let TileId { x, y } = row.tile;
-            Err(faulty(output, "", format!("tile {x}, {y} is another one here than when it was baked")))
+            Err(output.faulty("", format!("tile {x}, {y} is another one here than when it was baked")))
         }
         _ => Ok(()),
     })
-}
-
-/// The bake to which something is added.
-fn added_to(output: &Output) -> Option<&Manifest> {
-    output.old().filter(|_| [Mode::Add, Mode::Extend].contains(&output.mode()))
-}
-
-fn faulty(output: &Output, path: &str, message: String) -> Error {
-    Error::Faulty {
-        path: output.path().join(path),
-        message,
-        hint: format!("terrane repair {} first", output.path().display()),
-    }
 }

@@ -1,54 +1,104 @@
-//! SVG: a page with lines as lines, text as text and the ground as a picture.
+//! SVG: a page with lines as lines, the ground as pictures, and letters as outlines or as text. Layers and things are groups,
+//! which Inkscape shows by their names.
+//!
+//! Programs differ in what they can read, so that a page is plain: libxml2 takes no attribute of 10 MB; librsvg knows no fonts
+//! in a file, and of places a letter the first; Inkscape takes fonts of the machine alone.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use tiny_skia::PathSegment;
 
 use crate::area::Area;
 use crate::error::Error;
+use crate::export::path_data::{PathData, Short};
 use crate::export::raster::writer::{Sample, png_bytes};
+use crate::export::sfnt::web_font;
 use crate::file::{Finished, PartFile};
-use crate::map::plotter::{Page, Pen, Plotter, Shape, bounds};
+use crate::map::font::{Face, Font};
+use crate::map::plotter::{Inscription, Item, Layer, Lettering, Page, Pen, Plotter, Shape, bounds};
 use crate::map::scale::Scale;
 use crate::map::style::Colour;
-use crate::map::text::{Face, Placed};
+use crate::map::text::{Placed, PlacedGlyph, is_right_to_left};
 
 /// A page under way, whose text is written as it is made.
 pub(crate) struct Svg {
     file: PartFile,
     text: String,
     area: Area,
+    lettering: Lettering,
     /// What is seen of it.
     clip: Option<Area>,
-    picture: Option<(Area, Vec<u8>)>,
+    /// Those that are open, from the outermost.
+    groups: Vec<Group>,
+    /// How many groups have asked for an id.
+    ids: BTreeMap<String, u32>,
+    /// The letters of each font that are written as text.
+    written: Vec<(Font, BTreeSet<char>)>,
+    picture: Option<Rows>,
     /// What was refused, which shows at the end.
     refused: Option<Error>,
 }
 
+/// A group, which is written when there is something in it.
+struct Group {
+    begin: String,
+    is_written: bool,
+}
+
+/// A picture under way: its rows that are not written yet.
+struct Rows {
+    part: Area,
+    pixels: Vec<u8>,
+    /// How many rows are written at once.
+    at_once: usize,
+}
+
+/// Families of fonts that text is set in, the first that there is.
+const FAMILIES: &str = "'Libertinus Serif', 'Linux Libertine', Georgia, serif";
+
 /// Bytes of text that are kept before they are written.
 const KEPT: usize = 1 << 16;
+
+/// Bytes of pixels that a picture has at most. As text they are a third longer, which is less than the 8 MB that all readers
+/// take.
+const PICTURE_BYTES: usize = 5_500_000;
+
+/// What stands after a picture. libxml2 reads at most 10 MB before it lets go of what it has read, which it does where an element
+/// or a comment ends less than 500 bytes before the end of its buffer of 4,000 bytes: between pictures alone it never gets there.
+const PAUSE: &str = "<!-- some short lines, after which readers can let go of the picture -->\n";
+const PAUSES: usize = 80;
 
 impl Svg {
     /// Begins a page of an area of pixels that will be at `path`.
     ///
     /// # Errors
     /// When the file cannot be begun.
-    pub fn create(path: PathBuf, area: Area, scale: Scale, title: &str, description: &str) -> Result<Svg, Error> {
+    pub fn create(
+        path: PathBuf,
+        area: Area,
+        scale: Scale,
+        lettering: Lettering,
+        (title, description): (&str, &str),
+    ) -> Result<Svg, Error> {
         let file = PartFile::create(path)?;
         let (width, height) = (area.width(), area.height());
         let [width_mm, height_mm] = [width, height].map(|pixels| pixels as f64 / scale.pixels_per_mm);
         let text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" \
-             width=\"{width_mm:.3}mm\" height=\"{height_mm:.3}mm\" viewBox=\"0 0 {width} {height}\">\n\
-             <title>{}</title>\n<desc>{}</desc>\n\
-             <g stroke-linejoin=\"round\" font-family=\"'Libertinus Serif', 'Linux Libertine', Georgia, serif\">\n",
+             xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\" \
+             width=\"{width_mm:.3}mm\" height=\"{height_mm:.3}mm\" viewBox=\"0 0 {width} {height}\" \
+             stroke-linejoin=\"round\" font-family=\"{FAMILIES}\" style=\"font-synthesis: none\">\n\
+             <title>{}</title>\n<desc>{}</desc>\n",
             escaped(title),
             escaped(description)
         );
-        Ok(Svg { file, text, area, clip: None, picture: None, refused: None })
+        let (groups, ids, written) = (Vec::new(), BTreeMap::new(), Vec::new());
+        Ok(Svg { file, text, area, lettering, clip: None, groups, ids, written, picture: None, refused: None })
     }
 
     /// Ends the page.
@@ -56,9 +106,39 @@ impl Svg {
     /// # Errors
     /// When the disk refuses.
     pub fn finish(mut self) -> Result<Finished, Error> {
-        self.text += "</g>\n</svg>\n";
+        debug_assert!(self.groups.is_empty(), "each group ends");
+        self.add_fonts()?;
+        self.text += "</svg>\n";
         self.flush(0);
         self.refused.map_or_else(|| self.file.finish(), Err)
+    }
+
+    /// Adds the fonts of all text.
+    fn add_fonts(&mut self) -> Result<(), Error> {
+        for (font, letters) in std::mem::take(&mut self.written) {
+            let data = STANDARD.encode(web_font(font, &letters)?);
+            let family = family(font);
+            // A font of a style's is for text of all faces, and no browser makes it heavier or slanted.
+            let (weight, style) = match Face::ALL.iter().any(|face| face.font() == font) {
+                true => (font.weight().to_string(), if font.is_slanted() { "italic" } else { "normal" }),
+                false => ("1 1000".into(), "normal"),
+            };
+            self.add(format_args!(
+                "<style>@font-face {{ font-family: \"{family}\"; font-weight: {weight}; font-style: {style}; \
+                 src: url(\"data:font/otf;base64,{data}\"); }}</style>\n"
+            ));
+        }
+        Ok(())
+    }
+
+    /// The letters of a font that are written as text.
+    fn letters_of(&mut self, font: Font) -> &mut BTreeSet<char> {
+        let known = self.written.iter().position(|(other, _)| *other == font);
+        let number = known.unwrap_or_else(|| {
+            self.written.push((font, BTreeSet::new()));
+            self.written.len() - 1
+        });
+        &mut self.written[number].1
     }
 
     fn flush(&mut self, kept: usize) {
@@ -69,97 +149,154 @@ impl Svg {
         }
     }
 
-    fn at(&self, [x, y]: [f64; 2]) -> [Short; 2] {
-        [Short(x - self.area.x0 as f64), Short(y - self.area.y0 as f64)]
+    fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [x - self.area.x0 as f64, y - self.area.y0 as f64]
     }
 
     fn add(&mut self, element: std::fmt::Arguments<'_>) {
+        for group in self.groups.iter_mut().filter(|group| !group.is_written) {
+            self.text += &group.begin;
+            group.is_written = true;
+        }
         self.text.write_fmt(element).expect("memory takes everything");
         self.flush(KEPT);
     }
 
+    fn begin_group(&mut self, begin: String) {
+        self.groups.push(Group { begin, is_written: false });
+    }
+
+    fn end_group(&mut self) {
+        if self.groups.pop().expect("a group was begun").is_written {
+            self.text += "</g>\n";
+        }
+    }
+
+    /// An id that no other group has, of letters and digits that an id may hold.
+    fn id(&mut self, wanted: &str) -> String {
+        let is_allowed = |letter: char| letter.is_ascii_alphanumeric() || "-_".contains(letter);
+        let id: String = wanted.chars().map(|letter| if is_allowed(letter) { letter } else { '_' }).collect();
+        let uses = self.ids.entry(id.clone()).or_insert(0);
+        *uses += 1;
+        if *uses == 1 { id } else { format!("{id}.{uses}") }
+    }
+
     /// The lines as the data of a path.
     fn path(&self, lines: &[Vec<[f64; 2]>]) -> String {
-        let mut path = String::new();
+        let mut data = PathData::default();
         for line in lines {
             let closes = line.len() > 2 && line[0] == line[line.len() - 1];
             for (index, point) in line[..line.len() - usize::from(closes)].iter().enumerate() {
-                let [x, y] = self.at(*point);
-                let letter = if index == 0 { "M" } else { "L" };
-                write!(path, "{letter}{x} {y}").expect("memory takes everything");
+                let at = self.at(*point);
+                if index == 0 { data.move_to(at) } else { data.line_to(at) }
             }
             if closes {
-                path.push('Z');
+                data.close();
             }
         }
-        path
+        data.finish()
     }
 
-    /// A text whose letters stand each at its place, painted as `paint` says.
+    /// A text, painted as attributes say.
     fn letters(&mut self, text: &Placed, paint: &str) {
         if text.glyphs.is_empty() || !self.sees(bounds(text.boxes.iter().flatten())) {
             return;
         }
-        // One place and turn a character: of those that one glyph stands for, the first has it.
-        let mut places: [String; 3] = Default::default();
-        let mut starts: Vec<(usize, [f64; 2], f64)> = Vec::new();
+        match self.lettering {
+            Lettering::Outlines => self.outlines(text, paint),
+            // The parts of fonts that a page carries have no rules for letters that join.
+            Lettering::Text if text.is_joined() => self.outlines(text, paint),
+            Lettering::Text => self.text(text, paint),
+        }
+    }
+
+    fn outlines(&mut self, text: &Placed, paint: &str) {
+        let Some(path) = text.path([self.area.x0, self.area.y0]) else { return };
+        let mut data = PathData::default();
+        let at = |point: tiny_skia::Point| [f64::from(point.x), f64::from(point.y)];
+        for segment in path.segments() {
+            match segment {
+                PathSegment::MoveTo(to) => data.move_to(at(to)),
+                PathSegment::LineTo(to) => data.line_to(at(to)),
+                PathSegment::QuadTo(control, to) => data.quadratic_to(at(control), at(to)),
+                PathSegment::CubicTo(..) => unreachable!("outlines of letters are quadratic"),
+                PathSegment::Close => data.close(),
+            }
+        }
+        self.add(format_args!("<path {paint} d=\"{}\"/>\n", data.finish()));
+    }
+
+    /// Straight text as one element, with the room between letters that the font gives them; of bent text an element a letter,
+    /// since not all readers turn the letters of one.
+    fn text(&mut self, text: &Placed, paint: &str) {
+        let of_face = text.face.font();
+        let mut families = Vec::new();
         for glyph in &text.glyphs {
-            if starts.last().is_none_or(|last| last.0 != glyph.text.start) {
-                starts.push((glyph.text.start, glyph.at, glyph.angle().to_degrees()));
+            self.letters_of(glyph.font).extend(text.text[glyph.text.clone()].chars());
+            if glyph.font != of_face && !families.contains(&family(glyph.font)) {
+                families.push(family(glyph.font));
             }
         }
-        let [cos, sin] = text.glyphs[0].along;
-        let is_straight = text.glyphs.iter().all(|glyph| glyph.along == [cos, sin]);
-        let [x, y] = self.at(starts[0].1);
-        let turn = if is_straight && starts[0].2 != 0.0 {
-            format!(" transform=\"rotate({} {x} {y})\"", Short(starts[0].2))
-        } else {
-            String::new()
+        let family = match &families[..] {
+            [] => String::new(),
+            families => format!(" font-family=\"'{}', {FAMILIES}\"", families.join("', '")),
         };
-        if is_straight {
-            for (_, at, _) in &starts {
-                let from = starts[0].1;
-                let along = (at[0] - from[0]) * cos + (at[1] - from[1]) * sin;
-                write!(places[0], "{} ", Short(x.0 + along)).expect("memory takes everything");
-            }
-            places[1] = y.to_string();
-        } else {
-            for (_, at, degrees) in &starts {
-                let [x, y] = self.at(*at);
-                for (place, value) in places.iter_mut().zip([x, y, Short(*degrees)]) {
-                    write!(place, "{value} ").expect("memory takes everything");
-                }
-            }
+        let weight = match of_face.weight() {
+            400 => String::new(),
+            weight => format!(" font-weight=\"{weight}\""),
+        };
+        let style = if of_face.is_slanted() { " font-style=\"italic\"" } else { "" };
+        let font = format!("font-size=\"{}\"{family}{weight}{style} {paint}", Short(text.size_px));
+        let first = &text.glyphs[0];
+        if text.glyphs.iter().all(|glyph| glyph.along == first.along) {
+            let place = self.place(first);
+            let spacing = match text.spacing_px {
+                0.0 => String::new(),
+                spacing => format!(" letter-spacing=\"{}\"", Short(spacing)),
+            };
+            // The place is that of the left end, wherever the text begins.
+            let direction = if is_right_to_left(&text.text) { " direction=\"rtl\" text-anchor=\"end\"" } else { "" };
+            self.add(format_args!("<text {place} {font}{spacing}{direction}>{}</text>\n", escaped(&text.text)));
+            return;
         }
-        let rotate = if is_straight { String::new() } else { format!(" rotate=\"{}\"", places[2].trim_end()) };
-        let weight = match text.face {
-            Face::Regular | Face::Italic => "",
-            Face::Semibold | Face::SemiboldItalic => " font-weight=\"600\"",
-            Face::Bold | Face::BoldItalic => " font-weight=\"700\"",
-        };
-        let style = match text.face {
-            Face::Italic | Face::SemiboldItalic | Face::BoldItalic => " font-style=\"italic\"",
-            Face::Regular | Face::Semibold | Face::Bold => "",
-        };
+        self.add(format_args!("<g {font}>\n"));
+        for letter in text.glyphs.chunk_by(|one, next| one.text == next.text) {
+            let place = self.place(&letter[0]);
+            self.add(format_args!("<text {place}>{}</text>\n", escaped(&text.text[letter[0].text.clone()])));
+        }
+        self.add(format_args!("</g>\n"));
+    }
+
+    /// Where a glyph stands, as attributes.
+    fn place(&self, glyph: &PlacedGlyph) -> String {
+        let [x, y] = self.at(glyph.at).map(Short);
+        match glyph.angle().to_degrees() {
+            0.0 => format!("x=\"{x}\" y=\"{y}\""),
+            degrees => format!("transform=\"translate({x} {y}) rotate({})\"", Short(degrees)),
+        }
+    }
+
+    /// Writes the first rows of the picture that are not written yet. The last of them comes once more in the next rows, so that
+    /// no gap shows between two pictures, whatever size they are drawn at.
+    fn write_rows(&mut self, rows: usize) {
+        let Some(Rows { part, pixels, .. }) = &mut self.picture else { return };
+        let row_bytes = part.width() * 3;
+        let png = png_bytes(Sample::Rgb8, (part.width() as u32, rows as u32), true, &pixels[..rows * row_bytes]);
+        let (left, width, top) = ((part.x0 - self.area.x0), part.width(), part.y0 - self.area.y0);
+        pixels.drain(..(rows - 1) * row_bytes);
+        part.y0 += rows as i64 - 1;
+        let data = STANDARD.encode(png);
         self.add(format_args!(
-            "<text x=\"{}\" y=\"{}\"{rotate}{turn} font-size=\"{}\"{weight}{style} {paint}>{}</text>\n",
-            places[0].trim_end(),
-            places[1].trim_end(),
-            Short(text.size_px),
-            escaped(&text.text)
+            "<image x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{rows}\" \
+             xlink:href=\"data:image/png;base64,{data}\"/>\n{}",
+            PAUSE.repeat(PAUSES)
         ));
     }
 }
 
-/// A number with two digits behind the point at most.
-struct Short(f64);
-
-impl std::fmt::Display for Short {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let text = format!("{:.2}", self.0);
-        let text = text.trim_end_matches('0').trim_end_matches('.');
-        f.write_str(if text == "-0" { "0" } else { text })
-    }
+/// What a font's family is called, without letters that end a name in CSS or XML.
+fn family(font: Font) -> String {
+    font.family().chars().filter(|letter| !letter.is_control() && !"'\"<>&\\".contains(*letter)).collect()
 }
 
 /// A text with what XML means something by written otherwise.
@@ -172,6 +309,31 @@ impl Plotter for Svg {
         self.clip.unwrap_or(self.area)
     }
 
+    fn begin_layer(&mut self, layer: Layer) {
+        let name = layer.name();
+        let id = self.id(name);
+        self.begin_group(format!("<g id=\"{id}\" inkscape:groupmode=\"layer\" inkscape:label=\"{name}\">\n"));
+    }
+
+    fn end_layer(&mut self) {
+        self.end_group();
+    }
+
+    fn begin_item(&mut self, Item { kind, id, name }: &Item<'_>) {
+        let id = self.id(&if id.is_empty() { (*kind).to_owned() } else { format!("{kind}-{id}") });
+        let begin = if name.is_empty() {
+            format!("<g id=\"{id}\" class=\"{kind}\">\n")
+        } else {
+            let name = escaped(name);
+            format!("<g id=\"{id}\" class=\"{kind}\" inkscape:label=\"{name}\">\n<title>{name}</title>\n")
+        };
+        self.begin_group(begin);
+    }
+
+    fn end_item(&mut self) {
+        self.end_group();
+    }
+
     fn fill(&mut self, shape: &Shape, colour: Colour) {
         if self.sees(shape.bounds) {
             let path = self.path(&shape.lines);
@@ -180,7 +342,7 @@ impl Plotter for Svg {
     }
 
     fn stroke(&mut self, lines: &[Vec<[f64; 2]>], pen: &Pen) {
-        if pen.width <= 0.0 {
+        if pen.width <= 0.0 || !self.sees(bounds(lines.iter().flatten())) {
             return;
         }
         let path = self.path(lines);
@@ -203,18 +365,27 @@ impl Plotter for Svg {
         self.letters(text, &format!("fill=\"{colour}\""));
     }
 
-    fn surround(&mut self, text: &Placed, pen: &Pen) {
-        if pen.width > 0.0 {
-            let (colour, width, opacity) = (pen.colour, Short(f64::from(pen.width)), Short(f64::from(pen.opacity)));
-            let paint = format!(
-                "fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-opacity=\"{opacity}\" aria-hidden=\"true\""
-            );
-            self.letters(text, &paint);
+    fn inscribe(&mut self, inscriptions: &[Inscription<'_>]) {
+        for Inscription { item, texts, colour, halo } in inscriptions {
+            let mut paint = format!("fill=\"{colour}\"");
+            if halo.width > 0.0 {
+                let (width, opacity) = (Short(f64::from(halo.width)), Short(f64::from(halo.opacity)));
+                let colour = halo.colour;
+                // One element for letters and what is around them, which is drawn first.
+                write!(
+                    paint,
+                    " stroke=\"{colour}\" stroke-width=\"{width}\" stroke-opacity=\"{opacity}\" paint-order=\"stroke\""
+                )
+                .expect("memory takes everything");
+            }
+            self.begin_item(item);
+            texts.iter().for_each(|text| self.letters(text, &paint));
+            self.end_item();
         }
     }
 
     fn dot(&mut self, at: [f64; 2], radius: f64, colour: Colour) {
-        let [x, y] = self.at(at);
+        let [x, y] = self.at(at).map(Short);
         self.add(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{}\" fill=\"{colour}\"/>\n", Short(radius)));
     }
 }
@@ -225,33 +396,158 @@ impl Page for Svg {
         let [x, y] = self.at([part.x0 as f64, part.y0 as f64]);
         let (width, height) = (part.width(), part.height());
         self.add(format_args!(
-            "<clipPath id=\"map\"><rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/></clipPath>\n\
-             <g clip-path=\"url(#map)\">\n"
+            "<clipPath id=\"neatline\"><rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/></clipPath>\n"
         ));
-        self.picture = Some((part, Vec::with_capacity(part.len() * 3)));
+        let id = self.id("map");
+        self.begin_group(format!(
+            "<g id=\"{id}\" inkscape:groupmode=\"layer\" inkscape:label=\"map\" clip-path=\"url(#neatline)\">\n"
+        ));
+    }
+
+    fn begin_picture(&mut self, part: Area) {
+        let rows = (PICTURE_BYTES / (3 * part.width())).max(2);
+        self.picture = Some(Rows { part, pixels: Vec::new(), at_once: rows });
     }
 
     fn add_rows(&mut self, pixels: &[u8]) -> Result<(), Error> {
-        let (_, rows) = self.picture.as_mut().expect("a picture was begun");
-        rows.extend_from_slice(pixels);
+        let Rows { part, pixels: kept, at_once } = self.picture.as_mut().expect("a picture was begun");
+        kept.extend_from_slice(pixels);
+        let (rows, row_bytes) = (*at_once, part.width() * 3);
+        // More than so many, so that what is left at the end is more than the row that comes twice.
+        while self.picture.as_ref().is_some_and(|picture| picture.pixels.len() > rows * row_bytes) {
+            self.write_rows(rows);
+        }
         Ok(())
     }
 
     fn end_picture(&mut self) -> Result<(), Error> {
-        let (part, pixels) = self.picture.take().expect("a picture was begun");
-        let [x, y] = self.at([part.x0 as f64, part.y0 as f64]);
-        let png = png_bytes(Sample::Rgb8, (part.width() as u32, part.height() as u32), true, &pixels);
-        let data = STANDARD.encode(png);
-        self.add(format_args!(
-            "<image x=\"{x}\" y=\"{y}\" width=\"{}\" height=\"{}\" xlink:href=\"data:image/png;base64,{data}\"/>\n",
-            part.width(),
-            part.height()
-        ));
+        let rows = self.picture.as_ref().map_or(0, |picture| picture.pixels.len() / (3 * picture.part.width()));
+        self.write_rows(rows);
+        self.picture = None;
         Ok(())
     }
 
     fn open(&mut self) {
         self.clip = None;
-        self.add(format_args!("</g>\n"));
+        self.end_group();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hash;
+    use crate::map::font::Typeface;
+    use crate::map::text::shape;
+
+    const SCALE: Scale = Scale { metres_per_pixel: 1.0, pixels_per_mm: 1.0 };
+    const INK: Colour = Colour([0; 3]);
+
+    /// What is drawn on a page of an area.
+    fn page(area: Area, lettering: Lettering, draw: impl FnOnce(&mut Svg)) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.svg");
+        let mut svg = Svg::create(path.clone(), area, SCALE, lettering, ("A & B", "")).unwrap();
+        draw(&mut svg);
+        svg.finish().unwrap();
+        std::fs::read_to_string(path).unwrap()
+    }
+
+    /// The value of an attribute of an element.
+    fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
+        element.split(&format!(" {name}=\"")).nth(1)?.split('"').next()
+    }
+
+    #[test]
+    fn a_large_ground_is_several_pictures_that_overlap_by_a_row() {
+        let area = Area::new(-50, -70, 3600, 1300);
+        let text = page(area, Lettering::Outlines, |svg| {
+            svg.begin_picture(area);
+            let row = |y: i64| (0..3600 * 3).map(move |x| hash::mix((y * 10_800 + x) as u64) as u8);
+            for strip in [0..442, 442..954, 954..1300] {
+                svg.add_rows(&strip.flat_map(row).collect::<Vec<u8>>()).unwrap();
+            }
+            svg.end_picture().unwrap();
+        });
+        let images: Vec<&str> = text.lines().filter(|line| line.starts_with("<image")).collect();
+        let mut next = 0;
+        for image in &images {
+            let [y, height] = ["y", "height"].map(|name| attribute(image, name).unwrap().parse::<i64>().unwrap());
+            assert!(y == next && height > 1 && image.len() < 8_000_000);
+            next = y + height - 1;
+        }
+        assert!(next + 1 == 1300 && images.len() > 2, "{next} {}", images.len());
+        // Enough between two of them for libxml2.
+        assert!(text.split("<image").skip(1).all(|part| part.len() - part.lines().next().unwrap().len() > 4500));
+    }
+
+    #[test]
+    fn a_thing_is_one_group_with_a_name_and_an_empty_one_is_left_out() {
+        let area = Area::new(0, 0, 100, 100);
+        let line = vec![vec![[10.0, 10.0], [20.0, 20.0]]];
+        let pen = Pen { colour: INK, opacity: 1.0, width: 1.0, dash: None };
+        let text = page(area, Lettering::Outlines, |svg| {
+            svg.begin_layer(Layer::Waters);
+            for part in ["r2:-1:0", "r2:-1:0", "r3:9:9"] {
+                svg.begin_item(&Item { kind: "river", id: part, name: "Ache & \"Bach\"" });
+                if part != "r3:9:9" {
+                    svg.stroke(&line, &pen);
+                    svg.stroke(&line, &Pen { width: 2.0, ..pen });
+                }
+                svg.end_item();
+            }
+            svg.end_layer();
+            svg.begin_layer(Layer::Roads);
+            svg.end_layer();
+        });
+        let groups: Vec<&str> = text.lines().filter(|line| line.starts_with("<g")).collect();
+        let ids: Vec<_> = groups.iter().map(|group| attribute(group, "id").unwrap()).collect();
+        assert_eq!(ids, ["waters", "river-r2_-1_0", "river-r2_-1_0.2"]);
+        assert_eq!(attribute(groups[0], "inkscape:groupmode"), Some("layer"));
+        assert_eq!(text.matches("<title>Ache &amp; &quot;Bach&quot;</title>").count(), 2);
+        assert_eq!(text.matches("<path").count(), 4);
+    }
+
+    #[test]
+    fn text_of_a_styles_font_names_it_and_letters_that_join_are_outlines() {
+        let typeface = Typeface { face: Face::Bold, own: Some(Font::of_file()) };
+        let text = page(Area::new(0, 0, 400, 400), Lettering::Text, |svg| {
+            for text in ["Alp \u{1f7}", "\u{644}\u{628}"] {
+                svg.write(&shape(text, typeface, 10.0, 0.0).at([10.0, 50.0], 0.0), INK);
+            }
+        });
+        let written = text.lines().find(|line| line.starts_with("<text")).unwrap();
+        assert_eq!(attribute(written, "font-family"), Some(format!("'DejaVu Sans Mono', {FAMILIES}").as_str()));
+        assert!(text.contains("font-family: \"DejaVu Sans Mono\"; font-weight: 1 1000"));
+        assert!(text.contains("font-family: \"Libertinus Serif\"; font-weight: 700"));
+        assert_eq!([text.matches("<text").count(), text.matches("<path").count()], [1, 1]);
+    }
+
+    #[test]
+    fn a_name_is_one_element_and_bent_text_turns_each_letter_by_itself() {
+        let area = Area::new(0, 0, 400, 400);
+        let straight = shape("Gross Ache", Face::Italic, 20.0, 0.1).at([10.0, 50.0], 0.5);
+        let bow: Vec<[f64; 2]> = (0..60).map(|t| f64::from(t) * 0.05).map(|t| [-t.cos(), -t.sin()]).collect();
+        let bow: Vec<[f64; 2]> = bow.into_iter().map(|at| at.map(|axis| 200.0 + 150.0 * axis)).collect();
+        let bent = shape("Bach", Face::Regular, 20.0, 0.0).along(&bow, 150.0, 0.0).unwrap();
+        let halo = Pen { colour: Colour([255; 3]), opacity: 0.85, width: 2.0, dash: None };
+        let named = |lettering| {
+            page(area, lettering, |svg| {
+                for text in [&straight, &bent] {
+                    let item = Item { kind: "name", id: &text.text, name: &text.text };
+                    svg.inscribe(&[Inscription { item, texts: std::slice::from_ref(text), colour: INK, halo }]);
+                }
+            })
+        };
+        let outlines = named(Lettering::Outlines);
+        assert_eq!([outlines.matches("<path").count(), outlines.matches("paint-order").count()], [2, 2]);
+        assert!(!outlines.contains("<text") && !outlines.contains("@font-face"));
+        let text = named(Lettering::Text);
+        assert!(text.contains("letter-spacing=\"2\"") && text.contains(">Gross Ache</text>"));
+        // No list of places or angles: not all readers read further than its first.
+        let texts: Vec<&str> = text.lines().filter(|line| line.starts_with("<text")).collect();
+        assert_eq!(texts.len(), 5);
+        assert!(texts.iter().all(|text| !text.contains("rotate=") && text.contains("transform=\"translate(")));
+        assert_eq!(text.matches("@font-face").count(), 2);
     }
 }

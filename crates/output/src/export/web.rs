@@ -14,8 +14,9 @@ use serde::{Deserialize, Serialize};
 use crate::area::{Area, Place, Region};
 use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
-use crate::export::format::{Format, FormatCost, RECORD_BYTES, Request, folder};
+use crate::export::format::{Format, FormatCost, Request, folder};
 use crate::export::locked;
+use crate::export::vector::of_features;
 use crate::features::landforms::{LAKES, PEAKS};
 use crate::features::lines::RIVERS;
 use crate::features::sites::SITES;
@@ -37,13 +38,6 @@ const PIXELS_A_MM: f64 = 96.0 / 25.4;
 
 /// The pictures of the map: name, title and style. The first is shown first.
 const LAYERS: [(&str, &str, &str); 2] = [("map", "Map", "topographic"), ("relief", "Relief", "relief")];
-
-/// Bytes of a tile of 256 x 256 pixels that cannot be compressed, as a file and in two archives.
-const TILE_BYTES: u64 = 3 * 200_000;
-
-/// Nanoseconds that a thread works for each vertex: five pixels of each layer and a third more for all coarser ones, drawn
-/// and packed.
-const WORK_NS: u64 = 3000;
 
 /// The web map, as a format.
 #[derive(Clone, Copy)]
@@ -121,16 +115,30 @@ impl Format for WebMap {
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
-        let tiles = plan(request.world, &request.region).map_or(0, |plan| plan.tiles());
-        // Tiles of twice the pixels a side weigh four times as much; heights, as colours and as scripts, about two.
-        let weight = LAYERS.len() as u64 * 5 + 2;
+        let Ok(plan) = plan(request.world, &request.region) else { return FormatCost::default() };
+        // The first square of tiles is a block, or as large as one gets.
+        let block = plan.blocks(plan.max_zoom()).take(64).map(|block| block.places.len() as u64).max().unwrap_or(0);
+        let pixels = block * (web::TILE_PX * web::TILE_PX) as u64;
+        let dense = pixels * (DENSE * DENSE) as u64;
+        // RGB of the block, of the parts that it is put together from, and of the layer before; the land under it, three words a
+        // node and a height a pixel, twice.
+        const DRAWN_BYTES: u64 = 3 * 3 + 3 + 2 * 4;
+        // Pictures of all layers, plain and dense, and of heights, wait for the archives: packed to half of what they were at most.
+        let waiting = web::BLOCKS_A_THREAD as u64 * (LAYERS.len() as u64 * 3 * (pixels + dense) + 3 * pixels) / 2;
+        let features = of_features(request);
         FormatCost {
             files: files(self.name).count() as u64,
-            disk_bytes: tiles.saturating_mul(weight * TILE_BYTES) + files(self.name).count() as u64 * RECORD_BYTES,
-            features: true,
-            work_ns_a_vertex: WORK_NS,
-            ..FormatCost::default()
+            thread_bytes: features.thread_bytes.max(dense * DRAWN_BYTES + waiting),
+            // The land is that of the bake's vertices where it is finest.
+            held_bytes: features.held_bytes + Chart::land_bytes([request.region.width(), request.region.height()]),
+            // One of all vertices and one of those that a zoom shows.
+            worlds: 2,
+            ..features
         }
+    }
+
+    fn units(&self, request: &Request) -> Option<u64> {
+        plan(request.world, &request.region).map(|plan| plan.tiles()).ok()
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
@@ -147,7 +155,7 @@ impl Format for WebMap {
     }
 }
 
-/// The pyramid of a region, whose finest pixels are its cells.
+/// The pyramid of a region, whose finest pixels are about as large as its cells.
 fn plan(world: &World, region: &Region) -> Result<Plan, Error> {
     let [west_m, south_m, east_m, north_m] = region.bounds_km(world.spacing_m()).map(|km| km * 1000.0);
     Plan::new(Bounds { west_m, south_m, east_m, north_m }, world.spacing_m())
@@ -262,7 +270,7 @@ impl Sink for WebSink<'_> {
         });
         let meta = Meta {
             name: self.name.to_owned(),
-            description: format!("seed {}, {} m a pixel", self.world.seed(), self.world.spacing_m()),
+            description: format!("seed {}, {} m between vertices", self.world.seed(), self.world.spacing_m()),
             version: env!("CARGO_PKG_VERSION").into(),
         };
         let content = Content {

@@ -1,5 +1,6 @@
 //! Files that are either whole or not there.
 
+pub(crate) mod database;
 mod disk;
 mod record;
 

@@ -5,10 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::area::Area;
 use crate::error::Error;
 use crate::map::chart::Picture;
+use crate::map::font::Face;
 use crate::map::scale::Scale;
-use crate::map::sheet::{Sheet, grid_km};
+use crate::map::sheet::{Furniture, Sheet, grid_km};
 use crate::map::style::Style;
-use crate::map::text::{Face, shape};
+use crate::map::text::shape;
 
 /// Rows of sheets that have letters.
 const MOST_ROWS: u32 = 26;
@@ -42,7 +43,7 @@ pub struct Layout {
 
 impl Layout {
     /// So many columns and rows of sheets of paper of so many millimetres around a place in metres east and north, which
-    /// overlap by so many millimetres.
+    /// overlap by so many millimetres. `furniture` stands around each map.
     ///
     /// # Errors
     /// When there are no sheets or too many, or the paper has no room for a map.
@@ -52,6 +53,7 @@ impl Layout {
         paper_mm: [f64; 2],
         overlap_mm: f64,
         middle_m: [f64; 2],
+        furniture: &BTreeSet<Furniture>,
     ) -> Result<Layout, Error> {
         let refuse = |message: String, hint: &str| Err(Error::Option { message, hint: hint.into() });
         if !(1..=MOST_COLUMNS).contains(&columns) || !(1..=MOST_ROWS).contains(&rows) {
@@ -62,8 +64,8 @@ impl Layout {
                 "give fewer sheets, or a smaller scale",
             );
         }
-        let [west, north, east, south] = Sheet::margins(scale);
         let page = paper_mm.map(|mm| scale.pixels(mm).round() as i64);
+        let [west, north, east, south] = Sheet::margins(scale, page[0], furniture);
         let map = [page[0] - west - east, page[1] - north - south];
         let overlap = scale.pixels(overlap_mm).round() as i64;
         let step = map.map(|pixels| pixels - overlap);
@@ -73,7 +75,7 @@ impl Layout {
                     "paper of {} x {} mm has no room for a map that overlaps by {overlap_mm} mm",
                     paper_mm[0], paper_mm[1]
                 ),
-                "give larger paper, or a smaller --overlap",
+                "give larger paper, a smaller --overlap, or a --furniture without the legend",
             );
         }
         let size = [columns, rows].map(i64::from);
@@ -199,7 +201,7 @@ impl Gazetteer {
     }
 
     /// The pages that all names take on paper of an atlas.
-    pub fn pages(&self, layout: &Layout) -> Vec<GazetteerPage> {
+    pub fn pages(&self, layout: &Layout, style: &Style) -> Vec<GazetteerPage> {
         let scale = layout.scale;
         let paper = layout.page.map(|pixels| pixels as f64 / scale.pixels_per_mm);
         let columns = (((paper[0] - 2.0 * MARGIN_MM + GAP_MM) / (COLUMN_MM + GAP_MM)).floor() as usize).max(1);
@@ -215,7 +217,7 @@ impl Gazetteer {
             for (index, ((_, name, kind), places)) in entries.iter().enumerate() {
                 let x = MARGIN_MM + (index / rows) as f64 * (COLUMN_MM + GAP_MM);
                 let y = MARGIN_MM + HEAD_MM + (index % rows) as f64 * LINE_MM;
-                page.add_entry(scale, [x, y], name, kind, places);
+                page.add_entry((style, scale), [x, y], name, kind, places);
             }
             pages.push(page);
         }
@@ -224,9 +226,18 @@ impl Gazetteer {
 }
 
 impl GazetteerPage {
-    fn add_entry(&mut self, scale: Scale, [x, y]: [f64; 2], name: &str, kind: &str, places: &Places) {
-        let width =
-            |text: &str, face: Face| shape(text, face, scale.pixels(SIZE_MM) as f32, 0.0).width / scale.pixels_per_mm;
+    fn add_entry(
+        &mut self,
+        (style, scale): (&Style, Scale),
+        [x, y]: [f64; 2],
+        name: &str,
+        kind: &str,
+        places: &Places,
+    ) {
+        let width = |text: &str, face: Face| {
+            let text = shape(text, style.labels.typeface(face), scale.pixels(SIZE_MM) as f32, 0.0);
+            text.width / scale.pixels_per_mm
+        };
         let of = format!("{name} ");
         let named = width(&of, Face::Semibold);
         self.lines.push((of, Face::Semibold, SIZE_MM, [x, y], 0.0));
@@ -271,7 +282,8 @@ mod tests {
     #[test]
     fn sheets_overlap_and_know_their_neighbours() {
         let scale = Scale { metres_per_pixel: 10.0, pixels_per_mm: 5.0 };
-        let layout = Layout::new(scale, [3, 2], [297.0, 210.0], 10.0, [1000.0, 2000.0]).unwrap();
+        let layout =
+            Layout::new(scale, [3, 2], [297.0, 210.0], 10.0, [1000.0, 2000.0], &Furniture::ALL.into()).unwrap();
         let names: Vec<String> = layout.sheets().map(Layout::name).collect();
         assert_eq!(names, ["A1", "A2", "A3", "B1", "B2", "B3"]);
         let [first, second] = [[0, 0], [1, 0]].map(|place| layout.map(place));
@@ -288,11 +300,19 @@ mod tests {
     #[test]
     fn what_has_no_room_is_refused() {
         let scale = Scale { metres_per_pixel: 10.0, pixels_per_mm: 5.0 };
-        let refused =
-            |sheets, paper, overlap| Layout::new(scale, sheets, paper, overlap, [0.0; 2]).unwrap_err().to_string();
+        let all = Furniture::ALL.into();
+        let refused = |sheets, paper, overlap| {
+            Layout::new(scale, sheets, paper, overlap, [0.0; 2], &all).unwrap_err().to_string()
+        };
         assert!(refused([0, 1], [297.0, 210.0], 10.0).contains("0 x 1"));
         assert!(refused([1, 27], [297.0, 210.0], 10.0).contains("1 x 27"));
         assert!(refused([1, 1], [40.0, 30.0], 10.0).contains("no room"));
         assert!(refused([1, 1], [297.0, 210.0], 200.0).contains("overlaps by 200"));
+        // Small paper has room for a map and all that stands around it, but for a legend of all that there can be on the map.
+        let small = |furniture: &[Furniture]| {
+            Layout::new(scale, [1, 1], [80.0; 2], 10.0, [0.0; 2], &furniture.iter().copied().collect())
+        };
+        assert!(small(&[Furniture::Legend]).unwrap_err().to_string().contains("no room"));
+        assert!(small(&[Furniture::Title, Furniture::Grid, Furniture::Scale]).is_ok());
     }
 }

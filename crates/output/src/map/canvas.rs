@@ -1,18 +1,28 @@
 //! What is drawn on: pixels, and lines, areas and letters on them. Lines by tiny-skia, whose edges are the same on every machine.
+//!
+//! The pixels that tiny-skia gives a line depend on the edges of what it draws on: it cuts lines there, and those of at most a
+//! pixel's width come out up to two pixels off beside the cut. So it draws on some pixels more around each canvas, which nobody reads;
+//! and whoever wants the same pixels of a line in two pictures draws them on the same canvases.
+
+use std::ops::Range;
 
 use tiny_skia::{Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
 use crate::area::Area;
 use crate::grid::Grid;
-use crate::map::plotter::{Pen, Plotter, Shape, bounds};
+use crate::map::plotter::{Inscription, Pen, Plotter, Shape, bounds};
 use crate::map::style::Colour;
 use crate::map::text::Placed;
 
+/// Pixels around a canvas that are drawn on and not read: twice as many as a line is off beside an edge.
+const AROUND: usize = 4;
+
 /// A rectangle of pixels that is drawn on.
 pub(super) struct Canvas {
+    /// The pixels of the area and of [`AROUND`] it.
     pixmap: Pixmap,
     area: Area,
-    /// Where its north-western pixel begins.
+    /// Where the north-western pixel that is drawn on begins.
     corner: [f64; 2],
 }
 
@@ -39,17 +49,24 @@ impl Canvas {
     }
 
     fn clear(area: Area) -> Canvas {
-        let pixmap = Pixmap::new(area.width() as u32, area.height() as u32).expect("a canvas has a size");
-        Canvas { pixmap, area, corner: [area.x0 as f64, area.y0 as f64] }
+        let wide = area.padded(AROUND);
+        let pixmap = Pixmap::new(wide.width() as u32, wide.height() as u32).expect("a canvas has a size");
+        Canvas { pixmap, area, corner: [wide.x0 as f64, wide.y0 as f64] }
+    }
+
+    /// Where the pixels of row `y` of a part are.
+    fn span(&self, part: Area, y: i64) -> Range<usize> {
+        let wide = self.area.padded(AROUND);
+        let start = (y - wide.y0) as usize * wide.width() + (part.x0 - wide.x0) as usize;
+        start..start + part.width()
     }
 
     /// Puts colours into a part of the canvas: red in the lowest byte, then green and blue.
     pub fn put_words(&mut self, part: Area, words: &Grid<u32>) {
-        let width = self.area.width();
-        let data = self.pixmap.data_mut().as_chunks_mut::<4>().0;
         for y in part.y0..part.y1 {
-            let start = (y - self.area.y0) as usize * width + (part.x0 - self.area.x0) as usize;
-            for (bytes, word) in data[start..].iter_mut().zip(words.row(y, part.x0, part.x1)) {
+            let span = self.span(part, y);
+            let row = &mut self.pixmap.data_mut().as_chunks_mut::<4>().0[span];
+            for (bytes, word) in row.iter_mut().zip(words.row(y, part.x0, part.x1)) {
                 let [red, green, blue, _] = word.to_le_bytes();
                 *bytes = [red, green, blue, 255];
             }
@@ -58,11 +75,10 @@ impl Canvas {
 
     /// Puts pixels, RGB and row by row, into a part of the canvas.
     pub fn put(&mut self, part: Area, pixels: &[u8]) {
-        let width = self.area.width();
-        let data = self.pixmap.data_mut().as_chunks_mut::<4>().0;
         for (y, row) in (part.y0..).zip(pixels.chunks_exact(part.width() * 3)) {
-            let start = (y - self.area.y0) as usize * width + (part.x0 - self.area.x0) as usize;
-            for (bytes, pixel) in data[start..].iter_mut().zip(row.as_chunks::<3>().0) {
+            let span = self.span(part, y);
+            let data = &mut self.pixmap.data_mut().as_chunks_mut::<4>().0[span];
+            for (bytes, pixel) in data.iter_mut().zip(row.as_chunks::<3>().0) {
                 *bytes = [pixel[0], pixel[1], pixel[2], 255];
             }
         }
@@ -72,8 +88,7 @@ impl Canvas {
     pub fn pixels(&self, part: Area) -> Vec<u8> {
         let mut pixels = vec![0; part.len() * 3];
         for (y, row) in (part.y0..part.y1).zip(pixels.chunks_exact_mut(part.width() * 3)) {
-            let start = (y - self.area.y0) as usize * self.area.width() + (part.x0 - self.area.x0) as usize;
-            let from = &self.pixmap.pixels()[start..start + part.width()];
+            let from = &self.pixmap.pixels()[self.span(part, y)];
             for (pixel, from) in row.as_chunks_mut::<3>().0.iter_mut().zip(from) {
                 *pixel = [from.red(), from.green(), from.blue()];
             }
@@ -81,7 +96,26 @@ impl Canvas {
         pixels
     }
 
-    fn path(&self, lines: &[Vec<[f64; 2]>]) -> Option<Path> {
+    /// The parts of a line that are seen when it is so wide, each with its ends out of sight: of a line that goes on for long, few points.
+    fn seen<'a>(&self, line: &'a [[f64; 2]], width: f32) -> Vec<&'a [[f64; 2]]> {
+        let reach = self.area.padded(AROUND + (0.5 * width).ceil() as usize + 1);
+        let mut parts = Vec::new();
+        let mut start = None;
+        for (index, pair) in line.windows(2).enumerate() {
+            match (reach.meets(bounds(pair.iter())), start) {
+                (true, None) => start = Some(index),
+                (false, Some(first)) => {
+                    parts.push(&line[first..=index]);
+                    start = None;
+                }
+                _ => {}
+            }
+        }
+        parts.extend(start.map(|first| &line[first..]));
+        parts
+    }
+
+    fn path<'a>(&self, lines: impl IntoIterator<Item = &'a [[f64; 2]]>) -> Option<Path> {
         let mut path = PathBuilder::new();
         for line in lines {
             let mut points = line.iter().map(|point| [0, 1].map(|axis| (point[axis] - self.corner[axis]) as f32));
@@ -99,10 +133,20 @@ impl Canvas {
         paint
     }
 
+    /// Draws what is around the letters of a text, if the pen has a width.
+    fn surround(&mut self, text: &Placed, pen: &Pen) {
+        if let Some(path) = self.outline(text).filter(|_| pen.width > 0.0) {
+            let stroke = Stroke { width: pen.width, line_join: LineJoin::Round, ..Stroke::default() };
+            let paint = Canvas::paint(pen.colour, pen.opacity);
+            self.pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
+        }
+    }
+
     /// The outlines of a text's letters, if it may be seen.
     fn outline(&self, text: &Placed) -> Option<Path> {
         let span = bounds(text.boxes.iter().flatten());
-        self.sees(span).then(|| text.path([self.area.x0, self.area.y0])).flatten()
+        let wide = self.area.padded(AROUND);
+        self.sees(span).then(|| text.path([wide.x0, wide.y0])).flatten()
     }
 }
 
@@ -115,7 +159,7 @@ impl Plotter for Canvas {
         if !self.sees(shape.bounds) {
             return;
         }
-        if let Some(path) = self.path(&shape.lines) {
+        if let Some(path) = self.path(shape.lines.iter().map(Vec::as_slice)) {
             let paint = Canvas::paint(colour, 1.0);
             self.pixmap.fill_path(&path, &paint, FillRule::EvenOdd, Transform::identity(), None);
         }
@@ -125,7 +169,12 @@ impl Plotter for Canvas {
         if pen.width <= 0.0 {
             return;
         }
-        let Some(path) = self.path(lines) else { return };
+        // Where strokes and gaps lie depends on all that is before them.
+        let path = match pen.dash {
+            Some(_) => self.path(lines.iter().map(Vec::as_slice)),
+            None => self.path(lines.iter().flat_map(|line| self.seen(line, pen.width))),
+        };
+        let Some(path) = path else { return };
         let stroke = Stroke {
             width: pen.width,
             line_cap: if pen.dash.is_some() { LineCap::Butt } else { LineCap::Round },
@@ -144,11 +193,12 @@ impl Plotter for Canvas {
         }
     }
 
-    fn surround(&mut self, text: &Placed, pen: &Pen) {
-        if let Some(path) = self.outline(text).filter(|_| pen.width > 0.0) {
-            let stroke = Stroke { width: pen.width, line_join: LineJoin::Round, ..Stroke::default() };
-            let paint = Canvas::paint(pen.colour, pen.opacity);
-            self.pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
+    fn inscribe(&mut self, inscriptions: &[Inscription<'_>]) {
+        for Inscription { texts, halo, .. } in inscriptions {
+            texts.iter().for_each(|text| self.surround(text, halo));
+        }
+        for Inscription { texts, colour, .. } in inscriptions {
+            texts.iter().for_each(|text| self.write(text, *colour));
         }
     }
 
@@ -157,6 +207,40 @@ impl Plotter for Canvas {
         if let Some(path) = PathBuilder::from_circle(x, y, radius as f32) {
             let paint = Canvas::paint(colour, 1.0);
             self.pixmap.fill_path(&path, &paint, FillRule::Winding, Transform::identity(), None);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_the_same_beside_the_edge_of_a_canvas_and_in_the_middle_of_one() {
+        let black = Colour([0; 3]);
+        let (wide, part) = (Area::new(0, 0, 192, 192), Area::new(64, 64, 64, 64));
+        // Along each edge of the part, over it and back: a spiral of short pieces, as roads and contours have them.
+        let turn = |index: u32| {
+            let [x, y] = [f64::from(index % 128), f64::from(index / 128)];
+            let off = 1.3 * (f64::from(index) * 0.7).sin();
+            match y as u32 {
+                0 => [x + 32.0, 64.0 + off],
+                1 => [128.0 + off, x + 32.0],
+                2 => [160.0 - x, 128.0 + off],
+                _ => [64.0 + off, 160.0 - x],
+            }
+        };
+        let line: Vec<[f64; 2]> = (0..512).map(turn).collect();
+        for width in [0.4, 0.7, 1.0, 1.6, 4.0] {
+            let pen = Pen { colour: Colour([255; 3]), opacity: 1.0, width, dash: None };
+            let pixels = |area: Area| {
+                let mut canvas = Canvas::new(area, black);
+                canvas.stroke(std::slice::from_ref(&line), &pen);
+                canvas.pixels(part)
+            };
+            let off = pixels(wide).iter().zip(pixels(part)).map(|(a, b)| a.abs_diff(b)).max();
+            // Edges of canvases cut lines, whose ends are rounded: a part of the 16 that a pixel is looked at in.
+            assert!(off <= Some(48), "{width} pixels wide: {off:?} of 255");
         }
     }
 }

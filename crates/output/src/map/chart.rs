@@ -15,10 +15,11 @@ use crate::features::sites::SiteFeature;
 use crate::lines::RoadClass;
 use crate::map::canvas::Canvas;
 use crate::map::contour::interval_m;
-use crate::map::drawing::{Draughtsman, Drawing};
+use crate::map::drawing::{Draughtsman, Drawing, Strokes};
+use crate::map::frame::Frame;
 use crate::map::names::{self, Finders, Writing};
-use crate::map::outlines::{Outlines, SQUARE};
-use crate::map::plotter::{Page, Pen, Plotter, Shape, WIDEST, bounds};
+use crate::map::outlines::{Outlines, SQUARE, Trace};
+use crate::map::plotter::{Inscription, Item, Layer, Page, Pen, Plotter, Shape, WIDEST, bounds};
 use crate::map::ranges::Afar;
 use crate::map::relief::{Ground, Relief};
 use crate::map::scale::Scale;
@@ -27,7 +28,8 @@ use crate::map::style::{Colour, Style};
 use crate::map::summits::Summits;
 use crate::map::symbols::{draw_peak, draw_site};
 use crate::map::terrain::{self, Terrain};
-use crate::map::text::Quad;
+use crate::map::text::{Placed, Quad};
+use crate::memory::Budget;
 use crate::places::site::SiteClass;
 use crate::preset::Preset;
 use crate::stop;
@@ -75,14 +77,39 @@ pub struct Picture {
     area: Area,
     drawing: Drawing,
     writings: Vec<Writing>,
+    /// The frame around it, if it has one.
+    frame: Option<Frame>,
 }
 
 impl Chart {
     /// Pixels that a strip is high at most.
     pub const STRIP: usize = BLOCK as usize;
 
-    /// Bytes of land that a chart remembers at most.
+    /// Bytes that a [world](Chart::world) and all charts of it remember at most, if they share no other budget.
     pub const REMEMBERED: usize = 2 * terrain::REMEMBERED;
+
+    /// Bytes of land that a chart remembers at most of so many nodes a side: in patches, which reach beyond the edge.
+    pub fn land_bytes(nodes: [u64; 2]) -> u64 {
+        let sides = nodes.map(|side| side.saturating_add(2 * u64::from(Terrain::TILE_CELLS)));
+        sides[0].saturating_mul(sides[1]).saturating_mul(terrain::NODE_BYTES).min(terrain::REMEMBERED as u64)
+    }
+
+    /// The most bytes of memory that a picture of so many pixels takes on so many threads, of which so many rows are held at once, beside
+    /// what worlds remember; and how many worlds do.
+    pub fn memory(world: &World, scale: Scale, [width, height]: [usize; 2], rows: usize, threads: usize) -> (u64, u64) {
+        // A block with what lies around it: heights, lights, colours, weights and a canvas.
+        const DRAWN_BYTES: u64 = 128;
+        // Of a strip the blocks that it is put together from, and it.
+        const HELD_BYTES: u64 = 8;
+        let node = scale.stride(world.preset().spacing_m).vertices() as f64 * world.preset().spacing_m;
+        let nodes = [width, height].map(|side| (side as f64 * scale.metres_per_pixel / node) as u64);
+        let block = (BLOCK * BLOCK) as u64 * DRAWN_BYTES;
+        let held = (width as u64).saturating_mul(rows as u64).saturating_mul(HELD_BYTES);
+        let working = threads as u64 * block + Chart::land_bytes(nodes);
+        // That at all vertices, and others at the nodes of land, of summits and of ranges.
+        let from_afar = scale.stride(world.preset().spacing_m) != Stride::ONE;
+        (held.saturating_add(working), if from_afar { 3 } else { 1 })
+    }
 
     /// The maps of the world of a preset, with the preset's own seed unless another is given.
     ///
@@ -92,12 +119,21 @@ impl Chart {
         Ok(Chart::of_world(&Chart::world(preset, seed)?, style, scale))
     }
 
-    /// The world at all its vertices, as charts of whatever scale share it.
+    /// The world at all its vertices, as charts of whatever scale share it, and what it remembers with them.
     ///
     /// # Errors
     /// When a value of the preset is out of its range.
     pub fn world(preset: &Preset, seed: Option<u64>) -> Result<Arc<World>, Error> {
-        Ok(Arc::new(World::new(preset.clone(), seed)?.with_tile_cells(Terrain::TILE_CELLS)))
+        Chart::world_within(preset, seed, &Budget::new(Chart::REMEMBERED))
+    }
+
+    /// The same, whose budget others may have too.
+    ///
+    /// # Errors
+    /// When a value of the preset is out of its range.
+    pub fn world_within(preset: &Preset, seed: Option<u64>, budget: &Arc<Budget>) -> Result<Arc<World>, Error> {
+        let world = World::new(preset.clone(), seed)?.with_tile_cells(Terrain::TILE_CELLS);
+        Ok(Arc::new(world.within(budget)))
     }
 
     /// The maps of such a [world](Chart::world).
@@ -202,8 +238,18 @@ impl Chart {
         self.terrain.at_pixels(&nodes.heights, area).values().to_vec()
     }
 
-    /// The picture of an area of pixels.
+    /// The picture of an area of pixels: a part of all that the chart shows.
     pub fn picture(self: &Arc<Self>, area: Area) -> Picture {
+        self.drawn_picture(area, None)
+    }
+
+    /// The picture of an area of pixels that ends there, with a frame around it: no name goes beyond its edges, and what lies
+    /// beyond has none.
+    pub fn framed_picture(self: &Arc<Self>, area: Area) -> Picture {
+        self.drawn_picture(area, Some(Frame::new(area, self.scale)))
+    }
+
+    fn drawn_picture(self: &Arc<Self>, area: Area, frame: Option<Frame>) -> Picture {
         let draughtsman = Draughtsman {
             style: &self.style,
             scale: self.scale,
@@ -222,12 +268,13 @@ impl Chart {
             let summits =
                 |area| self.detail.summits.iter().flat_map(|summits| summits.find(self.scale, area)).collect();
             let finders = Finders { sites: &|area| draughtsman.sites(area), summits: &summits };
-            writings = names::write((&self.style, self.scale), &drawing, seen.as_ref(), &finders, named);
+            let style = (&self.style, self.scale);
+            writings = names::write(style, &drawing, seen.as_ref(), &finders, named, frame.as_ref());
             drawing
         } else {
             draughtsman.draw(area, WIDEST as usize)
         };
-        Picture { chart: Arc::clone(self), area, drawing, writings }
+        Picture { chart: Arc::clone(self), area, drawing, writings, frame }
     }
 }
 
@@ -257,7 +304,7 @@ impl Picture {
             }
         }
         for class in [RoadClass::Highway, RoadClass::Road, RoadClass::Track] {
-            if drawing.roads.iter().any(|(of, road)| *of == class && shows(road)) {
+            if drawing.roads.iter().any(|road| road.class == class && shows(&road.shape)) {
                 items.push(LegendItem::Road(class));
             }
         }
@@ -281,6 +328,11 @@ impl Picture {
         let within = |at: [f64; 2]| self.area.meets([at[0], at[1], at[0], at[1]]);
         let named = self.writings.iter().filter(move |writing| !writing.name.is_empty() && within(writing.at));
         named.map(|writing| (writing.kind, writing.name.as_str(), writing.at))
+    }
+
+    /// The letters of what is written that the fonts lack.
+    pub(super) fn missing_letters(&self) -> impl Iterator<Item = char> {
+        self.writings.iter().flat_map(|writing| &writing.texts).flat_map(Placed::missing)
     }
 
     /// All that is written on it.
@@ -346,6 +398,8 @@ impl Picture {
         let block = Area::new(column * BLOCK, row * BLOCK, BLOCK as usize, BLOCK as usize);
         let ground = chart.relief.ground(&chart.terrain, block);
         let boxes = self.writings.iter().flat_map(Writing::boxes);
+        // Numbers of contours keep clear of the frame as they do of names.
+        let boxes = boxes.chain(self.frame.iter().flat_map(Frame::edges));
         let near: Vec<Quad> = boxes.filter(|quad| block.meets(bounds(quad.iter()))).collect();
         let sea_level_m = chart.terrain.world().preset().sea_level_m;
         let outlines =
@@ -360,6 +414,8 @@ impl Picture {
     pub(crate) fn plot(&self, page: &mut dyn Page, watch: &Watch) -> Result<(), Error> {
         let mut all = Vec::new();
         page.clip(self.area);
+        page.begin_layer(Layer::Relief);
+        page.begin_picture(self.area);
         let columns = self.area.x0.div_euclid(BLOCK)..(self.area.x1 - 1).div_euclid(BLOCK) + 1;
         for row in self.area.y0.div_euclid(BLOCK)..=(self.area.y1 - 1).div_euclid(BLOCK) {
             let blocks: Vec<(Ground, Outlines)> =
@@ -376,6 +432,7 @@ impl Picture {
             watch.add(strip.height() as u64);
         }
         page.end_picture()?;
+        page.end_layer();
         self.draw(&all, page);
         page.open();
         Ok(())
@@ -383,54 +440,126 @@ impl Picture {
 
     /// Draws all lines over the ground of some blocks.
     fn draw(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
+        draw_outlines(outlines, canvas);
+        canvas.begin_layer(Layer::Houses);
+        self.drawing.houses.iter().for_each(|house| canvas.fill(house, self.chart.style.places.houses));
+        canvas.end_layer();
+        canvas.begin_layer(Layer::Waters);
+        self.draw_waters(outlines, canvas);
+        canvas.end_layer();
+        canvas.begin_layer(Layer::Roads);
+        self.drawing.draw_roads(&self.chart.style, self.chart.scale, canvas);
+        canvas.end_layer();
+        canvas.begin_layer(Layer::Places);
+        self.draw_places(canvas);
+        canvas.end_layer();
+        canvas.begin_layer(Layer::Names);
+        self.draw_names(canvas);
+        canvas.end_layer();
+    }
+
+    fn draw_waters(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
         let (style, scale, drawing) = (&self.chart.style, &self.chart.scale, &self.drawing);
-        for outlines in outlines {
-            stop::check();
-            outlines.draw(canvas);
-        }
-        let line = |colour: Colour, mm: f64| Pen { colour, opacity: 1.0, width: scale.pixels(mm) as f32, dash: None };
-        drawing.houses.iter().for_each(|house| canvas.fill(house, style.places.houses));
         for lake in &drawing.lakes {
+            canvas.begin_item(&lake.item("lake"));
             canvas.fill(&lake.shape, style.water.fill);
+            canvas.end_item();
         }
-        let stroke_rivers = |canvas: &mut dyn Plotter, colour: Colour, drawn: &dyn Fn(f64) -> f64| {
-            for river in &drawing.rivers {
-                if !canvas.sees(river.bounds) {
-                    continue;
+        let stroke_rivers =
+            |canvas: &mut dyn Plotter, kind: &'static str, colour: Colour, drawn: &dyn Fn(&Strokes) -> Vec<f64>| {
+                for river in &drawing.rivers {
+                    if !canvas.sees(river.bounds) {
+                        continue;
+                    }
+                    canvas.begin_item(&Item { kind, id: &river.id, name: &river.name });
+                    for (width, (_, part)) in drawn(river).into_iter().zip(&river.parts) {
+                        let pen = Pen { width: width as f32, ..self.line(colour, 0.0) };
+                        canvas.stroke(std::slice::from_ref(part), &pen);
+                    }
+                    canvas.end_item();
                 }
-                for (width, part) in &river.parts {
-                    let pen = Pen { width: drawn(*width) as f32, ..line(colour, 0.0) };
-                    canvas.stroke(std::slice::from_ref(part), &pen);
-                }
-            }
-        };
-        stroke_rivers(canvas, style.water.line, &|width| width);
-        let shore = line(style.water.line, style.water.shore_mm);
+            };
+        stroke_rivers(canvas, "river", style.water.line, &|river| {
+            river.parts.iter().map(|(width, _)| *width).collect()
+        });
+        let shore = self.line(style.water.line, style.water.shore_mm);
         for lake in &drawing.lakes {
+            canvas.begin_item(&lake.item("shore"));
             canvas.stroke_shape(&lake.shape, &shore);
+            canvas.end_item();
         }
+        canvas.begin_item(&Item::only("coasts"));
         for outlines in outlines {
             canvas.stroke(&outlines.coasts, &shore);
         }
+        canvas.end_item();
         // Between their banks wide rivers are as lakes are, and open to those that they run into.
         let [banks, bank] = [BANKS * style.water.river_mm[1], style.water.shore_mm].map(|mm| scale.pixels(mm));
-        let inside = |width: f64| if width > banks { width - 2.0 * bank } else { 0.0 };
-        stroke_rivers(canvas, style.water.fill, &inside);
-        drawing.draw_roads(style, *scale, canvas);
-        for site in &drawing.sites {
-            draw_site(canvas, scale.pixel(site.at), site.class, *scale, style);
+        stroke_rivers(canvas, "river-water", style.water.fill, &|river| river.open(banks, bank));
+    }
+
+    /// Draws the symbols of settlements and peaks.
+    fn draw_places(&self, canvas: &mut dyn Plotter) {
+        let (style, scale) = (&self.chart.style, self.chart.scale);
+        for site in &self.drawing.sites {
+            canvas.begin_item(&Item { kind: site.class.name(), id: &site.id.to_string(), name: &site.name });
+            draw_site(canvas, scale.pixel(site.at), site.class, scale, style);
+            canvas.end_item();
         }
         for writing in &self.writings {
             if let Some(at) = writing.peak {
-                draw_peak(canvas, at, *scale, writing.style.colour);
+                canvas.begin_item(&Item { kind: "peak", id: &writing.name, name: &writing.name });
+                draw_peak(canvas, at, scale, writing.style.colour);
+                canvas.end_item();
             }
         }
-        let halo = Pen { opacity: 0.85, ..line(style.labels.halo, 2.0 * style.labels.halo_mm) };
-        for text in self.writings.iter().flat_map(|writing| &writing.texts) {
-            canvas.surround(text, &halo);
-        }
-        for writing in &self.writings {
-            writing.texts.iter().for_each(|text| canvas.write(text, writing.style.colour));
-        }
     }
+
+    fn draw_names(&self, canvas: &mut dyn Plotter) {
+        let labels = &self.chart.style.labels;
+        let halo = Pen { opacity: 0.85, ..self.line(labels.halo, 2.0 * labels.halo_mm) };
+        let inscriptions: Vec<Inscription> = self
+            .writings
+            .iter()
+            .map(|Writing { name, texts, style, .. }| Inscription {
+                item: Item { kind: "name", id: name, name },
+                texts,
+                colour: style.colour,
+                halo,
+            })
+            .collect();
+        canvas.inscribe(&inscriptions);
+    }
+
+    /// A whole line of a colour that covers all.
+    fn line(&self, colour: Colour, mm: f64) -> Pen {
+        Pen { colour, opacity: 1.0, width: self.chart.scale.pixels(mm) as f32, dash: None }
+    }
+}
+
+/// Draws what the ground of some blocks shows with lines, but for coasts.
+fn draw_outlines(outlines: &[Outlines], canvas: &mut dyn Plotter) {
+    let draw = |canvas: &mut dyn Plotter, trace: Trace| {
+        for outlines in outlines {
+            stop::check();
+            outlines.draw(trace, canvas);
+        }
+    };
+    canvas.begin_layer(Layer::Signs);
+    draw(canvas, Trace::Sign);
+    canvas.end_layer();
+    canvas.begin_layer(Layer::Contours);
+    for (trace, kind) in
+        [(Trace::Depth, "depths"), (Trace::Contour, "intermediate-contours"), (Trace::IndexContour, "index-contours")]
+    {
+        canvas.begin_item(&Item::only(kind));
+        draw(canvas, trace);
+        canvas.end_item();
+    }
+    canvas.begin_item(&Item::only("heights"));
+    for outlines in outlines {
+        outlines.write(canvas);
+    }
+    canvas.end_item();
+    canvas.end_layer();
 }

@@ -13,7 +13,7 @@ use crate::lines::{Line, LineKind, RoadClass, StructureKind};
 use crate::map::generalise::{bend, smooth, thinned};
 use crate::map::houses::{self, Town};
 use crate::map::names::{self, is_drawn};
-use crate::map::plotter::{Pen, Plotter, Shape, WIDEST, bounds};
+use crate::map::plotter::{Item, Pen, Plotter, Shape, WIDEST, bounds};
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, RoadsStyle, Style};
 use crate::map::symbols;
@@ -57,9 +57,9 @@ pub(super) struct Drawing {
     pub lakes: Vec<LakeShape>,
     pub rivers: Vec<Strokes>,
     /// From the worst class to the best.
-    pub roads: Vec<(RoadClass, Shape)>,
-    pub bridges: Vec<(RoadClass, Shape)>,
-    pub tunnels: Vec<(RoadClass, Shape)>,
+    pub roads: Vec<RoadPart>,
+    pub bridges: Vec<RoadPart>,
+    pub tunnels: Vec<RoadPart>,
     pub houses: Vec<Shape>,
     pub sites: Vec<SiteFeature>,
     pub named: Vec<NamedRiver>,
@@ -90,28 +90,66 @@ pub(super) struct NamedRiver {
     pub discharge_m3s: f64,
 }
 
-/// A line in parts of one width each, in pixels, and what it spans with its width.
+/// A part of a road, in pixels.
+#[derive(Debug)]
+pub(super) struct RoadPart {
+    pub class: RoadClass,
+    /// The id of the whole road, whose parts come one after the other.
+    pub id: String,
+    pub shape: Shape,
+}
+
+/// A river in parts of one width each, in pixels, and what it spans with its width.
 #[derive(Debug)]
 pub(super) struct Strokes {
+    pub id: String,
+    pub name: String,
     pub bounds: [f64; 4],
     pub parts: Vec<(f64, Vec<[f64; 2]>)>,
+}
+
+/// How many times as wide as a bank an open river is: as much water as bank is left between two.
+const LEAST_OPEN: f64 = 3.0;
+
+impl Strokes {
+    /// How wide the water between the banks of each part is, from the source on; 0 where the river is a line.
+    ///
+    /// It is a line up to where it is wider than `banks`, and open from there on as long as there is room between two banks of so many
+    /// pixels. Were it open just where it is wider, a river that is about as wide all along would come out dashed.
+    pub fn open(&self, banks: f64, bank: f64) -> Vec<f64> {
+        let mut is_open = false;
+        let mut between = |width: f64| {
+            is_open = width > if is_open { LEAST_OPEN * bank } else { banks };
+            if is_open { width - 2.0 * bank } else { 0.0 }
+        };
+        self.parts.iter().map(|(width, _)| between(*width)).collect()
+    }
 }
 
 impl LakeShape {
     fn new(lake: LakeFeature, rings: Vec<Vec<[f64; 2]>>, area_px: f64) -> LakeShape {
         let shape = Shape::new(rings);
-        let [_, north, _, south] = shape.bounds;
-        // The widest of some chords from west to east.
-        let chords = (1..CHORDS).map(|number| north + (south - north) * f64::from(number) / f64::from(CHORDS));
-        let widest = chords.map(|y| (shape.widest_at(y), y)).max_by(|a, b| a.0.1.total_cmp(&b.0.1));
-        let ((x, widest), y) = widest.expect("there are some chords");
-        LakeShape { shape, id: lake.id, name: lake.name, area_px, middle: [x, y], widest }
+        let (middle, widest) = shape.widest(shape.bounds);
+        LakeShape { shape, id: lake.id, name: lake.name, area_px, middle, widest }
+    }
+
+    /// The lake, or a part of it, as a thing of a page.
+    pub fn item(&self, kind: &'static str) -> Item<'_> {
+        Item { kind, id: &self.id, name: self.name.as_deref().unwrap_or_default() }
     }
 }
 
 impl Shape {
-    /// The middle of the widest part inside at a height of the map, and how wide that is.
-    fn widest_at(&self, y: f64) -> (f64, f64) {
+    /// The middle of the widest of some chords from west to east, within a rectangle, and how wide that is.
+    pub(super) fn widest(&self, [west, north, east, south]: [f64; 4]) -> ([f64; 2], f64) {
+        let chords = (1..CHORDS).map(|number| north + (south - north) * f64::from(number) / f64::from(CHORDS));
+        let widest = chords.map(|y| (self.widest_at(y, [west, east]), y)).max_by(|a, b| a.0.1.total_cmp(&b.0.1));
+        let ((x, widest), y) = widest.expect("there are some chords");
+        ([x, y], widest)
+    }
+
+    /// The middle of the widest part inside at a height of the map, between two edges, and how wide that is.
+    fn widest_at(&self, y: f64, [west, east]: [f64; 2]) -> (f64, f64) {
         let mut crossings: Vec<f64> = Vec::new();
         for pair in self.lines.iter().flat_map(|line| line.windows(2)) {
             let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
@@ -120,8 +158,9 @@ impl Shape {
             }
         }
         crossings.sort_by(f64::total_cmp);
-        let inside = crossings.chunks_exact(2).map(|pair| ((pair[0] + pair[1]) * 0.5, pair[1] - pair[0]));
-        inside.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((self.bounds[0], 0.0))
+        let within = crossings.chunks_exact(2).map(|pair| [pair[0].max(west), pair[1].min(east)]);
+        let inside = within.filter(|pair| pair[0] < pair[1]).map(|pair| ((pair[0] + pair[1]) * 0.5, pair[1] - pair[0]));
+        inside.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((west, 0.0))
     }
 }
 
@@ -268,7 +307,9 @@ impl Draughtsman<'_> {
         }
         let [west, north, east, south] = bounds(parts.iter().flat_map(|(_, part)| part));
         let half = parts.iter().map(|(width, _)| width / 2.0).fold(0.0, f64::max);
-        Some(Strokes { bounds: [west - half, north - half, east + half, south + half], parts })
+        let bounds = [west - half, north - half, east + half, south + half];
+        let (id, name) = (river.id.to_string(), river.name.clone().unwrap_or_default());
+        Some(Strokes { id, name, bounds, parts })
     }
 
     /// The settlements of an area of pixels that a map has room for: all, or the first town of each square of the world that
@@ -304,7 +345,7 @@ impl Draughtsman<'_> {
                 lines.push((names::hash_of(&road.id.to_string()), line));
             }
         }
-        drawing.roads.sort_by_key(|(class, _)| *class);
+        drawing.roads.sort_by_key(|road| road.class);
         lines
     }
 }
@@ -322,7 +363,7 @@ impl Drawing {
         let part = |range: std::ops::RangeInclusive<usize>| {
             let part = &at[range];
             let line: Vec<[f64; 2]> = thinned(part, LEAST_BEND * 0.25).into_iter().map(|index| part[index]).collect();
-            Shape::new(vec![smooth(&line)])
+            RoadPart { class, id: road.id.to_string(), shape: Shape::new(vec![smooth(&line)]) }
         };
         // Tunnels are drawn apart from what is seen of the road.
         let mut seen = 0;
@@ -330,21 +371,21 @@ impl Drawing {
             match structure.kind {
                 StructureKind::Tunnel => {
                     if structure.first > seen {
-                        self.roads.push((class, part(seen..=structure.first)));
+                        self.roads.push(part(seen..=structure.first));
                     }
                     if structure.last > structure.first {
-                        self.tunnels.push((class, part(structure.first..=structure.last)));
+                        self.tunnels.push(part(structure.first..=structure.last));
                     }
                     seen = structure.last;
                 }
                 StructureKind::Bridge if structure.last > structure.first => {
-                    self.bridges.push((class, part(structure.first..=structure.last)));
+                    self.bridges.push(part(structure.first..=structure.last));
                 }
                 _ => {}
             }
         }
         if seen + 1 < at.len() {
-            self.roads.push((class, part(seen..=at.len() - 1)));
+            self.roads.push(part(seen..=at.len() - 1));
         }
         Some(at)
     }
@@ -354,20 +395,32 @@ impl Drawing {
         let RoadsStyle { casing, classes, .. } = &style.roads;
         let class = |class: RoadClass| &classes[2 - class as usize];
         let line = |colour: Colour, mm: f64| Pen { colour, opacity: 1.0, width: scale.pixels(mm) as f32, dash: None };
-        for (of, tunnel) in &self.tunnels {
-            let mut pen = line(*casing, class(*of).width_mm * 0.5);
-            pen.dash = Some([scale.pixels(0.6) as f32, scale.pixels(0.4) as f32]);
-            canvas.stroke_shape(tunnel, &pen);
+        let tunnel = |of: RoadClass| Pen {
+            dash: Some([scale.pixels(0.6) as f32, scale.pixels(0.4) as f32]),
+            ..line(*casing, class(of).width_mm * 0.5)
+        };
+        stroke_parts(canvas, &self.tunnels, |_| "tunnel", tunnel);
+        let bridge = |of: RoadClass| line(*casing, class(of).width_mm + 4.0 * class(of).casing_mm);
+        stroke_parts(canvas, &self.bridges, |_| "bridge", bridge);
+        let cased = |of: RoadClass| line(*casing, class(of).width_mm + 2.0 * class(of).casing_mm);
+        stroke_parts(canvas, &self.roads, |_| "casing", cased);
+        stroke_parts(canvas, &self.roads, RoadClass::name, |of| line(class(of).colour, class(of).width_mm));
+    }
+}
+
+/// Draws parts of roads, those of one road as one thing.
+fn stroke_parts(
+    canvas: &mut dyn Plotter,
+    parts: &[RoadPart],
+    kind: impl Fn(RoadClass) -> &'static str,
+    pen: impl Fn(RoadClass) -> Pen,
+) {
+    for road in parts.chunk_by(|one, next| one.id == next.id) {
+        canvas.begin_item(&Item { kind: kind(road[0].class), id: &road[0].id, name: "" });
+        for part in road {
+            canvas.stroke_shape(&part.shape, &pen(part.class));
         }
-        for (of, bridge) in &self.bridges {
-            canvas.stroke_shape(bridge, &line(*casing, class(*of).width_mm + 4.0 * class(*of).casing_mm));
-        }
-        for (of, road) in &self.roads {
-            canvas.stroke_shape(road, &line(*casing, class(*of).width_mm + 2.0 * class(*of).casing_mm));
-        }
-        for (of, road) in &self.roads {
-            canvas.stroke_shape(road, &line(class(*of).colour, class(*of).width_mm));
-        }
+        canvas.end_item();
     }
 }
 
@@ -382,4 +435,26 @@ fn smooth_pieces(line: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
             bend(from, line[index], to)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_river_about_as_wide_as_one_with_banks_is_not_dashed() {
+        let strokes = |widths: &[f64]| Strokes {
+            id: String::new(),
+            name: String::new(),
+            bounds: [0.0; 4],
+            parts: widths.iter().map(|width| (*width, vec![[0.0, 0.0], [1.0, 0.0]])).collect(),
+        };
+        // A line at first, open for good from where it is wide, though it is narrower again and again.
+        let river = strokes(&[2.0, 3.9, 4.1, 3.9, 4.1, 3.5, 4.2]);
+        let open = river.open(4.0, 0.5);
+        let between: Vec<f64> = [4.1, 3.9, 4.1, 3.5, 4.2].iter().map(|width| width - 1.0).collect();
+        assert_eq!((&open[..2], &open[2..]), (&[0.0, 0.0][..], &between[..]));
+        // Where there is no room for water between banks, it is a line again.
+        assert_eq!(strokes(&[5.0, 1.5, 2.0, 5.0]).open(4.0, 0.5), [4.0, 0.0, 0.0, 4.0]);
+    }
 }

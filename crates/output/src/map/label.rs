@@ -379,9 +379,13 @@ fn left_to_right(mut line: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
     use crate::geometry::cross;
-    use crate::map::text::{Face, shape};
+    use crate::map::font::Face;
+    use crate::map::plotter::bounds;
+    use crate::map::text::shape;
 
     const MARGIN_PX: f64 = 2.0;
 
@@ -456,12 +460,18 @@ mod tests {
         let whole = place(all.clone(), &[], MARGIN_PX);
         let longest = longest(&all);
         let reach = longest + MARGIN_PX;
-        let near_any = |matter: &[Quad]| -> Vec<Candidate<[f64; 2]>> {
-            let is_near = |feature: &&[Candidate<[f64; 2]>]| {
-                feature.iter().any(|one| matter.iter().any(|box_of| touches(one, box_of)))
-            };
-            let features = all.chunk_by(|a, b| a.rank.feature == b.rank.feature);
-            features.filter(is_near).flatten().cloned().collect()
+        let features: Vec<&[Candidate<[f64; 2]>]> = all.chunk_by(|a, b| a.rank.feature == b.rank.feature).collect();
+        let edges = |feature: &&[Candidate<[f64; 2]>]| bounds(feature.iter().flat_map(|one| &one.boxes).flatten());
+        let edges: Vec<[f64; 4]> = features.iter().map(edges).collect();
+        // All places of the features that a square touches.
+        let near = |square: &Quad| -> Vec<usize> {
+            let [west, north, east, south] = bounds(square.iter());
+            let may_touch = |[w, n, e, s]: [f64; 4]| w <= east && e >= west && n <= south && s >= north;
+            let touching = |number: &usize| features[*number].iter().any(|one| touches(one, square));
+            (0..features.len()).filter(|number| may_touch(edges[*number])).filter(touching).collect()
+        };
+        let of = |numbers: &BTreeSet<usize>| -> Vec<Candidate<[f64; 2]>> {
+            numbers.iter().flat_map(|number| features[*number]).cloned().collect()
         };
         for window in 0..12 {
             let start = [2, 3].map(|what| 1_000.0 + 9_500.0 * chance(window, what));
@@ -469,23 +479,27 @@ mod tests {
             let in_core = |shown: &[Candidate<[f64; 2]>]| -> Vec<_> {
                 shown.iter().filter(|one| touches(one, &core)).cloned().collect()
             };
-            let mut matter = vec![square(start.map(|axis| axis - reach), 300.0 + 2.0 * reach)];
-            let mut known = near_any(&matter);
+            let first = square(start.map(|axis| axis - reach), 300.0 + 2.0 * reach);
+            let mut numbers: BTreeSet<usize> = near(&first).into_iter().collect();
+            let mut looked_at = BTreeSet::new();
             loop {
+                let mut known = of(&numbers);
                 let concerned = concerned(&mut known, &[], MARGIN_PX, |one| touches(one, &core));
-                matter.extend(concerned.into_iter().map(|index| {
-                    let [x, y] = known[index].boxes[0][0];
-                    square([x - reach, y - reach], 2.0 * reach + longest)
-                }));
-                let near = near_any(&matter);
-                if near.len() == known.len() {
+                for candidate in concerned.into_iter().map(|index| &known[index]) {
+                    if looked_at.insert((candidate.rank.feature, candidate.rank.place)) {
+                        let [x, y] = candidate.boxes[0][0];
+                        numbers.extend(near(&square([x - reach, y - reach], 2.0 * reach + longest)));
+                    }
+                }
+                if of(&numbers).len() == known.len() {
                     break;
                 }
-                known = near;
             }
+            let known = of(&numbers);
             assert_eq!(in_core(&place(known.clone(), &[], MARGIN_PX)), in_core(&whole), "{start:?}");
             let pad = pad_px(longest, MARGIN_PX);
-            let in_pad = near_any(&[square(start.map(|axis| axis - pad), 300.0 + 2.0 * pad)]).len();
+            let in_pad = near(&square(start.map(|axis| axis - pad), 300.0 + 2.0 * pad)).into_iter().collect();
+            let in_pad = of(&in_pad).len();
             assert!(known.len() < in_pad, "{} of {in_pad}", known.len());
         }
     }

@@ -7,7 +7,8 @@
 //! Style (TOML) --> contour.rs   lines of equal height, outlines.rs with numbers
 //!                  drawing.rs   rivers, lakes, roads and places as lines and areas in pixels; houses.rs
 //!                  ranges.rs    mountain ranges and valleys, from afar
-//!                  text.rs      shaped names, label.rs their places
+//!                  climb.rs     high ground from afar to the peak there; summits.rs
+//!                  text.rs      shaped names, label.rs their places, within a frame.rs if there is one
 //!                      |
 //!                  chart.rs     a block of pixels of all that: every map of a style and a scale has the same
 //!                      |
@@ -20,8 +21,11 @@ pub mod atlas;
 pub(crate) mod colour;
 mod canvas;
 mod chart;
+mod climb;
 pub(crate) mod contour;
 mod drawing;
+pub mod font;
+mod frame;
 mod generalise;
 mod houses;
 #[cfg(feature = "gpu")]

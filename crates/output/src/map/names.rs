@@ -6,9 +6,10 @@ use rayon::prelude::*;
 
 use crate::area::Area;
 use crate::features::sites::SiteFeature;
-use crate::geometry::length;
+use crate::geometry::{come_along, length};
 use crate::hash;
 use crate::map::drawing::{Drawing, NamedRiver};
+use crate::map::frame::Frame;
 use crate::map::label::{self, Candidate, Rank, along_line, around_point, place};
 use crate::map::plotter::bounds;
 use crate::map::ranges::Seen;
@@ -91,15 +92,17 @@ pub(super) struct Finders<'a> {
     pub summits: &'a (dyn Fn(Area) -> Vec<Summit> + Sync),
 }
 
-/// All that is written in an area of pixels, given the water there and [around](pad), and the land from afar.
+/// All that is written in an area of pixels, given the water there and [around](pad), and the land from afar; within a frame, if
+/// there is one.
 pub(super) fn write(
     (style, scale): (&Style, Scale),
     drawing: &Drawing,
     seen: Option<&Seen<'_>>,
     finders: &Finders<'_>,
     area: Area,
+    frame: Option<&Frame>,
 ) -> Vec<Writing> {
-    let mut writer = Writer { style, scale, candidates: Vec::new(), obstacles: Vec::new() };
+    let mut writer = Writer { style, scale, frame, candidates: Vec::new(), obstacles: Vec::new() };
     writer.write_ranges(seen);
     writer.write_lakes(drawing);
     writer.write_rivers(drawing, seen);
@@ -188,6 +191,7 @@ fn find<T: Send>(
 struct Writer<'a> {
     style: &'a Style,
     scale: Scale,
+    frame: Option<&'a Frame>,
     candidates: Vec<Candidate<Writing>>,
     obstacles: Vec<Quad>,
 }
@@ -236,29 +240,43 @@ impl Writer<'_> {
     }
 
     fn shaped(&self, text: &str, style: &LabelStyle) -> Shaped {
-        shape(text, style.face, self.scale.pixels(style.size_mm) as f32, style.spacing as f32)
+        shape(
+            text,
+            self.style.labels.typeface(style.face),
+            self.scale.pixels(style.size_mm) as f32,
+            style.spacing as f32,
+        )
     }
 
     fn push(&mut self, class: Class, (weight, feature, place): (u64, u64, u32), item: Writing) {
         // A peak's mark goes with its height.
         let mark = item.peak.map(|at| square(at, symbols::peak_px(self.scale)));
-        let boxes = item.boxes().chain(mark).collect();
-        let rank = Rank { class: class as u32, weight, feature, place };
-        self.candidates.push(Candidate { rank, boxes, item });
+        let mut boxes: Vec<Quad> = item.boxes().chain(mark).collect();
+        if matches!(class, Class::Range) {
+            // Between its letters too there is no room for what has a name of its own.
+            let gaps: Vec<Quad> = boxes.windows(2).map(|pair| between(&pair[0], &pair[1])).collect();
+            boxes.extend(gaps);
+        }
+        // A name that the frame would cut is not written there.
+        if self.frame.is_none_or(|frame| frame.has_room(&boxes)) {
+            let rank = Rank { class: class as u32, weight, feature, place };
+            self.candidates.push(Candidate { rank, boxes, item });
+        }
+    }
+
+    /// Whether a sign is on the map, so that it can have a name.
+    fn shows(&self, at: [f64; 2]) -> bool {
+        self.frame.is_none_or(|frame| frame.shows(at))
     }
 
     fn write_ranges(&mut self, seen: Option<&Seen<'_>>) {
         let style = self.style.labels.range;
         for range in seen.iter().flat_map(|seen| seen.ranges()) {
             let feature = number(&[6, range.id[0], range.id[1]]);
-            for (index, placed) in (0..).zip(range.write(self.scale, &style)) {
+            for (index, placed) in (0..).zip(range.write(self.scale, &self.style.labels)) {
                 let (texts, name) = (vec![placed], range.name.clone());
                 let item = Writing { texts, style, peak: None, kind: "range", name, at: range.top };
-                // Between its letters too there is no room for what has a name of its own.
-                let letters: Vec<Quad> = item.boxes().collect();
                 self.push(Class::Range, (0, feature, index), item);
-                let candidate = self.candidates.last_mut().expect("one was pushed");
-                candidate.boxes.extend(letters.windows(2).map(|pair| between(&pair[0], &pair[1])));
             }
         }
     }
@@ -268,6 +286,9 @@ impl Writer<'_> {
             let at = self.scale.pixel(site.at);
             let radius = symbols::site_px(site.class, self.scale);
             self.obstacles.push(square(at, radius));
+            if !self.shows(at) {
+                continue;
+            }
             let (class, style) = match site.class {
                 SiteClass::Town => (Class::Town, self.style.labels.places[0]),
                 SiteClass::Village => (Class::Village, self.style.labels.places[1]),
@@ -291,12 +312,16 @@ impl Writer<'_> {
             let Some(text) = lake.name.as_ref().filter(|_| lake.area_px >= least_px) else { continue };
             let name = self.shaped(text, &style);
             let feature = number(&[2, hash_of(&lake.id) as i64]);
-            let [x, y] = lake.middle;
+            // Of a lake that the frame cuts, what is seen of it has the name.
+            let seen =
+                self.frame.map(|frame| frame.part(lake.shape.bounds).map(|part| (part, lake.shape.widest(part))));
+            let seen = seen.unwrap_or(Some((lake.shape.bounds, (lake.middle, lake.widest))));
+            let Some(([west, north, east, south], (middle, widest))) = seen else { continue };
+            let [x, y] = middle;
             let mut places = Vec::new();
-            let [west, north, east, south] = lake.shape.bounds;
             // In a lake that is wide enough, and across one that is large; beside a small one.
             let is_large = (east - west).max(south - north) > self.scale.pixels(LONGEST_MM);
-            if is_large || lake.widest >= 1.15 * name.width {
+            if is_large || widest >= 1.15 * name.width {
                 places.push([x - 0.5 * name.width, y + 0.5 * name.x_height]);
             }
             if !is_large {
@@ -309,7 +334,7 @@ impl Writer<'_> {
             for (index, start) in (0..).zip(places) {
                 let order = (lake.area_px as u64, feature, index);
                 let (texts, name) = (vec![name.at(start, 0.0)], text.clone());
-                let item = Writing { texts, style, peak: None, kind: "lake", name, at: lake.middle };
+                let item = Writing { texts, style, peak: None, kind: "lake", name, at: middle };
                 self.push(Class::Lake, order, item);
             }
         }
@@ -344,7 +369,20 @@ impl Writer<'_> {
             if is_valley { (VALLEY_GAP_MM, VALLEY_REPEAT_MM, 2.5) } else { (0.55, REPEAT_MM, 1.0) };
         let lift = 0.5 * river.width + self.scale.pixels(gap_mm);
         let smooth_px = smooth * self.scale.pixels(style.size_mm);
-        for spot in along_line(&river.line, name.width, self.scale.pixels(repeat_mm), smooth_px) {
+        let repeat_px = self.scale.pixels(repeat_mm);
+        let parts = self.frame.map(|frame| longest_parts(frame.parts(&river.line), repeat_px));
+        let parts = parts.unwrap_or_else(|| vec![river.line.clone()]);
+        let spots = parts.iter().map(|part| along_line(part, name.width, repeat_px, smooth_px));
+        // Each part begins to count where the one before it has ended.
+        let spots = spots.scan(0, |before, mut spots| {
+            let first = *before;
+            for spot in &mut spots {
+                spot.repetition += first;
+                *before = (*before).max(spot.repetition + 1);
+            }
+            Some(spots)
+        });
+        for spot in spots.flatten() {
             let at = spot.line[spot.line.len() / 2];
             if spot.place >= SHIFTS || !fits(at) {
                 continue;
@@ -365,6 +403,9 @@ impl Writer<'_> {
         let style = self.style.labels.peak;
         for summit in summits {
             let at = self.scale.pixel(summit.at);
+            if !self.shows(at) {
+                continue;
+            }
             let radius = symbols::peak_px(self.scale);
             let height = format!("{:.0}", summit.height_m);
             let text = summit.name.as_ref().map_or(height.clone(), |name| format!("{name} {height}"));
@@ -378,6 +419,14 @@ impl Writer<'_> {
             }
         }
     }
+}
+
+/// Of the parts of a line that a map shows the longest, which has a name if there is room, and all that are so long that a name is
+/// repeated within them.
+fn longest_parts(parts: Vec<Vec<[f64; 2]>>, repeat_px: f64) -> Vec<Vec<[f64; 2]>> {
+    let long = |part: &[[f64; 2]]| come_along(part)[part.len() - 1];
+    let longest = parts.iter().map(|part| long(part)).fold(0.0, f64::max);
+    parts.into_iter().filter(|part| long(part) >= longest.min(repeat_px)).collect()
 }
 
 fn square([x, y]: [f64; 2], half: f64) -> Quad {
@@ -407,15 +456,22 @@ pub(super) fn hash_of(text: &str) -> u64 {
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
+    use std::sync::Arc;
 
     use super::*;
-    use crate::map::Chart;
+    use crate::features::landforms::{LAKES, PEAKS, valley_name};
+    use crate::lines::LineKind;
     use crate::map::label::overlap;
+    use crate::map::{Chart, Picture};
     use crate::preset::Preset;
+    use crate::recipe::source::Sources;
+    use crate::world::World;
 
     #[test]
     fn all_kinds_have_names_and_none_overlaps_another() {
-        let (_, preset) = Preset::load("alps").unwrap();
+        let (_, mut preset) = Preset::load("alps").unwrap();
+        // What is looked for lies in the world of the seed alone.
+        preset.country = None;
         let style = Style::load("topographic").unwrap();
         let scale = Scale { metres_per_pixel: 125.0, pixels_per_mm: 2.0 };
         let area = Area::new(-120, -140, 300, 280);
@@ -428,5 +484,147 @@ mod tests {
                 assert!(one.boxes().all(apart), "{} and {}", one.name, other.name);
             }
         }
+    }
+
+    /// A thing with a name, as a map of some scale shows it.
+    #[derive(Debug)]
+    struct Shown {
+        denominator: f64,
+        kind: &'static str,
+        name: String,
+        /// What is written.
+        text: String,
+        /// Metres east and north.
+        at: [f64; 2],
+    }
+
+    /// All that is named within some kilometres of a place, at eight scales.
+    fn shown(preset: &str, seed: u64, [east, north]: [f64; 2], km: f64) -> (Arc<World>, Vec<Shown>) {
+        let (_, preset) = Preset::load(preset).unwrap();
+        let world = Chart::world(&preset, Some(seed)).unwrap();
+        let mut shown = Vec::new();
+        for denominator in [45e3, 63e3, 68e3, 100e3, 150e3, 250e3, 500e3, 1e6] {
+            let scale = Scale { metres_per_pixel: denominator / 2000.0, pixels_per_mm: 2.0 };
+            let bounds = [east - km, north - km, east + km, north + km].map(|km| km * 1000.0);
+            let style = "extends = \"topographic\"\n[roads]\ndraw = false";
+            let style = Sources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
+            let picture = Chart::of_world(&world, style, scale).picture(scale.pixels_of(bounds));
+            let within = |at: [f64; 2]| picture.area().meets([at[0], at[1], at[0], at[1]]);
+            shown.extend(picture.writings().iter().filter(|writing| within(writing.at)).map(|writing| Shown {
+                denominator,
+                kind: writing.kind,
+                name: writing.name.clone(),
+                text: writing.texts[0].text.to_string(),
+                at: [writing.at[0], -writing.at[1]].map(|at| at * scale.metres_per_pixel),
+            }));
+        }
+        (world, shown)
+    }
+
+    /// What is written of a thing at every scale is what the world has: the same name, height and place.
+    fn check_names(preset: &str, seed: u64, [east, north]: [f64; 2], km: f64) {
+        let (world, shown) = shown(preset, seed, [east, north], km);
+        let spacing_m = world.spacing_m();
+        let [x, y] = [east, -north].map(|km| (km * 1000.0 / spacing_m) as i64);
+        let area = Area::new(x, y, 1, 1).padded((1.5 * km * 1000.0 / spacing_m) as usize);
+        let peaks = PEAKS.find(&world, &area);
+        let lakes = LAKES.find(&world, &area);
+        let rivers = world.lines_through(LineKind::River, &area);
+        let sites: Vec<SiteFeature> = world.sites(&area).iter().map(|site| SiteFeature::new(&world, site)).collect();
+        let off = |a: [f64; 2], b: [f64; 2]| length([a[0] - b[0], a[1] - b[1]]);
+        for one in &shown {
+            // Millimetres of paper by which generalising may move a line.
+            let drawn_m = one.denominator / 1000.0;
+            let is_there = match one.kind {
+                "peak" => peaks.iter().any(|peak| {
+                    let height = format!("{:.0}", peak.height_m);
+                    let text = peak.name.as_ref().map_or(height.clone(), |name| format!("{name} {height}"));
+                    one.text == text && off(one.at, peak.at) < 1.0
+                }),
+                "lake" => lakes.iter().any(|lake| {
+                    let near = |at: &[f64; 2]| off(one.at, *at) < lake.area_m2.sqrt() + 2.0 * drawn_m;
+                    lake.name.as_ref() == Some(&one.name) && lake.rings[0].iter().any(near)
+                }),
+                "river" => rivers.iter().any(|river| {
+                    let at = |point| river.place_from([0, 0], point);
+                    let near = |at: [f64; 2]| off(one.at, [at[0] * spacing_m, -at[1] * spacing_m]) < 6.0 * drawn_m;
+                    river.name.as_ref() == Some(&one.name) && river.points.iter().map(at).any(near)
+                }),
+                "town" | "village" | "hamlet" => sites
+                    .iter()
+                    .any(|site| site.class.name() == one.kind && site.name == one.name && off(one.at, site.at) < 1.0),
+                "valley" => rivers.iter().any(|river| valley_name(&world, river).as_ref() == Some(&one.name)),
+                // The name of a range is that of its highest peak, which lies on it: at smaller scales further away than is known here.
+                "range" if 40.0 * drawn_m > 0.5e3 * km => true,
+                "range" => peaks.iter().any(|peak| {
+                    let [x, y] = [peak.at[0], -peak.at[1]].map(|at| (at / spacing_m).round() as i64);
+                    let name = world.names().map(|names| names.range([x, y]));
+                    name.as_ref() == Some(&one.name) && off(one.at, peak.at) < 40.0 * drawn_m
+                }),
+                kind => panic!("{kind} is no kind of a thing"),
+            };
+            assert!(is_there, "{preset} around {east},{north} has no such thing: {one:?}");
+        }
+        // Of the peaks of the map of the largest scale some are on smaller ones too.
+        let scales: BTreeSet<u64> =
+            shown.iter().filter(|one| one.kind == "peak").map(|one| one.denominator as u64).collect();
+        assert!(scales.len() > 2, "{preset} has peaks at {scales:?} alone");
+    }
+
+    #[test]
+    fn a_thing_has_its_name_height_and_place_at_every_scale() {
+        check_names("archipelago", 7, [6.0, -8.0], 10.0);
+    }
+
+    #[test]
+    fn a_thing_has_its_name_height_and_place_at_every_scale_in_high_land() {
+        check_names("alps", 9, [-31.0, 22.0], 10.0);
+    }
+
+    /// Whether a box is within an area of pixels.
+    fn is_within(area: Area, quad: &Quad) -> bool {
+        let [west, north, east, south] = bounds(quad.iter());
+        west >= area.x0 as f64 && north >= area.y0 as f64 && east <= area.x1 as f64 && south <= area.y1 as f64
+    }
+
+    #[test]
+    fn no_name_is_cut_by_a_frame() {
+        let mut cut = 0;
+        for (preset, metres_per_pixel, area) in [
+            ("alps", 125.0, Area::new(-120, -140, 300, 280)),
+            ("fjords", 40.0, Area::new(900, -700, 320, 260)),
+            ("plains", 20.0, Area::new(-450, 130, 300, 300)),
+        ] {
+            let (_, preset) = Preset::load(preset).unwrap();
+            let style = "extends = \"topographic\"\n[roads]\ndraw = false";
+            let style = Sources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
+            let scale = Scale { metres_per_pixel, pixels_per_mm: 2.0 };
+            let chart = Chart::new(&preset, Some(5), style, scale).unwrap();
+            // Without a frame the neighbour goes on where a name is cut.
+            let is_cut = |writing: &&Writing| !writing.boxes().all(|quad| is_within(area, &quad));
+            let open = chart.picture(area);
+            cut += open.writings().iter().filter(is_cut).count();
+            let framed = chart.framed_picture(area);
+            let names = |picture: &Picture| -> BTreeSet<String> {
+                picture
+                    .writings()
+                    .iter()
+                    .filter(|writing| !is_cut(writing))
+                    .map(|writing| writing.name.clone())
+                    .collect()
+            };
+            for writing in framed.writings() {
+                assert!(!is_cut(&writing), "{writing:?}");
+                // A range is as large as its name, and has no sign.
+                if writing.kind == "range" {
+                    continue;
+                }
+                assert!(area.meets([writing.at[0], writing.at[1], writing.at[0], writing.at[1]]), "{writing:?}");
+            }
+            // A frame hardly takes a name from what is within it.
+            let kept = names(&open).intersection(&names(&framed)).count();
+            assert!(4 * kept >= 3 * names(&open).len(), "{:?} and {:?}", names(&open), names(&framed));
+        }
+        assert!(cut > 3, "{cut} names are cut without frames, so that these show nothing");
     }
 }

@@ -23,11 +23,23 @@ const STRAIGHT: f64 = 0.97;
 /// Pixels to the sides of a number at which it is seen where uphill is.
 const UPHILL_PX: f64 = 4.0;
 
+/// What lines that the ground draws show, from the lowest to the highest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Trace {
+    Sign,
+    Depth,
+    Contour,
+    IndexContour,
+}
+
+/// Lines of points, in pixels.
+type Lines = Vec<Vec<[f64; 2]>>;
+
 /// All lines of a block, in pixels.
 pub(super) struct Outlines {
     /// Those that are drawn with one pen.
-    lines: Vec<(Pen, Vec<Vec<[f64; 2]>>)>,
-    pub coasts: Vec<Vec<[f64; 2]>>,
+    lines: Vec<(Trace, Pen, Lines)>,
+    pub coasts: Lines,
     numbers: Vec<Placed>,
     ink: Colour,
 }
@@ -58,7 +70,8 @@ impl Outlines {
             if scale.denominator() > signs_style.most {
                 (signs_style.rock, signs_style.scree) = (0.0, 0.0);
             }
-            outlines.lines.extend(signs(&signs_style, scale, relief.sun(), area, &slopes));
+            let signs = signs(&signs_style, scale, relief.sun(), area, &slopes);
+            outlines.lines.extend(signs.into_iter().map(|(pen, lines)| (Trace::Sign, pen, lines)));
         }
         let has_depths = style.water.draw && style.water.depth_mm > 0.0;
         if style.contours.draw || has_depths {
@@ -74,7 +87,7 @@ impl Outlines {
                     width: scale.pixels(style.water.depth_mm) as f32,
                     dash: None,
                 };
-                outlines.lines.push((pen, sea.into_iter().map(|line| line.points).collect()));
+                outlines.lines.push((Trace::Depth, pen, sea.into_iter().map(|line| line.points).collect()));
             }
             if style.contours.draw {
                 outlines.add_contours(style, scale, interval_m, ground, &land, written);
@@ -144,14 +157,19 @@ impl Outlines {
             let end = run.len();
             put(&mut run, snow, end);
         }
-        self.lines.extend(pens);
+        let traces = [Trace::Contour, Trace::Contour, Trace::IndexContour, Trace::IndexContour];
+        self.lines.extend(traces.into_iter().zip(pens).map(|(trace, (pen, lines))| (trace, pen, lines)));
     }
 
-    /// Draws all but coasts.
-    pub fn draw(&self, plotter: &mut dyn Plotter) {
-        for (pen, lines) in &self.lines {
+    /// Draws the lines that show one thing.
+    pub fn draw(&self, trace: Trace, plotter: &mut dyn Plotter) {
+        for (_, pen, lines) in self.lines.iter().filter(|(of, _, _)| *of == trace) {
             plotter.stroke(lines, pen);
         }
+    }
+
+    /// Writes the numbers of contours.
+    pub fn write(&self, plotter: &mut dyn Plotter) {
         self.numbers.iter().for_each(|number| plotter.write(number, self.ink));
     }
 }
@@ -220,7 +238,8 @@ impl Numberer<'_> {
         let metres = line.number as f64 * self.interval_m;
         let digits = usize::from(self.interval_m.fract() != 0.0);
         let size = self.scale.pixels(style.size_mm) as f32;
-        let text = shape(&format!("{metres:.digits$}"), style.face, size, style.spacing as f32);
+        let typeface = self.style.labels.typeface(style.face);
+        let text = shape(&format!("{metres:.digits$}"), typeface, size, style.spacing as f32);
         let (gap, half) = (self.scale.pixels(GAP_MM), 0.5 * text.width);
         let reach = half + gap;
         // What is so far from the edges holds the whole number, however it is turned.

@@ -19,6 +19,10 @@ use crate::world::World;
 /// Pixels that a millimetre of the style is: its lines are seen at full size on a screen.
 const PIXELS_PER_MM: f64 = 4.0;
 
+/// Vertices a side of the squares that roads and places are drawn on, counted from the origin: the same squares whatever the tiles, or
+/// the edges of lines would depend on the size of tiles.
+const SQUARE: i64 = 128;
+
 /// Metres that a shore rises within a pixel at least: where it is flatter, its edge is not as soft as it could be.
 const LEAST_RISE_M: f32 = 0.02;
 
@@ -59,12 +63,11 @@ impl MapPainter {
             return bytes(&words, wanted);
         }
         let mut painted = vec![0; wanted.len() * 3];
-        // A line is drawn on squares of cells, whole: on parts of them its edges would be rounded otherwise.
-        let cells = area.width() as i64 - 1;
-        for [column, row] in [[0, 0], [1, 0], [0, 1], [1, 1]] {
-            let corner = [area.x0 + column * cells, area.y0 + row * cells];
-            let square = Area::new(corner[0], corner[1], cells as usize, cells as usize);
-            let Some(part) = square.common(&wanted) else { continue };
+        let all = wanted.on_grid(SQUARE);
+        let corners = |from: i64, to: i64| (from..to).step_by(SQUARE as usize);
+        for [x, y] in corners(all.y0, all.y1).flat_map(|y| corners(all.x0, all.x1).map(move |x| [x, y])) {
+            let square = Area::new(x, y, SQUARE as usize, SQUARE as usize);
+            let part = square.common(&wanted).expect("squares were chosen by what is wanted");
             let mut canvas = Canvas::at_vertices(square);
             canvas.put_words(part, &words);
             drawing.draw_roads(&self.style, self.scale, &mut canvas);
@@ -121,7 +124,7 @@ impl MapPainter {
                 drawing.add_road(&self.style, self.scale, road);
             }
         }
-        drawing.roads.sort_by_key(|(class, _)| *class);
+        drawing.roads.sort_by_key(|road| road.class);
         drawing
     }
 }

@@ -44,10 +44,101 @@ pub(crate) struct Pen {
     pub dash: Option<[f32; 2]>,
 }
 
+/// A part of a page that whoever edits it can hide or change as a whole, from the lowest to the highest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Layer {
+    /// What lies under the map and around it.
+    Paper,
+    /// The ground as a picture.
+    Relief,
+    /// Strokes on rock and slopes, and stones.
+    Signs,
+    /// Contours with their heights, and lines of equal depth.
+    Contours,
+    /// What is built in settlements.
+    Houses,
+    /// Lakes, rivers and coasts.
+    Waters,
+    /// Roads, bridges and tunnels.
+    Roads,
+    /// Symbols of settlements and peaks.
+    Places,
+    /// What is written on the map.
+    Names,
+    /// What stands around the map, and the lines of grids over it.
+    Furniture,
+}
+
+impl Layer {
+    /// What editors show.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Layer::Paper => "paper",
+            Layer::Relief => "relief",
+            Layer::Signs => "signs",
+            Layer::Contours => "contours",
+            Layer::Houses => "houses",
+            Layer::Waters => "waters",
+            Layer::Roads => "roads",
+            Layer::Places => "places",
+            Layer::Names => "names",
+            Layer::Furniture => "furniture",
+        }
+    }
+}
+
+/// One thing of a layer, such as a river, however many strokes it takes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Item<'a> {
+    /// What it is, in a word.
+    pub kind: &'static str,
+    /// Tells it from others of its kind. Empty if there are none.
+    pub id: &'a str,
+    /// What it is called. Empty if it has no name.
+    pub name: &'a str,
+}
+
+impl Item<'_> {
+    /// The only one of its kind.
+    pub fn only(kind: &'static str) -> Item<'static> {
+        Item { kind, id: "", name: "" }
+    }
+}
+
+/// How letters are written on pages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lettering {
+    /// As text, with the letters of its fonts in the file: it can be searched, copied and changed.
+    Text,
+    /// As outlines: they look the same everywhere.
+    Outlines,
+}
+
+/// A name and what is around its letters.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Inscription<'a> {
+    pub item: Item<'a>,
+    pub texts: &'a [Placed],
+    pub colour: Colour,
+    pub halo: Pen,
+}
+
 /// Draws at places in pixels of a map, one thing over the other.
 pub(crate) trait Plotter {
     /// The pixels that are drawn on.
     fn area(&self) -> Area;
+
+    /// Begins a layer, in which there is what is drawn until it ends. Pixels have no layers.
+    fn begin_layer(&mut self, _layer: Layer) {}
+
+    /// Ends the layer.
+    fn end_layer(&mut self) {}
+
+    /// Begins one thing of a layer. Pixels do not tell things apart.
+    fn begin_item(&mut self, _item: &Item<'_>) {}
+
+    /// Ends the thing.
+    fn end_item(&mut self) {}
 
     /// Fills an area by the even-odd rule.
     fn fill(&mut self, shape: &Shape, colour: Colour);
@@ -58,8 +149,9 @@ pub(crate) trait Plotter {
     /// Writes a text.
     fn write(&mut self, text: &Placed, colour: Colour);
 
-    /// Draws what is around the letters of a text, if the pen has a width.
-    fn surround(&mut self, text: &Placed, pen: &Pen);
+    /// Writes names over what is around their letters. Pages draw one name after the other, each as a thing of its own; on
+    /// pixels nothing that is around a name covers another, however wide it is.
+    fn inscribe(&mut self, inscriptions: &[Inscription<'_>]);
 
     /// Draws a disc.
     fn dot(&mut self, at: [f64; 2], radius: f64, colour: Colour);
@@ -79,8 +171,11 @@ pub(crate) trait Plotter {
 
 /// A page of vectors, on which there are pictures too.
 pub(crate) trait Page: Plotter {
-    /// From here on nothing is seen outside a part of the page, until [`open`](Page::open); and a picture of that part begins.
+    /// From here on nothing is seen outside a part of the page, until [`open`](Page::open).
     fn clip(&mut self, part: Area);
+
+    /// Begins a picture of a part of the page.
+    fn begin_picture(&mut self, part: Area);
 
     /// The next rows of the picture, from the north: RGB.
     ///

@@ -4,6 +4,7 @@
 //! meet and each can be found from the land around it alone.
 
 use std::cmp::Ordering;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -11,9 +12,10 @@ use crate::area::{Area, Stride};
 use crate::clock::Clock;
 use crate::geometry::{dot, length};
 use crate::grid::Grid;
+use crate::map::climb::Climb;
 use crate::map::rows::smoothed;
 use crate::map::scale::Scale;
-use crate::map::style::LabelStyle;
+use crate::map::style::LabelsStyle;
 use crate::map::text::{Placed, shape};
 use crate::world::World;
 
@@ -66,6 +68,8 @@ const PART: i64 = 64;
 pub(super) struct Afar {
     world: World,
     scale: Scale,
+    /// The way from the highest ground of a range to its highest peak.
+    climb: Climb,
 }
 
 /// The land from afar around an area of pixels.
@@ -92,11 +96,11 @@ pub(super) struct Range {
 }
 
 impl Afar {
-    /// The land of a world for maps of a scale.
-    pub fn new(world: &World, scale: Scale) -> Afar {
+    /// The land of a fluvial world for maps of a scale.
+    pub fn new(world: &Arc<World>, scale: Scale) -> Afar {
         let most_m = NODE_MM * scale.denominator() / 1000.0;
         let stride = Stride::within(most_m, world.spacing_m());
-        Afar { world: world.at_stride(stride), scale }
+        Afar { world: world.at_stride(stride), scale, climb: Climb::new(Arc::clone(world), stride) }
     }
 
     /// Whether anything is named at a scale that is not named without it.
@@ -198,7 +202,7 @@ impl Seen<'_> {
 
     /// The range around its top, where it stands out.
     fn range(&self, top: [i64; 2]) -> Option<Range> {
-        let Afar { world, scale, .. } = self.afar;
+        let Afar { world, scale, climb } = self.afar;
         let reach = scale.pixels(REACH_MM);
         let nodes: Vec<[i64; 2]> = self.around(top, reach).collect();
         let mut ground: Vec<f32> = nodes.iter().map(|[x, y]| self.heights.at(*x, *y)).collect();
@@ -210,9 +214,9 @@ impl Seen<'_> {
         let highest = |a: &[i64; 2], b: &[i64; 2]| {
             self.heights.at(a[0], a[1]).total_cmp(&self.heights.at(b[0], b[1])).then(b.cmp(a))
         };
-        // Named after its highest ground, so that a range of a smaller scale has the name of its highest part.
-        let peak = nodes.iter().copied().max_by(highest)?.map(|at| at * world.stride().vertices());
-        let name = world.names()?.range(peak);
+        // Named after its highest peak, the same one at all scales, so that a range of a smaller scale has the name of its highest part.
+        let peak = climb.peak(nodes.iter().copied().max_by(highest)?.map(|at| at * world.stride().vertices()))?;
+        let name = world.names()?.range(peak.at);
         let mut smooth: Vec<f32> = nodes.iter().map(|[x, y]| self.smooth.at(*x, *y)).collect();
         smooth.sort_by(f32::total_cmp);
         let foot_m = at_share(&smooth, LOW_SHARE);
@@ -270,19 +274,21 @@ fn crest(weighed: &[(f64, [f64; 2])], from: [f64; 2], reach: f64) -> Option<Vec<
 impl Range {
     /// Its name along it or somewhat beside it, the best place first, its letters as far apart as there is room; nowhere if it is
     /// too short for them.
-    pub fn write(&self, scale: Scale, style: &LabelStyle) -> Vec<Placed> {
+    pub fn write(&self, scale: Scale, labels: &LabelsStyle) -> Vec<Placed> {
+        let style = labels.range;
+        let typeface = labels.typeface(style.face);
         let (size_px, spacing, reach) = (scale.pixels(style.size_mm), style.spacing, scale.pixels(REACH_MM));
         let room =
             self.line.windows(2).map(|pair| length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]])).sum::<f64>();
         let size = size_px as f32;
-        let usual = shape(&self.name, style.face, size, spacing as f32).width;
+        let usual = shape(&self.name, typeface, size, spacing as f32).width;
         let gaps = (self.name.chars().count() - 1).max(1) as f64 * size_px;
         // A little less than the line is long, for what rounding takes.
         let width = (room - 0.5 * size_px).min(MOST_STRETCH * usual);
         if width < usual {
             return Vec::new();
         }
-        let name = shape(&self.name, style.face, size, (spacing + (width - usual) / gaps) as f32);
+        let name = shape(&self.name, typeface, size, (spacing + (width - usual) / gaps) as f32);
         let is_near = |at: &[f64; 2]| length([at[0] - self.top[0], at[1] - self.top[1]]) <= reach;
         let beside = BESIDE_LINE_MM.map(|mm| scale.pixels(mm) - 0.5 * name.cap_height);
         let places = beside.into_iter().filter_map(|lift| name.along(&self.line, 0.5 * (room - name.width), lift));
@@ -299,9 +305,11 @@ mod tests {
 
     #[test]
     fn ranges_lie_apart_and_are_the_same_in_every_window() {
-        let (_, preset) = Preset::load("alps").unwrap();
+        let (_, mut preset) = Preset::load("alps").unwrap();
+        // What is looked for lies in the world of the seed alone.
+        preset.country = None;
         let scale = Scale { metres_per_pixel: 1000.0, pixels_per_mm: 1.0 };
-        let afar = Afar::new(&World::new(preset, Some(5)).unwrap(), scale);
+        let afar = Afar::new(&Arc::new(World::new(preset, Some(5)).unwrap()), scale);
         let whole = afar.look(Area::new(-300, -250, 600, 500)).ranges();
         assert!(whole.len() > 10, "{}", whole.len());
         let apart = |a: &Range, b: &Range| length([a.top[0] - b.top[0], a.top[1] - b.top[1]]);

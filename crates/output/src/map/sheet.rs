@@ -1,17 +1,20 @@
 //! Sheets: a map on paper, with a frame, a grid, a scale bar, a legend and what it says of itself around it.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use crate::area::Area;
 use crate::error::Error;
 use crate::lines::RoadClass;
 use crate::map::canvas::Canvas;
 use crate::map::chart::{Chart, Picture};
-use crate::map::plotter::{Page, Pen, Plotter, Shape};
+use crate::map::font::Face;
+use crate::map::frame;
+use crate::map::plotter::{Item, Layer, Page, Pen, Plotter, Shape};
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, Style};
 use crate::map::symbols::{draw_peak, draw_site};
-use crate::map::text::{Face, Placed, shape};
+use crate::map::text::{Placed, shape};
 use crate::places::site::SiteClass;
 use crate::stop;
 use crate::watch::Watch;
@@ -29,6 +32,27 @@ const GRID_MM: f64 = 40.0;
 
 /// Millimetres that a scale bar is long at most.
 const BAR_MM: f64 = 60.0;
+
+/// Millimetres from a row of the legend to the next, and of a column of it: two stand below a map on paper of 100 mm, with some room
+/// for rounding to pixels.
+const ROW_MM: f64 = 4.6;
+const COLUMN_MM: f64 = 35.5;
+
+/// Rows of a legend, and lines of a recipe, that have room below every map.
+const ROWS: usize = 4;
+const LINES: usize = 3;
+
+/// How large the letters of a title are.
+const TITLE_MM: f64 = 8.5;
+
+/// Millimetres from a line of the recipe to the next, and how large its letters are.
+const LINE_MM: f64 = 3.0;
+const RECIPE_MM: f64 = 2.3;
+
+/// Millimetres at the eastern end of the foot that the arrow to the north takes, and from the foot to what stands below it and
+/// below the scale bar.
+const NORTH_MM: f64 = 14.0;
+const BELOW_MM: f64 = 15.0;
 
 /// What stands around a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -124,6 +148,9 @@ pub struct Sheet<'a> {
 /// Something on the paper.
 #[derive(Debug)]
 enum Mark {
+    /// What comes until the end stands together, such as all of a legend.
+    Begin(&'static str),
+    End,
     Fill(Shape, Colour),
     Line(Vec<[f64; 2]>, Colour, f64, f32),
     Site([f64; 2], SiteClass),
@@ -132,33 +159,73 @@ enum Mark {
 }
 
 impl Sheet<'_> {
-    /// Pixels of paper around a map with all that can stand there: west, north, east and south.
-    pub(super) fn margins(scale: Scale) -> [i64; 4] {
-        [SIDE_MM, TOP_MM, SIDE_MM, BOTTOM_MM].map(|mm| scale.pixels(mm).ceil() as i64)
+    /// Pixels of paper around a map, on paper of so many pixels from west to east: west, north, east and south. There is room for all
+    /// that can stand there, and for more rows of a legend if `furniture` has one.
+    pub(super) fn margins(scale: Scale, paper: i64, furniture: &BTreeSet<Furniture>) -> [i64; 4] {
+        let map_mm = paper as f64 / scale.pixels(1.0) - 2.0 * SIDE_MM;
+        let more_mm = match furniture.contains(&Furniture::Legend) {
+            true => LegendPlace::below(map_mm, LegendItem::KINDS).more_mm(LegendItem::KINDS),
+            false => 0.0,
+        };
+        [SIDE_MM, TOP_MM, SIDE_MM, BOTTOM_MM + more_mm].map(|mm| scale.pixels(mm).ceil() as i64)
     }
 
-    /// The area of pixels that a map and what stands around it take.
-    pub fn area(map: Area, scale: Scale, furniture: &BTreeSet<Furniture>) -> Area {
+    /// The area of pixels that a map and what stands around it take at most: with a legend of all that there can be on a map.
+    pub fn area(map: Area, drawn: (&Style, Scale), captions: &Captions) -> Area {
+        Sheet::area_of(map, drawn, captions, LegendItem::KINDS)
+    }
+
+    /// The area of pixels that a map and what stands around it take, with so many rows to explain.
+    fn area_of(map: Area, (style, scale): (&Style, Scale), captions: &Captions, explained: usize) -> Area {
+        let Captions { furniture, recipe, .. } = captions;
         let pixels = |mm: f64| scale.pixels(mm).ceil() as i64;
         let has = |one: Furniture| furniture.contains(&one);
-        let is_framed = has(Furniture::Frame) || has(Furniture::Grid);
-        let side = if furniture.is_empty() { 0 } else { pixels(if is_framed { SIDE_MM } else { 0.0 }) };
+        let side = if Sheet::is_framed(furniture) { pixels(SIDE_MM) } else { 0 };
         let has_foot = [Furniture::Scale, Furniture::North, Furniture::Legend, Furniture::Recipe].into_iter().any(has);
         let top = if has(Furniture::Title) { pixels(TOP_MM) } else { side };
-        let bottom = if has_foot { pixels(BOTTOM_MM) } else { side };
-        Area { x0: map.x0 - side, y0: map.y0 - top, x1: map.x1 + side, y1: map.y1 + bottom }
+        let (mut east, mut foot_mm) = (side, BOTTOM_MM);
+        if has(Furniture::Legend) {
+            foot_mm += LegendPlace::below(map.width() as f64 / scale.pixels(1.0), explained).more_mm(explained);
+            // A column is wider than the smallest maps.
+            east = east.max(pixels(COLUMN_MM) - map.width() as i64);
+        }
+        if has(Furniture::Recipe) {
+            let lines = recipe_lines(recipe, map, (style, scale)).len();
+            foot_mm += LINE_MM * lines.saturating_sub(LINES) as f64;
+        }
+        let bottom = if has_foot { pixels(foot_mm) } else { side };
+        Area { x0: map.x0 - side, y0: map.y0 - top, x1: map.x1 + east, y1: map.y1 + bottom }
     }
 
-    /// A picture of a chart with what stands around it.
+    /// Whether there is paper on all sides of a map with such furniture, so that it ends at a frame.
+    pub fn is_framed(furniture: &BTreeSet<Furniture>) -> bool {
+        furniture.contains(&Furniture::Frame) || furniture.contains(&Furniture::Grid)
+    }
+
+    /// The picture of a chart that is right for a sheet with such furniture.
+    pub fn picture(chart: &Arc<Chart>, map: Area, furniture: &BTreeSet<Furniture>) -> Picture {
+        if Sheet::is_framed(furniture) { chart.framed_picture(map) } else { chart.picture(map) }
+    }
+
+    /// A picture of a chart with what stands around it, on as much paper as that takes.
     pub fn new<'a>(picture: &'a Picture, captions: &Captions) -> Sheet<'a> {
         let chart = picture.chart();
+        let page = Sheet::area_of(picture.area(), (chart.style(), chart.scale()), captions, picture.legend().len());
+        Sheet::on_page(picture, captions, page)
+    }
+
+    /// The same on paper of which there is enough, such as the most that it [takes](Sheet::area).
+    pub(crate) fn on_page<'a>(picture: &'a Picture, captions: &Captions, page: Area) -> Sheet<'a> {
+        let chart = picture.chart();
         let (style, scale, map) = (chart.style(), chart.scale(), picture.area());
-        let page = Sheet::area(map, scale, &captions.furniture);
         let mut printer = Printer { style, scale, map, page, marks: Vec::new() };
         if let Some(overlay) = captions.overlay {
+            printer.marks.push(Mark::Begin("overlay"));
             printer.overlay(overlay);
+            printer.marks.push(Mark::End);
         }
         for furniture in &captions.furniture {
+            printer.marks.push(Mark::Begin(furniture.name()));
             match furniture {
                 Furniture::Title => printer.title(&captions.title, &captions.subtitle),
                 Furniture::Frame => printer.frame(),
@@ -168,8 +235,11 @@ impl Sheet<'_> {
                 Furniture::Legend => printer.legend(&picture.legend(), chart.interval_m()),
                 Furniture::Recipe => printer.recipe(&captions.recipe),
             }
+            printer.marks.push(Mark::End);
         }
+        printer.marks.push(Mark::Begin("neighbours"));
         printer.neighbours(&captions.neighbours);
+        printer.marks.push(Mark::End);
         Sheet { picture: Some(picture), style, scale, page, marks: printer.marks }
     }
 
@@ -199,6 +269,13 @@ impl Sheet<'_> {
             printer.write(text, *face, *size_mm, at, *share);
         }
         Sheet { picture: None, style, scale, page, marks: printer.marks }
+    }
+
+    /// The letters on it that the fonts lack: a box stands for each.
+    pub fn missing_letters(&self) -> BTreeSet<char> {
+        let text = |mark: &'_ Mark| if let Mark::Text(text, _) = mark { text.missing().collect() } else { Vec::new() };
+        let of_map = self.picture.iter().flat_map(|picture| picture.missing_letters());
+        self.marks.iter().flat_map(text).chain(of_map).collect()
     }
 
     /// The pixels that it covers.
@@ -239,11 +316,15 @@ impl Sheet<'_> {
     pub(crate) fn plot(&self, page: &mut dyn Page, watch: &Watch) -> Result<(), Error> {
         let Sheet { picture, style, scale, .. } = *self;
         let edges = [self.page.x0, self.page.y0, self.page.x1, self.page.y1].map(|at| at as f64);
+        page.begin_layer(Layer::Paper);
         page.fill(&Shape::rectangle(edges), style.paper);
+        page.end_layer();
         if let Some(picture) = picture {
             picture.plot(page, watch)?;
         }
+        page.begin_layer(Layer::Furniture);
         self.marks.iter().for_each(|mark| mark.draw(page, scale, style));
+        page.end_layer();
         Ok(())
     }
 }
@@ -251,6 +332,8 @@ impl Sheet<'_> {
 impl Mark {
     fn draw(&self, plotter: &mut dyn Plotter, scale: Scale, style: &Style) {
         match self {
+            Mark::Begin(kind) => plotter.begin_item(&Item::only(kind)),
+            Mark::End => plotter.end_item(),
             Mark::Fill(shape, colour) => plotter.fill(shape, *colour),
             Mark::Line(line, colour, width, opacity) => {
                 let pen = Pen { colour: *colour, opacity: *opacity, width: *width as f32, dash: None };
@@ -272,29 +355,7 @@ pub(super) fn grid_km(scale: Scale) -> f64 {
 
 /// The parts of a line within a rectangle: west, north, east and south.
 fn clipped(line: &[[f64; 2]], edges: [f64; 4]) -> Vec<Vec<[f64; 2]>> {
-    let [west, north, east, south] = edges;
-    let mut parts = Vec::new();
-    for pair in line.windows(2) {
-        let [[ax, ay], [bx, by]] = [pair[0], pair[1]];
-        let (dx, dy) = (bx - ax, by - ay);
-        // Liang and Barsky: from where to where all four edges are kept to.
-        let (mut from, mut to) = (0.0_f64, 1.0_f64);
-        for (way, left) in [(-dx, ax - west), (dx, east - ax), (-dy, ay - north), (dy, south - ay)] {
-            if way == 0.0 {
-                if left < 0.0 {
-                    to = -1.0;
-                }
-            } else if way < 0.0 {
-                from = from.max(left / way);
-            } else {
-                to = to.min(left / way);
-            }
-        }
-        if from < to {
-            parts.push([from, to].map(|share| [ax + dx * share, ay + dy * share]).to_vec());
-        }
-    }
-    parts
+    line.windows(2).filter_map(|pair| frame::clipped([pair[0], pair[1]], edges)).map(|part| part.to_vec()).collect()
 }
 
 /// The length of 1, 2 or 5 times a power of ten that is at most so long.
@@ -347,7 +408,7 @@ impl Printer<'_> {
     /// Writes a text whose baseline begins at a place, or ends there, or has its middle there: 0, 1 or a half. Returns how
     /// long it is.
     fn write(&mut self, text: &str, face: Face, size_mm: f64, [x, y]: [f64; 2], share: f64) -> f64 {
-        let shaped = shape(text, face, self.mm(size_mm) as f32, 0.0);
+        let shaped = shape(text, self.style.labels.typeface(face), self.mm(size_mm) as f32, 0.0);
         let placed = shaped.at([x - share * shaped.width, y], 0.0);
         self.marks.push(Mark::Text(placed, self.style.ink));
         shaped.width
@@ -356,8 +417,11 @@ impl Printer<'_> {
     fn title(&mut self, title: &str, subtitle: &str) {
         let [west, north, east, _] = self.edges();
         let baseline = north - self.mm(FRAME_MM + 3.6);
-        let long = self.write(title, Face::Semibold, 8.5, [west, baseline], 0.0);
-        let rest = shape(subtitle, Face::Italic, self.mm(4.0) as f32, 0.0).width;
+        // A title that is longer than the map is wide is smaller.
+        let usual = shape(title, self.style.labels.typeface(Face::Semibold), self.mm(TITLE_MM) as f32, 0.0).width;
+        let size_mm = if usual > east - west { TITLE_MM * (east - west) / usual } else { TITLE_MM };
+        let long = self.write(title, Face::Semibold, size_mm, [west, baseline], 0.0);
+        let rest = shape(subtitle, self.style.labels.typeface(Face::Italic), self.mm(4.0) as f32, 0.0).width;
         // On a small sheet the recipe at its foot must do.
         if long + self.mm(6.0) + rest <= east - west {
             self.write(subtitle, Face::Italic, 4.0, [east, baseline], 1.0);
@@ -397,7 +461,7 @@ impl Printer<'_> {
             // North is up, and rows count to the south.
             let text = format!("{:.digits$}", 0.0 - number as f64 * km);
             for x in [west - 0.5 * gap, east + 0.5 * gap] {
-                let shaped = shape(&text, Face::Regular, self.mm(2.6) as f32, 0.0);
+                let shaped = shape(&text, self.style.labels.typeface(Face::Regular), self.mm(2.6) as f32, 0.0);
                 // Read from the right, as the numbers at the sides of maps are.
                 let start = [x + 0.35 * shaped.cap_height, y + 0.5 * shaped.width];
                 let placed = shaped.at(start, -std::f64::consts::FRAC_PI_2);
@@ -504,16 +568,14 @@ impl Printer<'_> {
         self.write("N", Face::Semibold, 4.2, [x, top + height + self.mm(4.4)], 0.5);
     }
 
-    /// What is seen on the map, in columns of a few lines.
+    /// What is seen on the map, row by row in columns.
     fn legend(&mut self, shown: &[LegendItem], interval_m: f64) {
-        let [west, _, east, _] = self.edges();
-        let from = west + self.mm(BAR_MM + 14.0).min((east - west) * 0.36);
-        let (step, column, sample) = (self.mm(4.6), self.mm(36.0), self.mm(7.0));
-        let rows = 4;
-        let most = (((east - self.mm(14.0)) - from) / column).floor().max(0.0) as usize * rows;
-        for (index, item) in shown.iter().copied().take(most).enumerate() {
-            let x = from + (index / rows) as f64 * column;
-            let y = self.foot() + (index % rows) as f64 * step - self.mm(1.0);
+        let place = LegendPlace::below(self.map.width() as f64 / self.mm(1.0), shown.len());
+        let (from, top) = (self.edges()[0] + self.mm(place.from_mm), self.foot() + self.mm(place.top_mm - 1.0));
+        let (step, column, sample) = (self.mm(ROW_MM), self.mm(COLUMN_MM), self.mm(7.0));
+        let rows = place.rows(shown.len());
+        for (index, item) in shown.iter().copied().enumerate() {
+            let [x, y] = [from + (index / rows) as f64 * column, top + (index % rows) as f64 * step];
             self.sample(item, x, y, sample);
             self.write(&item.about(interval_m), Face::Regular, 2.9, [x + sample + self.mm(2.0), y + self.mm(1.0)], 0.0);
         }
@@ -539,26 +601,67 @@ impl Printer<'_> {
         }
     }
 
-    /// The recipe, in as many lines as the map is wide for, the last of them at the foot of the page.
+    /// The recipe, the last line of it at the foot of the page.
     fn recipe(&mut self, recipe: &str) {
-        let [west, _, east, _] = self.edges();
-        let size_mm = 2.3;
-        let mut lines = vec![String::new()];
-        for word in recipe.split(' ') {
-            let last = lines.last_mut().expect("there is a line");
-            let longer = if last.is_empty() { word.to_owned() } else { format!("{last} {word}") };
-            let width = shape(&longer, Face::Regular, self.mm(size_mm) as f32, 0.0).width;
-            if width > east - west && !last.is_empty() {
-                lines.push(word.to_owned());
-            } else {
-                *last = longer;
-            }
-        }
-        for (number, line) in lines.iter().rev().enumerate() {
-            let y = self.page.y1 as f64 - self.mm(3.0 + 3.0 * number as f64);
-            self.write(line, Face::Regular, size_mm, [west, y], 0.0);
+        let west = self.edges()[0];
+        for (number, line) in recipe_lines(recipe, self.map, (self.style, self.scale)).iter().rev().enumerate() {
+            let y = self.page.y1 as f64 - self.mm(3.0 + LINE_MM * number as f64);
+            self.write(line, Face::Regular, RECIPE_MM, [west, y], 0.0);
         }
     }
+}
+
+/// A recipe in as many lines as a map is wide for.
+fn recipe_lines(recipe: &str, map: Area, (style, scale): (&Style, Scale)) -> Vec<String> {
+    let typeface = style.labels.typeface(Face::Regular);
+    let mut lines = vec![String::new()];
+    for word in recipe.split(' ') {
+        let last = lines.last_mut().expect("there is a line");
+        let longer = if last.is_empty() { word.to_owned() } else { format!("{last} {word}") };
+        let width = shape(&longer, typeface, scale.pixels(RECIPE_MM) as f32, 0.0).width;
+        if width > map.width() as f64 && !last.is_empty() {
+            lines.push(word.to_owned());
+        } else {
+            *last = longer;
+        }
+    }
+    lines
+}
+
+/// Where the rows of a legend stand below a map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct LegendPlace {
+    /// Millimetres from the western edge of the map, and from the foot down to the first row.
+    from_mm: f64,
+    top_mm: f64,
+    columns: usize,
+}
+
+impl LegendPlace {
+    /// Below a map of so many millimetres from west to east: between the scale bar and the arrow, or below both where that takes less
+    /// paper.
+    fn below(map_mm: f64, explained: usize) -> LegendPlace {
+        let from_mm = (BAR_MM + 14.0).min(map_mm * 0.36);
+        let beside = LegendPlace { from_mm, top_mm: 0.0, columns: columns(map_mm - NORTH_MM - from_mm) };
+        let below = LegendPlace { from_mm: 0.0, top_mm: BELOW_MM, columns: columns(map_mm).max(1) };
+        if beside.columns > 0 && beside.more_mm(explained) <= below.more_mm(explained) { beside } else { below }
+    }
+
+    /// Rows of a legend that explains so much.
+    fn rows(self, explained: usize) -> usize {
+        let least = if self.top_mm > 0.0 { 1 } else { ROWS };
+        explained.div_ceil(self.columns).max(least)
+    }
+
+    /// Millimetres that it takes more than there are below every map.
+    fn more_mm(self, explained: usize) -> f64 {
+        (self.top_mm + ROW_MM * (self.rows(explained) as f64 - ROWS as f64)).max(0.0)
+    }
+}
+
+/// Columns of a legend that so many millimetres have room for.
+fn columns(room_mm: f64) -> usize {
+    (room_mm / COLUMN_MM).floor().max(0.0) as usize
 }
 
 /// Something that a legend explains.
@@ -573,6 +676,9 @@ pub(super) enum LegendItem {
 }
 
 impl LegendItem {
+    /// How many there are at most: three classes of settlements and of roads, and the others.
+    const KINDS: usize = 10;
+
     fn about(self, interval_m: f64) -> String {
         match self {
             LegendItem::Road(RoadClass::Highway) => "highway".into(),
@@ -597,5 +703,48 @@ mod tests {
         assert_eq!(thousands(50_000.0), "50\u{2009}000");
         assert_eq!(thousands(999.0), "999");
         assert_eq!(thousands(2_000_000.0), "2\u{2009}000\u{2009}000");
+    }
+
+    #[test]
+    fn a_long_title_ends_with_the_map() {
+        let style = Style::load("topographic").unwrap();
+        let scale = Scale { metres_per_pixel: 40.0, pixels_per_mm: 4.0 };
+        for title in ["", "Map", "The map of all that lies between the mountains and the sea"] {
+            let map = Area::new(0, 0, 400, 300);
+            let mut printer = Printer { style: &style, scale, map, page: map, marks: Vec::new() };
+            printer.title(title, "");
+            let boxes = printer.marks.iter().filter_map(|mark| match mark {
+                Mark::Text(text, _) => Some(&text.boxes),
+                _ => None,
+            });
+            assert!(boxes.flatten().flatten().all(|[x, _]| *x < 401.0), "{title}");
+        }
+    }
+
+    #[test]
+    fn a_legend_has_room_for_all_that_a_map_shows() {
+        let style = Style::load("topographic").unwrap();
+        let drawn = (&style, Scale { metres_per_pixel: 40.0, pixels_per_mm: 4.0 });
+        let scale = drawn.1;
+        let furniture = BTreeSet::from([Furniture::Legend, Furniture::Recipe]);
+        let captions = Captions { recipe: "terrane map alps --width 90 ".repeat(6), furniture, ..Captions::default() };
+        // Narrower than a column, as wide as some, and as wide as all that stands below a map.
+        for map_mm in [1, 20, 40, 70, 100, 130, 200, 300, 400] {
+            let map = Area::new(-70, 30, 4 * map_mm, 200);
+            for explained in 1..=LegendItem::KINDS {
+                let place = LegendPlace::below(map_mm as f64, explained);
+                let page = Sheet::area_of(map, drawn, &captions, explained);
+                let rows = place.rows(explained);
+                let columns = explained.div_ceil(rows);
+                assert!(columns <= place.columns, "{map_mm} mm: {columns} columns");
+                let east_mm = place.from_mm + columns as f64 * COLUMN_MM;
+                assert!(scale.pixels(east_mm) <= (page.x1 - map.x0) as f64, "{map_mm} mm: a row is cut off");
+                let last_mm = FRAME_MM + 6.0 + place.top_mm + (rows - 1) as f64 * ROW_MM;
+                let recipe = recipe_lines(&captions.recipe, map, drawn).len();
+                let first_mm = (page.y1 - map.y1) as f64 / scale.pixels(1.0) - 3.0 - LINE_MM * (recipe - 1) as f64;
+                // As high as letters of the recipe are.
+                assert!(last_mm + RECIPE_MM < first_mm, "{map_mm} mm: the recipe lies over the last of {rows} rows");
+            }
+        }
     }
 }

@@ -1,13 +1,14 @@
 //! Styles: what an author says about how a map is drawn. Never part of a world.
 
 use std::fmt::{self, Display, Formatter};
+use std::path::Path;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::error::Error;
-use crate::map::text::Face;
+use crate::map::font::{Face, Font, Typeface};
 use crate::preset::map::Tint;
 use crate::recipe::fault::{Fault, KeyPath};
 use crate::recipe::source::{Recipe, Sources};
@@ -294,6 +295,14 @@ pub struct PlacesStyle {
 pub struct LabelsStyle {
     /// Whether there are any.
     pub draw: bool,
+    /// The file of a TrueType or OpenType font in which all text is set, that of the sheet too, whatever its face: named from the
+    /// style's folder, or by `--style-set` from where the command runs. Letters that it lacks, and all text where there is no file,
+    /// are set in Libertinus Serif.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub font: Option<String>,
+    /// The font of that file, once it has been read.
+    #[serde(skip)]
+    pub own_font: Option<Font>,
     /// What is around each letter.
     pub halo: Colour,
     /// How wide it is, 0 to 3 mm.
@@ -314,6 +323,13 @@ pub struct LabelsStyle {
     pub valley: LabelStyle,
     /// Heights of each fifth contour, in gaps of its line.
     pub contour: LabelStyle,
+}
+
+impl LabelsStyle {
+    /// What text of a face is set in.
+    pub fn typeface(&self, face: Face) -> Typeface {
+        Typeface { face, own: self.own_font }
+    }
 }
 
 /// How names of one kind are written.
@@ -430,6 +446,7 @@ impl Recipe for Style {
     const WHAT: &'static str = "style";
     const FOLDER: &'static str = "styles";
     const BUILT_IN: &'static [(&'static str, &'static str)] = STYLES;
+    const FILES: &'static [&'static [&'static str]] = &[&["labels", "font"]];
 
     fn complete(&mut self) -> Result<(), Fault> {
         let root = KeyPath::default().key("tint");
@@ -448,6 +465,13 @@ impl Recipe for Style {
             if stops[0].at != 0.0 || stops[stops.len() - 1].at != 1.0 {
                 return Err(path.fault("expected colours from 0 to 1", "give the first at = 0 and the last at = 1"));
             }
+        }
+        if let Some(file) = &self.labels.font {
+            let refused = |error: String| {
+                let hint = "name a TrueType or OpenType file (.ttf, .otf, .ttc) from the folder of the style";
+                KeyPath::default().key("labels").key("font").fault(format!("{file:?} {error}"), hint)
+            };
+            self.labels.own_font = Some(Font::read(Path::new(file)).map_err(refused)?);
         }
         Ok(())
     }

@@ -18,6 +18,9 @@ use crate::world::World;
 /// Bytes of patches of land that are remembered.
 pub(super) const REMEMBERED: usize = 192 << 20;
 
+/// Bytes of a node in a patch: its height, and two words of what the ground is.
+pub(super) const NODE_BYTES: u64 = 12;
+
 /// Looks at a world along each side of a square, metres from one to the next, and nodes a side of each.
 const LOOKS: i64 = 4;
 const LOOK_M: f64 = 37_000.0;
@@ -67,7 +70,8 @@ impl Terrain {
 
     /// The land of a world that was made for the stride of a scale, tile by tile, by a maker of that land.
     pub fn new(world: Arc<World>, maker: Arc<dyn LandMaker>, scale: Scale) -> Terrain {
-        Terrain { world, maker, scale, patches: Memory::new(REMEMBERED) }
+        let patches = Memory::within(REMEMBERED, world.budget());
+        Terrain { world, maker, scale, patches }
     }
 
     /// The world at the nodes that the land is made at.

@@ -1,107 +1,19 @@
 //! Text as outlines: shaped once, then set on a straight line or along a bent one.
 //!
-//! The fonts come with the program, so that a map looks the same on every machine. Lengths are pixels, y is down, and
-//! the baseline is where the text stands.
+//! Lengths are pixels, y is down, and the baseline is where the text stands.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use harfrust::{Buffer, Direction, Feature, ShapeOptions, ShaperFont, Tag};
+use skrifa::instance::{LocationRef, Size};
+use skrifa::outline::{DrawSettings, OutlinePen};
+use skrifa::{GlyphId, MetadataProvider};
+use tiny_skia::{Path, PathBuilder};
+use unicode_bidi::{BidiInfo, ParagraphInfo, get_base_direction};
 
 use crate::geometry::{come_along, dot, length};
-use harfrust::{Buffer, Direction, Feature, Font, ShapeOptions, ShaperFont, Tag};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use skrifa::instance::{LocationRef, Size};
-use skrifa::metrics::Metrics;
-use skrifa::outline::{DrawSettings, OutlinePen};
-use skrifa::string::StringId;
-use skrifa::{FontRef, GlyphId, MetadataProvider};
-use std::ops::Range;
-use std::sync::{Arc, OnceLock};
-use tiny_skia::{Path, PathBuilder};
-
-/// A face of Libertinus Serif. Maps give water italics, and what is important more weight.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Face {
-    /// Upright, of text's weight.
-    #[default]
-    Regular,
-    /// Slanted, of text's weight.
-    Italic,
-    /// Upright, between regular and bold.
-    Semibold,
-    /// Slanted, between italic and bold italic.
-    SemiboldItalic,
-    /// Upright and heavy.
-    Bold,
-    /// Slanted and heavy.
-    BoldItalic,
-}
-
-/// A face whose font has been found and read.
-struct Loaded {
-    data: &'static [u8],
-    shaper: Font,
-    outlines: FontRef<'static>,
-    metrics: Metrics,
-}
-
-impl Face {
-    /// All of them, in the order in which they are declared.
-    pub const ALL: [Face; 6] =
-        [Face::Regular, Face::Italic, Face::Semibold, Face::SemiboldItalic, Face::Bold, Face::BoldItalic];
-
-    /// The font as a file, for documents that carry it with them.
-    pub fn data(self) -> &'static [u8] {
-        self.loaded().data
-    }
-
-    /// The ascent, the descent and the height of capitals, in thousandths of the font's size, up from the baseline.
-    pub fn heights(self) -> [f32; 3] {
-        let metrics = &self.loaded().metrics;
-        let heights = [metrics.ascent, metrics.descent, metrics.cap_height.unwrap_or(metrics.ascent)];
-        heights.map(|units| units * 1000.0 / f32::from(metrics.units_per_em))
-    }
-
-    /// What the font calls itself: its family and its style.
-    pub fn full_name(self) -> &'static str {
-        match self {
-            Face::Regular => "Libertinus Serif Regular",
-            Face::Italic => "Libertinus Serif Italic",
-            Face::Semibold => "Libertinus Serif Semibold",
-            Face::SemiboldItalic => "Libertinus Serif Semibold Italic",
-            Face::Bold => "Libertinus Serif Bold",
-            Face::BoldItalic => "Libertinus Serif Bold Italic",
-        }
-    }
-
-    /// The advance of a glyph in thousandths of the font's size.
-    pub fn advance(self, glyph: u16) -> f32 {
-        let Loaded { outlines, metrics, .. } = self.loaded();
-        let widths = outlines.glyph_metrics(Size::unscaled(), LocationRef::default());
-        let units = widths.advance_width(GlyphId::new(u32::from(glyph))).unwrap_or(0.0);
-        units * 1000.0 / f32::from(metrics.units_per_em)
-    }
-
-    fn loaded(self) -> &'static Loaded {
-        // To read a font takes longer than to shape a name.
-        static LOADED: [OnceLock<Loaded>; Face::ALL.len()] = [const { OnceLock::new() }; Face::ALL.len()];
-        LOADED[self as usize].get_or_init(|| self.load())
-    }
-
-    fn load(self) -> Loaded {
-        let read = |data| FontRef::new(data).expect("the fonts that come with the program can be read");
-        let is_named = |data: &&'static [u8]| {
-            let names = read(data).localized_strings(StringId::FULL_NAME).english_or_first();
-            names.is_some_and(|name| name.chars().eq(self.full_name().chars()))
-        };
-        let data = typst_assets::fonts().find(is_named).expect("each face comes with the program");
-        let outlines = read(data);
-        Loaded {
-            data,
-            shaper: Font::new(data, 0).expect("a font that could be read once can be read again"),
-            metrics: outlines.metrics(Size::unscaled(), LocationRef::default()),
-            outlines,
-        }
-    }
-}
+use crate::map::font::{Face, Font, Typeface};
 
 /// An oriented box: its corners in order around it.
 pub type Quad = [[f64; 2]; 4];
@@ -112,6 +24,7 @@ pub struct Shaped {
     text: Arc<str>,
     face: Face,
     size_px: f64,
+    spacing_px: f64,
     glyphs: Vec<ShapedGlyph>,
     /// From the start of the first glyph to the end of the last.
     pub width: f64,
@@ -130,6 +43,7 @@ pub struct Shaped {
 #[derive(Clone, Debug, PartialEq)]
 struct ShapedGlyph {
     id: u16,
+    font: Font,
     /// The bytes of the text that the glyph and those beside it with the same bytes stand for.
     text: Range<usize>,
     /// Where the pen was before the glyph, and how far it goes on.
@@ -141,47 +55,53 @@ struct ShapedGlyph {
     ink: Option<[f64; 4]>,
 }
 
-/// Shapes one line of text, left to right. `spacing_em` widens the room between letters, in sizes of the font.
+/// Shapes one line of text, each script in its own direction. `spacing_em` widens the room between letters, in sizes of the font.
 ///
-/// Spaced letters form no ligatures. A character that the font lacks becomes its box for missing ones.
-pub fn shape(text: &str, face: Face, size_px: f32, spacing_em: f32) -> Shaped {
-    let Loaded { shaper, metrics, .. } = face.loaded();
-    let font = ShaperFont::new(shaper);
-    let buffer = glyphs_of(text, &font, spacing_em > 0.0);
+/// Spaced letters form no ligatures. A character that no font has becomes the box of the first for missing ones.
+pub fn shape(text: &str, typeface: impl Into<Typeface>, size_px: f32, spacing_em: f32) -> Shaped {
+    let typeface = typeface.into();
     let size_px = f64::from(size_px);
-    let scale = size_px / f64::from(metrics.units_per_em);
-    let (infos, positions) = (buffer.glyph_infos(), buffer.glyph_positions());
-    let mut glyphs: Vec<ShapedGlyph> = Vec::with_capacity(infos.len());
+    let mut glyphs: Vec<ShapedGlyph> = Vec::with_capacity(text.len());
     let mut pen = 0.0;
-    for (info, position) in infos.iter().zip(positions) {
-        let start = info.cluster as usize;
-        // An accent is no letter of its own: no room before it.
-        if glyphs.last().is_some_and(|last| last.text.start != start) {
-            pen += f64::from(spacing_em) * size_px;
+    for Run { range, direction, font } in runs(text, typeface) {
+        let scale = size_px / f64::from(font.metrics().units_per_em);
+        let shaper = ShaperFont::new(font.shaper());
+        let buffer = glyphs_of(&text[range.clone()], direction, &shaper, spacing_em > 0.0);
+        let (infos, positions) = (buffer.glyph_infos(), buffer.glyph_positions());
+        for (info, position) in infos.iter().zip(positions) {
+            let start = range.start + info.cluster as usize;
+            // An accent is no letter of its own: no room before it.
+            if glyphs.last().is_some_and(|last| last.text.start != start) {
+                pen += f64::from(spacing_em) * size_px;
+            }
+            let starts = infos.iter().map(|other| range.start + other.cluster as usize);
+            let end = starts.filter(|other| *other > start).min();
+            let px = |units: i32| f64::from(units) * scale;
+            let at = [pen + px(position.x_offset), -px(position.y_offset)];
+            let extents = shaper.glyph_extents(GlyphId::new(info.glyph_id)).filter(|extents| extents.width != 0);
+            glyphs.push(ShapedGlyph {
+                id: u16::try_from(info.glyph_id).expect("a font has at most 65,536 glyphs"),
+                font,
+                text: start..end.unwrap_or(range.end),
+                pen,
+                advance: px(position.x_advance),
+                at,
+                // The height goes down from the top, and so is negative.
+                ink: extents.map(|ink| {
+                    let (left, top) = (at[0] + px(ink.x_bearing), at[1] - px(ink.y_bearing));
+                    [left, top, left + px(ink.width), top - px(ink.height)]
+                }),
+            });
+            pen += px(position.x_advance);
         }
-        let end = infos.iter().map(|other| other.cluster as usize).filter(|other| *other > start).min();
-        let px = |units: i32| f64::from(units) * scale;
-        let at = [pen + px(position.x_offset), -px(position.y_offset)];
-        let extents = font.glyph_extents(GlyphId::new(info.glyph_id)).filter(|extents| extents.width != 0);
-        glyphs.push(ShapedGlyph {
-            id: u16::try_from(info.glyph_id).expect("a font has at most 65,536 glyphs"),
-            text: start..end.unwrap_or(text.len()),
-            pen,
-            advance: px(position.x_advance),
-            at,
-            // The height goes down from the top, and so is negative.
-            ink: extents.map(|ink| {
-                let (left, top) = (at[0] + px(ink.x_bearing), at[1] - px(ink.y_bearing));
-                [left, top, left + px(ink.width), top - px(ink.height)]
-            }),
-        });
-        pen += px(position.x_advance);
     }
-    let px = |units: f32| f64::from(units) * scale;
+    let metrics = typeface.font().metrics();
+    let px = |units: f32| f64::from(units) * size_px / f64::from(metrics.units_per_em);
     Shaped {
         text: text.into(),
-        face,
+        face: typeface.face,
         size_px,
+        spacing_px: f64::from(spacing_em) * size_px,
         width: pen,
         ascent: px(metrics.ascent),
         descent: -px(metrics.descent),
@@ -192,11 +112,66 @@ pub fn shape(text: &str, face: Face, size_px: f32, spacing_em: f32) -> Shaped {
     }
 }
 
-/// The glyphs of a text, in units of the font.
-fn glyphs_of(text: &str, font: &ShaperFont, apart: bool) -> Buffer {
+/// A part of a text that is read in one direction, and set in one font.
+struct Run {
+    range: Range<usize>,
+    direction: Direction,
+    font: Font,
+}
+
+/// The parts of a text from left to right as they stand.
+fn runs(text: &str, typeface: Typeface) -> Vec<Run> {
+    let mut runs = Vec::new();
+    for (part, direction) in directed(text) {
+        let first = runs.len();
+        for (at, letter) in text[part.clone()].char_indices().map(|(at, letter)| (part.start + at, letter)) {
+            let end = at + letter.len_utf8();
+            match runs[first..].last_mut() {
+                Some(Run { range, font, .. }) if goes_on(*font, letter, typeface) => range.end = end,
+                _ => runs.push(Run { range: at..end, direction, font: typeface.font_of(letter) }),
+            }
+        }
+        if direction == Direction::RightToLeft {
+            runs[first..].reverse();
+        }
+    }
+    runs
+}
+
+/// Whether a letter is set in the font of the one before it: where that is its own, or where it has no look of its own but joins
+/// others, as accents and spaces do.
+fn goes_on(font: Font, letter: char, typeface: Typeface) -> bool {
+    let is_letter = letter.is_alphanumeric();
+    typeface.font_of(letter) == font || !is_letter && font.glyph_of(letter).is_some()
+}
+
+/// The parts of a text that are read in one direction, from left to right as they stand (the bidirectional algorithm of Unicode).
+fn directed(text: &str) -> Vec<(Range<usize>, Direction)> {
+    let order = BidiInfo::new(text, None);
+    if !order.has_rtl() {
+        return vec![(0..text.len(), Direction::LeftToRight)];
+    }
+    let of_paragraph = |paragraph: &ParagraphInfo| {
+        let (levels, runs) = order.visual_runs(paragraph, paragraph.range.clone());
+        let direct = |run: Range<usize>| {
+            let is_rtl = levels[run.start].is_rtl();
+            (run, if is_rtl { Direction::RightToLeft } else { Direction::LeftToRight })
+        };
+        runs.into_iter().map(direct).collect::<Vec<_>>()
+    };
+    order.paragraphs.iter().flat_map(of_paragraph).collect()
+}
+
+/// Whether a text as a whole is read from right to left, as its first letter says.
+pub fn is_right_to_left(text: &str) -> bool {
+    matches!(get_base_direction(text), unicode_bidi::Direction::Rtl)
+}
+
+/// The glyphs of a text from left to right, in units of the font.
+fn glyphs_of(text: &str, direction: Direction, font: &ShaperFont, apart: bool) -> Buffer {
     let mut buffer = Buffer::new();
     buffer.push_str(text);
-    buffer.set_direction(Direction::LeftToRight);
+    buffer.set_direction(direction);
     buffer.guess_segment_properties();
     let without_ligatures = [b"liga", b"clig"].map(|tag| Feature::new(Tag::new(tag), 0, ..));
     let features = if apart { without_ligatures.as_slice() } else { &[] };
@@ -216,11 +191,13 @@ fn ink_of(glyphs: &[ShapedGlyph]) -> Option<[f64; 4]> {
 pub struct Placed {
     /// What is written.
     pub text: Arc<str>,
-    /// The face of all glyphs.
+    /// The face that was asked for.
     pub face: Face,
     /// The size of the font.
     pub size_px: f64,
-    /// The glyphs in the order of the text.
+    /// How much wider the room between letters is than in the font.
+    pub spacing_px: f64,
+    /// The glyphs from left to right, as they are seen.
     pub glyphs: Vec<PlacedGlyph>,
     /// What the ink covers: one box of straight text, one a letter of bent text, none where there is no ink.
     pub boxes: Vec<Quad>,
@@ -229,8 +206,10 @@ pub struct Placed {
 /// A glyph that has its place on the map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedGlyph {
-    /// Its number in the font.
+    /// Its number in its font.
     pub id: u16,
+    /// That of the text's face, or another where that lacks the letter.
+    pub font: Font,
     /// The bytes of the text that it stands for, alone or with its neighbours of the same bytes.
     pub text: Range<usize>,
     /// Its origin, on the baseline.
@@ -291,6 +270,7 @@ impl Shaped {
             text: Arc::clone(&self.text),
             face: self.face,
             size_px: self.size_px,
+            spacing_px: self.spacing_px,
             glyphs: Vec::new(),
             boxes: Vec::new(),
         }
@@ -301,12 +281,39 @@ impl Placed {
     /// Adds glyphs whose baseline has one way, from where the pen was before them.
     fn push(&mut self, glyphs: &[ShapedGlyph], pen: f64, start: [f64; 2], along: [f64; 2]) {
         let turn = |[x, y]: [f64; 2]| turned([x - pen, y], start, along);
-        let placed =
-            |glyph: &ShapedGlyph| PlacedGlyph { id: glyph.id, text: glyph.text.clone(), at: turn(glyph.at), along };
+        let placed = |&ShapedGlyph { id, font, ref text, at, .. }: &ShapedGlyph| PlacedGlyph {
+            id,
+            font,
+            text: text.clone(),
+            at: turn(at),
+            along,
+        };
         self.glyphs.extend(glyphs.iter().map(placed));
         if let Some([left, top, right, bottom]) = ink_of(glyphs) {
             self.boxes.push([[left, top], [right, top], [right, bottom], [left, bottom]].map(turn));
         }
+    }
+
+    /// The letters that no font has: a box stands for each.
+    pub fn missing(&self) -> impl Iterator<Item = char> {
+        let boxes = self.glyphs.iter().filter(|glyph| glyph.id == 0);
+        boxes.flat_map(|glyph| self.text[glyph.text.clone()].chars())
+    }
+
+    /// Whether letters have other shapes than alone, as in scripts that join them: it takes all rules of a font to set them.
+    pub fn is_joined(&self) -> bool {
+        /// The first letter of Hebrew: of scripts before it, whose letters stand alone, only ligatures differ.
+        const FIRST: char = '\u{590}';
+        let is_joined = |glyphs: &[PlacedGlyph]| {
+            let mut letters = self.text[glyphs[0].text.clone()].chars();
+            let alone = letters.next().and_then(|letter| glyphs[0].font.glyph_of(letter));
+            let is_one = letters.next().is_none() && glyphs.len() == 1;
+            glyphs[0].id != 0 && !(is_one && alone == Some(glyphs[0].id))
+        };
+        let of_letter = self.glyphs.chunk_by(|one, next| one.text == next.text);
+        of_letter
+            .filter(|glyphs| self.text[glyphs[0].text.clone()].chars().any(|letter| letter >= FIRST))
+            .any(is_joined)
     }
 
     /// Whether no letter is turned far from the one before it, nor from the way of the whole.
@@ -324,21 +331,21 @@ impl Placed {
     /// origin the same glyphs have the same shapes from every origin. All curves are quadratic: tiny-skia strokes cubic
     /// ones with the cosine of the machine's library.
     pub fn path(&self, origin: [i64; 2]) -> Option<Path> {
-        let Loaded { outlines, metrics, .. } = self.face.loaded();
-        let outlines = outlines.outline_glyphs();
         let mut builder = PathBuilder::new();
-        for PlacedGlyph { id, at, along, .. } in &self.glyphs {
+        for PlacedGlyph { id, font, at, along, .. } in &self.glyphs {
             let mut pen = Pen {
                 builder: &mut builder,
-                scale: self.size_px / f64::from(metrics.units_per_em),
+                scale: self.size_px / f64::from(font.metrics().units_per_em),
                 at: *at,
                 along: *along,
                 origin: origin.map(|axis| axis as f64),
                 last: [0.0; 2],
             };
             let settings = DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
-            let outline = outlines.get(GlyphId::new(u32::from(*id))).expect("shaping finds glyphs of the font");
-            outline.draw(settings, &mut pen).expect("the outlines of the fonts can be read");
+            // A font of somebody's may lack what its tables promise, and then shows nothing.
+            if let Some(outline) = font.outlines().outline_glyphs().get(GlyphId::new(u32::from(*id))) {
+                let _ = outline.draw(settings, &mut pen);
+            }
         }
         builder.finish()
     }
@@ -484,6 +491,7 @@ impl Course<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::font::Face;
 
     #[test]
     fn all_letters_and_digits_have_outlines_within_their_boxes() {
@@ -502,10 +510,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_are_six_fonts() {
-        for (face, other) in Face::ALL.iter().flat_map(|face| Face::ALL.map(|other| (*face, other))) {
-            assert_eq!(face == other, face.data() == other.data());
-        }
+    fn bold_text_is_wider() {
         assert!(shape("Weight", Face::Bold, 20.0, 0.0).width > shape("Weight", Face::Regular, 20.0, 0.0).width);
     }
 
@@ -530,6 +535,46 @@ mod tests {
         let widths: f64 = accented.glyphs.iter().map(|glyph| glyph.advance).sum();
         assert!((accented.width - widths - 4.0).abs() < 1e-6, "room before an accent");
         assert_eq!(accented.glyphs[0].text, 0..5);
+    }
+
+    #[test]
+    fn hebrew_stands_from_right_to_left_between_what_does_not() {
+        let text = "Alp \u{5e2}\u{5d1}\u{5e8} 12";
+        let placed = shape(text, Face::Regular, 20.0, 0.0).at([0.0, 0.0], 0.0);
+        let read: String = placed.glyphs.iter().map(|glyph| &text[glyph.text.clone()]).collect();
+        // Numbers after Hebrew stand to its left, and are read as numbers are.
+        assert_eq!(read, "Alp 12 \u{5e8}\u{5d1}\u{5e2}");
+        assert!(placed.glyphs.windows(2).all(|pair| pair[0].at[0] < pair[1].at[0]));
+        assert_eq!(placed.missing().count(), 0);
+        assert!(is_right_to_left("\u{5e2}!") && !is_right_to_left(text) && !is_right_to_left("12"));
+    }
+
+    #[test]
+    fn a_font_of_a_style_is_used_where_it_has_the_letters() {
+        let own = Font::of_file();
+        let typeface = Typeface { face: Face::Italic, own: Some(own) };
+        // The face has no Arabic, and neither has Chinese.
+        let text = "Alp \u{644}\u{628} \u{65e5}";
+        let placed = shape(text, typeface, 20.0, 0.0).at([0.0, 0.0], 0.0);
+        let fonts: Vec<(&str, Font)> =
+            placed.glyphs.iter().map(|glyph| (&text[glyph.text.clone()], glyph.font)).collect();
+        assert!(fonts[..4].iter().all(|(_, font)| *font == own), "{fonts:?}");
+        assert_eq!(placed.missing().collect::<String>(), "\u{65e5}");
+        assert!(placed.is_joined(), "the letters of Arabic join");
+        let arabic: Vec<&str> = fonts.iter().map(|(text, _)| *text).filter(|text| *text >= "\u{600}").collect();
+        assert_eq!(arabic[..2], ["\u{628}", "\u{644}"]);
+        assert!(placed.path([0, 0]).is_some());
+        let plain = shape("Tiefffluss \u{5e2}\u{5d1}", typeface, 20.0, 0.0).at([0.0, 0.0], 0.0);
+        assert!(!plain.is_joined());
+        // What the file lacks comes from the face.
+        let rare = shape("A\u{1f7}", typeface, 20.0, 0.0).at([0.0, 0.0], 0.0);
+        assert_eq!(rare.glyphs.iter().map(|glyph| glyph.font).collect::<Vec<_>>(), [own, Face::Italic.font()]);
+    }
+
+    #[test]
+    fn letters_that_a_font_lacks_are_told() {
+        let placed = shape("Alp \u{65e5}\u{672c} \u{628}", Face::Italic, 20.0, 0.0).at([0.0, 0.0], 0.0);
+        assert_eq!(placed.missing().collect::<String>(), "\u{65e5}\u{672c}\u{628}");
     }
 
     #[test]

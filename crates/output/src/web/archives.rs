@@ -21,18 +21,22 @@ impl Archives {
     /// Begins those that are asked for.
     pub fn create(folder: &Path, plan: &Plan, meta: &Meta, choice: Choice, set: &Set) -> Result<Archives, Error> {
         let stem = format!("{}{}", set.layer, set.mark());
-        let about = Described::new(plan, meta, set.title, set.scale);
+        let about = |further: u8| Described::new(plan, meta, set.title, set.scale, further);
         let path = |ending: &str| folder.join(format!("{stem}.{ending}"));
-        let mbtiles = || MbTiles::create(path("mbtiles"), choice.encoding.ending(), &about);
-        let pmtiles = || PmTiles::create(path("pmtiles"), choice.encoding, &about);
+        let mbtiles = || MbTiles::create(path("mbtiles"), choice.encoding.ending(), &about(set.further()));
+        let pmtiles = || PmTiles::create(path("pmtiles"), choice.encoding, &about(0));
         let (mbtiles, pmtiles) = (choice.mbtiles.then(mbtiles).transpose()?, choice.pmtiles.then(pmtiles).transpose()?);
         Ok(Archives { stem, mbtiles, pmtiles })
     }
 
     /// Adds a picture to them.
-    pub fn add(&mut self, Picture { place, bytes, hash, .. }: &Picture) -> Result<(), Error> {
+    pub fn add(&mut self, picture: &Picture) -> Result<(), Error> {
+        let Picture { place, bytes, hash, quarters, .. } = picture;
         if let Some(mbtiles) = &mut self.mbtiles {
-            mbtiles.add(*place, hash, bytes)?;
+            match quarters {
+                Some(quarters) => quarters.iter().try_for_each(|it| mbtiles.add(it.place, &it.hash, &it.bytes))?,
+                None => mbtiles.add(*place, hash, bytes)?,
+            }
         }
         if let Some(pmtiles) = &mut self.pmtiles {
             pmtiles.add(*place, bytes)?;

@@ -42,6 +42,15 @@ pub(super) struct Picture {
     pub place: TilePlace,
     pub bytes: Vec<u8>,
     pub hash: blake3::Hash,
+    /// The four tiles of the next zoom that a dense picture is cut into for MBTiles.
+    pub quarters: Option<[Quarter; 4]>,
+}
+
+/// A quarter of a dense picture, as a tile of its own.
+pub(super) struct Quarter {
+    pub place: TilePlace,
+    pub bytes: Vec<u8>,
+    pub hash: blake3::Hash,
 }
 
 /// What a block has become.
@@ -76,6 +85,11 @@ impl Set<'_> {
     /// What follows a tile's number, and the layer's name in those of archives.
     pub fn mark(&self) -> &'static str {
         if self.scale == 1 { "" } else { "@2x" }
+    }
+
+    /// Zoom levels from a tile to those of the usual size that it is cut into.
+    pub fn further(&self) -> u8 {
+        u8::from(self.scale > 1)
     }
 }
 
@@ -127,13 +141,25 @@ impl Draft<'_> {
                     let ending = format!("{}.{}", self.sets[set].mark(), self.choice.encoding.ending());
                     listing += &folder::write_tile(self.folder, layer, place, &ending, &bytes)?;
                 }
-                pictures.push(Picture { set, place, hash: blake3::hash(&bytes), bytes });
+                let is_cut = self.choice.mbtiles && self.sets[set].further() > 0;
+                let quarters = is_cut.then(|| self.quarters(place, &tile, side));
+                pictures.push(Picture { set, place, hash: blake3::hash(&bytes), bytes, quarters });
             }
         }
         if let Some(heights) = heights.filter(|_| self.choice.folder) {
             listing += &heights.write(self.folder, block)?;
         }
         Ok(Drawn { pictures, listing })
+    }
+
+    /// Cuts a dense tile into four of the next zoom.
+    fn quarters(&self, place: TilePlace, tile: &[u8], side: usize) -> [Quarter; 4] {
+        let half = side / 2;
+        place.quarters().map(|quarter| {
+            let [column, row] = [quarter.x % 2, quarter.y % 2].map(|at| at as usize * half);
+            let bytes = self.choice.encoding.encode(half as u32, &cut(tile, side, (column, row), half));
+            Quarter { place: quarter, hash: blake3::hash(&bytes), bytes }
+        })
     }
 
     fn view(&self, block: &Block, scale: u32) -> View {

@@ -1,15 +1,15 @@
 //! An MBTiles archive: all tiles of a set in one SQLite database, as desktop programs and tile servers read it.
 //!
 //! Based on: Mapbox, MBTiles 1.3. Rows are counted from the south. Equal tiles are stored once: `tiles` is a view of
-//! places and pictures, as the specification proposes. Of dense tiles, GDAL reads the 512 pixels in its version 3.10 and
-//! refuses them in 3.6.
+//! places and pictures, as the specification proposes. All tiles have 256 pixels a side, since GDAL before its version 3.10 and
+//! many others take no other size: dense tiles are cut into four of the next zoom level.
 
 use std::path::{Path, PathBuf};
 
 use rusqlite::{Connection, params};
 
 use crate::error::Error;
-use crate::file::{Finished, PartFile, sqlite_error};
+use crate::file::{Finished, PartFile, database, sqlite_error};
 use crate::registry::unjournaled;
 use crate::web::meta::Described;
 use crate::web::pyramid::TilePlace;
@@ -75,7 +75,7 @@ impl MbTiles {
 }
 
 fn open(at: &Path, format: &str, about: &Described) -> rusqlite::Result<Connection> {
-    let connection = Connection::open(at)?;
+    let connection = database::open(at)?;
     unjournaled(&connection)?;
     connection.pragma_update(None, "application_id", APPLICATION_ID)?;
     // One transaction for all: each statement alone would be one of its own.
@@ -88,8 +88,8 @@ fn open(at: &Path, format: &str, about: &Described) -> rusqlite::Result<Connecti
         ("format", format.to_owned()),
         ("bounds", list(&about.degrees)),
         ("center", format!("{},{zoom}", list(&[longitude, latitude]))),
-        ("minzoom", "0".to_owned()),
-        ("maxzoom", about.max_zoom.to_string()),
+        ("minzoom", about.zooms.start().to_string()),
+        ("maxzoom", about.zooms.end().to_string()),
         ("type", "baselayer".to_owned()),
         ("version", about.version.clone()),
         ("description", about.description.clone()),

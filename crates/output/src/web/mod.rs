@@ -1,7 +1,8 @@
 //! Web maps: a pyramid of tiles, packed for the web and the desktop, and a page that shows it without any network.
 //!
 //! ```text
-//!   pyramid.rs    bounds, finest pixel -> zoom levels, tiles, and blocks of them that are drawn at once
+//!   mercator.rs   the plane of web maps, in which the metres of a world are: degrees
+//!   pyramid.rs    bounds, metres of a cell -> zoom levels, tiles, and blocks of them that are drawn at once
 //!   encode.rs     pixels -> WebP, PNG; heights -> colours, scripts          meta.rs   what each file says of the map
 //!   draft.rs      blocks, functions that draw -> the pictures of tiles
 //!   folder.rs     a file a tile, and a list      mbtiles.rs   a database      pmtiles.rs   an archive      archives.rs   both of a layer
@@ -17,6 +18,7 @@ mod draft;
 mod encode;
 mod folder;
 mod mbtiles;
+pub(crate) mod mercator;
 mod meta;
 mod page;
 mod pmtiles;
@@ -44,12 +46,12 @@ use draft::{Draft, HEIGHTS, Picture, Set};
 const EXPORT: &str = "web";
 
 /// Blocks that a thread has in work on average, so that one slow block does not keep the others waiting.
-const BLOCKS_A_THREAD: usize = 2;
+pub(crate) const BLOCKS_A_THREAD: usize = 2;
 
 /// Pixels that are to be drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// Zoom level; 0 is the coarsest.
+    /// Zoom level of Web Mercator.
     pub zoom: u8,
     /// How much larger than usual symbols and text are to be drawn, in pixels: 1, or 2 for dense screens.
     pub scale: u32,
@@ -174,7 +176,7 @@ pub fn write(
     let listing = choice.folder.then(|| PartFile::create(folder.join(LISTING)));
     let mut listing = listing.transpose()?;
     let mut tally = Tally::default();
-    for zoom in 0..=plan.max_zoom() {
+    for zoom in plan.zooms() {
         let mut blocks = plan.blocks(zoom).peekable();
         let mut square = None;
         while let Some(batch) = batch(&mut blocks) {

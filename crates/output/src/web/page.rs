@@ -56,7 +56,7 @@ fn about(plan: &Plan, meta: &Meta, choice: Choice, content: &Content) -> Value {
         "name": meta.name,
         "description": meta.description,
         "version": meta.version,
-        "ground": ground(plan, 1),
+        "ground": ground(plan, 1, 0),
         "ending": choice.encoding.ending(),
         "dense": choice.dense,
         "layers": layers,

@@ -34,7 +34,8 @@ impl PmTiles {
         let [west, south, east, north] = about.degrees;
         let (longitude, latitude, zoom) = about.center();
         let writer = PmTilesWriter::new(tile_type)
-            .max_zoom(about.max_zoom)
+            .min_zoom(*about.zooms.start())
+            .max_zoom(*about.zooms.end())
             .bounds(west, south, east, north)
             .center(longitude, latitude)
             .center_zoom(zoom)

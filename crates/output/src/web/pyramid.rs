@@ -1,24 +1,30 @@
 //! The plan of a pyramid: which tiles there are at each zoom level, and which pixels of the world each holds.
 //!
-//! The pixels of a zoom level are those of the whole world, counted from its origin, and a tile begins at a multiple of
-//! [`TILE_PX`]: two bakes of one world with the same finest pixel have the same tiles where they overlap. Archives count
-//! tiles from zero in a square of `2^zoom` on a side. That square's north-western corner is put at a multiple of half
-//! its side: one that holds the bounds is then never more than four times as large as they are, even when they lie
-//! across the origin, and from zoom 1 on its tiles are the world's. Only the one tile of zoom 0 may lie between them.
+//! Tiles, their numbers and their zoom levels are those of all web maps: at zoom level z Web Mercator's square ([`SIDE_M`]) is
+//! `2^z` tiles a side, and the world's metres are the metres of its plane, with the world's origin in the middle. So a tile lies
+//! where the metres and degrees of other files of the world lie, two bakes of one world have the same tiles where they
+//! overlap, and a pixel is a number of metres that is no multiple of the metres between vertices.
 //!
-//! So tile `(zoom, x, y)` of an archive is the world's tile `(x + corner_x * 2^(zoom - 1), y + corner_y * 2^(zoom - 1))`
-//! for the two integers of [`Plan::corner`].
+//! The finest zoom level is that whose pixels are nearest in size to the cells between vertices, and the coarsest that in which all fits
+//! into the size of a tile.
+//!
+//! A world has no end, and the Earth has one. Beyond it the square comes again and again, to the east and west, north and
+//! south: a pyramid lies in the one that holds its region, and [`Plan::corner_m`] tells which that is.
+
+use std::ops::RangeInclusive;
 
 use pmtiles::{TileCoord, TileId};
 
 use crate::area::Area;
 use crate::error::Error;
+use crate::web::mercator::{SIDE_M, degrees};
 
 /// Pixels on a side of a tile.
 pub const TILE_PX: i64 = 256;
 
-/// The most zoom levels above the coarsest: GDAL takes no MBTiles with more, and the finest then has 2^32 pixels a side.
-pub const MAX_ZOOM: u8 = 24;
+/// The finest zoom level that there is, with pixels of 19 mm: MapLibre shows none beyond 24, and dense tiles count as one more where
+/// they are cut.
+pub const MAX_ZOOM: u8 = 23;
 
 /// Tiles on a side of a block, as a power of two: 1024 pixels, so that what is read around a picture weighs little.
 const BLOCK_BITS: u8 = 2;
@@ -47,18 +53,18 @@ pub struct Bounds {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     bounds: Bounds,
-    finest_m: f64,
+    min_zoom: u8,
     max_zoom: u8,
-    /// North-western corner of the square, in halves of its side.
-    corner: [i64; 2],
-    /// The bounds in pixels of the finest zoom, counted from the corner.
+    /// Which of the squares east and south of that in whose middle the world's origin lies.
+    square: [i64; 2],
+    /// The bounds in pixels of the finest zoom, rounded outwards, counted from the square's north-western corner.
     pixels: Area,
 }
 
 /// A tile by its place in an archive: column from the west, row from the north.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct TilePlace {
-    /// Zoom level; 0 is the coarsest.
+    /// Zoom level.
     pub zoom: u8,
     /// Column from the west, below `2^zoom`.
     pub x: u32,
@@ -78,7 +84,7 @@ impl TilePlace {
     }
 
     /// The four tiles of the next zoom that cover this one, along the curve.
-    fn quarters(self) -> [TilePlace; 4] {
+    pub(super) fn quarters(self) -> [TilePlace; 4] {
         let quarter = |x, y| TilePlace { zoom: self.zoom + 1, x: 2 * self.x + x, y: 2 * self.y + y };
         let mut quarters = [quarter(0, 0), quarter(1, 0), quarter(0, 1), quarter(1, 1)];
         quarters.sort_by_key(|tile| tile.id());
@@ -111,16 +117,15 @@ impl Block {
 }
 
 impl Plan {
-    /// The plan of a pyramid that covers `bounds`, with pixels of `finest_m` metres at its finest zoom.
-    ///
-    /// It has as many zoom levels as it takes until all fits in one tile, and two at least.
+    /// The plan of a pyramid that covers `bounds`, whose finest pixels are about `cell_m` metres: between 0.7 and 1.4 times as
+    /// many, where there is such a zoom level.
     ///
     /// # Errors
-    /// When the bounds are empty, beyond what `f64` can tell apart, or take more than [`MAX_ZOOM`] levels.
-    pub fn new(bounds: Bounds, finest_m: f64) -> Result<Plan, Error> {
+    /// When the bounds are empty, beyond what `f64` can tell apart, or across the edge of two squares.
+    pub fn new(bounds: Bounds, cell_m: f64) -> Result<Plan, Error> {
         let refused = |message: String, hint: &str| Error::Option { message, hint: hint.into() };
-        if !(finest_m.is_finite() && finest_m > 0.0) {
-            return Err(refused(format!("a pixel of {finest_m} m cannot be"), "take a pixel larger than 0 m"));
+        if !(cell_m.is_finite() && cell_m > 0.0) {
+            return Err(refused(format!("a pixel of {cell_m} m cannot be"), "take a pixel larger than 0 m"));
         }
         let Bounds { west_m, south_m, east_m, north_m } = bounds;
         if !(west_m < east_m && south_m < north_m) {
@@ -128,26 +133,35 @@ impl Plan {
                 format!("a map from {west_m} m to {east_m} m east, {south_m} m to {north_m} m north is empty");
             return Err(refused(message, "west comes before east, and south before north"));
         }
-        let edges = [west_m / finest_m, -north_m / finest_m, east_m / finest_m, -south_m / finest_m];
+        let is_fine = |zoom: &u8| pixel_m(*zoom) <= cell_m * std::f64::consts::SQRT_2;
+        let max_zoom = (0..=MAX_ZOOM).find(is_fine).unwrap_or(MAX_ZOOM);
+        let edges = [west_m, -north_m, east_m, -south_m].map(|metres| metres / pixel_m(max_zoom));
         if edges.iter().any(|edge| edge.abs() > MAX_PIXEL) {
-            let message = format!("pixels of {finest_m} m cannot be told apart as far from the origin as this");
+            let message = format!("pixels of {cell_m} m cannot be told apart as far from the origin as this");
             return Err(refused(message, "take a place nearer to the origin, or larger pixels"));
         }
         let [x0, y0] = [edges[0], edges[1]].map(|edge| edge.floor() as i64);
         let [x1, y1] = [edges[2], edges[3]].map(|edge| edge.ceil() as i64);
-        let world = Area { x0, y0, x1, y1 };
-        let Some(max_zoom) = (1..=MAX_ZOOM).find(|zoom| fits(&world, *zoom)) else {
-            let message = format!(
-                "a map of {} x {} pixels takes more than {MAX_ZOOM} zoom levels",
-                world.width(),
-                world.height()
-            );
-            return Err(refused(message, "take larger pixels, or a smaller place"));
-        };
-        let corner = [x0, y0].map(|edge| edge.div_euclid(half(max_zoom)));
-        let [left, top] = corner.map(|corner| corner * half(max_zoom));
+        let side = TILE_PX << max_zoom;
+        let square_of = |pixel: i64| (pixel + side / 2).div_euclid(side);
+        let square = [x0, y0].map(square_of);
+        for (axis, (first, last)) in
+            [(square[0], square_of(x1 - 1)), (square[1], square_of(y1 - 1))].into_iter().enumerate()
+        {
+            if first != last {
+                let edge_km = (first as f64 + 0.5) * SIDE_M / 1000.0;
+                let (edge_km, side) = if axis == 0 { (edge_km, "east") } else { (0.0 - edge_km, "north") };
+                let message = format!(
+                    "web maps have the Earth's size, and the region lies across the edge of one, {edge_km:.0} km {side} of the origin"
+                );
+                return Err(refused(message, "choose a region on one side of the edge, or bake it without a web map"));
+            }
+        }
+        let [left, top] = square.map(|square| square * side - side / 2);
         let pixels = Area { x0: x0 - left, y0: y0 - top, x1: x1 - left, y1: y1 - top };
-        Ok(Plan { bounds, finest_m, max_zoom, corner, pixels })
+        let fits = |zoom: &u8| pixels.width().max(pixels.height()) as i64 <= TILE_PX << (max_zoom - zoom);
+        let min_zoom = (0..=max_zoom).rev().find(fits).expect("a square has the size of the tile of zoom 0");
+        Ok(Plan { bounds, min_zoom, max_zoom, square, pixels })
     }
 
     /// What the map shows; its tiles reach up to a tile further.
@@ -155,21 +169,25 @@ impl Plan {
         self.bounds
     }
 
-    /// The finest zoom; the coarsest is 0.
+    /// The coarsest zoom, in which the bounds are 256 pixels at most.
+    pub fn min_zoom(&self) -> u8 {
+        self.min_zoom
+    }
+
+    /// The finest zoom.
     pub fn max_zoom(&self) -> u8 {
         self.max_zoom
     }
 
-    /// The north-western corner of the square of tiles, in halves of its side east and south of the world's origin.
-    pub fn corner(&self) -> [i64; 2] {
-        self.corner
+    /// All zooms, the coarsest first.
+    pub fn zooms(&self) -> RangeInclusive<u8> {
+        self.min_zoom..=self.max_zoom
     }
 
-    /// That corner in metres east and north.
+    /// The north-western corner of the square of tiles, in metres east and north of the world's origin.
     pub fn corner_m(&self) -> [f64; 2] {
-        let half_m = half(self.max_zoom) as f64 * self.finest_m;
-        // Not the negative, which has a zero of its own.
-        [self.corner[0] as f64 * half_m, 0.0 - self.corner[1] as f64 * half_m]
+        let [east, south] = self.square.map(|square| (square as f64 - 0.5) * SIDE_M);
+        [east, -south]
     }
 
     /// Metres on a side of a pixel.
@@ -178,7 +196,7 @@ impl Plan {
     /// When there is no such zoom.
     pub fn pixel_m(&self, zoom: u8) -> f64 {
         assert!(zoom <= self.max_zoom, "zoom {zoom} of {}", self.max_zoom);
-        self.finest_m * (1_u64 << (self.max_zoom - zoom)) as f64
+        pixel_m(zoom)
     }
 
     /// The columns and rows of the tiles of a zoom.
@@ -203,13 +221,13 @@ impl Plan {
 
     /// How many tiles there are, of all zoom levels.
     pub fn tiles(&self) -> u64 {
-        (0..=self.max_zoom).map(|zoom| self.places(zoom).len() as u64).sum()
+        self.zooms().map(|zoom| self.places(zoom).len() as u64).sum()
     }
 
     /// The pixels of some tiles of a zoom, counted from the world's origin.
     pub fn world_pixels(&self, zoom: u8, places: Area) -> Area {
-        // Halves of the side in pixels of this zoom: at zoom 0 the half of a tile.
-        let [left, top] = self.corner.map(|corner| corner * half(zoom));
+        let side = TILE_PX << zoom;
+        let [left, top] = self.square.map(|square| square * side - side / 2);
         let Area { x0, y0, x1, y1 } = places;
         Area { x0: left + x0 * TILE_PX, y0: top + y0 * TILE_PX, x1: left + x1 * TILE_PX, y1: top + y1 * TILE_PX }
     }
@@ -235,49 +253,60 @@ impl Plan {
         })
     }
 
-    /// The bounds in degrees, west, south, east and north, as if the square were the Earth in Web Mercator.
-    ///
-    /// That is where readers that know only the Earth must put a flat world for its tiles to lie where they are.
+    /// The bounds in degrees: west, south, east and north, rounded outwards to whole pixels of the finest zoom, since GDAL takes
+    /// the corner of the bounds for that of a pixel.
     pub fn degrees(&self) -> [f64; 4] {
-        let side = (TILE_PX << self.max_zoom) as f64;
+        let finest_m = pixel_m(self.max_zoom);
+        let at = |x: i64, y: i64| degrees([x as f64 * finest_m - SIDE_M / 2.0, SIDE_M / 2.0 - y as f64 * finest_m]);
         let Area { x0, y0, x1, y1 } = self.pixels;
-        let longitude = |x: i64| x as f64 / side * 360.0 - 180.0;
-        let latitude = |y: i64| {
-            let turned = std::f64::consts::PI * (1.0 - 2.0 * y as f64 / side);
-            libm::atan(libm::sinh(turned)).to_degrees()
-        };
-        [longitude(x0), latitude(y1), longitude(x1), latitude(y0)]
+        let ([west, south], [east, north]) = (at(x0, y1), at(x1, y0));
+        [west, south, east, north]
     }
 }
 
-/// Half the side of the square in pixels of a zoom.
-fn half(zoom: u8) -> i64 {
-    (TILE_PX / 2) << zoom
-}
-
-/// Whether a square with its corner at a multiple of its half, and `2^zoom` tiles on a side, holds the pixels.
-fn fits(pixels: &Area, zoom: u8) -> bool {
-    let holds = |from: i64, to: i64| to <= (from.div_euclid(half(zoom)) + 2) * half(zoom);
-    holds(pixels.x0, pixels.x1) && holds(pixels.y0, pixels.y1)
+/// Metres on a side of a pixel of a zoom level.
+fn pixel_m(zoom: u8) -> f64 {
+    SIDE_M / (TILE_PX << zoom) as f64
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn plan(west_m: f64, south_m: f64, east_m: f64, north_m: f64, finest_m: f64) -> Plan {
-        Plan::new(Bounds { west_m, south_m, east_m, north_m }, finest_m).unwrap()
+    fn plan(west_m: f64, south_m: f64, east_m: f64, north_m: f64, cell_m: f64) -> Plan {
+        Plan::new(Bounds { west_m, south_m, east_m, north_m }, cell_m).unwrap()
     }
 
     #[test]
-    fn a_map_across_the_origin_has_few_levels() {
+    fn tiles_are_those_of_web_mercator() {
+        // Of 10 m a vertex: zoom 14 has pixels of 9.55 m, and four tiles of zoom 9 meet at the origin.
         let plan = plan(-5000.0, -3000.0, 5000.0, 3000.0, 10.0);
-        // 1000 x 600 pixels in a square of 1024 whose middle is the origin.
-        assert_eq!((plan.max_zoom(), plan.corner(), plan.corner_m()), (2, [-1, -1], [-5120.0, 5120.0]));
-        assert_eq!(plan.places(2), Area { x0: 0, y0: 0, x1: 4, y1: 4 });
-        assert_eq!(plan.places(0), Area { x0: 0, y0: 0, x1: 1, y1: 1 });
-        assert_eq!(plan.world_pixels(2, plan.places(2)), Area { x0: -512, y0: -512, x1: 512, y1: 512 });
-        assert_eq!((plan.pixel_m(2), plan.pixel_m(0)), (10.0, 40.0));
+        assert_eq!(plan.zooms(), 11..=14);
+        assert!((plan.pixel_m(14) - 9.554_628_535_647_032).abs() < 1e-12);
+        // By the formulas of "Slippy map tilenames" for -0.0449, 0.0269 and 0.0449, -0.0269 degrees.
+        assert_eq!(plan.places(14), Area { x0: 8189, y0: 8190, x1: 8195, y1: 8194 });
+        assert_eq!(plan.places(11), Area { x0: 1023, y0: 1023, x1: 1025, y1: 1025 });
+        assert_eq!(plan.world_pixels(14, plan.places(14)), Area { x0: -768, y0: -512, x1: 768, y1: 512 });
+        assert_eq!(plan.corner_m(), [-SIDE_M / 2.0, SIDE_M / 2.0]);
+    }
+
+    #[test]
+    fn the_finest_pixels_are_nearest_to_the_cells() {
+        let finest = |cell_m: f64| plan(0.0, 0.0, 1e4, 1e4, cell_m).max_zoom();
+        assert_eq!([1e4, 10.0, 8.0, 6.8, 6.7, 1.0, 0.01, 0.001].map(finest), [4, 14, 14, 14, 15, 17, 23, 23]);
+    }
+
+    #[test]
+    fn degrees_are_those_of_the_bounds() {
+        let plan = plan(-7000.0, 11_000.0, -2000.0, 14_000.0, 10.0);
+        let [west, south, east, north] = plan.degrees();
+        let pixel = degrees([plan.pixel_m(plan.max_zoom()), 0.0])[0];
+        for (found, metres, axis) in
+            [(west, -7000.0, 0), (east, -2000.0, 0), (south, 11_000.0, 1), (north, 14_000.0, 1)]
+        {
+            assert!((found - degrees([metres, metres])[axis]).abs() <= pixel, "{found} of {metres} m");
+        }
+        assert!(west <= degrees([-7000.0, 0.0])[0] && north >= degrees([0.0, 14_000.0])[1], "outwards");
     }
 
     #[test]
@@ -290,7 +319,7 @@ mod tests {
             (-40_000.0, 10.0, 65_536.0, 1_000.0, 7.5),
         ] {
             let plan = plan(west, south, west + width, south + height, finest);
-            for zoom in 0..=plan.max_zoom() {
+            for zoom in plan.zooms() {
                 let (places, pixel_m) = (plan.places(zoom), plan.pixel_m(zoom));
                 assert!(places.x0 >= 0 && places.y0 >= 0 && places.x1.max(places.y1) <= 1 << zoom, "{plan:?} {zoom}");
                 let pixels = plan.world_pixels(zoom, places);
@@ -298,27 +327,29 @@ mod tests {
                 assert!(-pixels.y1 as f64 * pixel_m <= south && -pixels.y0 as f64 * pixel_m >= south + height);
                 assert!(zoom == 0 || pixels.x0 % TILE_PX == 0 && pixels.y0 % TILE_PX == 0, "a tile is the world's");
             }
-            assert_eq!(plan.places(0).len(), 1, "all fits in one tile");
+            assert!(plan.places(plan.min_zoom()).len() <= 4, "all has the size of a tile");
+            let [west, south, east, north] = plan.degrees();
+            assert!(-180.0 <= west && east <= 180.0 && -86.0 < south && north < 86.0, "on the Earth");
         }
     }
 
     #[test]
     fn two_bakes_of_a_world_have_the_same_tiles() {
         let (one, other) = (plan(0.0, 0.0, 9000.0, 9000.0, 2.0), plan(-9000.0, -800.0, 4000.0, 30_000.0, 2.0));
-        assert_ne!(one.max_zoom(), other.max_zoom());
-        for up in 0..one.max_zoom() {
-            let zooms = [one.max_zoom() - up, other.max_zoom() - up];
-            let [tile, twin] = [(&one, zooms[0]), (&other, zooms[1])].map(|(plan, zoom)| {
-                assert_eq!(plan.pixel_m(zoom), 2.0 * f64::from(1 << up));
-                // The tile that holds the metre 3000 east, 3000 north.
-                let pixel = |metres: f64| (metres / plan.pixel_m(zoom)) as i64;
-                let all = plan.world_pixels(zoom, plan.places(zoom));
-                let (x, y) = ((pixel(3000.0) - all.x0) / TILE_PX, (pixel(-3000.0) - all.y0) / TILE_PX);
-                let place = Area::new(plan.places(zoom).x0 + x, plan.places(zoom).y0 + y, 1, 1);
-                plan.world_pixels(zoom, place)
-            });
-            assert_eq!(tile, twin);
+        assert_ne!(one.min_zoom(), other.min_zoom());
+        for zoom in one.zooms() {
+            let common = one.places(zoom).common(&other.places(zoom)).unwrap();
+            assert_eq!(one.world_pixels(zoom, common), other.world_pixels(zoom, common));
         }
+    }
+
+    #[test]
+    fn beyond_the_earth_tiles_begin_again() {
+        let (here, there) = (plan(0.0, 0.0, 900.0, 900.0, 2.0), 4.0 * SIDE_M);
+        let far = plan(there, -there, there + 900.0, 900.0 - there, 2.0);
+        assert_eq!((far.places(15), far.degrees()), (here.places(15), here.degrees()));
+        let (near, far) = (here.world_pixels(15, here.places(15)), far.world_pixels(15, far.places(15)));
+        assert_eq!([far.x0 - near.x0, far.y0 - near.y0], [4 * (TILE_PX << 15); 2]);
     }
 
     #[test]
@@ -326,7 +357,7 @@ mod tests {
         let plan = plan(-7000.0, 1000.0, 5000.0, 12_000.0, 3.0);
         let mut last = None;
         let mut all = 0;
-        for zoom in 0..=plan.max_zoom() {
+        for zoom in plan.zooms() {
             let places = plan.places(zoom);
             for tile in plan.blocks(zoom).flat_map(|block| block.tiles()) {
                 assert!(last < Some(tile.id()), "{tile:?}");
@@ -349,6 +380,8 @@ mod tests {
         assert!(refused(1.0, 1.0, 1.0).contains("empty"));
         assert!(refused(0.0, f64::NAN, 1.0).contains("empty"));
         assert!(refused(1e17, 2e17, 1.0).contains("origin"));
-        assert!(refused(0.0, 1e10, 1.0).contains("zoom levels"));
+        assert!(refused(2e7, 2.1e7, 1.0).contains("20038 km east"));
+        let bounds = Bounds { west_m: 0.0, south_m: -2.1e7, east_m: 1.0, north_m: -2e7 };
+        assert!(Plan::new(bounds, 1.0).unwrap_err().to_string().contains("-20038 km north"));
     }
 }

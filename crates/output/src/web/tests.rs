@@ -142,17 +142,17 @@ fn tiles_are_the_pixels_that_their_places_say() {
     let folder = tempfile::tempdir().unwrap();
     let (plan, written) = written(folder.path(), [-3000.0, -2000.0, 2500.0, 3100.0], 10.0, ALL);
     let files = files(folder.path());
-    assert_eq!((plan.max_zoom(), plan.tiles()), (2, 1 + 4 + 9));
+    assert_eq!((plan.zooms(), plan.tiles()), (12..=14, 4 + 4 + 12));
     // Two layers at two scales and terrain; the heights, five archives twice, the list, and the page with two scripts.
-    assert_eq!((written.pictures, files.len()), (5 * 14, 6 * 14 + 5 * 2 + 4));
+    assert_eq!((written.pictures, files.len()), (5 * 20, 6 * 20 + 5 * 2 + 4));
     assert_eq!(written.files.len(), 5 * 2 + 4);
     let listed: Vec<(&str, &str)> =
         str::from_utf8(&files[LISTING]).unwrap().lines().map(|line| line.split_once("  ").unwrap()).collect();
-    assert_eq!(listed.len(), 6 * 14);
+    assert_eq!(listed.len(), 6 * 20);
     assert!(listed.iter().all(|(hash, name)| blake3::hash(&files[*name]).to_hex().as_str() == *hash));
     let page = str::from_utf8(&files["index.html"]).unwrap();
     assert!(page.contains("const terrane = ") && page.matches("</script>").count() == 3, "the page has its program");
-    for zoom in 0..=plan.max_zoom() {
+    for zoom in plan.zooms() {
         for (x, y) in plan.places(zoom).vertices() {
             let pixels = plan.world_pixels(zoom, Area::new(x, y, 1, 1));
             let view = View { zoom, scale: 1, pixel_m: plan.pixel_m(zoom), pixels };
@@ -209,10 +209,41 @@ fn archives_hold_what_the_folder_holds() {
     assert_eq!((addressed, clustered), (plan.tiles(), 1));
     // Tiles follow one another in the order in which they were drawn.
     let data = &archive[number(56) as usize..][..number(64) as usize];
-    let drawn = (0..=plan.max_zoom()).flat_map(|zoom| plan.blocks(zoom)).flat_map(|block| block.tiles());
+    let drawn = plan.zooms().flat_map(|zoom| plan.blocks(zoom)).flat_map(|block| block.tiles());
     let drawn: Vec<u8> =
         drawn.flat_map(|at| &files[&format!("map/{}/{}/{}.webp", at.zoom, at.x, at.y)]).copied().collect();
     assert!(data == drawn);
+}
+
+#[test]
+fn dense_tiles_of_mbtiles_are_cut_into_those_of_the_next_zoom() {
+    let folder = tempfile::tempdir().unwrap();
+    let (plan, _) = written(folder.path(), [-3000.0, -2000.0, 2500.0, 3100.0], 20.0, ALL);
+    let files = files(folder.path());
+    let database = Connection::open(folder.path().join("map@2x.mbtiles")).unwrap();
+    let told = |name: &str| {
+        let query = "SELECT value FROM metadata WHERE name = ?";
+        database.query_row(query, [name], |row| row.get::<_, String>(0)).unwrap()
+    };
+    assert_eq!(
+        [told("minzoom"), told("maxzoom")],
+        [plan.min_zoom() + 1, plan.max_zoom() + 1].map(|zoom| zoom.to_string())
+    );
+    let ground: serde_json::Value = serde_json::from_str(&told("json")).unwrap();
+    let ground = &ground["terrane"];
+    let finest_m = plan.pixel_m(plan.max_zoom()) / 2.0;
+    assert_eq!((&ground["tile_px"], &ground["finest_m"]), (&256.into(), &finest_m.into()));
+    let mut tiles = database.prepare("SELECT zoom_level, tile_column, tile_row, tile_data FROM tiles").unwrap();
+    let tiles = tiles.query_map((), |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?))).unwrap();
+    let tiles: Vec<(u8, u32, u32, Vec<u8>)> = tiles.map(Result::unwrap).collect();
+    assert_eq!(tiles.len() as u64, 4 * plan.tiles());
+    for (zoom, x, row, bytes) in tiles {
+        let y = (1 << zoom) - 1 - row;
+        let dense = decoded(&files[&format!("map/{}/{}/{}@2x.webp", zoom - 1, x / 2, y / 2)]);
+        let [left, top] = [x, y].map(|at| at as usize % 2 * 256);
+        let quarter = (top..top + 256).flat_map(|line| &dense[3 * (line * 512 + left)..][..3 * 256]);
+        assert!(quarter.eq(&decoded(&bytes)), "{zoom}/{x}/{y}");
+    }
 }
 
 #[test]

@@ -96,7 +96,7 @@ const terrane = (() => {
   }
 
   const zoomOf = (pixel_m) => ground.max_zoom + Math.log2(ground.finest_m / pixel_m);
-  const lowest = () => (source.live ? 0 : whole().zoom - 0.25);
+  const lowest = () => (source.live ? ground.min_zoom : whole().zoom - 0.25);
   const highest = () => ground.max_zoom + source.beyond;
 
   // A view whose middle is in the map; the nearer it comes to showing all, the nearer to the middle of all.
@@ -317,7 +317,7 @@ const terrane = (() => {
     return { x0: a.x, y0: a.y, x1: b.x, y1: b.y };
   }
 
-  const level = (of = view) => clamp(Math.round(of.zoom), 0, ground.max_zoom);
+  const level = (of = view) => clamp(Math.round(of.zoom), ground.min_zoom, ground.max_zoom);
 
   // Asks for what is missing: the coarse picture of all, what is shown, from the middle outwards, then what is around. What
   // a server draws is asked for where a motion ends, a coarse picture first where there is none, then drafts, and stopped when
@@ -351,7 +351,7 @@ const terrane = (() => {
       want(around, best() - 1, 1e8);
       thin(lacking.draft > 0);
     } else {
-      want(covering(Math.min(z, 2), shown(0)), 0, 0);
+      want(covering(Math.min(z, ground.min_zoom + 2), shown(0)), 0, 0);
       lacking = { draft: 0, full: want(seen, 0, 1e4) };
       want(around, 0, 1e8);
     }
@@ -372,7 +372,7 @@ const terrane = (() => {
   function coarseUnder(places) {
     const coarse = new Map();
     for (const { z, x, y } of places) {
-      const up = Math.min(z, 2);
+      const up = Math.min(z - ground.min_zoom, 2);
       const [column, row] = [x, y].map((at) => Math.floor(at / 2 ** up));
       if (up > 0) coarse.set(`${column}/${row}`, { z: z - up, x: column, y: row });
     }
@@ -408,7 +408,7 @@ const terrane = (() => {
 
   // The nearest coarser tile that is there, and which part of it a tile is.
   function coarser({ z, x, y }) {
-    for (let up = 1; up <= z; up++) {
+    for (let up = 1; up <= z - ground.min_zoom; up++) {
       const many = 2 ** up;
       const [column, row] = [Math.floor(x / many), Math.floor(y / many)];
       const found = bestTile({ z: z - up, x: column, y: row });
@@ -569,7 +569,7 @@ const terrane = (() => {
 
   // ---------- heights
 
-  const heights = new Map(); // "z/x/y" -> { values, used }
+  const heights = new Map(); // "z/x/y" -> { values, used, rough }, which is whether better ones come
 
   function askHeights(key) {
     if (heights.has(key)) return;
@@ -597,13 +597,13 @@ const terrane = (() => {
     return values;
   }
 
-  async function takeHeights(key, text) {
+  async function takeHeights(key, text, rough = false) {
     const of = about;
     const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
     const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
     if (of !== about) return;
-    heights.set(key, { values: unpacked(bytes), used: frame });
+    heights.set(key, { values: unpacked(bytes), used: frame, rough });
     tell();
     hooks.heights?.(key);
   }
@@ -611,7 +611,7 @@ const terrane = (() => {
   // Height in metres and slope in degrees, from the tile of this zoom or, until it is there, from the finest that is.
   function groundAt(world) {
     if (!about.heights || world.x < bounds.x0 || world.x > bounds.x1 || world.y < bounds.y0 || world.y > bounds.y1) return null;
-    for (let z = level(); z >= 0; z--) {
+    for (let z = level(); z >= ground.min_zoom; z--) {
       const [x, y] = [world.x, world.y].map((at) => at * 2 ** (z - ground.max_zoom));
       const [column, row] = [x, y].map((at) => Math.floor(at / TILE));
       const key = `${z}/${column}/${row}`;
@@ -619,14 +619,15 @@ const terrane = (() => {
       const found = heights.get(key);
       if (!found?.values) continue;
       found.used = frame;
-      return between(found.values, x - column * TILE, y - row * TILE, ground.finest_m * 2 ** (ground.max_zoom - z));
+      const under = between(found.values, x - column * TILE, y - row * TILE, ground.finest_m * 2 ** (ground.max_zoom - z));
+      return { ...under, rough: found.rough || z < level() };
     }
     return null;
   }
 
   // The finest heights that there are of a tile, and which part of their own tile it is.
   function gridOf({ z, x, y }) {
-    for (let up = 0; up <= z; up++) {
+    for (let up = 0; up <= z - ground.min_zoom; up++) {
       const many = 2 ** up;
       const [column, row] = [Math.floor(x / many), Math.floor(y / many)];
       const found = heights.get(`${z - up}/${column}/${row}`);
@@ -698,7 +699,7 @@ const terrane = (() => {
     };
     write("at", `${side(east, "E", "W")}, ${side(north, "N", "S")}`);
     const under = groundAt(probe.at);
-    write("height", under === null ? "" : `${grouped(Math.round(under.height))}\u202fm`);
+    write("height", under === null ? "" : `${under.rough ? "\u2248\u202f" : ""}${grouped(Math.round(under.height))}\u202fm`);
     tellName();
     hooks.told?.({ at_m: [east, north], kind: probe.kind, ...under });
   }

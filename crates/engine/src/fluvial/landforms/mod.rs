@@ -20,10 +20,10 @@ use std::sync::Arc;
 use crate::area::Area;
 use crate::fluvial::Fluvial;
 use crate::lines::LakeId;
-use crate::memory::{Memory, Usage};
+use crate::memory::{Memory, Remembers};
 use coast::Coast;
 use lakes::Lake;
-use peaks::{Peak, Summits};
+use peaks::{Peak, Rise, Summits};
 
 /// The landforms of a world that have been found, remembered for a while.
 #[derive(Debug)]
@@ -40,9 +40,9 @@ impl Default for Landforms {
 }
 
 impl Landforms {
-    /// How full its memories are.
-    pub(crate) fn usages(&self) -> Vec<Usage> {
-        vec![self.lakes.usage(), self.coasts.usage(), self.summits.usage()]
+    /// Its memories.
+    pub(crate) fn memories(&self) -> Vec<&dyn Remembers> {
+        vec![&self.lakes, &self.coasts, &self.summits]
     }
 }
 
@@ -57,9 +57,13 @@ impl Landforms {
     /// All lakes of which a part lies in an area, whole, sorted by id, of levels on which some are so many metres wide to each side
     /// of their middle.
     pub fn lakes(&self, fluvial: &Fluvial, area: &Area, least_half_width_m: f64) -> Vec<Arc<Lake>> {
-        let lake = |id| Option::clone(&self.lakes.get(id, || Lake::new(fluvial, id).map(Arc::new)));
         let ids = fluvial.lake_ids(area, least_half_width_m).into_iter();
-        ids.filter_map(lake).filter(|lake| lake.touches(area)).collect()
+        ids.filter_map(|id| self.lake(fluvial, id)).filter(|lake| lake.touches(area)).collect()
+    }
+
+    /// The lake of an id, if there is one.
+    pub fn lake(&self, fluvial: &Fluvial, id: LakeId) -> Option<Arc<Lake>> {
+        Option::clone(&self.lakes.get(id, || Lake::new(fluvial, id).map(Arc::new)))
     }
 
     /// All pieces of coast of which a part lies in an area, whole, sorted by id.
@@ -76,13 +80,36 @@ impl Landforms {
 
     /// All peaks that stand on a vertex of an area, sorted by id.
     pub fn peaks(&self, fluvial: &Fluvial, area: &Area) -> Vec<Peak> {
-        let side = peaks::side(fluvial);
-        let summits = |cell| self.summits.get(cell, || Summits::new(fluvial, cell));
         let inside = |peak: &Peak| area.contains(&Area::new(peak.at[0], peak.at[1], 1, 1));
-        let mut found: Vec<Peak> =
-            cells(area, side, 0).filter_map(|cell| Peak::of_cell(fluvial, cell, summits)).filter(inside).collect();
+        let cells = cells(area, peaks::side(fluvial), 0);
+        let mut found: Vec<Peak> = cells.filter_map(|cell| self.rise(fluvial, cell).peak()).filter(inside).collect();
         found.sort_by_key(|peak| peak.id);
         found
+    }
+
+    /// The peak of a cell, if it has one.
+    pub fn peak(&self, fluvial: &Fluvial, cell: (i64, i64)) -> Option<Peak> {
+        self.rise(fluvial, cell).peak()
+    }
+
+    /// The peak above a vertex: that of its cell or, where higher ground lies near in another cell, of that. `None` where this leads
+    /// to no peak, or to one further than a cell away.
+    pub fn peak_above(&self, fluvial: &Fluvial, at: [i64; 2]) -> Option<Peak> {
+        let side = peaks::side(fluvial);
+        let mut cell = (at[0].div_euclid(side), at[1].div_euclid(side));
+        for _ in 0..peaks::MOST_CELLS {
+            match self.rise(fluvial, cell) {
+                Rise::Peak(peak) => return (0..2).all(|axis| (peak.at[axis] - at[axis]).abs() <= side).then_some(peak),
+                Rise::Below(higher) => cell = higher,
+                Rise::Low => break,
+            }
+        }
+        None
+    }
+
+    /// The highest vertex of a cell, and whether it is a peak.
+    fn rise(&self, fluvial: &Fluvial, cell: (i64, i64)) -> Rise {
+        Rise::of_cell(fluvial, cell, |cell| self.summits.get(cell, || Summits::new(fluvial, cell)))
     }
 }
 

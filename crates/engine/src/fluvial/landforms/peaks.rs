@@ -16,6 +16,9 @@ const BLOCK: i64 = 16;
 /// Metres that a peak rises above the lowest ground of half a cell around it.
 const LEAST_RISE_M: f32 = 60.0;
 
+/// Cells that one goes up through to a peak at most: it is looked for near, and each cell takes long.
+pub(super) const MOST_CELLS: usize = 4;
+
 /// A peak.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
@@ -25,6 +28,17 @@ pub struct Peak {
     pub at: [i64; 2],
     /// Its height in metres.
     pub height_m: f32,
+}
+
+/// The highest vertex of a cell, and whether it is a peak.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Rise {
+    /// The cell's peak.
+    Peak(Peak),
+    /// Not the highest around: there is higher ground within half a cell, in another cell.
+    Below((i64, i64)),
+    /// The highest around, and no peak: under the sea, or hardly above what lies around.
+    Low,
 }
 
 /// What is known of a cell: its highest vertex, and the heights of its blocks.
@@ -65,13 +79,9 @@ impl Summits {
     }
 }
 
-impl Peak {
-    /// The peak of a cell, if it has one, given what is known of cells.
-    pub(super) fn of_cell(
-        fluvial: &Fluvial,
-        cell: (i64, i64),
-        summits: impl Fn((i64, i64)) -> Arc<Summits>,
-    ) -> Option<Peak> {
+impl Rise {
+    /// The highest vertex of a cell, from the memory of cells if it is there.
+    pub(super) fn of_cell(fluvial: &Fluvial, cell: (i64, i64), summits: impl Fn((i64, i64)) -> Arc<Summits>) -> Rise {
         let columns = side(fluvial) / BLOCK;
         let (height_m, at) = summits(cell).highest;
         let [i, j] = at.map(|at| at.div_euclid(BLOCK));
@@ -84,14 +94,14 @@ impl Peak {
                 let other = (there.highest.0, there.highest.1);
                 let near = (0..2).all(|axis| (other.1[axis].div_euclid(BLOCK) - [i, j][axis]).abs() <= half);
                 if near && (other.0 > height_m || (other.0 == height_m && other.1 < at)) {
-                    return None;
+                    return Rise::Below((x, y));
                 }
                 for row in (j - half).max(y * columns)..=(j + half).min((y + 1) * columns - 1) {
                     for column in (i - half).max(x * columns)..=(i + half).min((x + 1) * columns - 1) {
                         let [low_m, high_m] =
                             there.blocks[((row - y * columns) * columns + column - x * columns) as usize];
                         if high_m > height_m {
-                            return None;
+                            return Rise::Below((x, y));
                         }
                         lowest_m = lowest_m.min(low_m);
                     }
@@ -99,6 +109,12 @@ impl Peak {
             }
         }
         let is_land = fluvial.fields().sea_level_m() < height_m as f64;
-        (is_land && height_m - lowest_m >= LEAST_RISE_M).then_some(Peak { id: cell, at, height_m })
+        let is_peak = is_land && height_m - lowest_m >= LEAST_RISE_M;
+        if is_peak { Rise::Peak(Peak { id: cell, at, height_m }) } else { Rise::Low }
+    }
+
+    /// The peak, if it is one.
+    pub(super) fn peak(self) -> Option<Peak> {
+        if let Rise::Peak(peak) = self { Some(peak) } else { None }
     }
 }

@@ -172,7 +172,8 @@ pub(super) fn spare_room(
     let elsewhere = "choose another disk with --out, a smaller --size or fewer exports";
     let Some(free) = free_bytes(path) else { return Ok(u64::MAX) };
     // What a bake that was cut off has left is on the disk already.
-    let needed = cost.disk_bytes.saturating_sub(if mode == Mode::Replace { 0 } else { size(&path.join(WORK)) });
+    let told = cost.forecast.as_ref().map_or(0, |forecast| forecast.disk_bytes);
+    let needed = told.saturating_sub(if mode == Mode::Replace { 0 } else { size(&path.join(WORK)) });
     if free < needed {
         let there: u64 = old.iter().flat_map(|old| &old.files).map(|file| file.bytes).sum();
         let frees =
@@ -184,7 +185,8 @@ pub(super) fn spare_room(
     }
     // Where a folder in it is on a disk of its own, its files are copied there at the end.
     for folder in plan.folders() {
-        let (inside, needed) = (path.join(folder), plan.folder_bytes(folder));
+        let inside = path.join(folder);
+        let needed = cost.forecast.as_ref().map_or(0, |forecast| forecast.folder_bytes(folder));
         let free = if is_elsewhere(&inside, path) { free_bytes(&inside) } else { None };
         if let Some(free) = free.filter(|free| *free < needed) {
             let message = format!(

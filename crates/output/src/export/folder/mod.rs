@@ -25,15 +25,17 @@ mod moving;
 pub use clean::{Cleaned, clean};
 pub use found::Mode;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 
 use rayon::prelude::*;
 
 use crate::bake::{FileRecord, Journal};
 use crate::error::Error;
 use crate::export::Plan;
+use crate::export::check::check_files;
 use crate::export::cost::Cost;
 use crate::export::folder::found::{admit, spare_room};
 use crate::export::folder::moving::{Moved, end_moving, move_files};
@@ -43,6 +45,7 @@ use crate::export::manifest::{self, Manifest};
 use crate::export::runs::{self, Log};
 use crate::file::{PartFile, copy, make_folder, remove_folder, remove_unfinished, sync_folder, write_whole};
 use crate::registry::{self, Registry};
+use crate::watch::Watch;
 
 /// The folder in that of a bake in which the next one is made.
 const WORK: &str = ".terrane-bake";
@@ -64,6 +67,8 @@ pub struct Output {
     /// Bytes of the disk that the bake does not need for its files, of which what it can go on with may take half.
     spare: u64,
     moved: Mutex<Moved>,
+    /// Files of the bake that is there that are not as they were written, once they were looked at.
+    changed: OnceLock<BTreeSet<String>>,
 }
 
 impl Output {
@@ -97,7 +102,7 @@ impl Output {
         // What one has left that was killed as it looked whether files can be written here, just as this one does below.
         remove_unfinished(path)?;
         // One that came to its end and was cut off while its files moved.
-        end_moving(path)?;
+        let kept = end_moving(path)?;
         // Another bake may have ended here between the look and the lock.
         let old = admit(path, mode, plan)?;
         let spare = spare_room(path, mode, plan, cost, old.as_deref())?;
@@ -119,7 +124,8 @@ impl Output {
         if mode == Mode::Replace || Manifest::read_file(&work.join(PLAN)).is_err() {
             remove_folder(&work)?;
         }
-        Ok(Output { path: path.to_owned(), lock, mode, old, spare, moved: Mutex::default() })
+        let moved = Mutex::new(Moved { kept, ..Moved::default() });
+        Ok(Output { path: path.to_owned(), lock, mode, old, spare, moved, changed: OnceLock::new() })
     }
 
     /// Makes the place in which a bake is made, or cleans what one that was cut off has left in it.
@@ -157,9 +163,55 @@ impl Output {
 
     /// What the one who bakes should know of the folder when the bake is whole.
     pub fn kept_warnings(&self) -> Vec<String> {
-        let moved = locked(&self.moved);
-        let kept = "is what terrane had not written, and stood where the bake writes";
-        moved.kept.iter().map(|path| format!("{} {kept}", path.display())).collect()
+        kept_warnings(&locked(&self.moved).kept)
+    }
+
+    /// Files of the bake to which something is added that are not as they were written, after a look at each of them.
+    ///
+    /// # Errors
+    /// When one of them is needed: what stays as it is, and the registry.
+    pub(super) fn changed(&self, watch: &Watch) -> Result<&BTreeSet<String>, Error> {
+        let Some(old) = self.added_to() else { return Ok(self.changed.get_or_init(BTreeSet::new)) };
+        if let Some(known) = self.changed.get() {
+            return Ok(known);
+        }
+        let faults = check_files(&self.path, &old.all_files(&self.path), watch);
+        let is_needed = |path: &str| self.mode == Mode::Add || path == registry::FILE_NAME;
+        if let Some(fault) = faults.iter().find(|fault| is_needed(&fault.path)) {
+            return Err(self.faulty(&fault.path, fault.message.clone()));
+        }
+        Ok(self.changed.get_or_init(|| faults.into_iter().map(|fault| fault.path).collect()))
+    }
+
+    /// What the one who bakes should know of files that the bake will replace, before it begins: of the one to which something is added
+    /// they are looked at for that.
+    ///
+    /// # Errors
+    /// When one of them is needed, and is not as it was written.
+    pub fn changed_warnings(&self, watch: &Watch) -> Result<Vec<String>, Error> {
+        let will = "is not as terrane has written it, and gets another name when the bake is whole";
+        let is_there = |path: &&String| self.path.join(path).symlink_metadata().is_ok();
+        let changed = self.changed(watch)?.iter().filter(is_there);
+        Ok(changed.map(|path| format!("{} {will}", self.path.join(path).display())).collect())
+    }
+
+    /// The bake to which something is added.
+    pub(super) fn added_to(&self) -> Option<&Manifest> {
+        self.old().filter(|_| [Mode::Add, Mode::Extend].contains(&self.mode))
+    }
+
+    /// What is said of a file of the bake to which something is added, or of all of it.
+    pub(super) fn faulty(&self, path: &str, message: String) -> Error {
+        Error::Faulty {
+            path: self.path.join(path),
+            message,
+            hint: format!("terrane repair {} first: it sets aside what was changed", self.path.display()),
+        }
+    }
+
+    /// Files that stood where the bake writes and were not as terrane had written them: where they are now.
+    pub(super) fn kept(&self) -> Vec<PathBuf> {
+        locked(&self.moved).kept.clone()
     }
 
     /// The bake that was there.
@@ -197,7 +249,10 @@ impl Output {
         self.check_borne_out(new)?;
         write_whole(self.files().join(manifest::PATH), new.to_json().as_bytes())?;
         sync_folder(&self.files())?;
-        *locked(&self.moved) = move_files(&self.path, self.mode == Mode::Repair)?;
+        let now = move_files(&self.path)?;
+        let mut moved = locked(&self.moved);
+        let kept = [std::mem::take(&mut moved.kept), now.kept].concat();
+        *moved = Moved { kept, ..now };
         Ok(())
     }
 
@@ -230,6 +285,12 @@ impl Output {
         }
     }
 
+    /// Leaves nothing of a bake that cannot come to its end.
+    pub(super) fn discard(&self) {
+        // If it cannot be removed the next bake is told of it.
+        _ = remove_folder(&self.path.join(WORK));
+    }
+
     /// Begins the log of a run, which goes on from that of the bake that it changes.
     pub(super) fn begin_log(&self, threads: usize, device: String) -> Result<Log, Error> {
         let work = self.path.join(WORK);
@@ -252,10 +313,17 @@ impl Output {
     }
 }
 
-/// Ends what was cut off while the files of a finished bake moved to their places.
-pub(super) fn settle(path: &Path) -> Result<(), Error> {
+/// What the user should know of files that stood where a bake writes and were not as terrane had written them.
+pub fn kept_warnings(kept: &[PathBuf]) -> Vec<String> {
+    let about = "is what terrane had not written, and stood where the bake writes";
+    kept.iter().map(|path| format!("{} {about}", path.display())).collect()
+}
+
+/// Ends what was cut off while the files of a finished bake moved to their places. Returns where files are now that stood in their
+/// way.
+pub(super) fn settle(path: &Path) -> Result<Vec<PathBuf>, Error> {
     if !path.join(WORK).exists() {
-        return Ok(());
+        return Ok(Vec::new());
     }
     let _lock = Lock::take(path)?;
     end_moving(path)

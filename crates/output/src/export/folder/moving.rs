@@ -25,15 +25,16 @@ pub(super) struct Moved {
     pub kept: Vec<PathBuf>,
 }
 
-/// Ends what was cut off while the files of a finished bake moved to their places, in a folder that is locked.
-pub(super) fn end_moving(path: &Path) -> Result<(), Error> {
+/// Ends what was cut off while the files of a finished bake moved to their places, in a folder that is locked. Returns where files
+/// are now that stood in their way.
+pub(super) fn end_moving(path: &Path) -> Result<Vec<PathBuf>, Error> {
     let is_whole = path.join(WORK).join(FILES).join(manifest::PATH).is_file();
-    if is_whole { move_files(path, false).map(drop) } else { Ok(()) }
+    if is_whole { move_files(path).map(|moved| moved.kept) } else { Ok(Vec::new()) }
 }
 
-/// Moves the files of a finished bake to their places. Files in their way that the bake before has not left there as they are get
-/// other names, but when it is repaired.
-pub(super) fn move_files(path: &Path, is_repair: bool) -> Result<Moved, Error> {
+/// Moves the files of a finished bake to their places. Files in their way that are neither what the bake before has left there nor
+/// what comes there get other names.
+pub(super) fn move_files(path: &Path) -> Result<Moved, Error> {
     let work = path.join(WORK);
     let (files, old) = (work.join(FILES), work.join(OLD));
     let new = Manifest::read(&files)?;
@@ -55,7 +56,8 @@ pub(super) fn move_files(path: &Path, is_repair: bool) -> Result<Moved, Error> {
         // Before anything moves: what was not here as it is belongs to somebody.
         let stranger = |record: &&FileRecord| {
             let is_known = || known.get(&record.path[..]).is_some_and(|known| known.fault(path).is_none());
-            !is_repair && path.join(&record.path).symlink_metadata().is_ok() && !is_known()
+            let is_same = || record.fault(path).is_none();
+            path.join(&record.path).symlink_metadata().is_ok() && !is_known() && !is_same()
         };
         let strangers: Vec<&FileRecord> = made.par_iter().filter(stranger).collect();
         for record in strangers {

@@ -51,8 +51,7 @@ impl Format for Collision {
     fn cost(&self, request: &Request) -> FormatCost {
         let cells = u64::from(request.region.tile_cells());
         let bytes = (cells + 1).pow(2) * 12 + 2 * cells.pow(2) * 12 + (1 << 18);
-        let one = MeshOptions { lods: Lods::only(FINEST), ..MeshOptions::default() };
-        cost(&Request { meshes: &one, ..*request }, bytes, 0, request.region.tiles())
+        cost(bytes, request.region.tiles())
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {

@@ -55,6 +55,9 @@ pub(in crate::export) const GLTF: Gltf = Gltf {
 pub(in crate::export) const GLTF_REGION: Gltf =
     Gltf { name: "gltf-region", about: "the same as one GLB of the region", whole: true };
 
+/// The hint for a GLB of a region that is too large.
+pub(super) const SMALLER: &str = "give a coarser --lod, bake fewer tiles, or export gltf, which has a GLB a tile";
+
 impl Format for Gltf {
     fn name(&self) -> &'static str {
         self.name
@@ -68,6 +71,24 @@ impl Format for Gltf {
         Gltf::check_size(&request.region)
     }
 
+    fn check_meshes(&self, request: &Request) -> Result<(), Error> {
+        let least = self.region_bytes(request, Gltf::bytes_at_least);
+        if least <= MAX_BYTES {
+            return Ok(());
+        }
+        Err(Error::Export {
+            message: format!("the GLB of the region has at least {least} bytes, and GLB ends at 2^32"),
+            hint: SMALLER.into(),
+        })
+    }
+
+    fn warning(&self, request: &Request) -> Option<String> {
+        let most = self.region_bytes(request, |request, _| Gltf::bytes_at_most(&request.region));
+        let may =
+            "the GLB of the region may come to more than the 2^32 bytes at which GLB ends, and then there is no bake";
+        (most > MAX_BYTES).then(|| format!("{may}: {SMALLER}"))
+    }
+
     fn options(&self) -> &'static [&'static str] {
         &["--lod", "--mesh-error", "--quantize", "--meshopt", "--even-borders", "--mesh-origin"]
     }
@@ -77,17 +98,14 @@ impl Format for Gltf {
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
-        // The region's file has some kilobytes of each tile.
-        const IN_REGION: u64 = 16 << 10;
         let (lods, region) = (request.meshes.lods.all().len() as u64, &request.region);
-        let bytes = Gltf::bytes_at_most(region);
+        // Waters and roads have few triangles beside those of the land.
+        let bytes = Gltf::land_bytes(region);
         if self.whole {
             let vertices = (u64::from(region.tile_cells()) + 1).pow(2);
-            let kept_a_vertex = lods * (bytes + IN_REGION).div_ceil(vertices);
-            // All numbers twice: while they wait, and behind the text.
-            return FormatCost { kept_a_vertex, ..cost(request, 2 * bytes, IN_REGION, lods) };
+            return FormatCost { kept_a_vertex: lods * bytes.div_ceil(vertices), ..cost(bytes, lods) };
         }
-        cost(request, bytes, IN_REGION, lods.saturating_mul(region.tiles() + 1))
+        cost(bytes, lods.saturating_mul(region.tiles() + 1))
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
@@ -96,15 +114,42 @@ impl Format for Gltf {
 }
 
 impl Gltf {
+    /// The most bytes of a tile's land in its GLB.
+    fn land_bytes(region: &Region) -> u64 {
+        let cells = u64::from(region.tile_cells());
+        let (vertices, triangles) = ((cells + 1).pow(2), 2 * cells.pow(2));
+        // Positions, normals, tangents, coordinates and weights; and texels in four PNGs, which are a little longer where nothing can be
+        // compressed.
+        let texels = vertices * (3 + 3 + 4 + 4);
+        vertices * (12 + 12 + 16 + 8 + 8) + triangles * 12 + texels + texels / 8
+    }
+
     /// The most bytes of a tile's GLB.
     fn bytes_at_most(region: &Region) -> u64 {
         let cells = u64::from(region.tile_cells());
+        // As many vertices and triangles of water; roads.
+        Gltf::land_bytes(region) + (cells + 1).pow(2) * 32 + 2 * cells.pow(2) * 12 + (1 << 20)
+    }
+
+    /// The bytes of the largest GLB that has all tiles, given those of a tile at a level of detail; none where each tile has its own.
+    fn region_bytes(&self, request: &Request, of_tile: impl Fn(&Request, u32) -> u64) -> u64 {
+        let lods = request.meshes.lods.all().iter().filter(|_| self.whole);
+        let largest = lods.map(|lod| of_tile(request, *lod)).max().unwrap_or(0);
+        largest.saturating_mul(request.region.tiles())
+    }
+
+    /// The fewest bytes of a tile's GLB: of its land with every vertex, since a coarser one may be two triangles, and compressed bytes
+    /// may be few.
+    fn bytes_at_least(request: &Request, lod: u32) -> u64 {
+        if lod > 0 || request.meshes.compressed {
+            return 0;
+        }
+        let cells = u64::from(request.region.tile_cells());
         let vertices = (cells + 1).pow(2);
-        let triangles = 2 * cells.pow(2);
-        // Positions, normals, tangents, coordinates and the weights of the land; its texels in four PNGs; as many vertices and triangles of water; roads.
-        let land = vertices * (12 + 12 + 16 + 8 + 8) + triangles * 12;
-        let texels = vertices * (3 + 3 + 4 + 4);
-        land + texels + texels / 8 + vertices * 32 + triangles * 12 + (1 << 20)
+        // Positions, normals, coordinates and the weights of the ground.
+        let vertex = if request.meshes.quantized { 8 + 4 + 4 + 4 } else { 12 + 12 + 8 + 4 };
+        let index = if u16::try_from(vertices).is_ok() { 2 } else { 4 };
+        vertices * vertex + 2 * cells.pow(2) * 3 * index
     }
 
     /// Refuses tiles of which a GLB could be larger than 2^32 bytes.

@@ -23,7 +23,7 @@ pub(super) use gltf::{GLTF, GLTF_REGION};
 pub(super) use obj::{OBJ, OBJ_TILES};
 
 use crate::area::TileId;
-use crate::export::format::{FormatCost, RECORD_BYTES, Request};
+use crate::export::format::FormatCost;
 use crate::export::options::Lods;
 
 /// The folder of meshes in that of a bake.
@@ -51,19 +51,7 @@ fn level(lod: u32) -> String {
     if lod == 0 { String::new() } else { format!("_lod{lod}") }
 }
 
-/// What a thread takes to triangulate a vertex at LOD 0 and to make its share of the textures, measured over 16 x 16 tiles
-/// of the thesis' world.
-const MESH_NS_A_VERTEX: u64 = 700;
-
-/// What meshes take of which each has at most `bytes` in a file of its own, or as much of one, and `more` elsewhere.
-fn cost(request: &Request, bytes: u64, more: u64, files: u64) -> FormatCost {
-    let meshes = request.region.tiles().saturating_mul(request.meshes.lods.all().len() as u64);
-    let disk_bytes = (bytes + more + RECORD_BYTES).saturating_mul(meshes).saturating_add(1 << 20);
-    FormatCost {
-        files,
-        disk_bytes,
-        tile_file_bytes: bytes,
-        work_ns_a_vertex: MESH_NS_A_VERTEX,
-        ..FormatCost::default()
-    }
+/// What meshes take that have so many bytes a tile: a thread holds the mesh, and its file.
+fn cost(bytes: u64, files: u64) -> FormatCost {
+    FormatCost { files, thread_bytes: 2 * bytes, ..FormatCost::default() }
 }

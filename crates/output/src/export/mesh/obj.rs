@@ -69,7 +69,7 @@ impl Format for Obj {
     fn cost(&self, request: &Request) -> FormatCost {
         let models = if self.tiles { request.region.tiles() } else { 1 };
         let files = models.saturating_mul(2 * request.meshes.lods.all().len() as u64);
-        cost(request, bytes_at_most(&request.region), 0, files)
+        cost(bytes_at_most(&request.region), files)
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {

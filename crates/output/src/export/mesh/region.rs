@@ -9,6 +9,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::glb::{COMPRESSION, MAX_BYTES};
+use super::gltf::SMALLER;
 use super::model::SUBSTANCES;
 use crate::bake::FileRecord;
 use crate::error::Error;
@@ -124,7 +125,7 @@ impl RegionFile {
         match &self.numbers {
             Some(numbers) if numbers.bytes > MAX_BYTES => Err(Error::Export {
                 message: format!("{}: has more bytes than the 2^32 at which GLB ends", path.display()),
-                hint: "give a coarser --lod, bake fewer tiles, or export gltf, which has a GLB a tile".into(),
+                hint: SMALLER.into(),
             }),
             _ => Ok(()),
         }

@@ -24,9 +24,11 @@ use crate::export::raster::quantity::Quantity;
 use crate::export::raster::writer::Encoding;
 use crate::export::{Export, unknown};
 use crate::file::write_whole;
+use crate::mesh::default_origin;
 use crate::tile::Material;
 use crate::world::World;
 
+use notes::typed;
 pub(super) use sizes::components;
 
 /// A program at the other end, and everything that it wants to be given.
@@ -51,9 +53,6 @@ const NOTES: &str = "IMPORT.md";
 
 /// The script beside the files, and its text.
 const SCRIPT: (&str, &str) = ("import_terrane.py", include_str!("import_terrane.py"));
-
-/// No text beside the files is longer: the script has 33 KB.
-pub(super) const WRITTEN_BYTES: u64 = 64 << 10;
 
 /// Metres a vertex of Terrain3D, which clamps what lies outside. Source: `Terrain3D::set_vertex_spacing`.
 const TERRAIN3D_SPACING_M: [f64; 2] = [0.25, 100.0];
@@ -134,6 +133,9 @@ impl Profile {
         Profile::Hterrain,
     ];
 
+    /// The options that only some exports read and that the files beside the exports say something of.
+    pub(super) const OPTIONS: &[&str] = &["--mesh-origin"];
+
     /// The name, as the command knows it.
     pub fn name(self) -> &'static str {
         match self {
@@ -167,6 +169,12 @@ impl Profile {
             Profile::Blender => Lods::only(1),
             _ => Lods::default(),
         }
+    }
+
+    /// The vertex of the world that is the origin of a region's files where nobody asks for another one and the program does not
+    /// take the usual one.
+    pub fn origin(self, region: &Region) -> Option<[i64; 2]> {
+        (self == Profile::GodotTerrain3d).then(|| sizes::terrain3d_origin(region))
     }
 
     /// The exports that it brings.
@@ -208,7 +216,27 @@ impl Profile {
                 hint: "leave out --meshopt; --quantize makes files smaller, and Blender reads it".into(),
             });
         }
-        sizes::check(self, world, region)
+        sizes::check(self, world, region)?;
+        let origin = meshes.origin.unwrap_or_else(|| default_origin(region));
+        if self == Profile::GodotTerrain3d && !sizes::is_on_terrain3d(region, origin) {
+            let metres = |[x, y]: [i64; 2]| format!("{},{}", typed(x as f64 * spacing_m), typed(-y as f64 * spacing_m));
+            return Err(Error::Region {
+                message: format!(
+                    "a terrain of Terrain3D has 16 regions to each side of its origin, which is a corner of tiles; this one, of \
+                     {} x {} tiles from {}, {} on, does not fit around --mesh-origin {}",
+                    region.cols(),
+                    region.rows(),
+                    region.at().x,
+                    region.at().y,
+                    metres(origin)
+                ),
+                hint: format!(
+                    "give --mesh-origin {}, and the same to all bakes that go into one terrain",
+                    metres(sizes::terrain3d_origin(region))
+                ),
+            });
+        }
+        Ok(())
     }
 
     /// The region nearest to one that it does not take, and the options that ask for it; nothing where it takes the region.

@@ -34,9 +34,73 @@ impl Numbers {
 }
 
 /// A number as people type it: a millionth is finer than any engine keeps.
-fn typed(number: f64) -> String {
+pub(super) fn typed(number: f64) -> String {
     shortest(number, 1e-6)
 }
+
+/// Where a region lies in an engine: metres east and south from the origin to its edges. Two bakes with one origin lie there as they
+/// do in the world.
+struct Place {
+    /// Metres east and north from the world's origin to that of the positions.
+    origin_m: [f64; 2],
+    /// Those of the west, the north, the east and the south.
+    edges_m: [f64; 4],
+}
+
+impl Place {
+    fn new(region: &Region, origin: [i64; 2], spacing_m: f64) -> Place {
+        let corner = region.at().area(region.tile_cells());
+        let metres = |vertices: i64| vertices as f64 * spacing_m;
+        let [west, north] = [corner.x0 - origin[0], corner.y0 - origin[1]];
+        let [width, height] = [region.width(), region.height()].map(|vertices| vertices as i64 - 1);
+        Place {
+            origin_m: [metres(origin[0]), 0.0 - metres(origin[1])],
+            edges_m: [west, north, west + width, north + height].map(metres),
+        }
+    }
+
+    /// The origin as the command takes it.
+    fn option(&self) -> String {
+        let [east, north] = self.origin_m.map(typed);
+        format!("--mesh-origin {east},{north}")
+    }
+
+    /// How other bakes come to lie beside this one, and what becomes of positions that are far from the origin.
+    fn beside(&self) -> String {
+        let [east, north] = self.origin_m.map(typed);
+        let mut text = format!(
+            "\n## Beside other bakes\n\n\
+             Positions count from {} of the world. Another bake of this world lies beside this one as it does there when it is put \
+             where its own IMPORT.md says, and when that counts from the same place: if it does not, bake it with `{}`. Heights \
+             have the same numbers in all bakes of a world.\n",
+            match self.origin_m {
+                [0.0, 0.0] => "the origin".to_owned(),
+                _ => format!("a place {east} m east and {north} m north of the origin"),
+            },
+            self.option(),
+        );
+        let furthest_m = self.edges_m.into_iter().fold(0.0, |most: f64, edge_m| most.max(edge_m.abs())) as f32;
+        let step_m = f64::from(furthest_m.next_up() - furthest_m);
+        if step_m > FINE_M {
+            let [west, north, east, south] = self.edges_m;
+            let middle = [west.midpoint(east), -north.midpoint(south)];
+            let [east, north] = [0, 1].map(|axis| typed((self.origin_m[axis] + middle[axis]).round()));
+            write!(
+                text,
+                "\nThis bake reaches {:.0} km from there, where numbers of 32 bits, in which Unity, Godot and Unreal 4 keep positions, \
+                 are {} mm apart: things tremble. An origin nearer by, the same for all bakes of a scene, mends that: \
+                 `--mesh-origin {east},{north}`, say.\n",
+                furthest_m / 1000.0,
+                shortest(1000.0 * step_m, 0.05),
+            )
+            .expect("a String takes everything");
+        }
+        text
+    }
+}
+
+/// Metres that positions in an engine may be apart at most before anybody sees it.
+const FINE_M: f64 = 0.001;
 
 /// How far Blender's camera and windows see, in sides of the region, and how near: as its script sets them, so that what
 /// is typed by hand is the same. From outside a region is seen whole from about two sides away.
@@ -65,17 +129,22 @@ pub(super) fn notes(profile: Profile, request: &Request) -> String {
         step_m: (max_m - min_m) / 65535.0,
         sea_m: world.preset().sea_level_m,
     };
+    let origin = meshes.origin.expect("a plan has one");
+    let place = Place::new(region, origin, numbers.spacing_m);
     let (program, steps) = match profile {
         Profile::Blender => ("Blender", blender(region, meshes, &numbers)),
-        Profile::GodotTerrain3d => ("Godot, Terrain3D", terrain3d(region, &numbers)),
-        Profile::Unreal => ("Unreal Engine", unreal(region, &numbers, false)),
-        Profile::UnrealTiled => ("Unreal Engine, in tiles", unreal(region, &numbers, true)),
-        Profile::Unity => ("Unity", unity(region, &numbers)),
-        Profile::Hterrain => ("Godot, HTerrain", hterrain(height_range_m, region, &numbers)),
+        Profile::GodotTerrain3d => ("Godot, Terrain3D", terrain3d(region, origin, &place, &numbers)),
+        Profile::Unreal => ("Unreal Engine", unreal(region, &place, &numbers, false)),
+        Profile::UnrealTiled => ("Unreal Engine, in tiles", unreal(region, &place, &numbers, true)),
+        Profile::Unity => ("Unity", unity(region, &place, &numbers)),
+        Profile::Hterrain => ("Godot, HTerrain", hterrain(height_range_m, region, &place, &numbers)),
     };
+    // Blender's script places further bakes itself, and its text says how it is done by hand.
+    let beside = if profile == Profile::Blender { String::new() } else { place.beside() };
     let tiles = |count: u64| if count == 1 { "tile" } else { "tiles" };
     let about = table(
-        ["World", preset_name],
+        // In a table a stroke would begin the next column.
+        ["World", &preset_name.replace('|', "\\|")],
         &[
             ("seed", world.seed().to_string()),
             ("north-western tile", format!("{}, {}", region.at().x, region.at().y)),
@@ -87,7 +156,7 @@ pub(super) fn notes(profile: Profile, request: &Request) -> String {
         ],
     );
     format!(
-        "# Import into {program}\n\n{about}\nThe files, their hashes and the true numbers of the tiles are in `bake.json`.\n\n{steps}"
+        "# Import into {program}\n\n{about}\nThe files, their hashes and the true numbers of the tiles are in `bake.json`.\n\n{steps}{beside}"
     )
 }
 
@@ -199,7 +268,7 @@ fn typed_share(share: f64) -> String {
     shortest(share, 1e-8)
 }
 
-fn unreal(region: &Region, numbers: &Numbers, tiled: bool) -> String {
+fn unreal(region: &Region, place: &Place, numbers: &Numbers, tiled: bool) -> String {
     // Tiles that share no vertex leave out the last column and row.
     let less = u64::from(tiled);
     let (width, height) = (region.width() - less, region.height() - less);
@@ -208,8 +277,6 @@ fn unreal(region: &Region, numbers: &Numbers, tiled: bool) -> String {
     // A step of 16 bits is ScaleZ / 12800 m, and the value 32768 lies at the landscape's own height.
     let scale_z = numbers.step_m * 12_800.0;
     let location_z = (numbers.min_m + 32_768.0 * numbers.step_m) * 100.0;
-    // Unreal counts in centimetres, and puts a landscape's first vertex at its location.
-    let middle_cm = |vertices: u64| -((vertices - 1) as f64) * numbers.spacing_m * 50.0;
     let layers = Material::ALL.map(|material| format!("`{}`", material.name())).join(", ");
     let (heights, weights) = match tiled {
         true => ("any of `unreal/height_x*_y*.png`; the others are found by their names", "`unreal/NAME_x0_y0.png`"),
@@ -217,7 +284,9 @@ fn unreal(region: &Region, numbers: &Numbers, tiled: bool) -> String {
     };
     let tiles = match tiled {
         true => format!(
-            "Tiles have {0} x {0} vertices and share none, so the landscape has {width} x {height}: {0} times {1} and {2}.\n\n",
+            "Tiles have {0} x {0} vertices and share none, so the landscape has {width} x {height}: {0} times {1} and {2}. It ends a \
+             cell before the bake beside it begins, and leaves that strip open: bake both as one region, or with the profile \
+             unreal, whose landscapes share their edge.\n\n",
             region.tile_cells(),
             region.cols(),
             region.rows()
@@ -236,8 +305,9 @@ fn unreal(region: &Region, numbers: &Numbers, tiled: bool) -> String {
             ["Setting", "Value"],
             &[
                 ("Heightmap File", heights.into()),
-                ("Location X", typed(middle_cm(width))),
-                ("Location Y", typed(middle_cm(height))),
+                // Unreal counts in centimetres, and puts a landscape's first vertex at its location.
+                ("Location X", typed(place.edges_m[0] * 100.0)),
+                ("Location Y", typed(place.edges_m[1] * 100.0)),
                 ("Location Z", shortest(location_z, 100.0 * noise_m(numbers.min_m, numbers.max_m))),
                 ("Scale X", scale_xy.clone()),
                 ("Scale Y", scale_xy),
@@ -254,9 +324,12 @@ fn unreal(region: &Region, numbers: &Numbers, tiled: bool) -> String {
     )
 }
 
-fn unity(region: &Region, numbers: &Numbers) -> String {
+fn unity(region: &Region, place: &Place, numbers: &Numbers) -> String {
     let cells = region.tile_cells();
     let side_m = f64::from(cells) * numbers.spacing_m;
+    // Z counts to the north, and terrains from the south.
+    let [west_m, _, _, south_m] = place.edges_m;
+    let [west, south] = [west_m, 0.0 - south_m].map(typed);
     let last = format!("{}_{}", region.cols() - 1, region.rows() - 1);
     format!(
         "One terrain a tile. `unity/height_X_Z.raw`: X counts from the west, Z from the south, `0_0` to `{last}`, as the \
@@ -277,6 +350,7 @@ fn unity(region: &Region, numbers: &Numbers) -> String {
                 ("Terrain Size X", typed(side_m)),
                 ("Terrain Size Y", numbers.height(numbers.max_m - numbers.min_m)),
                 ("Terrain Size Z", typed(side_m)),
+                ("Start Position (Terrain Toolbox)", format!("{west}, {}, {south}", numbers.height(numbers.min_m))),
             ],
         ),
         table(
@@ -284,24 +358,26 @@ fn unity(region: &Region, numbers: &Numbers) -> String {
             &[
                 ("Heightmap Resolution", format!("{0} x {0}", cells + 1)),
                 ("Control Texture Resolution", format!("{cells} x {cells}")),
-                ("Position of terrain X_Z: x", format!("X * {}", typed(side_m))),
+                ("Position of terrain X_Z: x", format!("{west} + X * {}", typed(side_m))),
                 ("Position of terrain X_Z: y", numbers.height(numbers.min_m)),
-                ("Position of terrain X_Z: z", format!("Z * {}", typed(side_m))),
+                ("Position of terrain X_Z: z", format!("{south} + Z * {}", typed(side_m))),
                 ("Water level (y)", numbers.sea_m.map_or("none".into(), typed)),
             ],
         ),
     )
 }
 
-fn terrain3d(region: &Region, numbers: &Numbers) -> String {
+fn terrain3d(region: &Region, origin: [i64; 2], place: &Place, numbers: &Numbers) -> String {
     let cells = u64::from(region.tile_cells());
-    // A corner of a region of Terrain3D, about the middle.
-    let corner = |count: u64| -((count / 2 * cells) as i64);
+    // The importer counts vertices, and a region of Terrain3D is a tile.
+    let corner = region.at().area(region.tile_cells());
+    let position = format!("{}, {}", corner.x0 - origin[0], corner.y0 - origin[1]);
     let (width, height) = (region.width() - 1, region.height() - 1);
     format!(
         "Open `addons/terrain_3d/tools/importer.tscn` and select its node.\n\n{}\n\
          The vertices of the eastern and southern edge, which the next regions begin with, are not in the files: {width} x \
-         {height} pixels are {} x {} regions.\n\n\
+         {height} pixels are {} x {} regions. A terrain has 32 x 32, 16 to each side of its origin: further bakes with \
+         `{}` that lie there go into the same terrain, each at its own Import Position.\n\n\
          Textures of the asset dock, in this order: 0 grass, 1 dirt, 2 rock, 3 sand, 4 snow, 5 forest, 6 scree, 7 wetland. The control map has the two \
          strongest of each vertex and no autoshader. Versions whose importer has *Import Splat Maps* can take all weights \
          instead: *Splat Map Paths* `terrain3d/splat_ground.png`, `terrain3d/splat_cover.png` and *Material Ids* 0, 1, 2, 3, 4, \
@@ -313,7 +389,7 @@ fn terrain3d(region: &Region, numbers: &Numbers) -> String {
                 ("Vertex Spacing", typed(numbers.spacing_m)),
                 ("Height File Name", "`terrain3d/height.exr`".into()),
                 ("Control File Name", "`terrain3d/control.exr`".into()),
-                ("Import Position", format!("{}, {}", corner(region.cols()), corner(region.rows()))),
+                ("Import Position", position),
                 ("Import Scale", "1: the heights are metres".into()),
                 ("Height Offset", "0".into()),
                 ("Water level (y)", numbers.sea_m.map_or("none".into(), typed)),
@@ -321,10 +397,11 @@ fn terrain3d(region: &Region, numbers: &Numbers) -> String {
         ),
         region.cols(),
         region.rows(),
+        place.option(),
     )
 }
 
-fn hterrain(range_m: (f32, f32), region: &Region, numbers: &Numbers) -> String {
+fn hterrain(range_m: (f32, f32), region: &Region, place: &Place, numbers: &Numbers) -> String {
     let ((min_m, max_m), scale) = (whole_range_m(range_m), hterrain_scale(range_m));
     let spacing = typed(numbers.spacing_m);
     let stretched = match scale {
@@ -356,7 +433,8 @@ fn hterrain(range_m: (f32, f32), region: &Region, numbers: &Numbers) -> String {
             &[
                 ("Resolution (set by the import)", region.width().to_string()),
                 ("Map Scale", format!("x {spacing}, y {}, z {spacing}", typed(f64::from(scale)))),
-                ("Centered", "on".into()),
+                ("Centered", "off".into()),
+                ("Position", format!("x {}, y 0, z {}", typed(place.edges_m[0]), typed(place.edges_m[1]))),
                 ("Water level (y)", numbers.sea_m.map_or("none".into(), typed)),
             ],
         ),

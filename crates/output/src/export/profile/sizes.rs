@@ -3,6 +3,7 @@
 use super::Profile;
 use crate::area::{Region, TileId};
 use crate::error::Error;
+use crate::mesh::{default_origin, middle};
 use crate::preset::TILE_CELLS;
 use crate::world::World;
 
@@ -19,6 +20,32 @@ const MOST_COMPONENTS: u64 = 32;
 
 /// Regions of Terrain3D each way, and the largest image that Godot loads.
 const TERRAIN3D: (u64, u64) = (32, 16_384);
+
+/// The origin of a terrain of Terrain3D that takes a region: that of the meshes; or, where the region would leave the regions that
+/// are around it, the nearest of those that are a whole terrain apart, or else the corner of tiles in the middle of the region.
+pub(super) fn terrain3d_origin(region: &Region) -> [i64; 2] {
+    let cells = i64::from(region.tile_cells());
+    let (usual, middle) = (default_origin(region), middle(region).map(|at| at.div_euclid(cells) * cells));
+    let terrain = TERRAIN3D.0 as i64 * cells;
+    [0, 1].map(|axis| {
+        let apart = (middle[axis] + terrain / 2).div_euclid(terrain) * terrain;
+        let fits = |origin: &i64| fits_terrain3d(region, axis, *origin);
+        [usual[axis], apart].into_iter().find(fits).unwrap_or(middle[axis])
+    })
+}
+
+/// Whether a region is within the regions around the origin of a terrain of Terrain3D, and on their lattice.
+pub(super) fn is_on_terrain3d(region: &Region, origin: [i64; 2]) -> bool {
+    [0, 1].iter().all(|axis| fits_terrain3d(region, *axis, origin[*axis]))
+}
+
+/// The same of the columns, or of the rows.
+fn fits_terrain3d(region: &Region, axis: usize, origin: i64) -> bool {
+    let (cells, half) = (i64::from(region.tile_cells()), TERRAIN3D.0 as i64 / 2);
+    let first = [region.at().x, region.at().y][axis] - origin.div_euclid(cells);
+    let count = [region.cols(), region.rows()][axis] as i64;
+    origin.rem_euclid(cells) == 0 && first >= -half && first + count <= half
+}
 
 /// A landscape's components: quads a section, sections a component side, and how many from west to east and from north to
 /// south.
@@ -218,6 +245,28 @@ fn nearest(profile: Profile, world: &World, asked: Size) -> Option<Size> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn regions_that_lie_together_are_on_one_terrain_of_terrain3d() {
+        let region = |x, y, cols, rows| Region::new(TileId { x, y }, cols, rows, 256).unwrap();
+        for (at, origin) in [
+            (region(0, 0, 8, 8), [0, 0]),
+            (region(-16, 8, 32, 8), [0, 0]),
+            // These two are neighbours, and beyond the regions around the world's origin.
+            (region(28, 4, 8, 8), [32, 0]),
+            (region(36, 4, 8, 8), [32, 0]),
+            // Nothing but its own middle has room for this one.
+            (region(10, 0, 20, 1), [20, 0]),
+            (region(1_000_000_000, -3, 2, 2), [1_000_000_000, 0]),
+        ] {
+            let found = terrain3d_origin(&at);
+            assert_eq!(found, origin.map(|tile| tile * 256), "{at:?}");
+            assert!(is_on_terrain3d(&at, found), "{at:?}");
+        }
+        let near = region(0, 0, 8, 8);
+        assert!(!is_on_terrain3d(&near, [128, 0]), "no corner of tiles");
+        assert!(!is_on_terrain3d(&near, [9 * 256, 17 * 256]) && !is_on_terrain3d(&near, [0, -9 * 256]));
+    }
 
     #[test]
     fn landscapes_of_unreal_have_the_components_of_its_guide() {

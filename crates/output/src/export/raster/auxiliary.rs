@@ -18,13 +18,8 @@ pub(super) fn auxiliary(
     range_m: (f32, f32),
     statistics: Option<&Statistics>,
 ) -> String {
-    let mut text = String::from("<PAMDataset>\n");
+    let mut text = whereabouts(plane, place, "Point");
     let mut line = |line: std::fmt::Arguments| writeln!(text, "  {line}").expect("a String takes everything");
-    let [east, north] = place.corner_m();
-    let spacing_m = place.spacing_m;
-    line(format_args!("<SRS dataAxisToSRSAxisMapping=\"1,2\">{}</SRS>", escaped(&plane.wkt2())));
-    line(format_args!("<GeoTransform>{east}, {spacing_m}, 0, {north}, 0, -{spacing_m}</GeoTransform>"));
-    line(format_args!("<Metadata>\n    <MDI key=\"AREA_OR_POINT\">Point</MDI>\n  </Metadata>"));
     for (number, about) in (1..).zip(quantity.channels()) {
         line(format_args!("<PAMRasterBand band=\"{number}\">"));
         line(format_args!("  <Description>{}</Description>", escaped(about)));
@@ -44,5 +39,24 @@ pub(super) fn auxiliary(
         }
         line(format_args!("</PAMRasterBand>"));
     }
-    text + "</PAMDataset>\n"
+    text + END
+}
+
+/// The text of the file beside a picture of a map.
+pub(in crate::export) fn auxiliary_of_map(plane: &Plane, place: Georeference) -> String {
+    whereabouts(plane, place, "Area") + END
+}
+
+const END: &str = "</PAMDataset>\n";
+
+/// The beginning of such a file: on which plane a raster lies and where, and whether a pixel of it is an area or a point.
+fn whereabouts(plane: &Plane, place: Georeference, pixel: &str) -> String {
+    let mut text = String::from("<PAMDataset>\n");
+    let mut line = |line: std::fmt::Arguments| writeln!(text, "  {line}").expect("a String takes everything");
+    let [east, north] = place.corner_m();
+    let spacing_m = place.spacing_m;
+    line(format_args!("<SRS dataAxisToSRSAxisMapping=\"1,2\">{}</SRS>", escaped(&plane.wkt2())));
+    line(format_args!("<GeoTransform>{east}, {spacing_m}, 0, {north}, 0, -{spacing_m}</GeoTransform>"));
+    line(format_args!("<Metadata>\n    <MDI key=\"AREA_OR_POINT\">{pixel}</MDI>\n  </Metadata>"));
+    text
 }

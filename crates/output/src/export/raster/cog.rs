@@ -34,9 +34,10 @@ const LEVEL: Compression = Compression::new(3);
 /// Blocks that are compressed at once, and wait to be written.
 const AT_ONCE: usize = 32;
 
-/// What GDAL wants to be told of how blocks lie, between the head and the first directory.
+/// How blocks lie, in the words of GDAL, between the head and the first directory. Behind them stands one zero, up to the next even
+/// place: GDAL's validator looks for the first directory there.
 const STRUCTURE: &str = "GDAL_STRUCTURAL_METADATA_SIZE=000140 bytes\nLAYOUT=IFDS_BEFORE_DATA\nBLOCK_ORDER=ROW_MAJOR\n\
-                         BLOCK_LEADER=SIZE_AS_UINT4\nBLOCK_TRAILER=LAST_4_BYTES_REPEATED\nKNOWN_INCOMPATIBLE_EDITION=NO\n \0\0\0\0\0";
+                         BLOCK_LEADER=SIZE_AS_UINT4\nBLOCK_TRAILER=LAST_4_BYTES_REPEATED\nKNOWN_INCOMPATIBLE_EDITION=NO\n \0";
 
 /// Bytes at the end of a classic TIFF's reach.
 const CLASSIC: u64 = u32::MAX as u64;
@@ -79,14 +80,6 @@ impl CogWriter {
         let block = (BLOCK * BLOCK * sample.bytes()) as u64;
         2 * width.next_multiple_of(BLOCK as u64) * (BLOCK * sample.bytes()) as u64 + 2 * AT_ONCE as u64 * block
     }
-
-    /// The most bytes of the files of a raster: of itself, and of its blocks while they wait.
-    pub fn disk_bytes((width, height): (u64, u64), sample: Sample) -> u64 {
-        let levels = Level::all(width as usize, height as usize);
-        let blocks = levels.iter().map(Level::count).fold(0, u64::saturating_add);
-        // What cannot be compressed is a little longer; offset, size and its copies stand beside each.
-        blocks.saturating_mul(2 * (BLOCK * BLOCK * sample.bytes()) as u64 + 512 + 64).saturating_add(1 << 16)
-    }
 }
 
 /// The raster, or a smaller copy of it, of half the size of the one before it.
@@ -112,11 +105,6 @@ impl Level {
             levels.push(level(width, height));
         }
         levels
-    }
-
-    /// How many blocks it has.
-    fn count(&self) -> u64 {
-        (self.width.div_ceil(BLOCK) as u64).saturating_mul(self.height.div_ceil(BLOCK) as u64)
     }
 }
 
@@ -408,12 +396,24 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_first_directory_lies_right_behind_the_structure() {
+        // As GDAL's validator counts: the line with the size, so many bytes, and the next even place.
+        let line = STRUCTURE.find('\n').unwrap() + 1;
+        let told: usize = STRUCTURE["GDAL_STRUCTURAL_METADATA_SIZE=".len()..][..6].parse().unwrap();
+        for (big, first) in [(false, 192), (true, 200)] {
+            let head = head(big, 0).len();
+            assert_eq!((head + line + told).next_multiple_of(2), first);
+            assert_eq!(head + STRUCTURE.len(), first);
+        }
+    }
+
+    #[test]
     fn a_raster_is_halved_until_it_fits_in_a_block() {
         let sizes = |width, height| -> Vec<_> {
-            Level::all(width, height).iter().map(|level| (level.width, level.height, level.count())).collect()
+            Level::all(width, height).iter().map(|level| (level.width, level.height)).collect()
         };
-        assert_eq!(sizes(512, 3), [(512, 3, 1)]);
-        assert_eq!(sizes(1025, 513), [(1025, 513, 6), (513, 257, 2), (257, 129, 1)]);
+        assert_eq!(sizes(512, 3), [(512, 3)]);
+        assert_eq!(sizes(1025, 513), [(1025, 513), (513, 257), (257, 129)]);
     }
 
     #[test]

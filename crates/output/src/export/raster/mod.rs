@@ -11,7 +11,7 @@
 pub(super) mod writer;
 pub(super) mod quantity;
 pub(super) mod image;
-mod auxiliary;
+pub(super) mod auxiliary;
 mod cog;
 mod exr;
 mod facts;
@@ -24,7 +24,7 @@ use std::path::Path;
 use crate::area::{Place, Region};
 use crate::bake::Sink;
 use crate::error::Error;
-use crate::export::format::{Format, FormatCost, Lack, RECORD_BYTES, Request, file_name, folder};
+use crate::export::format::{Format, FormatCost, Lack, Request, accumulation_bytes, file_name, folder};
 use crate::export::options::TileNames;
 use crate::export::raster::cog::CogWriter;
 use crate::export::raster::image::{Beside, Image};
@@ -188,12 +188,6 @@ pub(super) fn layers<'a>(exports: impl Iterator<Item = &'a str>) -> Vec<Layer> {
     images.iter().map(layer).collect()
 }
 
-/// What headers, checksums and incompressible blocks add to raw samples: fdeflate's fixed code stretches noise by
-/// less than an eighth.
-fn encoded_at_most(raw: u64, rows: u64) -> u64 {
-    raw.saturating_add(raw / 8).saturating_add(rows.saturating_mul(16)).saturating_add(4096)
-}
-
 impl Rasters {
     /// The images of what is asked for.
     fn images_of(&self, request: &Request) -> impl Iterator<Item = Image> {
@@ -210,48 +204,29 @@ impl Rasters {
     fn cost_of(image: &Image, request: &Request) -> FormatCost {
         let region = &request.region;
         let bytes = image.quantity.sample().bytes() as u64;
-        let side = u64::from(region.tile_cells()) + 1;
-        let (count, (width, height)) = match image.tiles {
-            true => (request.tiles(), (side, side)),
-            false => (1, image.size(region)),
-        };
-        let samples = width.saturating_mul(height).saturating_mul(image.encoding.copies());
-        let file = match image.encoding {
-            Encoding::GeoTiff => CogWriter::disk_bytes((width, height), image.quantity.sample()),
-            _ => encoded_at_most(samples.saturating_mul(bytes), height),
-        };
-        // One is about as long as its entry in the manifest, or four times that.
-        let beside = image.beside().len() as u64;
+        let vertices = (u64::from(region.tile_cells()) + 1).pow(2);
+        let drawn = if image.quantity.is_drawn() { vertices * DRAWN_BYTES } else { 0 };
+        // What a vertex drains is kept with the tile while its files are made.
+        let drained = if image.quantity.is_of_accumulation() { accumulation_bytes(region) } else { 0 };
+        let count = if image.tiles { request.tiles() } else { 1 };
         FormatCost {
-            files: count.saturating_mul(1 + beside),
-            disk_bytes: file.saturating_add(RECORD_BYTES * (1 + 5 * beside)).saturating_mul(count),
+            files: count.saturating_mul(1 + image.beside().len() as u64),
             // A raster of the region waits for its whole row of tiles; one of a tile is written by the thread that made
             // it.
             kept_a_vertex: if image.tiles { 0 } else { bytes },
+            // Samples, and samples as they are packed.
+            thread_bytes: drawn + drained + 2 * vertices * bytes * image.encoding.copies(),
             held_bytes: match image.encoding {
-                Encoding::GeoTiff => CogWriter::held_bytes(width, image.quantity.sample()),
+                Encoding::GeoTiff => CogWriter::held_bytes(image.size(region).0, image.quantity.sample()),
                 _ => 0,
             },
-            tile_file_bytes: if image.tiles { file } else { 0 },
-            drawn_a_vertex: match image.quantity {
-                Quantity::Map | Quantity::MapOfWalk => DRAWN_BYTES,
-                _ => 0,
-            },
-            accumulation: image.quantity.is_of_accumulation(),
-            work_ns_a_vertex: match image.quantity {
-                Quantity::Density(_) => DENSITY_NS / SCATTER.len() as u64,
-                _ => 0,
-            },
-            ..FormatCost::default()
+            worlds: 0,
         }
     }
 }
 
 /// What the map of a tile takes while it is drawn, a vertex: a word, four planes of what covers the ground, a canvas and RGB.
 const DRAWN_BYTES: u64 = 4 + 4 * 4 + 4 + 3;
-
-/// How long a thread weighs what grows on a vertex, in nanoseconds: once for all kinds. Measured on alps.
-const DENSITY_NS: u64 = 140;
 
 impl Format for Rasters {
     fn name(&self) -> &'static str {

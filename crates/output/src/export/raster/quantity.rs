@@ -243,6 +243,11 @@ impl Quantity {
         is_mask(self) || matches!(self, Quantity::Wetness8 | Quantity::Wetness | Quantity::Density(_))
     }
 
+    /// Whether it is drawn as maps are.
+    pub fn is_drawn(self) -> bool {
+        matches!(self, Quantity::Map | Quantity::MapOfWalk)
+    }
+
     /// The values that viewers show as black and white, where they are known before the raster is.
     pub fn shown(self) -> Option<[f64; 2]> {
         match self {

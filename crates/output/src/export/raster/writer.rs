@@ -27,6 +27,10 @@ pub(crate) enum Encoding {
     GeoTiff,
 }
 
+/// Pixels a side of a PNG at most: the format allows 2^31 - 1, and libpng, by which nearly all programs read it, refuses more than
+/// these.
+pub(in crate::export) const MOST_PNG: u64 = 1_000_000;
+
 impl Encoding {
     /// The ending of the file's name.
     pub fn extension(self) -> &'static str {
@@ -42,8 +46,9 @@ impl Encoding {
     /// The most samples that it can hold from west to east, and as many from north to south.
     pub fn max_side(self) -> u64 {
         match self {
-            // PNG allows 2^31 - 1; the data window of EXR has signed corners of 32 bits.
-            Encoding::Png | Encoding::Exr | Encoding::ExrRgb | Encoding::GeoTiff => i32::MAX as u64,
+            Encoding::Png => MOST_PNG,
+            // The data window of EXR has signed corners of 32 bits.
+            Encoding::Exr | Encoding::ExrRgb | Encoding::GeoTiff => i32::MAX as u64,
             Encoding::R16 | Encoding::Raw => u64::MAX,
         }
     }

@@ -32,7 +32,7 @@ use crate::error::Error;
 use crate::export::digits::{push_decimal, shortest};
 use crate::export::format::{Format, FormatCost, Request};
 use crate::export::locked;
-use crate::export::vector::{FeatureStore, around, bytes_at_most};
+use crate::export::vector::{FeatureStore, around, of_features};
 use crate::features::Value;
 use crate::features::layer::Shape;
 use crate::features::splines::{SPLINES, carried};
@@ -75,9 +75,11 @@ impl Format for Splines {
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
-        // A point is kept with its values, and written twice, with its line's names once: three times what vectors write of it.
-        let disk_bytes = bytes_at_most(request).saturating_mul(3);
-        FormatCost { files: 4, disk_bytes, features: true, ..FormatCost::default() }
+        FormatCost { files: 4, ..of_features(request) }
+    }
+
+    fn has_head(&self) -> bool {
+        true
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {

@@ -2,6 +2,11 @@
 //!
 //! Where a contour crosses from a cell to the next depends on the two heights there alone, so those of neighbouring tiles meet to
 //! the bit. What has an end in the row of tiles that comes next waits for it; all else is whole.
+//!
+//! No contour crosses or touches another or itself. As they are found they do not, for each cell is crossed by straight lines that have
+//! their ends around it in an order that does not let them meet. A point is left out only where the line that goes on without it crosses
+//! the same edge of a cell, and nearer to where it was than half way to the next contour and to either end of the edge: so that order
+//! stays as it is at every edge.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -10,7 +15,7 @@ use crate::bake::frames;
 use crate::contour::{Edge, crossed, share};
 use crate::features::layer::{Head, Kind, Shape};
 use crate::features::{Row, Value};
-use crate::geometry::simplified;
+use crate::grid::Grid;
 use crate::map::contour::{INDEX, interval_m};
 use crate::tile::Tile;
 use crate::world::World;
@@ -37,6 +42,17 @@ const LEAST: f64 = 40.0;
 
 /// A point that is left out lies no further from the line, in parts of the spacing.
 const MISS: f64 = 1.0 / 16.0;
+
+/// How much of the way to the next contour on an edge, or to the end of the edge, a contour may be moved there: less than half.
+const SLACK: f64 = 0.4;
+
+/// How near a contour comes to an end of an edge, in parts of it. Where a vertex is as high as the contour it would go through it, and
+/// might do so twice.
+const NEAREST: f64 = 1.0 / 1024.0;
+
+/// Vertices from a line of the lattice to the next on which points stay: so tiles whose sides are as long as some of these have the same
+/// points.
+const STAYS: i64 = 16;
 
 /// The most points that wait. A longer contour is written in parts.
 const MOST_POINTS: usize = 1 << 14;
@@ -74,26 +90,115 @@ impl Finder {
         // Cells, of which there is one fewer a side than vertices.
         let cells = Area { x1: area.x1 - 1, y1: area.y1 - 1, ..area };
         let mut piece = Vec::new();
-        for (number, edges) in crossed(heights, cells, 1, self.interval_m) {
+        for (number, mut edges) in crossed(heights, cells, 1, self.interval_m) {
+            let cross = |edge: &Edge| Crossing::new(heights, *edge, number, self.interval_m);
             let level = (number as f64 * self.interval_m) as f32;
-            let point = |edge: &Edge| {
-                let (x, y, south) = *edge;
-                let share = share(heights, *edge, 1, level);
-                let [east, down] = if south { [0.0, share] } else { [share, 0.0] };
-                [(x as f64 + east) * self.spacing_m, 0.0 - (y as f64 + down) * self.spacing_m]
-            };
-            let points: Vec<[f64; 2]> = edges.iter().map(point).collect();
+            if !is_higher_on_the_right(heights, level, edges[0], [0, 1].map(|index| cross(&edges[index]).place)) {
+                edges.reverse();
+            }
+            begin_ring(&mut edges);
+            let line: Vec<Crossing> = edges.iter().map(cross).collect();
             let mut bytes = number.to_le_bytes().to_vec();
             for (x, y, south) in [edges[0], edges[edges.len() - 1]] {
                 bytes.extend([x, y, i64::from(south)].map(i64::to_le_bytes).as_flattened());
             }
-            for point in simplified(&points, MISS * self.spacing_m) {
+            for Crossing { place: [x, y], .. } in kept(&line).into_iter().map(|index| &line[index]) {
+                let point = [x * self.spacing_m, 0.0 - y * self.spacing_m];
                 bytes.extend(point.map(f64::to_le_bytes).as_flattened());
             }
             frames::push(&mut piece, &bytes);
         }
         piece
     }
+}
+
+/// Where a contour crosses an edge of a cell, in vertices.
+#[derive(Clone, Copy, Debug)]
+struct Crossing {
+    place: [f64; 2],
+    /// The axis along which the edge runs, and how far the contour may be moved along it to either side.
+    axis: usize,
+    slack: f64,
+    /// Whether it is not to be moved at all.
+    stays: bool,
+}
+
+impl Crossing {
+    fn new(heights: &Grid<f32>, edge: Edge, number: i64, interval_m: f64) -> Crossing {
+        let (x, y, south) = edge;
+        let [from, to] =
+            [[x, y], if south { [x, y + 1] } else { [x + 1, y] }].map(|[x, y]| f64::from(heights.at(x, y)));
+        // From a contour to the next on the edge, in parts of it.
+        let apart = interval_m / (to - from).abs();
+        let nearest = NEAREST.min(0.25 * apart);
+        let level = (number as f64 * interval_m) as f32;
+        let share = share(heights, edge, 1, level).clamp(nearest, 1.0 - nearest);
+        let axis = usize::from(south);
+        let mut place = [x as f64, y as f64];
+        place[axis] += share;
+        let slack = MISS.min(SLACK * apart.min(share).min(1.0 - share));
+        Crossing { place, axis, slack, stays: stays(edge) }
+    }
+
+    /// How far the straight line from one place to another crosses the edge from here, in parts of how far it may; 0 if no further.
+    fn excess(&self, from: [f64; 2], to: [f64; 2]) -> f64 {
+        let (along, across) = (self.axis, 1 - self.axis);
+        let way = to[across] - from[across];
+        if way == 0.0 {
+            return f64::INFINITY;
+        }
+        let share = (self.place[across] - from[across]) / way;
+        let off = (from[along] + (to[along] - from[along]) * share - self.place[along]).abs();
+        if off <= self.slack { 0.0 } else { off / self.slack }
+    }
+}
+
+/// Whether a contour keeps its point on an edge: one that lies on a line of the lattice where points stay.
+fn stays((x, y, south): Edge) -> bool {
+    (if south { x } else { y }).rem_euclid(STAYS) == 0
+}
+
+/// Whether higher ground is to the right of a contour that crosses an edge at the first of two places on its way to the second: as all
+/// contours are written, so that the points that are left out do not depend on which way a tile finds them.
+fn is_higher_on_the_right(heights: &Grid<f32>, level: f32, (x, y, south): Edge, [from, to]: [[f64; 2]; 2]) -> bool {
+    // Whether the northern or western end of the edge is to its right.
+    let is_right = if south { to[0] < from[0] } else { to[1] > from[1] };
+    (heights.at(x, y) >= level) == is_right
+}
+
+/// Turns a ring to begin on an edge whose point stays, or where it would in any other tile that holds all of it.
+fn begin_ring(edges: &mut [Edge]) {
+    let last = edges.len() - 1;
+    if edges[0] == edges[last] {
+        let ring = &mut edges[..last];
+        let first = (0..last).min_by_key(|index| (!stays(ring[*index]), ring[*index])).expect("a ring has edges");
+        ring.rotate_left(first);
+        edges[last] = edges[0];
+    }
+}
+
+/// The points of a contour that suffice, as indices: those that stay, both ends, and of the others as many as it takes.
+///
+/// Based on: D. H. Douglas, T. K. Peucker, "Algorithms for the reduction of the number of points", 1973; where no point is moved so far
+/// that lines could meet.
+fn kept(line: &[Crossing]) -> Vec<usize> {
+    let last = line.len() - 1;
+    let mut kept = vec![0];
+    let mut first = 0;
+    // Ends of what is still to do, the nearest last.
+    let mut ends: Vec<usize> = (1..=last).rev().filter(|index| *index == last || line[*index].stays).collect();
+    while let Some(&end) = ends.last() {
+        let excess = |index: usize| line[index].excess(line[first].place, line[end].place);
+        let worst = (first + 1..end).map(|index| (excess(index), index)).max_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, index)) = worst.filter(|(excess, _)| *excess > 0.0) {
+            ends.push(index);
+            continue;
+        }
+        kept.push(end);
+        first = end;
+        ends.pop();
+    }
+    kept
 }
 
 /// The contours of a region under way.
@@ -181,7 +286,9 @@ impl Contours {
 
     /// What is written of a contour; nothing of one that is but a vertex at its height.
     fn row(&self, part: Part) -> Option<Row> {
-        if part.points.iter().all(|point| *point == part.points[0]) {
+        let near = 2.0 * NEAREST * self.finder.spacing_m;
+        let is_near = |point: &[f64; 2]| (0..2).all(|axis| (point[axis] - part.points[0][axis]).abs() <= near);
+        if part.points.iter().all(is_near) {
             return None;
         }
         let height_m = part.number as f64 * self.finder.interval_m;
@@ -226,6 +333,7 @@ fn parsed(bytes: &[u8]) -> Part {
 mod tests {
     use super::*;
     use crate::area::{Place, Region, TileId};
+    use crate::geometry::cross;
     use crate::preset::Preset;
 
     fn found(region: &Region, world: &World) -> Vec<Row> {
@@ -283,6 +391,90 @@ mod tests {
         for (height_m, length) in &one {
             assert!((length - two[height_m]).abs() * 100 <= *length, "{height_m} m: {length} and {}", two[height_m]);
         }
+    }
+
+    /// Whether two straight lines have a point in common.
+    fn meet([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
+        let side = |[a, b]: [[f64; 2]; 2], p: [f64; 2]| {
+            let turn = cross([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
+            if turn == 0.0 { 0 } else { turn.signum() as i32 }
+        };
+        let overlap = |axis: usize| {
+            let ends = |one: [[f64; 2]; 2]| (one[0][axis].min(one[1][axis]), one[0][axis].max(one[1][axis]));
+            let ((low, high), (from, to)) = (ends([a, b]), ends([c, d]));
+            low <= to && from <= high
+        };
+        overlap(0) && overlap(1) && side([a, b], c) * side([a, b], d) <= 0 && side([c, d], a) * side([c, d], b) <= 0
+    }
+
+    /// Fails if a line meets another, or itself but where it goes on.
+    fn check_apart(name: &str, rows: &[Row], spacing_m: f64) {
+        // Pieces by the cells that they may go through, of a side that most are shorter than.
+        let side = 2.0 * spacing_m;
+        // The number of a line, that of a piece in it, and the ends of the piece.
+        type Piece = (usize, usize, [[f64; 2]; 2]);
+        let mut cells: HashMap<[i64; 2], Vec<Piece>> = HashMap::new();
+        let lines: Vec<Vec<[f64; 2]>> =
+            rows.iter().map(|row| row.lines[0].iter().map(|[x, y, _]| [*x, *y]).collect()).collect();
+        for (line, points) in lines.iter().enumerate() {
+            for (number, pair) in points.windows(2).enumerate() {
+                let piece = [pair[0], pair[1]];
+                let span = |axis: usize| {
+                    let ends = piece.map(|point: [f64; 2]| (point[axis] / side).floor() as i64);
+                    ends[0].min(ends[1])..=ends[0].max(ends[1])
+                };
+                for cell in span(0).flat_map(|x| span(1).map(move |y| [x, y])) {
+                    cells.entry(cell).or_default().push((line, number, piece));
+                }
+            }
+        }
+        let mut looked = 0;
+        for pieces in cells.values() {
+            for (index, (line, number, piece)) in pieces.iter().enumerate() {
+                for (other, next, beside) in &pieces[..index] {
+                    let last = lines[*line].len() - 2;
+                    let goes_on = line == other && (number.abs_diff(*next) <= 1 || number.abs_diff(*next) == last);
+                    looked += 1;
+                    assert!(goes_on || !meet(*piece, *beside), "{name}: {piece:?} of {line}, {beside:?} of {other}");
+                }
+            }
+        }
+        assert!(looked > 1000, "{name}: {looked} pairs");
+    }
+
+    #[test]
+    fn no_contour_meets_another_or_itself() {
+        let rough = "noise = [{ kind = \"ridged\", height_m = 90.0, wavelength_m = 30.0, octaves = 4 }]";
+        // Vertices as high as contours are, and level ground.
+        let steps = "noise = [{ kind = \"fbm\", height_m = 90.0, wavelength_m = 60.0, octaves = 3, curve = [[-1.0, -0.7777777777777778], [-0.2, 0.0], [0.1, 0.0], [1.0, 0.7777777777777778]] }]";
+        let mut worlds: Vec<(&str, Preset)> =
+            [("rough", rough), ("steps", steps)].map(|(name, text)| (name, Preset::parse(name, text).unwrap())).into();
+        worlds.extend(["alps", "badlands", "mountains", "hills"].map(|name| (name, Preset::load(name).unwrap().1)));
+        for (name, mut preset) in worlds {
+            (preset.tile_cells, preset.places) = (48, None);
+            let world = World::new(preset, Some(3)).unwrap();
+            let region = Region::new(TileId { x: -1, y: 2 }, 3, 3, 48).unwrap();
+            check_apart(name, &found(&region, &world), world.spacing_m());
+        }
+    }
+
+    #[test]
+    fn the_points_of_a_contour_do_not_depend_on_tiles() {
+        let text = "noise = [{ kind = \"fbm\", height_m = 90.0, wavelength_m = 60.0, octaves = 3 }]";
+        let points = |cells: u32| {
+            let world = World::new(Preset::parse("test", text).unwrap(), None).unwrap().with_tile_cells(cells);
+            let region =
+                Region::new(TileId { x: 0, y: 0 }, u64::from(96 / cells), u64::from(96 / cells), cells).unwrap();
+            let rows = found(&region, &world);
+            let mut points: Vec<[u64; 2]> =
+                rows.iter().flat_map(|row| row.lines.concat()).map(|[x, y, _]| [x, y].map(f64::to_bits)).collect();
+            points.sort_unstable();
+            points.dedup();
+            points
+        };
+        let whole = points(96);
+        assert!(whole.len() > 500, "{}", whole.len());
+        assert!([16, 32, 48].into_iter().all(|cells| points(cells) == whole));
     }
 
     #[test]

@@ -16,26 +16,32 @@ use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Request};
 use crate::export::locked;
 use crate::export::vector::contours;
-use crate::export::vector::store::bytes_at_most;
+use crate::export::vector::cost;
 use crate::export::vector::vectors::Vectors;
 use crate::features::layer::{Geometry, Head, Shape};
 use crate::features::{Row, Value, layers};
 use crate::file::PartFile;
 use crate::tile::Tile;
 use crate::watch::Watch;
+use crate::web::mercator;
 
 /// The folder of the files in that of the bake.
 const FOLDER: &str = "vector";
 
-/// Metres from the Earth's middle to its equator, by which web maps count.
-const EQUATOR_M: f64 = 6_378_137.0;
-
-/// Metres east and north as longitude and latitude, of which web Mercator (EPSG:3857) makes the same metres.
-fn degrees([east_m, north_m]: [f64; 2]) -> [f64; 2] {
-    let latitude = libm::atan(libm::sinh(north_m / EQUATOR_M));
+/// Metres east and north as longitude and latitude, of which web Mercator makes the same metres.
+fn degrees(place_m: [f64; 2]) -> [f64; 2] {
     // A hundred-millionth of a degree is a millimetre.
-    [east_m / EQUATOR_M, latitude].map(|angle| (angle.to_degrees() * 1e8).round() / 1e8)
+    mercator::degrees(place_m).map(|angle| rounded(angle, 1e8))
 }
+
+/// A number to the nearest of so many parts of 1, so that it is written with no more digits than mean something.
+fn rounded(number: f64, parts: f64) -> f64 {
+    // Nothing is not less than nothing.
+    (number * parts).round() / parts + 0.0
+}
+
+/// Parts of a metre, or of what an attribute is measured in: rivers fall by less than a millimetre from point to point.
+const PARTS: f64 = 1e6;
 
 /// GeoJSON, as a format: a file a layer.
 pub(crate) struct GeoJson;
@@ -62,13 +68,11 @@ impl Format for GeoJson {
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
-        let disk_bytes = bytes_at_most(request);
-        FormatCost {
-            files: layers(request.world).len() as u64 + 1,
-            disk_bytes,
-            features: true,
-            ..FormatCost::default()
-        }
+        cost(request, layers(request.world).len() as u64 + 1)
+    }
+
+    fn has_head(&self) -> bool {
+        true
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
@@ -200,7 +204,10 @@ fn add_properties(text: &mut String, heads: &[Head], values: &[Value]) {
             true => text.push_str(separator),
             false => _ = write!(text, "{separator}{:?}:{}", head.key, if goes_on { "[" } else { "" }),
         }
-        text.push_str(&json(value));
+        text.push_str(&match value {
+            Value::Real(number) => json(&rounded(*number, PARTS)),
+            value => json(value),
+        });
         if follows && !goes_on {
             text.push(']');
         }
@@ -216,8 +223,9 @@ fn add_coordinates(text: &mut String, shape: Shape, lines: &[Vec<[f64; 3]>], in_
         text.push_str(if list_of_points { "[" } else { "" });
         for (index, point) in line.iter().enumerate() {
             text.push_str(if index > 0 { ",[" } else { "[" });
-            let [x, y] = if in_degrees { degrees([point[0], point[1]]) } else { [point[0], point[1]] };
-            for (axis, number) in [x, y, point[2]][..shape.dimensions()].iter().enumerate() {
+            let [x_m, y_m, height_m] = point.map(|at| rounded(at, PARTS));
+            let [x, y] = if in_degrees { degrees([point[0], point[1]]) } else { [x_m, y_m] };
+            for (axis, number) in [x, y, height_m][..shape.dimensions()].iter().enumerate() {
                 text.push_str(if axis > 0 { "," } else { "" });
                 text.push_str(&json(number));
             }

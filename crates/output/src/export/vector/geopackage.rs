@@ -14,13 +14,14 @@ use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Request, folder};
 use crate::export::georeference::Plane;
 use crate::export::vector::clip::Envelope;
-use crate::export::vector::store::{bytes_at_most, footprint, kept};
+use crate::export::vector::cost;
+use crate::export::vector::store::{footprint, kept};
 use crate::export::vector::vectors::Vectors;
 use crate::export::vector::{contours, style};
 use crate::export::{locked, project};
 use crate::features::layer::{Geometry, Head, Kind, Shape};
 use crate::features::{AnyLayer, Row, Value};
-use crate::file::{PartFile, sqlite_error};
+use crate::file::{PartFile, database, sqlite_error};
 use crate::registry::unjournaled;
 use crate::tile::Tile;
 use crate::watch::Watch;
@@ -127,9 +128,11 @@ impl Format for GeoPackage {
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
-        let disk_bytes = bytes_at_most(request);
-        let disk_bytes = disk_bytes.saturating_add(project::BYTES);
-        FormatCost { files: 2, disk_bytes, features: true, ..FormatCost::default() }
+        cost(request, 2)
+    }
+
+    fn has_head(&self) -> bool {
+        true
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
@@ -158,7 +161,7 @@ impl Table<'_> {
         }
     }
 
-    /// What makes it, and its index.
+    /// What makes it, and its index. Any attribute may be null: whoever draws a new feature in a GIS need not fill in all of them.
     fn schema(&self) -> String {
         let columns = self.heads.iter().map(|head| {
             let kind = match head.kind {
@@ -166,7 +169,7 @@ impl Table<'_> {
                 Kind::Real | Kind::Real32 => "DOUBLE",
                 Kind::Text => "TEXT",
             };
-            format!(",\n        {} {kind}{}", head.name, if head.required { " NOT NULL" } else { "" })
+            format!(",\n        {} {kind}", head.name)
         });
         let (columns, name, shape) = (columns.collect::<String>(), self.name, self.geometry_type());
         format!(
@@ -312,7 +315,7 @@ impl<'a> GeoPackageSink<'a> {
         tables.push(tiles());
         let plane = Plane::new(name, world.seed());
         let create = |at: &Path| {
-            let connection = Connection::open(at)?;
+            let connection = database::open(at)?;
             unjournaled(&connection)?;
             // How readers and `file` tell a GeoPackage from any other database.
             connection.pragma_update(None, "application_id", APPLICATION_ID)?;
@@ -618,6 +621,23 @@ mod tests {
         );
         let plane = "SELECT srs_name FROM gpkg_spatial_ref_sys WHERE srs_id = 100000";
         assert_eq!(text(&database, plane), "terrane test, seed 1");
+    }
+
+    #[test]
+    fn a_feature_can_be_added_that_has_nothing_but_a_place() {
+        let folder = tempfile::tempdir().unwrap();
+        baked(folder.path(), false, |rows| rows);
+        let database = Connection::open(folder.path().join(PATH)).unwrap();
+        let mut tables = database.prepare("SELECT table_name FROM gpkg_geometry_columns").unwrap();
+        let tables: Vec<String> = tables.query_map((), |row| row.get(0)).unwrap().map(Result::unwrap).collect();
+        for table in tables {
+            let required = format!("SELECT group_concat(name) FROM pragma_table_info('{table}') WHERE \"notnull\"");
+            assert_eq!(text(&database, &required), "fid", "{table}");
+            // It needs functions that a GIS brings along.
+            database.execute_batch(&format!("DROP TRIGGER rtree_{table}_geom_insert")).unwrap();
+            let fid = format!("INSERT INTO {table} DEFAULT VALUES RETURNING CAST(fid > 0 AS TEXT)");
+            assert_eq!(text(&database, &fid), "1", "{table}");
+        }
     }
 
     #[test]

@@ -18,12 +18,35 @@ mod vectors;
 
 pub(super) use geojson::GeoJson;
 pub(super) use geopackage::{GeoPackage, PATH as GEOPACKAGE};
-pub(super) use store::{FeatureStore, around, bytes_at_most};
+pub(super) use store::{FeatureStore, around};
 pub(super) use style::LayerStyle;
 
+use crate::export::format::{FormatCost, Request};
 use crate::features::layer::Shape;
 use crate::features::layers;
+use crate::land::Land;
 use crate::world::World;
+
+/// What features take while they are found: a thread has the land around a lake, and where there is a sea that of a cell of the
+/// coast, a square of 1024 vertices with their water; and files that are databases hold some of their pages.
+pub(super) fn of_features(request: &Request) -> FormatCost {
+    const PAGES: u64 = 4 << 20;
+    let side: u64 = if request.world.preset().sea_level_m.is_some() { 1024 } else { 256 };
+    let land = side * side * Land::VERTEX_BYTES;
+    let thread_bytes = if request.world.relief().fluvial().is_some() { land } else { 0 };
+    FormatCost { thread_bytes, held_bytes: PAGES, ..FormatCost::default() }
+}
+
+/// What features and contours take in so many files.
+fn cost(request: &Request, files: u64) -> FormatCost {
+    const POINT_BYTES: f64 = 16.0;
+    let Request { world, vectors, .. } = request;
+    // A contour has a point between two neighbours for each interval that one lies above the other: at most half as far as it is from
+    // the one to the other, over a whole row of tiles. Each vertex has two neighbours of its own.
+    let interval_m = vectors.contours_m.unwrap_or_else(|| contours::default_interval_m(world));
+    let points = 2.0 * 0.5 * world.spacing_m() / interval_m;
+    FormatCost { files, kept_a_vertex: (POINT_BYTES * (1.0 + points)) as u64, ..of_features(request) }
+}
 
 /// The layers of the GeoPackage of a world and how they are drawn, the uppermost first.
 pub(super) fn drawn(world: &World) -> Vec<(&'static str, Shape, LayerStyle)> {

@@ -15,95 +15,11 @@ use crate::export::locked;
 use crate::export::vector::clip::Envelope;
 use crate::features::layer::{Geometry, Head, Kind};
 use crate::features::{AnyLayer, Row, Value, layers, visit_walked};
-use crate::file::{Operation, PartFile, gate, sqlite_error};
-use crate::preset::Preset;
+use crate::file::{Operation, PartFile, database, gate, sqlite_error};
 use crate::registry::unjournaled;
 use crate::stop;
 use crate::tile::Tile;
-use crate::walker::NODES_A_CELL;
 use crate::world::World;
-
-/// The most bytes that a vector export of a region takes, the store of its features among them.
-///
-/// How long rivers and roads are shows only when they are made; this is room for ways four times as long as their
-/// reach, for trunk rivers that come from eight nodes around the region, and for a road to every neighbour of all
-/// settlements around.
-pub(crate) fn bytes_at_most(request: &Request) -> u64 {
-    // A footprint with its row.
-    const TILE_BYTES: u64 = 256;
-    let Request { world, region, walk, .. } = request;
-    let features = match (world.relief().fluvial(), walk) {
-        (Some(_), _) => fluvial_bytes_at_most(world, region),
-        (None, None) => path_bytes_at_most(world.preset(), region),
-        // A tile has a river and a road at most.
-        (None, Some(_)) => {
-            request.tiles().saturating_mul(2 * (most_passage_points(region) * POINT_BYTES + FEATURE_BYTES))
-        }
-    };
-    // Contours of land as steep as it can be took 12 bytes a vertex in a database, and a third more as text.
-    const CONTOUR_BYTES: u64 = 24;
-    // What an empty database takes, and how layers are drawn.
-    let vertices = request.vertices().saturating_mul(CONTOUR_BYTES);
-    [features, vertices, request.tiles().saturating_mul(TILE_BYTES), 1 << 20].into_iter().fold(0, u64::saturating_add)
-}
-
-/// Points that an agent of a walk leaves in a tile at most.
-fn most_passage_points(region: &Region) -> u64 {
-    NODES_A_CELL as u64 * u64::from(region.tile_cells()) + 2
-}
-
-/// A feature without its points: its attributes as text and in the store, and what a database keeps a row; rounded up.
-const FEATURE_BYTES: u64 = 1024;
-
-/// A point of a path as text with all digits, and in the store.
-const POINT_BYTES: u64 = 44 + 16;
-
-fn path_bytes_at_most(preset: &Preset, region: &Region) -> u64 {
-    let paths = |density: f64, max_tiles: u32| {
-        let side = |count: u64| count.saturating_add(2 * max_tiles as u64);
-        let owners = side(region.cols()).saturating_mul(side(region.rows())) as f64 * density;
-        // A point is at most every vertex.
-        let points = 4 * (max_tiles as u64 + 1) * region.tile_cells() as u64;
-        (owners.ceil() as u64).saturating_mul(points * POINT_BYTES + FEATURE_BYTES)
-    };
-    let rivers = preset.rivers.as_ref().map_or(0, |rivers| paths(rivers.density, rivers.max_tiles));
-    let roads = preset.roads.as_ref().map_or(0, |roads| paths(roads.density, roads.max_tiles));
-    rivers.saturating_add(roads)
-}
-
-fn fluvial_bytes_at_most(world: &World, region: &Region) -> u64 {
-    // A point with a height as text with all digits, and in the store.
-    const POINT_BYTES: f64 = 66.0 + 24.0;
-    let Some(fluvial) = world.relief().fluvial() else { return 0 };
-    let fields = fluvial.fields();
-    let vertices = |pad: f64| (region.width() as f64 + 2.0 * pad) * (region.height() as f64 + 2.0 * pad);
-    let side = |level: u32| fields.side(level) as f64 * fields.metres_a_grain() / world.spacing_m();
-    let rivers = (0..fields.levels()).filter(|level| fluvial.has_rivers(*level)).map(|level| {
-        let side = side(level);
-        let cells = vertices(if level == 0 { 8.0 } else { 3.0 } * side) / (side * side);
-        // A channel is less than three cells long, and has a point every three vertices, or at each of its knots.
-        cells * (FEATURE_BYTES as f64 + (side + 128.0) * POINT_BYTES)
-    });
-    // A lake's shore is no longer than some of its half widths.
-    let lake = fields.lake_half_width() * fields.metres_a_grain() / world.spacing_m();
-    let lakes = vertices(side(0)) / (side(0) * side(0)) * (FEATURE_BYTES as f64 + 32.0 * lake * POINT_BYTES);
-    let coast = if fields.sea_level_m().is_finite() { vertices(512.0) / 16.0 * POINT_BYTES } else { 0.0 };
-    let peaks = vertices(64.0) / 4096.0 * FEATURE_BYTES as f64;
-    (rivers.sum::<f64>() + lakes + coast + peaks + road_bytes_at_most(world, region)) as u64
-}
-
-fn road_bytes_at_most(world: &World, region: &Region) -> f64 {
-    const POINT_BYTES: f64 = 66.0 + 24.0;
-    // Of neighbours on a plane there are at most three pairs a place; in mountains some roads cross many dips and ridges.
-    const ROADS: f64 = 3.0;
-    const CROSSINGS: f64 = 12.0;
-    let Some(places) = world.places() else { return 0.0 };
-    let side = places.site_side() as f64;
-    let cells = |vertices: u64| (vertices as f64 + 2.0 * places.reach() as f64) / side + 1.0;
-    // A road has a point every few metres, of which most can be left out.
-    let road = (1.0 + CROSSINGS) * FEATURE_BYTES as f64 + 256.0 * POINT_BYTES;
-    cells(region.width()) * cells(region.height()) * (FEATURE_BYTES as f64 + ROADS * road)
-}
 
 /// Features that were said, by layer and key.
 type Said = BTreeSet<(usize, Vec<u8>)>;
@@ -144,7 +60,7 @@ impl<'a> FeatureStore<'a> {
         let mut part = PartFile::create(file.with_extension("features"))?;
         let path = part.lend();
         let open = || {
-            let connection = Connection::open(path)?;
+            let connection = database::open(path)?;
             unjournaled(&connection)?;
             for (number, layer) in layers.iter().enumerate() {
                 // Columns without types keep values as they are.

@@ -6,8 +6,8 @@ use std::fmt::Write;
 
 use crate::export::svg::escaped;
 use crate::features::layer::Shape;
+use crate::map::font::Face;
 use crate::map::style::{Colour, LabelStyle, Style};
-use crate::map::text::Face;
 
 /// Millimetres to a point of type.
 const MM_A_POINT: f64 = 25.4 / 72.0;

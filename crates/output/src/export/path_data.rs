@@ -1,0 +1,98 @@
+//! Paths as SVG writes them.
+
+use std::fmt::{self, Display, Formatter, Write};
+
+/// A number with two digits behind the point at most: hundredths of pixels are finer than what any printer shows.
+pub(super) struct Short(pub f64);
+
+impl Display for Short {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let text = format!("{:.2}", self.0);
+        let text = text.trim_end_matches('0').trim_end_matches('.');
+        f.write_str(if text == "-0" { "0" } else { text })
+    }
+}
+
+/// The data of a path under way. Points are told from the point before them, which takes fewer digits.
+#[derive(Default)]
+pub(super) struct PathData {
+    text: String,
+    /// Where the pen is, in hundredths, so that nothing is lost from point to point.
+    pen: [i64; 2],
+    /// What the last numbers mean, which need not be said again.
+    command: Option<char>,
+}
+
+impl PathData {
+    pub fn move_to(&mut self, at: [f64; 2]) {
+        self.pen = hundredths(at);
+        self.command = None;
+        let [x, y] = self.pen.map(|axis| Short(axis as f64 / 100.0));
+        write!(self.text, "M{x} {y}").expect("memory takes everything");
+    }
+
+    pub fn line_to(&mut self, at: [f64; 2]) {
+        self.curve('l', &[at]);
+    }
+
+    pub fn quadratic_to(&mut self, control: [f64; 2], at: [f64; 2]) {
+        self.curve('q', &[control, at]);
+    }
+
+    pub fn close(&mut self) {
+        self.command = None;
+        self.text.push('Z');
+    }
+
+    pub fn finish(self) -> String {
+        self.text
+    }
+
+    /// Goes to the last of some points, by a command that takes them relative to where the pen is.
+    fn curve(&mut self, command: char, points: &[[f64; 2]]) {
+        let mut is_first = self.command != Some(command);
+        if is_first {
+            self.command = Some(command);
+            self.text.push(command);
+        }
+        let points = points.iter().map(|point| hundredths(*point));
+        let mut last = self.pen;
+        for point in points {
+            for (at, pen) in point.into_iter().zip(self.pen) {
+                let step = at - pen;
+                // A sign parts two numbers.
+                let space = if is_first || step < 0 { "" } else { " " };
+                is_first = false;
+                write!(self.text, "{space}{}", Short(step as f64 / 100.0)).expect("memory takes everything");
+            }
+            last = point;
+        }
+        self.pen = last;
+    }
+}
+
+fn hundredths(at: [f64; 2]) -> [i64; 2] {
+    at.map(|axis| (axis * 100.0).round() as i64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_told_from_one_to_the_next_and_none_drifts() {
+        let mut data = PathData::default();
+        data.move_to([1.0, 2.5]);
+        data.line_to([3.0, 1.25]);
+        data.line_to([3.004, 1.0]);
+        data.quadratic_to([4.0, 1.0], [4.0, 2.0]);
+        data.close();
+        data.move_to([-0.001, 0.0]);
+        assert_eq!(data.finish(), "M1 2.5l2-1.25 0-0.25q1 0 1 1ZM0 0");
+        let mut data = PathData::default();
+        data.move_to([0.0, 0.0]);
+        // Thirds are rounded at each point, and not once more from point to point.
+        (1..=300).for_each(|step| data.line_to([f64::from(step) / 3.0, 0.0]));
+        assert_eq!(data.pen, [10_000, 0]);
+    }
+}
