@@ -1,7 +1,7 @@
 //! Land of noise and tiles of it on every GPU that is there, beside the CPU: vertices a second, and whether the bits are the same.
 //!
-//! `cargo bench --bench gpu`. The kernels alone, exact and approximate, in groups of three sizes; all that comes back to the CPU; and the
-//! CPU on one thread and on all.
+//! `cargo bench --bench gpu`. The kernels alone, in groups of three sizes; all that comes back to the CPU; and the CPU on one thread
+//! and on all.
 //!
 //! How far from the limits of an H200 (132 multiprocessors of 128 lanes at 2 GHz, 4.8 TB/s): the thesis' eight octaves take about 1,400
 //! instructions a vertex, of which a third are the exclusive ors that keep products and sums apart, so 10^10 vertices a second are 43 %
@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use terrane::area::{Area, TileId};
 use terrane::clock::Clock;
-use terrane::device::gpu::{Adapter, Arithmetic, Gpu, NoiseMaker, adapters};
+use terrane::device::gpu::{Adapter, Gpu, NoiseMaker, adapters};
 use terrane::device::{Cpu, LandMaker};
 use terrane::preset::Preset;
 use terrane::relief::Relief;
@@ -107,45 +107,40 @@ fn gpu(adapter: &Adapter, world: &World) {
     println!("  {}, {}", adapter.name(), adapter.driver());
     let Relief::Noise(relief) = world.relief() else { return };
     let rounds = if adapter.is_software() { 1 } else { ROUNDS };
-    for (name, arithmetic, probed) in [
-        ("exact", Arithmetic::Exact, "the CPU's bits"),
-        ("approximate", Arithmetic::Approximate, "as near to the CPU's as users are told"),
-    ] {
-        for group_side in [8, 16, 32] {
-            let title = format!("{name}, groups of {group_side} x {group_side}");
-            let gpu = match Gpu::open(adapter, group_side, arithmetic) {
-                Ok(gpu) => Arc::new(gpu),
-                Err(reason) => {
-                    println!("  {title:44} {reason}");
-                    continue;
-                }
-            };
-            let maker = NoiseMaker::new(gpu, Arc::clone(relief), GroundRule::of(world));
-            let times = if adapter.is_software() { 1 } else { 200 };
-            let kernels = |land: Area, cells: Option<Area>| {
-                let time = (0..rounds).filter_map(|_| maker.kernel_time(land, cells, times)).min();
-                time.map_or_else(|| "failed".into(), |time| rate(cells.unwrap_or(land).len(), time))
-            };
-            println!(
-                "  {title:44} {}   {}",
-                kernels(Area::new(1024, -3072, SIDE, SIDE), None),
-                maker.probe().map_or_else(|reason| reason, |()| probed.into())
-            );
-            // As large as a submission takes whole.
-            let cells = Area::new(1024, -3072, SIDE / 2, SIDE / 2);
-            println!("  {:44} {}", format!("{title}, tiles"), kernels(shaped_input(world, cells), Some(cells)));
-            if group_side == 8 {
-                let (areas, clock) = (areas(SIDE, AREAS), Clock::default());
-                let back = best(rounds, || drop(black_box(maker.lands(&areas, &clock))));
-                println!("  {:44} {}", format!("{name}, read back"), rate(AREAS * SIDE * SIDE, back));
-                let wide = World::new(world.preset().clone(), None).expect("it is sound").with_tile_cells(SIDE as u32);
-                let back = best(rounds, || drop(black_box(maker.tiles(&wide, plans(&wide, AREAS), &clock))));
-                println!("  {:44} {}", format!("{name}, tiles read back"), rate(AREAS * (SIDE + 1).pow(2), back));
-                let clock = Clock::default();
-                let whole = best(1, || drop(black_box(maker.tiles(&wide, plans(&wide, AREAS), &clock))));
-                let stages = clock.stages().into_iter().map(|(stage, spent)| format!("{stage} {spent:.1?}"));
-                println!("    of {whole:.1?}: {}", stages.collect::<Vec<_>>().join(", "));
+    for group_side in [8, 16, 32] {
+        let title = format!("groups of {group_side} x {group_side}");
+        let gpu = match Gpu::open(adapter, group_side) {
+            Ok(gpu) => Arc::new(gpu),
+            Err(reason) => {
+                println!("  {title:44} {reason}");
+                continue;
             }
+        };
+        let maker = NoiseMaker::new(gpu, Arc::clone(relief), GroundRule::of(world));
+        let times = if adapter.is_software() { 1 } else { 200 };
+        let kernels = |land: Area, cells: Option<Area>| {
+            let time = (0..rounds).filter_map(|_| maker.kernel_time(land, cells, times)).min();
+            time.map_or_else(|| "failed".into(), |time| rate(cells.unwrap_or(land).len(), time))
+        };
+        println!(
+            "  {title:44} {}   {}",
+            kernels(Area::new(1024, -3072, SIDE, SIDE), None),
+            maker.probe().map_or_else(|reason| reason, |()| "the CPU's bits".into())
+        );
+        // As large as a submission takes whole.
+        let cells = Area::new(1024, -3072, SIDE / 2, SIDE / 2);
+        println!("  {:44} {}", format!("{title}, tiles"), kernels(shaped_input(world, cells), Some(cells)));
+        if group_side == 8 {
+            let (areas, clock) = (areas(SIDE, AREAS), Clock::default());
+            let back = best(rounds, || drop(black_box(maker.lands(&areas, &clock))));
+            println!("  {:44} {}", "read back", rate(AREAS * SIDE * SIDE, back));
+            let wide = World::new(world.preset().clone(), None).expect("it is sound").with_tile_cells(SIDE as u32);
+            let back = best(rounds, || drop(black_box(maker.tiles(&wide, plans(&wide, AREAS), &clock))));
+            println!("  {:44} {}", "tiles read back", rate(AREAS * (SIDE + 1).pow(2), back));
+            let clock = Clock::default();
+            let whole = best(1, || drop(black_box(maker.tiles(&wide, plans(&wide, AREAS), &clock))));
+            let stages = clock.stages().into_iter().map(|(stage, spent)| format!("{stage} {spent:.1?}"));
+            println!("    of {whole:.1?}: {}", stages.collect::<Vec<_>>().join(", "));
         }
     }
 }

@@ -11,7 +11,7 @@ use clap::{Arg, Args, Parser, Subcommand, ValueEnum};
 use crate::area::{MAX_COORDINATE, Region, Stride, TileId};
 use crate::bake::Shard;
 use crate::cli::console::Console;
-use crate::device::{Device, GpuOptions, LandMaker};
+use crate::device::{Device, LandMaker};
 use crate::error::Error;
 use crate::export::{Export, Lettering, Lods, MeshOptions, Profile, TileNames, VectorOptions};
 use crate::find;
@@ -461,24 +461,13 @@ pub(super) struct DeviceArguments {
     /// Threads to a side of a GPU's groups: 8, 16 or 32.
     #[arg(long, value_name = "N", default_value = "8", value_parser = parse_group_side)]
     pub workgroup: u32,
-    /// Let a GPU compute land of noise as fast as it can: heights are off by a 16-bit step at most, weights by a few of 255, and none
-    /// of it can be made again on another machine.
-    #[arg(long)]
-    pub gpu_approximate: bool,
 }
 
 impl DeviceArguments {
     /// What makes the land and the tiles of a world; why it is not a GPU is said.
     pub fn maker(&self, world: &World, console: &Console) -> Result<Arc<dyn LandMaker>, Error> {
         let device: Device = self.device.parse()?;
-        if self.gpu_approximate && device == Device::Cpu {
-            return Err(Error::Option {
-                message: "--gpu-approximate is for GPUs, and the CPU is asked for".into(),
-                hint: "add --device gpu, or auto".into(),
-            });
-        }
-        let options = GpuOptions { group_side: self.workgroup, is_approximate: self.gpu_approximate };
-        let (maker, reason) = device.maker(world, options)?;
+        let (maker, reason) = device.maker(world, self.workgroup)?;
         console.warnings(reason.as_slice());
         Ok(maker)
     }

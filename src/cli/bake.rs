@@ -43,12 +43,6 @@ pub(super) fn planned(
     hand_on: impl FnOnce(Plan<'_>, PathBuf) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let options = &arguments.common;
-    if arguments.shard.is_some() && options.manner.device.gpu_approximate {
-        return Err(Error::Option {
-            message: "shards of approximate land may not meet those that another GPU makes".into(),
-            hint: "leave out --gpu-approximate, or --shard".into(),
-        });
-    }
     // What is asked for, checked before anything is written.
     if let Some(version) = &options.generator {
         generator::check(version)?;

@@ -65,8 +65,6 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
             watch.begin("drawing", Some((sheet.page().height() as u64, "rows")));
             let written = file.write(&sheet, scale, &texts, &watch);
             console.warnings(&trouble(chart.maker()));
-            let ground = chart.trouble().map(|trouble| format!("the CPU has made the ground of the map: {trouble}"));
-            console.warnings(ground.as_slice());
             written.map(|()| sheet.page())
         })
     })?;

@@ -22,7 +22,6 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
     let ShardPlanArguments { preset, engine, shards, minutes, image, claim, place, common } = arguments;
     let unfit = [
         (preset == "-", "-", "name a file that all machines have"),
-        (common.manner.device.gpu_approximate, "--gpu-approximate", "its tiles may not meet those of another GPU"),
         (common.add, "--add", "add exports to the bake when it is whole"),
         (common.overwrite, "--overwrite", "choose a folder that is empty with --out"),
         (common.manner.course.dry_run, "--dry-run", "leave it out: shard-plan bakes nothing"),

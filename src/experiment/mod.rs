@@ -40,7 +40,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::clock::Clock;
-use crate::device::{Device, GpuOptions, LandMaker};
+use crate::device::{Device, LandMaker};
 use crate::error::Error;
 use crate::preset::{Preset, TILE_CELLS};
 use crate::threads::thread_pool;
@@ -166,7 +166,7 @@ impl Engine {
             Engine::Cpu => (Device::Cpu, 0),
             Engine::Gpu { group_side } => (Device::Gpu, group_side),
         };
-        device.maker(world, GpuOptions { group_side, ..GpuOptions::default() }).map(|(maker, _)| maker)
+        device.maker(world, group_side).map(|(maker, _)| maker)
     }
 }
 

@@ -194,7 +194,6 @@ fn what_is_no_shard_of_the_same_bake_is_refused() {
     for (key, value, words) in [
         ("generator", "terrane 0.0.7".into(), ["1of2", "0.0.7", "merge with the program"]),
         ("layers", serde_json::json!({ "noise": 0 }), ["noise", "not the same", "another"]),
-        ("device", "gpu-approximate".into(), ["1of2", "approximate arithmetic", "without a seam"]),
     ] {
         let whole = fs::read(desk.path("1of2/bake.json")).unwrap();
         reseal(&desk.path("1of2"), |manifest| manifest[key] = value);
@@ -365,10 +364,6 @@ fn a_shard_that_cannot_be_is_refused() {
         desk.refused(&[&BAKE[..], &["--shard", shard]].concat(), &[shard, "3/16"]);
     }
     desk.refused(&bake(&["--shard", "1/2", "--add", "--out", "o"]), &["--shard", "--add"]);
-    desk.refused(
-        &bake(&["--shard", "1/2", "--gpu-approximate", "--device", "gpu"]),
-        &["approximate", "--gpu-approximate"],
-    );
     let shards = bake_shards(&desk, &BAKE, 2);
     desk.refused(&["extend", &shards[0], "--size", "8x8"], &["shard 1/2", "terrane merge"]);
     let add = ["bake", "noise.toml", "--size", "4x3", "--export", "map", "--add", "--out", "1of2"];
@@ -539,7 +534,6 @@ fn shards_are_as_many_as_the_time_of_each_asks_for() {
     for (options, words) in [
         (&["noise.toml", "--add"][..], &["--add"][..]),
         (&["-"], &["takes no -"]),
-        (&["noise.toml", "--device", "gpu", "--gpu-approximate"], &["--gpu-approximate"]),
         (&["noise.toml", "--size", "2x2", "--shards", "5"], &["5 shards", "4 tiles"]),
         (&["noise.toml", "--shards", "5", "--minutes", "5"], &["--shards", "--minutes"]),
     ] {

@@ -4,8 +4,6 @@
 //! here without being there, and may change with any version.
 
 // As if all were one crate: a module has the same path wherever it is named.
-#[cfg(feature = "gpu")]
-use terrane_engine::noise;
 use terrane_engine::{
     agents, area, clock, contour, device, error, features, fluvial, generator, geometry, grid, hash, land, lines,
     memory, places, preset, recipe, simd, stop, tile, walker, watch, world,

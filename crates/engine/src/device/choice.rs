@@ -4,11 +4,10 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 #[cfg(feature = "gpu")]
-use super::gpu::{Adapter, Arithmetic, FluvialMaker, Gpu, NoiseMaker, adapters};
+use super::gpu::{Adapter, Gpu, NoiseMaker, adapters};
 use super::{Cpu, LandMaker};
 use crate::error::{Error, nearest};
-#[cfg(feature = "gpu")]
-use crate::relief::Relief;
+use crate::relief::{NoiseRelief, Relief};
 use crate::simd::Level;
 #[cfg(feature = "gpu")]
 use crate::tile::GroundRule;
@@ -26,20 +25,8 @@ pub enum Device {
     Gpu,
 }
 
-/// How a GPU is used, where one is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct GpuOptions {
-    /// Threads to a side of its groups: 8, 16 or 32.
-    pub group_side: u32,
-    /// Whether it computes as fast as it can, and only nearly as the CPU does: land of noise, and tiles of that.
-    pub is_approximate: bool,
-}
-
-impl Default for GpuOptions {
-    fn default() -> GpuOptions {
-        GpuOptions { group_side: 8, is_approximate: false }
-    }
-}
+/// Threads to a side of a GPU's groups, where nobody asks for another number.
+pub const GROUP_SIDE: u32 = 8;
 
 impl Device {
     /// All of them.
@@ -60,28 +47,34 @@ impl Device {
         format!("cpu, {level}")
     }
 
-    /// What makes the land and the tiles of a world on this device; and for [`Auto`](Device::Auto), why that is not a GPU.
+    /// The maker of a world's land and tiles on this device, in groups of so many by so many threads on a GPU: 8, 16 or 32. If the CPU
+    /// makes the land although a GPU may, the reason comes too: land with rivers is always the CPU's.
     ///
     /// # Errors
     /// When a GPU is asked for, and none is there or can be used.
-    pub fn maker(self, world: &World, options: GpuOptions) -> Result<(Arc<dyn LandMaker>, Option<String>), Error> {
+    pub fn maker(self, world: &World, group_side: u32) -> Result<(Arc<dyn LandMaker>, Option<String>), Error> {
         let cpu = Cpu::maker(world.relief());
-        match self {
-            Device::Cpu => Ok((cpu, None)),
-            Device::Auto => Ok(match gpu_maker(world, options, false) {
-                Ok(maker) => (maker, None),
-                Err(reason) => (cpu, Some(format!("the CPU makes the land: {reason}"))),
-            }),
-            Device::Gpu => match gpu_maker(world, options, true) {
-                Ok(maker) => Ok((maker, None)),
-                Err(message) => Err(Error::Device { message, hint: "--device auto takes the CPU then".into() }),
-            },
+        let because = |reason: &str| Some(format!("the CPU makes the land: {reason}"));
+        let noise = match (self, world.relief()) {
+            (Device::Cpu, _) => return Ok((cpu, None)),
+            (_, Relief::Fluvial(_)) => return Ok((cpu, because("GPUs make land of noise alone, and this has rivers"))),
+            (_, Relief::Noise(noise)) => noise,
+        };
+        match gpu_maker(world, noise, group_side, self == Device::Gpu) {
+            Ok(maker) => Ok((maker, None)),
+            Err(reason) if self == Device::Auto => Ok((cpu, because(&reason))),
+            Err(message) => Err(Error::Device { message, hint: "--device auto takes the CPU then".into() }),
         }
     }
 }
 
 #[cfg(feature = "gpu")]
-fn gpu_maker(world: &World, options: GpuOptions, takes_software: bool) -> Result<Arc<dyn LandMaker>, String> {
+fn gpu_maker(
+    world: &World,
+    noise: &Arc<NoiseRelief>,
+    group_side: u32,
+    takes_software: bool,
+) -> Result<Arc<dyn LandMaker>, String> {
     let adapters = adapters();
     let is_taken = |adapter: &&Adapter| takes_software || !adapter.is_software();
     let Some(adapter) = adapters.iter().find(is_taken) else {
@@ -90,26 +83,14 @@ fn gpu_maker(world: &World, options: GpuOptions, takes_software: bool) -> Result
             None => "no GPU is there, or no driver of it can be reached".into(),
         });
     };
-    let GpuOptions { group_side, is_approximate } = options;
-    let arithmetic = if is_approximate { Arithmetic::Approximate } else { Arithmetic::Exact };
-    let gpu = Arc::new(Gpu::open(adapter, group_side, arithmetic)?);
-    match world.relief() {
-        Relief::Noise(noise) => {
-            let maker = NoiseMaker::new(gpu, Arc::clone(noise), GroundRule::of(world));
-            maker.probe()?;
-            Ok(Arc::new(maker))
-        }
-        Relief::Fluvial(_) if is_approximate => Err("GPUs make land with rivers exactly or not at all".into()),
-        Relief::Fluvial(fluvial) => {
-            let maker = FluvialMaker::new(gpu, Arc::clone(fluvial));
-            maker.probe()?;
-            Ok(Arc::new(maker))
-        }
-    }
+    let gpu = Arc::new(Gpu::open(adapter, group_side)?);
+    let maker = NoiseMaker::new(gpu, Arc::clone(noise), GroundRule::of(world));
+    maker.probe()?;
+    Ok(Arc::new(maker))
 }
 
 #[cfg(not(feature = "gpu"))]
-fn gpu_maker(_: &World, _: GpuOptions, _: bool) -> Result<Arc<dyn LandMaker>, String> {
+fn gpu_maker(_: &World, _: &Arc<NoiseRelief>, _: u32, _: bool) -> Result<Arc<dyn LandMaker>, String> {
     Err("this terrane was built without GPUs (feature gpu)".into())
 }
 

@@ -2,7 +2,6 @@
 //!
 //! ```text
 //!   choice.rs    which device is taken, of those that are asked for and there
-//!   profile.rs   whose arithmetic the bytes of a bake have
 //!   gpu/         land and tiles on a GPU, by the shaders in shaders/
 //! ```
 //!
@@ -12,15 +11,13 @@
 mod choice;
 #[cfg(feature = "gpu")]
 pub mod gpu;
-mod profile;
 
 use std::fmt::Debug;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
-pub use choice::{Device, GpuOptions};
-pub use profile::DeviceProfile;
+pub use choice::{Device, GROUP_SIDE};
 
 use crate::area::Area;
 use crate::clock::Clock;
@@ -33,11 +30,6 @@ use crate::world::World;
 pub trait LandMaker: Debug + Send + Sync {
     /// What it computes on, in a few words.
     fn name(&self) -> String;
-
-    /// Whose arithmetic its bytes have.
-    fn profile(&self) -> DeviceProfile {
-        DeviceProfile::Cpu
-    }
 
     /// Bytes of memory that it takes of the CPU's at most, when so many threads ask it.
     fn host_bytes(&self, _threads: usize) -> u64 {
@@ -60,12 +52,6 @@ pub trait LandMaker: Debug + Send + Sync {
         let lands = self.lands(&plans.iter().map(|plan| plan.land).collect::<Vec<Area>>(), clock);
         let made = plans.into_par_iter().zip(lands);
         made.map(|(plan, land)| Tile::of_plan(world, plan, land, clock)).collect()
-    }
-
-    /// The GPU that it computes on with the bits of the CPU, if it does: for what else can be computed there.
-    #[cfg(feature = "gpu")]
-    fn gpu(&self) -> Option<Arc<gpu::Gpu>> {
-        None
     }
 
     /// What went wrong with it, if anything did: what it could not make itself was made by the CPU.

@@ -68,35 +68,6 @@ fn coarse(step: i64) -> i64 {
     COAST_STEP.max(step)
 }
 
-/// A window of the lattice, and where nodes lie in it, for kernels that run elsewhere.
-#[cfg(feature = "gpu")]
-pub struct PackedCoast {
-    /// How far inland its points are, in metres, and how many are in a row.
-    pub inland_m: Vec<f32>,
-    pub columns: usize,
-    /// Cells before that of the first node, along each axis, and vertices from the corner of that to the node.
-    pub before: [i64; 2],
-    pub in_cell: [i64; 2],
-    /// Vertices of a cell.
-    pub coarse: i64,
-}
-
-#[cfg(feature = "gpu")]
-impl PackedCoast {
-    /// The window that holds the cells of all nodes of an area, so many vertices apart, that are displaced by so many at most.
-    pub fn new(fields: &Fields, is_far: bool, area: Area, step: i64, most: [f64; 2]) -> PackedCoast {
-        let coarse = coarse(step);
-        // A cell more, for what is rounded.
-        let beyond = most.map(|vertices| (vertices / coarse as f64).ceil() as i64 + 1);
-        let cell = |node: i64| (node * step).div_euclid(coarse);
-        let first = [cell(area.x0) - beyond[0], cell(area.y0) - beyond[1]];
-        let last = [cell(area.x1 - 1) + beyond[0], cell(area.y1 - 1) + beyond[1]];
-        let window = CoastWindow::new(fields, (coarse, is_far), first, last);
-        let in_cell = [area.x0, area.y0].map(|node| (node * step).rem_euclid(coarse));
-        PackedCoast { inland_m: window.inland_m, columns: window.columns, before: beyond, in_cell, coarse }
-    }
-}
-
 /// The height of the coast at the nodes of an area, and infinity where it is not lower than the land; `None` where it
 /// is nowhere. From so far that not even the trunks are seen, hollows that do not lead to the sea are as low as they are: to know
 /// them takes longer than all else.

@@ -538,14 +538,6 @@ impl Fields {
         }
     }
 
-    /// The numbers of [`Fields::coast_m`] for kernels that run elsewhere: height of the lowstand, slopes of the land's edge and of the
-    /// shelf, and the greatest depth.
-    #[cfg(feature = "gpu")]
-    pub fn coast_numbers(&self) -> [f32; 4] {
-        let CoastSettings { slope: [land, shelf], depth_m, .. } = self.settings.coast;
-        [self.lowstand_level_m(), land, shelf, depth_m].map(|number| number as f32)
-    }
-
     /// Metres inland at which the edge of the land comes out of today's sea.
     pub fn shore_m(&self) -> f32 {
         let (rise_m, land) = (self.settings.coast.lowstand_m as f32, self.settings.coast.slope[0] as f32);

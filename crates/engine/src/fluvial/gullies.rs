@@ -14,8 +14,6 @@ use crate::fluvial::fields::Fields;
 use crate::fluvial::valley::Valleys;
 use crate::fluvial::warp::Displaced;
 use crate::hash::{self, Stream};
-#[cfg(feature = "gpu")]
-use crate::noise::packed::put;
 use crate::noise::{Fractal, FractalKind, FractalSpec, Stripes};
 use crate::simd::{Kernel, MAX_LANES, Simd, dispatch};
 use crate::stop;
@@ -51,7 +49,7 @@ const WAVE_RATIO: f64 = 2.1;
 const PATCH_WAVE: f64 = 1.5;
 
 /// Octaves of gullies, at most.
-pub(crate) const MOST_OCTAVES: usize = 3;
+const MOST_OCTAVES: usize = 3;
 
 /// Depth of gullies as a share of their wavelength, where the settings ask for whole gullies on a slope of 1: so
 /// shallow that their flanks are less steep than the hillside, and fall along it.
@@ -78,7 +76,7 @@ const LEAST_M: f32 = 1e-3;
 
 /// How far apart the vertices are, in turn, of which the fall line and the channel's height become the mean: the sides of
 /// a steep channel are facets, from one to the next of which both jump, and gullies would be broken there.
-pub(crate) const SMOOTHED: [usize; 3] = [1, 2, 4];
+const SMOOTHED: [usize; 3] = [1, 2, 4];
 
 /// The area whose warp gullies read: the fall line at each vertex of their [`valley_input`] goes by the warp of the vertices
 /// beside it.
@@ -209,33 +207,6 @@ impl Gullies {
         self.roughness.fill(area, &mut crest);
         dispatch(Roughen { rough_m: self.rough_m, hillside, noise: &crest, carved: &mut carved });
         height_m.copy_from_slice(&carved);
-    }
-}
-
-/// What a kernel needs of gullies that runs elsewhere.
-#[cfg(feature = "gpu")]
-impl Gullies {
-    /// The stripes of each octave, and the noise of those that are patchy.
-    pub fn octaves(&self) -> impl Iterator<Item = (&Stripes, Option<&Fractal>)> {
-        self.octaves.iter().map(|octave| (&octave.stripes, octave.patches.as_ref()))
-    }
-
-    pub fn roughness(&self) -> &Fractal {
-        &self.roughness
-    }
-
-    /// Adds the numbers of all octaves: what makes differences of the warp a bend, the height of the roughness, how many octaves are
-    /// too short to be seen and their depths, how many are seen; and of each its depth, its slope, and whether it is patchy.
-    pub fn pack(&self, words: &mut Vec<u32>) {
-        put(words, [0.5 / self.spacing_m, self.rough_m]);
-        words.push(self.unseen_m.len() as u32);
-        put(words, (0..MOST_OCTAVES).map(|index| self.unseen_m.get(index).copied().unwrap_or(0.0)));
-        words.push(self.octaves.len() as u32);
-        for octave in &self.octaves {
-            put(words, [octave.depth_m, octave.slope]);
-            words.push(octave.patches.is_some().into());
-            octave.stripes.pack(words);
-        }
     }
 }
 

@@ -26,8 +26,7 @@
 //! `tributary_course` and `tributary` all others; `network` finds channels and their `segment`s by place; `warp`,
 //! `valley` and `valley_side`, `gullies`, `moraine`, `barrier` and `glacier`, which are `stamp`s, `coast`, `skerries`, `breach` and `water`
 //! make rasters of them; `rivers` and `strahler` know whole rivers, and `survey` the land as roads ask for it. From afar, at the
-//! nodes of a stride, `rest` is what the brooks that do not show make of the land, and `mean` that of trunks that do not. `packed` is what a
-//! GPU is told that makes valleys, gullies and coasts.
+//! nodes of a stride, `rest` is what the brooks that do not show make of the land, and `mean` that of trunks that do not.
 
 pub mod settings;
 pub mod point;
@@ -67,8 +66,6 @@ pub mod rivers;
 mod strahler;
 pub mod survey;
 pub mod landforms;
-#[cfg(feature = "gpu")]
-pub(crate) mod packed;
 
 use std::sync::Arc;
 
@@ -146,8 +143,6 @@ struct Carved {
     nodes: Displaced,
     hillsides: Hillsides,
     valleys: Valleys,
-    /// The height of the coast, where it is known already.
-    coast_m: Option<Vec<f32>>,
 }
 
 /// Nodes that the cells of a level are wide at least whose channels are seen: of fewer only the mean is.
@@ -322,15 +317,11 @@ impl Fluvial {
     /// The land at all nodes of an area, with the time of each stage booked on `clock`.
     pub fn land(&self, area: Area, clock: &Clock) -> Land {
         let detail = self.detail();
-        self.land_by(area, |area| {
+        let whole = |area| {
             let segments = clock.time(stage::NETWORK, || self.segments(self.around(area, detail), detail));
             self.land_of(&segments, area, detail, clock)
-        })
-    }
-
-    /// The same, given what makes the land of its nodes, or of finer ones whose mean it is.
-    fn land_by(&self, area: Area, whole: impl Fn(Area) -> Land) -> Land {
-        match self.stride / self.detail().step {
+        };
+        match self.stride / detail.step {
             1 => whole(area),
             finer => Means::of(area, finer, self.fields.sea_level_m() as f32, whole),
         }
@@ -416,12 +407,12 @@ impl Fluvial {
         if let Some(gullies) = gullies {
             clock.time(stage::GULLIES, || gullies.carve(&nodes, &hillsides.slope, &mut valleys));
         }
-        Carved { nodes, hillsides, valleys, coast_m: None }
+        Carved { nodes, hillsides, valleys }
     }
 
     /// All that is not valleys and gullies: what ice and waves have left, the coast, cuts through what dams, and water.
     fn fill_in(&self, segments: &Segments, area: Area, detail: Detail, carved: Carved, clock: &Clock) -> Land {
-        let Carved { nodes, hillsides, mut valleys, coast_m } = carved;
+        let Carved { nodes, hillsides, mut valleys } = carved;
         if let Some(moraines) = &self.moraines {
             clock.time(stage::MORAINES, || moraines.raise(segments, &nodes, &mut valleys));
         }
@@ -432,10 +423,8 @@ impl Fluvial {
             .glaciers
             .as_ref()
             .map(|glaciers| clock.time(stage::GLACIERS, || glaciers.ice_m(segments, &nodes, &valleys)));
-        let coast_m = coast_m.or_else(|| {
-            clock.time(stage::COAST, || {
-                coast::heights(&self.fields, (self.spacing_m, self.is_far), &nodes, &hillsides, &valleys.height_m)
-            })
+        let coast_m = clock.time(stage::COAST, || {
+            coast::heights(&self.fields, (self.spacing_m, self.is_far), &nodes, &hillsides, &valleys.height_m)
         });
         if detail.breaches {
             clock.time(stage::BREACHES, || self.breach(nodes.area, segments, coast_m.as_deref(), &mut valleys));

@@ -4,8 +4,6 @@ use super::fields::Fields;
 use super::point::GRAINS;
 use super::segment::{LEVEE, LEVEE_FALLS, LEVEE_RISES, LEVEL, Reach, Segment};
 use crate::geometry::lerp;
-#[cfg(feature = "gpu")]
-use crate::noise::packed::put;
 use crate::simd::{MAX_LANES, Simd};
 
 /// What wide water rises sideways, as a share of the hillside's slope: enough for a vertex to belong to the nearest
@@ -155,19 +153,6 @@ impl Columns {
         self.number.push(other.number[index]);
     }
 
-    /// Adds the words of a segment, for kernels that run elsewhere, but for where it begins, which is told from blocks.
-    #[cfg(feature = "gpu")]
-    pub fn pack(&self, index: usize, words: &mut Vec<u32>) {
-        let pair = |pair: &[Vec<f32>; 2]| [pair[0][index], pair[1][index]];
-        put(words, pair(&self.along));
-        put(words, [self.per_square[index]]);
-        let pairs = [&self.level, &self.cross, &self.trough, &self.lean, &self.river, &self.flood_plain, &self.riser];
-        put(words, pairs.into_iter().flat_map(pair));
-        let changes = [&self.bed_change, &self.floor_change, &self.cross_change, &self.reach, &self.pool];
-        put(words, changes.map(|column| column[index]));
-        words.push(self.channel[index]);
-    }
-
     /// Fills the last lanes with segments that do not matter: they are too far, and their reach is 0.
     pub fn pad(&mut self) {
         while !self.number.len().is_multiple_of(MAX_LANES) {
@@ -205,16 +190,6 @@ pub struct Floor {
     pub levees: f32,
     /// Terraces from the flood plain to the side.
     pub terraces: u32,
-}
-
-/// Adds the numbers that the sides of all valleys have in common.
-#[cfg(feature = "gpu")]
-pub fn pack_floor(floor: Floor, words: &mut Vec<u32>) {
-    let Floor { level_m, levees, terraces } = floor;
-    words.push(terraces);
-    let room = 1.0 / (1.0 / LEVEE_RISES + 1.0 / LEVEE_FALLS);
-    put(words, [level_m, levees * LEVEE as f32, 1.0 / terraces.max(1) as f32]);
-    put(words, [LEVEL, 1.0 - LEVEL, room, 1.0 / LEVEE_RISES, LEVEE_FALLS, LEVEE_RISES].map(|number| number as f32));
 }
 
 /// Segments in lanes, or one in all of them.

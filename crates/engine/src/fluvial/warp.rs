@@ -114,12 +114,6 @@ impl Warp {
         Displaced { area, step, metres }
     }
 
-    /// The displacements of every `step`th vertex as fractals, and metres that these are multiplied by; `None` where there are none.
-    #[cfg(feature = "gpu")]
-    pub fn fractals(&self, step: i64) -> Option<(&[Fractal; 2], f32)> {
-        Some((self.axes.get(step.trailing_zeros() as usize)?, self.distance_m))
-    }
-
     /// The rectangle of the network's plane in which the nodes of an area are read, those past its edges included.
     pub fn input(&self, area: Area, step: i64) -> [Point; 2] {
         let pad = self.most_m().map(|metres| (metres / self.spacing_m * GRAINS as f64).ceil());

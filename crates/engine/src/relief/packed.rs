@@ -111,11 +111,6 @@ impl NoiseRelief {
 }
 
 impl Block {
-    /// Its first vertex.
-    pub fn first(&self) -> (i64, i64) {
-        self.first
-    }
-
     /// Where the relief begins that its heights are of.
     pub fn relief(&self) -> u32 {
         self.relief

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use crate::area::{Place, Region, Stride};
-use crate::device::{DeviceProfile, LandMaker};
+use crate::device::LandMaker;
 use crate::error::Error;
 pub use crate::file::{FileRecord, MeshRecord};
 use crate::stop;
@@ -154,19 +154,6 @@ fn planning(world: &World) -> Option<&'static str> {
     }
 }
 
-/// Refuses what the CPU has made in the place of a GPU, where its bytes would be others.
-///
-/// # Errors
-/// When a GPU was lost that computes approximately.
-pub(super) fn check_unmixed(maker: &dyn LandMaker) -> Result<(), Error> {
-    match (maker.profile(), maker.trouble()) {
-        (DeviceProfile::GpuApproximate, Some(message)) => {
-            Err(Error::Device { message, hint: "--resume goes on with the bake where the GPU is there".into() })
-        }
-        _ => Ok(()),
-    }
-}
-
 /// Some rows of tiles, as the sinks keep them.
 struct Batch {
     first_row: u64,
@@ -216,7 +203,6 @@ impl Batch {
             let plans: Vec<TilePlan> =
                 missing.par_iter().map(|(_, place)| TilePlan::new(world, region.tile(*place), clock)).collect();
             let tiles = maker.tiles(world, plans, clock);
-            check_unmixed(maker)?;
             let made = start.elapsed().div_f64(missing.len().max(1) as f64);
             let finished = missing.par_iter().zip(tiles).map(|(&(_, place), tile)| finish(place, tile, made));
             for ((at, _), made) in missing.iter().zip(finished.collect::<Result<Vec<_>, Error>>()?) {

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::area::{Place, TileId};
-use crate::bake::{Batch, JOURNAL, Journal, Kept, Sink, check_unmixed};
+use crate::bake::{Batch, JOURNAL, Journal, Kept, Sink};
 use crate::device::LandMaker;
 use crate::error::Error;
 use crate::stop;
@@ -45,7 +45,6 @@ pub(crate) fn walk(
             // Those around the first one stand before it moves.
             None => walker.tiles().map(Tile::id).collect(),
         };
-        check_unmixed(&*maker)?;
         // One that it comes back to is as it was.
         let new: Vec<TileId> = entered.into_iter().filter(|id| seen.insert(*id)).collect();
         let note = |id: &TileId| {

@@ -12,7 +12,6 @@ use serde_json::Value;
 
 use crate::area::{Place, Region, Stride, TileId};
 use crate::bake::{FileRecord, Shard, store};
-use crate::device::DeviceProfile;
 use crate::error::{Error, clipped};
 use crate::export::digits::{noise_m, shortest};
 use crate::export::{Export, MeshOptions, Plan, Profile, TileNames, VectorOptions, bounds, web};
@@ -36,8 +35,6 @@ pub struct Manifest {
     /// The version of what each layer of the program makes: with others it may be another world. None in old ones.
     #[serde(default)]
     pub layers: BTreeMap<String, u32>,
-    /// What the bake was computed on.
-    pub device: DeviceProfile,
     /// The preset's name.
     pub preset_name: String,
     /// The preset with every default filled in.
@@ -278,7 +275,6 @@ impl Manifest {
             format_version: FORMAT_VERSION,
             generator: generator::NAME.to_owned(),
             layers: generator::layers(),
-            device: plan.maker().profile(),
             preset_name: preset_name.to_owned(),
             preset: world.preset().clone(),
             seed: world.seed(),
@@ -344,27 +340,11 @@ impl Manifest {
         })
     }
 
-    /// Whether the CPU makes the same tiles.
-    ///
-    /// # Errors
-    /// When they were made with the approximate arithmetic of a GPU.
-    pub(crate) fn check_device(&self) -> Result<(), Error> {
-        match self.device {
-            DeviceProfile::Cpu => Ok(()),
-            DeviceProfile::GpuApproximate => Err(Error::Option {
-                message: "the tiles of this bake have the approximate arithmetic of a GPU, so none can be made again"
-                    .into(),
-                hint: "bake it again, without --gpu-approximate where bytes matter".into(),
-            }),
-        }
-    }
-
     /// What was asked for otherwise in another manifest than in this one: `key: this one's, that one's`, of those keys at the top
     /// that `counts` takes.
     pub(crate) fn differences(&self, other: &Manifest, counts: impl Fn(&str) -> bool) -> Vec<String> {
-        const ASKED: [&str; 11] = [
+        const ASKED: [&str; 10] = [
             "layers",
-            "device",
             "preset_name",
             "seed",
             "preset",

@@ -260,11 +260,6 @@ impl Part {
             return refuse(folder.into(), message, "merge with the program that has baked it, or bake it again");
         }
         manifest.check_generator()?;
-        // Those of two GPUs need not meet, nor those of one that was put into another machine.
-        if manifest.check_device().is_err() {
-            let message = "has the approximate arithmetic of a GPU, whose tiles meet no others without a seam".into();
-            return refuse(folder.into(), message, "bake this shard again without --gpu-approximate");
-        }
         let Some(tiles) = shard.tiles(&manifest.region.region()?) else {
             let message = "names tiles that are not of its region".into();
             return refuse(folder.join(manifest::PATH), message, AGAIN);

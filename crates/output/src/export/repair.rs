@@ -31,7 +31,6 @@ pub fn repair(folder: &Path, watch: &Watch) -> Result<Repaired, Error> {
         return Ok(Repaired { files: Vec::new(), kept });
     }
     let old = told(folder)?;
-    old.check_device()?;
     let world = old.world()?;
     let plan = Plan::of(&old, &world)?;
     let output = Output::prepare(folder, Mode::Repair, &plan, &plan.cost(rayon::current_num_threads()))?;

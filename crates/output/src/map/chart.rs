@@ -185,14 +185,6 @@ impl Chart {
         self.terrain.maker()
     }
 
-    /// What is wrong with a GPU that was to make the ground, if anything is: the CPU has made it.
-    pub fn trouble(&self) -> Option<String> {
-        #[cfg(feature = "gpu")]
-        return self.relief.trouble();
-        #[cfg(not(feature = "gpu"))]
-        None
-    }
-
     /// The maps of the same world in the same scale in another style.
     #[must_use]
     pub fn in_style(&self, style: Style) -> Arc<Chart> {
@@ -202,8 +194,6 @@ impl Chart {
     fn drawn(world: Arc<World>, terrain: Arc<Terrain>, detail: Detail, style: Style, scale: Scale) -> Arc<Chart> {
         let denominator = scale.denominator();
         let relief = Relief::new(&style, terrain.world(), scale);
-        #[cfg(feature = "gpu")]
-        let relief = relief.on(terrain.maker().gpu());
         let least = style.roads.classes.iter().map(|class| class.most).fold(0.0, f64::max);
         // Agents go everywhere, and their lines are short: far away they would be many and not be seen.
         let has_lines = match world.preset().places {

@@ -9,14 +9,14 @@ pub(super) const CHUNK: usize = 256;
 pub(super) const WIDE: usize = CHUNK + 2;
 
 /// What level ground has of a light that stands 45 degrees high.
-pub(super) const FLAT: f32 = std::f32::consts::FRAC_1_SQRT_2;
+const FLAT: f32 = std::f32::consts::FRAC_1_SQRT_2;
 
 /// The cosine and the sine of the 60 degrees by which softer lights stand to each side of the main one.
 const HALF: f32 = 0.5;
 const SINE: f32 = 0.866_025_4;
 
 /// Slope, metres up a metre ahead, of wide forms from which on the light turns as far as it may.
-pub(super) const TURNED: f32 = 0.12;
+const TURNED: f32 = 0.12;
 
 /// Metres that a shore rises within a pixel at least: where it is flatter, its edge is not as soft as it could be.
 const LEAST_RISE_M: f32 = 0.02;

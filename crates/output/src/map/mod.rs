@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! World, Scale --> terrain.rs   land at the nodes that the scale needs, and at the pixels between
-//!                  relief.rs    tints, what the ground is made of, light and shadow; sky.rs; on a GPU, kernel.rs
+//!                  relief.rs    tints, what the ground is made of, light and shadow; sky.rs
 //!                  signs.rs     strokes on rock and slopes, stones of scree
 //! Style (TOML) --> contour.rs   lines of equal height, outlines.rs with numbers
 //!                  drawing.rs   rivers, lakes, roads and places as lines and areas in pixels; houses.rs
@@ -28,8 +28,6 @@ pub mod font;
 mod frame;
 mod generalise;
 mod houses;
-#[cfg(feature = "gpu")]
-mod kernel;
 mod light;
 mod outlines;
 mod plain;

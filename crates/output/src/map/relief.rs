@@ -1,17 +1,8 @@
 //! The ground of a map: tints, what the ground is made of, light and shadow.
 
-#[cfg(feature = "gpu")]
-use std::sync::Arc;
-
 use crate::area::Area;
-#[cfg(feature = "gpu")]
-use crate::device::gpu::Gpu;
 use crate::grid::Grid;
-#[cfg(feature = "gpu")]
-use crate::map::kernel::GroundKernel;
 use crate::map::light::{CHUNK, Lamp, Light, WIDE};
-#[cfg(feature = "gpu")]
-use crate::map::light::{FLAT, TURNED};
 use crate::map::rows::{smoothed, weigh};
 use crate::map::scale::Scale;
 use crate::map::signs::REACH;
@@ -19,8 +10,6 @@ use crate::map::sky;
 use crate::map::style::{Colour, Style};
 use crate::map::terrain::{Nodes, Terrain};
 use crate::map::tint::Tints;
-#[cfg(feature = "gpu")]
-use crate::noise::packed::put;
 use crate::simd::dispatch;
 use crate::tile::Material;
 use crate::world::World;
@@ -45,13 +34,9 @@ pub(super) struct Relief {
     has_stones: bool,
     /// How much of the sky and of cast shadow is seen.
     sky: [f32; 2],
-    /// What makes it on a GPU, where one is used.
-    #[cfg(feature = "gpu")]
-    kernel: Option<GroundKernel>,
 }
 
 /// The ground at the pixels of an area.
-#[derive(PartialEq)]
 pub(super) struct Ground {
     pub area: Area,
     /// Red in the lowest byte, then green and blue.
@@ -114,54 +99,7 @@ impl Relief {
         let covers = style.cover.all().map(|cover| (channels(cover.colour), cover.share as f32 / 255.0));
         let has_stones = style.signs.are_drawn(denominator);
         let sky = [relief.sky, relief.cast].map(|share| share as f32);
-        Relief {
-            tints,
-            covers,
-            lamp,
-            has_stones,
-            sky,
-            #[cfg(feature = "gpu")]
-            kernel: None,
-        }
-    }
-
-    /// The same, made on a GPU where one is given.
-    #[cfg(feature = "gpu")]
-    #[must_use]
-    pub fn on(mut self, gpu: Option<Arc<Gpu>>) -> Relief {
-        self.kernel = gpu.map(|gpu| GroundKernel::new(gpu, &self));
-        self
-    }
-
-    /// Adds all numbers that are the same for all pixels, for kernels that run elsewhere: `shaders/ground.wgsl` has them by name.
-    #[cfg(feature = "gpu")]
-    pub fn pack(&self, words: &mut Vec<u32>) {
-        let Lamp { metres_per_pixel, sea_level_m, sun, turn, soften, steepening, strength, texture, .. } = self.lamp;
-        let Lamp { aerial, haze, haze_share, under_water, shadow, light, highlight, low_m, per_m, .. } = self.lamp;
-        put(words, [0.125 / metres_per_pixel, steepening, sun[0], sun[1], TURNED * TURNED, turn]);
-        put(words, [1.0 - soften, 0.5 * soften, low_m, per_m, aerial, texture, strength, under_water * strength]);
-        put(words, [haze_share, metres_per_pixel, sea_level_m]);
-        put(words, light.into_iter().chain(shadow.map(|channel| channel - 1.0)).chain(haze));
-        put(words, [highlight, 1.0 / (1.0 - FLAT), 1.0 / FLAT]);
-        put(words, self.tints.scales());
-        put(words, [self.shore_m(), self.sky[0], self.sky[1], self.per_m()]);
-        let (shares, share) = sky::way_shares(sun);
-        put(words, shares.into_iter().chain([share]));
-        put(words, (0..LEVELS).map(|level| self.level_per_m(level)));
-        put(words, self.covers.iter().flat_map(|(colour, seen)| colour.iter().copied().chain([*seen])));
-        put(words, self.tints.tables());
-    }
-
-    /// What is wrong with a GPU that was to make it, if anything is.
-    #[cfg(feature = "gpu")]
-    pub fn trouble(&self) -> Option<String> {
-        self.kernel.as_ref().and_then(GroundKernel::trouble)
-    }
-
-    /// Whether the colours of stones are asked for.
-    #[cfg(feature = "gpu")]
-    pub fn has_stones(&self) -> bool {
-        self.has_stones
+        Relief { tints, covers, lamp, has_stones, sky }
     }
 
     /// Metres of the lowest land of some pixels up to which the sea may come into them.
@@ -213,16 +151,6 @@ impl Relief {
     pub fn ground(&self, terrain: &Terrain, area: Area) -> Ground {
         let wide = self.wide(area);
         let nodes = terrain.nodes(wide);
-        let ground = || self.ground_of(terrain, &nodes, wide, area);
-        #[cfg(feature = "gpu")]
-        if let Some(kernel) = &self.kernel {
-            return kernel.ground((terrain, &nodes), wide, area, ground).unwrap_or_else(ground);
-        }
-        ground()
-    }
-
-    /// The ground at the pixels of an area, given the nodes under it and so much around it.
-    pub fn ground_of(&self, terrain: &Terrain, nodes: &Nodes, wide: Area, area: Area) -> Ground {
         let heights = terrain.at_pixels(&nodes.heights, wide);
         let (texture, smooth) = self.texture_of(&heights, area);
         let open = self.looks_up().then(|| sky::openness(&heights, area, self.per_m(), self.lamp.sun, self.sky));
@@ -232,10 +160,10 @@ impl Relief {
             false => terrain.at_pixels(&plane, area),
         };
         let covers = self.covers_of(&nodes.ground, &nodes.cover).map(at_pixels);
-        let snow = at_pixels(share_of(nodes, Material::Snow));
+        let snow = at_pixels(share_of(&nodes, Material::Snow));
         let stones = self.has_stones.then(|| {
             [Material::Rock, Material::Scree]
-                .map(|material| terrain.at_pixels(&share_of(nodes, material), area.padded(REACH)))
+                .map(|material| terrain.at_pixels(&share_of(&nodes, material), area.padded(REACH)))
         });
         let lit =
             Lit { heights: &heights, smooth: &smooth, texture: Some(&texture), open: open.as_ref(), covers: &covers };

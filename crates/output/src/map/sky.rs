@@ -4,7 +4,7 @@ use crate::area::Area;
 use crate::grid::Grid;
 
 /// Pixels from a node to the next at which the sky is looked at, counted from the origin of the scale, and how many nodes far.
-pub(super) const STEP: i64 = 8;
+const STEP: i64 = 8;
 const FAR: i64 = 4;
 
 /// Pixels that a node's height is the mean of, to each side.
@@ -25,14 +25,14 @@ const SOFT: f32 = 0.35;
 const WAYS: [[i64; 2]; 8] = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
 
 /// The nodes that are looked at for an area, those at its edges as far as is looked from there.
-pub(super) fn nodes(area: Area) -> Area {
+fn nodes(area: Area) -> Area {
     let span = |from: i64, to: i64| (from.div_euclid(STEP), (to - 1).div_euclid(STEP) + 2);
     let ((x0, x1), (y0, y1)) = (span(area.x0, area.x1), span(area.y0, area.y1));
     Area { x0: x0 - FAR, y0: y0 - FAR, x1: x1 + FAR, y1: y1 + FAR }
 }
 
 /// How much each way counts for that to the sun, by how near it is: the two beside it; and what these are divided by.
-pub(super) fn way_shares(sun: [f32; 2]) -> ([f32; 8], f32) {
+fn way_shares(sun: [f32; 2]) -> ([f32; 8], f32) {
     let shares = WAYS.map(|[dx, dy]| {
         let long = ((dx * dx + dy * dy) as f32).sqrt();
         let cos = (dx as f32 * sun[0] + dy as f32 * sun[1]) / long;

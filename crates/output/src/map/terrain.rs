@@ -119,13 +119,6 @@ impl Terrain {
         self.scale.metres_per_pixel / self.world.spacing_m()
     }
 
-    /// The node from which on a pixel is made of four along an axis, and the weights of these.
-    #[cfg(feature = "gpu")]
-    pub fn spline(&self, pixel: i64) -> (i64, [f32; 4]) {
-        let Spline { first, weights } = Spline::at(pixel, self.nodes_per_pixel());
-        (first, weights)
-    }
-
     /// The land at all nodes that the pixels of an area are made of.
     pub fn nodes(&self, pixels: Area) -> Nodes {
         let [x, y] = [(pixels.x0, pixels.x1), (pixels.y0, pixels.y1)].map(|(from, to)| {

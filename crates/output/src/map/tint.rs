@@ -60,18 +60,6 @@ impl Tints {
         (self.land_low_m, self.land_low_m + (STEPS - 1) as f32 / self.land_steps_per_m)
     }
 
-    /// The lowest land, and steps of a table a metre of land and of depth.
-    #[cfg(feature = "gpu")]
-    pub fn scales(&self) -> [f32; 3] {
-        [self.land_low_m, self.land_steps_per_m, self.sea_steps_per_m]
-    }
-
-    /// The colours of land and then those of the sea.
-    #[cfg(feature = "gpu")]
-    pub fn tables(&self) -> impl Iterator<Item = f32> {
-        self.land.iter().chain(&self.sea).flatten().copied()
-    }
-
     /// The colour of land at a height; beyond the ends, that of the end.
     pub fn land(&self, height_m: f32) -> [f32; 3] {
         self.land[step((height_m - self.land_low_m) * self.land_steps_per_m)]

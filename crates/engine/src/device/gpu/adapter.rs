@@ -11,27 +11,10 @@ use wgpu::{
     ShaderSource, ShaderStages,
 };
 
-use crate::fluvial::packed::{MOST_OCTAVES, SMOOTHED};
 use crate::tile::{RUBBLE_REACH, RUBBLE_STEPS};
 
-/// How a GPU computes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Arithmetic {
-    /// With the bits of the CPU.
-    Exact,
-    /// As fast as it can: products and sums may be fused and reordered.
-    Approximate,
-}
-
-impl Arithmetic {
-    /// The shader that says what a sum and a product are.
-    pub(super) fn source(self) -> &'static str {
-        match self {
-            Arithmetic::Exact => include_str!("../../../shaders/exact.wgsl"),
-            Arithmetic::Approximate => include_str!("../../../shaders/approximate.wgsl"),
-        }
-    }
-}
+/// The arithmetic of all shaders: sums, products, quotients and roots with the bits of the CPU.
+pub(super) const EXACT: &str = include_str!("../../../shaders/exact.wgsl");
 
 /// A GPU that is there, or what does as if it were one.
 #[derive(Clone, Debug)]
@@ -95,30 +78,17 @@ pub(super) struct Kernels {
     pub surface: ComputePipeline,
 }
 
-/// The kernels that make valleys, coasts and gullies, in their order.
-#[derive(Debug)]
-pub(super) struct FluvialKernels {
-    pub valleys: ComputePipeline,
-    pub coast: ComputePipeline,
-    pub fall_line: ComputePipeline,
-    pub smooth: Vec<ComputePipeline>,
-    pub octaves: Vec<ComputePipeline>,
-    pub roughen: ComputePipeline,
-}
-
 /// A GPU that is ready to compute.
 #[derive(Debug)]
 pub struct Gpu {
     /// What its driver calls it.
     pub name: String,
     /// What makes its buffers and kernels.
-    pub device: Device,
+    pub(super) device: Device,
     pub(super) queue: Queue,
     pub(super) layout: BindGroupLayout,
     pipeline_layout: PipelineLayout,
-    pub(super) arithmetic: Arithmetic,
     kernels: OnceLock<Kernels>,
-    fluvial_kernels: OnceLock<FluvialKernels>,
     fill: ComputePipeline,
     /// Threads to a side of a group.
     pub group_side: u32,
@@ -132,7 +102,7 @@ impl Gpu {
     ///
     /// # Errors
     /// A sentence that says what the GPU does not take.
-    pub fn open(adapter: &Adapter, group_side: u32, arithmetic: Arithmetic) -> Result<Gpu, String> {
+    pub fn open(adapter: &Adapter, group_side: u32) -> Result<Gpu, String> {
         let name = adapter.name();
         let limits = adapter.0.limits();
         let (threads, most) = (group_side * group_side, group_threads(&limits));
@@ -168,19 +138,16 @@ impl Gpu {
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
-        let parts = Parts { device: &device, layout: &pipeline_layout, arithmetic, group_side };
+        let parts = Parts { device: &device, layout: &pipeline_layout, group_side };
         let fill = parts.kernel(&parts.module(Shader::Relief), "fill", &[]);
         let storage_bytes = storage_bytes(&limits);
-        let (kernels, fluvial_kernels) = Default::default();
         let gpu = Gpu {
             name,
             device,
             queue,
             layout,
             pipeline_layout,
-            arithmetic,
-            kernels,
-            fluvial_kernels,
+            kernels: OnceLock::new(),
             fill,
             group_side,
             storage_bytes,
@@ -190,18 +157,8 @@ impl Gpu {
     }
 
     fn parts(&self) -> Parts<'_> {
-        let Gpu { device, pipeline_layout, arithmetic, group_side, .. } = self;
-        Parts { device, layout: pipeline_layout, arithmetic: *arithmetic, group_side: *group_side }
-    }
-
-    /// A shader, compiled as far as it is the same for all its kernels.
-    pub fn module(&self, shader: Shader) -> ShaderModule {
-        self.parts().module(shader)
-    }
-
-    /// A kernel of a shader, with numbers of its own.
-    pub fn kernel(&self, module: &ShaderModule, entry: &str, numbers: &[(&str, f64)]) -> ComputePipeline {
-        self.parts().kernel(module, entry, numbers)
+        let Gpu { device, pipeline_layout, group_side, .. } = self;
+        Parts { device, layout: pipeline_layout, group_side: *group_side }
     }
 
     /// The kernel that makes heights of noise.
@@ -225,28 +182,6 @@ impl Gpu {
                 carve: parts.kernel(&tile, "carve", &[]),
                 rock: (parts.kernel(&tile, "rock", &[]), RUBBLE_REACH),
                 surface: parts.kernel(&tile, "surface", &[]),
-            }
-        })
-    }
-
-    /// The kernels that carve valleys and gullies, likewise.
-    pub(super) fn fluvial_kernels(&self) -> &FluvialKernels {
-        self.fluvial_kernels.get_or_init(|| {
-            let parts = self.parts();
-            let fluvial = parts.module(Shader::Fluvial);
-            let ways = SMOOTHED.into_iter().flat_map(|apart| [(apart, 0.0), (apart, 1.0)]);
-            let smooth = |(apart, is_down): (usize, f64)| {
-                parts.kernel(&fluvial, "smooth_planes", &[("APART", apart as f64), ("IS_DOWN", is_down)])
-            };
-            let octave = |octave: usize| parts.kernel(&fluvial, "carve_octave", &[("OCTAVE", octave as f64)]);
-            FluvialKernels {
-                // Groups are patches.
-                valleys: parts.kernel(&fluvial, "valleys", &[]),
-                coast: parts.kernel(&fluvial, "coast", &[]),
-                fall_line: parts.kernel(&fluvial, "fall_line", &[]),
-                smooth: ways.map(smooth).collect(),
-                octaves: (0..MOST_OCTAVES).map(octave).collect(),
-                roughen: parts.kernel(&fluvial, "roughen", &[]),
             }
         })
     }
@@ -276,13 +211,12 @@ impl Gpu {
 struct Parts<'a> {
     device: &'a Device,
     layout: &'a PipelineLayout,
-    arithmetic: Arithmetic,
     group_side: u32,
 }
 
 impl Parts<'_> {
     fn module(&self, shader: Shader) -> ShaderModule {
-        let source = ShaderSource::Wgsl(shader.source(self.arithmetic).into());
+        let source = ShaderSource::Wgsl(shader.source().into());
         self.device.create_shader_module(ShaderModuleDescriptor { label: Some(shader.name()), source })
     }
 
@@ -311,39 +245,31 @@ fn keep(trouble: &Mutex<Option<String>>, what: String) {
 
 /// A shader, of one or more kernels.
 #[derive(Clone, Copy, Debug)]
-pub enum Shader {
+pub(super) enum Shader {
     /// Land of noise.
     Relief,
     /// Normals and weights of tiles.
     Tile,
-    /// Land between rivers.
-    Fluvial,
-    /// The ground of maps.
-    Ground,
 }
 
 impl Shader {
     #[cfg(test)]
-    pub(super) const ALL: [Shader; 4] = [Shader::Relief, Shader::Tile, Shader::Fluvial, Shader::Ground];
+    pub(super) const ALL: [Shader; 2] = [Shader::Relief, Shader::Tile];
 
     fn name(self) -> &'static str {
         match self {
             Shader::Relief => "relief",
             Shader::Tile => "tile",
-            Shader::Fluvial => "fluvial",
-            Shader::Ground => "ground",
         }
     }
 
     /// All that is compiled for it.
-    pub fn source(self, arithmetic: Arithmetic) -> String {
+    pub fn source(self) -> String {
         let kernels = match self {
             Shader::Relief => include_str!("../../../shaders/relief.wgsl"),
             Shader::Tile => include_str!("../../../shaders/tile.wgsl"),
-            Shader::Fluvial => include_str!("../../../shaders/fluvial.wgsl"),
-            Shader::Ground => include_str!("../../../shaders/ground.wgsl"),
         };
-        [include_str!("../../../shaders/job.wgsl"), arithmetic.source(), kernels].join("\n")
+        [include_str!("../../../shaders/job.wgsl"), EXACT, kernels].join("\n")
     }
 }
 

@@ -33,8 +33,8 @@ pub(super) const IMPRINT_PLANES: usize = 4;
 pub(super) const BAND_WORDS: usize = 16;
 pub(super) const BANDS: usize = 64;
 
-/// Words of their table, which comes first of all that goes up; of what knows no bands it is a table of other numbers.
-pub const TABLE: usize = BANDS * BAND_WORDS;
+/// Words of their table, which comes first of all that goes up.
+pub(super) const TABLE: usize = BANDS * BAND_WORDS;
 
 /// The most groups along an axis, which all adapters take.
 const MOST_BLOCKS: usize = 65_535;

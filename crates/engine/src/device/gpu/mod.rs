@@ -5,7 +5,6 @@
 //!   job.rs       land and tiles that are asked for -> bands of rows -> submissions
 //!   slot.rs      the buffers of submissions
 //!   noise.rs     submissions -> kernel after kernel -> planes -> land of noise and tiles of it
-//!   fluvial.rs   the same of land with rivers: its valleys and gullies
 //!   probe.rs     whether this GPU gives the bits of the CPU
 //! ```
 //!
@@ -13,7 +12,6 @@
 //! that they cannot know what they would be reordering (`shaders/exact.wgsl`), and the probe looks whether that held.
 
 mod adapter;
-mod fluvial;
 mod job;
 mod noise;
 mod probe;
@@ -21,10 +19,6 @@ mod slot;
 #[cfg(test)]
 mod tests;
 
-pub use adapter::Shader;
-pub use adapter::{Adapter, Arithmetic, Gpu, adapters};
-pub use fluvial::FluvialMaker;
-pub use job::TABLE;
+pub use adapter::{Adapter, Gpu, adapters};
 pub use noise::NoiseMaker;
 pub use probe::probe;
-pub use slot::{Slots, Words};

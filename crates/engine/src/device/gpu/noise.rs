@@ -7,12 +7,12 @@ use bytemuck::{cast_slice, cast_slice_mut};
 use rayon::prelude::*;
 use wgpu::{ComputePass, ComputePipeline};
 
-use super::adapter::{Arithmetic, Gpu};
+use super::adapter::Gpu;
 use super::job::{BAND_WORDS, Band, IMPRINT_PLANES, Job, LooksAround, SURFACE_PLANES, TABLE, submissions};
 use super::slot::{Slot, Slots, UnderWay, Words};
 use crate::area::Area;
 use crate::clock::{Clock, stage};
-use crate::device::{DeviceProfile, LandMaker};
+use crate::device::LandMaker;
 use crate::grid::Grid;
 use crate::land::Land;
 use crate::lines::{Imprint, Line, packed};
@@ -329,13 +329,6 @@ impl LandMaker for NoiseMaker {
         format!("gpu, {}", self.gpu.name)
     }
 
-    fn profile(&self) -> DeviceProfile {
-        match self.gpu.arithmetic {
-            Arithmetic::Exact => DeviceProfile::Cpu,
-            Arithmetic::Approximate => DeviceProfile::GpuApproximate,
-        }
-    }
-
     fn host_bytes(&self, threads: usize) -> u64 {
         self.slots.host_bytes(threads)
     }
@@ -367,10 +360,6 @@ impl LandMaker for NoiseMaker {
             Tile::of_surface(world, plan, Land { heights, water: None }, surface)
         };
         plans.into_iter().zip(made).map(tile).collect()
-    }
-
-    fn gpu(&self) -> Option<Arc<Gpu>> {
-        (self.gpu.arithmetic == Arithmetic::Exact).then(|| Arc::clone(&self.gpu))
     }
 
     fn trouble(&self) -> Option<String> {

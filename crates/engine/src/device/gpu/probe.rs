@@ -4,13 +4,12 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::adapter::{Adapter, Arithmetic, Gpu};
-use super::fluvial::FluvialMaker;
+use super::adapter::{Adapter, Gpu};
 use super::job::Job;
 use super::noise::NoiseMaker;
 use crate::area::{Area, MAX_COORDINATE, Stride, TileId};
 use crate::clock::Clock;
-use crate::device::LandMaker;
+use crate::device::GROUP_SIDE;
 use crate::grid::Grid;
 use crate::land::Land;
 use crate::lines::{self, Bed, Imprint, Line, LineEnd, LineId, LineKind, LinePoint};
@@ -31,7 +30,7 @@ const PAD: usize = RUBBLE_REACH + 1;
 /// # Errors
 /// A sentence that says what differs first, or what the GPU does not take.
 pub fn probe(adapter: &Adapter) -> Result<(), String> {
-    let gpu = Arc::new(Gpu::open(adapter, 8, Arithmetic::Exact)?);
+    let gpu = Arc::new(Gpu::open(adapter, GROUP_SIDE)?);
     let Probed { relief, ground } = toml::from_str(include_str!("probe.toml")).expect("what a preset may say");
     let rule = GroundRule::new(&ground, Some(0.0), 1.0, 9);
     relief.into_iter().try_for_each(|settings| {
@@ -91,24 +90,6 @@ fn line(origin: [i64; 2], bed: Bed, floor_m: f64) -> Line {
     }
 }
 
-/// How far approximate tiles are from exact ones, at most.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Differences {
-    /// In steps of 16-bit heights.
-    pub height_steps: f32,
-    /// Of the axes of normals.
-    pub normal: f32,
-    /// Of 255.
-    pub weight: u8,
-}
-
-impl Differences {
-    /// Whether they are no more than what users are told.
-    pub fn is_tolerated(self) -> bool {
-        self.height_steps <= 1.0 && self.normal <= 0.01 && self.weight <= 8
-    }
-}
-
 /// A tile as it is compared.
 struct Compared {
     cells: Area,
@@ -126,11 +107,10 @@ impl Compared {
 }
 
 impl NoiseMaker {
-    /// Compares the land, the normals and the ground of some tiles, near and far, with those of the CPU: they are the same, or nearly
-    /// where they are [approximate](Arithmetic::Approximate).
+    /// Compares the land, the normals and the ground of some tiles, near and far, with those of the CPU.
     ///
     /// # Errors
-    /// A sentence that says what differs first, or how much.
+    /// A sentence that says what differs first.
     pub fn probe(&self) -> Result<(), String> {
         let near = [(0, 0), (-517, 211), (70_001, -40_003)];
         let far = [(1 << 31, -(1 << 33)), (-(1 << 47) - 5, 1 << 50), (MAX_COORDINATE - 300, -MAX_COORDINATE + 77)];
@@ -147,37 +127,7 @@ impl NoiseMaker {
             Compared { cells: Area::new(x, y, width, height), lines }
         };
         let tiles: Vec<Compared> = near.into_iter().chain(far).enumerate().map(tile).collect();
-        match self.gpu.arithmetic {
-            Arithmetic::Exact => self.compare(&tiles),
-            Arithmetic::Approximate => {
-                let off = self.differences(&tiles)?;
-                off.is_tolerated().then_some(()).ok_or_else(|| format!("{}: is off by {off:?}", self.gpu.name))
-            }
-        }
-    }
-
-    /// The greatest differences of some tiles from the CPU's.
-    fn differences(&self, tiles: &[Compared]) -> Result<Differences, String> {
-        let (low_m, high_m) = self.relief.range_m();
-        let step_m = (high_m - low_m) / 65535.0;
-        let mut most = Differences::default();
-        self.each(tiles, |(made_m, made), (reference_m, reference)| {
-            let pairs = made_m.values().iter().zip(reference_m.values());
-            most.height_steps =
-                pairs.map(|(one, other)| (one - other).abs() / step_m).fold(most.height_steps, f32::max);
-            for (one, other) in made.normals.axes().into_iter().zip(reference.normals.axes()) {
-                let pairs = one.values().iter().zip(other.values());
-                most.normal = pairs.map(|(one, other)| (one - other).abs()).fold(most.normal, f32::max);
-            }
-            let words =
-                [(made.blend.ground(), reference.blend.ground()), (made.blend.cover(), reference.blend.cover())];
-            for (one, other) in words.into_iter().flat_map(|(one, other)| one.values().iter().zip(other.values())) {
-                let pairs = one.to_le_bytes().into_iter().zip(other.to_le_bytes());
-                most.weight = pairs.map(|(one, other)| one.abs_diff(other)).fold(most.weight, u8::max);
-            }
-            Ok(())
-        })?;
-        Ok(most)
+        self.compare(&tiles)
     }
 
     /// Calls `compare` with each tile as the GPU makes it, and as the CPU does.
@@ -226,27 +176,6 @@ impl NoiseMaker {
             }
             Ok(())
         })
-    }
-}
-
-impl FluvialMaker {
-    /// Compares the land at two places with the CPU's. All that takes more bits where it is far is the CPU's anyway.
-    ///
-    /// # Errors
-    /// A sentence that says what differs first.
-    pub fn probe(&self) -> Result<(), String> {
-        let gpu = self.gpu.name.as_str();
-        let places = [Area::new(-31, 17, 90, 60), Area::new(700, -450, 40, 70)];
-        for (area, made) in places.into_iter().zip(self.lands(&places, &Clock::default())) {
-            self.trouble().map_or(Ok(()), Err)?;
-            let reference = self.fluvial.land(area, &Clock::default());
-            equal((gpu, "height"), &made.heights, &reference.heights, f32::to_bits)?;
-            if let Some((made, reference)) = made.water.zip(reference.water) {
-                equal((gpu, "depth"), &made.depth_m, &reference.depth_m, f32::to_bits)?;
-                equal((gpu, "flow"), &made.flow_m3s, &reference.flow_m3s, f32::to_bits)?;
-            }
-        }
-        Ok(())
     }
 }
 

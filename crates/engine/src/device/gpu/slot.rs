@@ -16,7 +16,7 @@ use super::adapter::Gpu;
 
 /// The buffers of a submission.
 #[derive(Debug)]
-pub struct Slot {
+pub(super) struct Slot {
     /// What it is told: where the CPU writes it, and where kernels read it.
     up: Buffer,
     own: Buffer,
@@ -28,7 +28,7 @@ pub struct Slot {
 
 /// Slots that nothing is under way in, of one size, and what kernels read in all of them.
 #[derive(Debug)]
-pub struct Slots {
+pub(super) struct Slots {
     /// Words that go up and that come back at most, and that do not come back.
     pub words: usize,
     job: Buffer,
@@ -38,7 +38,7 @@ pub struct Slots {
 
 /// Words of a submission that go up, and that come back.
 #[derive(Clone, Copy, Debug)]
-pub struct Words {
+pub(super) struct Words {
     /// Those that go up for it alone.
     pub own: usize,
     /// Those that come back.
@@ -46,7 +46,7 @@ pub struct Words {
 }
 
 /// A submission under way.
-pub struct UnderWay {
+pub(super) struct UnderWay {
     slot: Slot,
     words: Words,
     index: SubmissionIndex,

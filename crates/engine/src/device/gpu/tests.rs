@@ -14,7 +14,7 @@ use wgpu::{
 use super::*;
 use crate::area::{Area, MAX_COORDINATE, Stride, TileId};
 use crate::clock::{Clock, stage};
-use crate::device::{DeviceProfile, LandMaker};
+use crate::device::LandMaker;
 use crate::hash;
 use crate::preset::Preset;
 use crate::relief::Relief;
@@ -55,7 +55,7 @@ fn maker(gpu: Arc<Gpu>, world: &World) -> NoiseMaker {
 fn assert_made_there(clock: &Clock) {
     let stages: Vec<String> = clock.stages().into_iter().map(|(stage, _)| stage).collect();
     assert!(stages.iter().any(|name| name == stage::GPU_READS), "{stages:?}");
-    let own = [stage::RELIEF, stage::VALLEYS, stage::GULLIES, stage::NORMALS];
+    let own = [stage::RELIEF, stage::NORMALS];
     assert!(!stages.iter().any(|name| own.contains(&name.as_str())), "{stages:?}");
 }
 
@@ -77,7 +77,7 @@ fn scenes() -> Vec<Area> {
 fn heights_have_the_bits_of_the_cpu() {
     let Some(adapter) = adapter() else { return };
     for group_side in [8, 16, 32] {
-        let gpu = Arc::new(Gpu::open(&adapter, group_side, Arithmetic::Exact).expect("a GPU that can be opened"));
+        let gpu = Arc::new(Gpu::open(&adapter, group_side).expect("a GPU that can be opened"));
         for world in worlds() {
             let maker = maker(Arc::clone(&gpu), &world);
             let lands = maker.lands(&scenes(), &Clock::default());
@@ -98,7 +98,7 @@ fn heights_have_the_bits_of_the_cpu() {
 #[test]
 fn more_than_a_submission_takes_goes_in_several() {
     let Some(adapter) = adapter() else { return };
-    let gpu = Arc::new(Gpu::open(&adapter, 8, Arithmetic::Exact).expect("a GPU that can be opened"));
+    let gpu = Arc::new(Gpu::open(&adapter, 8).expect("a GPU that can be opened"));
     let world = worlds().remove(0);
     let maker = maker(gpu, &world);
     // Together more than a submission, the second alone as well.
@@ -115,30 +115,26 @@ fn more_than_a_submission_takes_goes_in_several() {
 fn a_tile_is_made_without_other_work_of_the_pool() {
     thread_local!(static IS_MAKING: Cell<bool> = const { Cell::new(false) });
     let Some(adapter) = adapter() else { return };
-    let gpu = Arc::new(Gpu::open(&adapter, 8, Arithmetic::Exact).expect("a GPU that can be opened"));
+    let gpu = Arc::new(Gpu::open(&adapter, 8).expect("a GPU that can be opened"));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().expect("a pool");
-    let presets = ["mountains", "plains"].map(|name| Preset::load(name).expect("it is built in").1);
-    for world in presets.map(|preset| World::new(preset, Some(3)).expect("it is sound").with_tile_cells(32)) {
-        let maker: Box<dyn LandMaker> = match world.relief() {
-            Relief::Noise(_) => Box::new(maker(Arc::clone(&gpu), &world)),
-            Relief::Fluvial(fluvial) => Box::new(FluvialMaker::new(Arc::clone(&gpu), Arc::clone(fluvial))),
-        };
-        let make = &|x: i64| {
-            assert!(!IS_MAKING.replace(true), "another tile was begun while one was made");
-            let plan = TilePlan::without_lines(&world, TileId { x, y: 0 });
-            drop(maker.tiles(&world, vec![plan], &Clock::default()));
-            IS_MAKING.set(false);
-        };
-        // All wait in one place, from which each thread takes the next one, or what another has begun to share.
-        pool.scope(|scope| (0..64).for_each(|x| scope.spawn(move |_| make(x))));
-        assert_eq!(maker.trouble(), None);
-    }
+    let (_, preset) = Preset::load("mountains").expect("it is built in");
+    let world = World::new(preset, Some(3)).expect("it is sound").with_tile_cells(32);
+    let maker = maker(gpu, &world);
+    let make = &|x: i64| {
+        assert!(!IS_MAKING.replace(true), "another tile was begun while one was made");
+        let plan = TilePlan::without_lines(&world, TileId { x, y: 0 });
+        drop(maker.tiles(&world, vec![plan], &Clock::default()));
+        IS_MAKING.set(false);
+    };
+    // All wait in one place, from which each thread takes the next one, or what another has begun to share.
+    pool.scope(|scope| (0..64).for_each(|x| scope.spawn(move |_| make(x))));
+    assert_eq!(maker.trouble(), None);
 }
 
 #[test]
 fn what_a_lost_gpu_cannot_make_the_cpu_makes() {
     let Some(adapter) = adapter() else { return };
-    let gpu = Arc::new(Gpu::open(&adapter, 8, Arithmetic::Exact).expect("a GPU that can be opened"));
+    let gpu = Arc::new(Gpu::open(&adapter, 8).expect("a GPU that can be opened"));
     let world = worlds().remove(0);
     let maker = maker(Arc::clone(&gpu), &world);
     let area = Area::new(40, -80, 100, 50);
@@ -153,7 +149,7 @@ fn what_a_lost_gpu_cannot_make_the_cpu_makes() {
 #[test]
 fn a_gpu_that_cannot_be_used_says_why() {
     let Some(adapter) = adapter() else { return };
-    let refused = Gpu::open(&adapter, 256, Arithmetic::Exact).map(drop).expect_err("no GPU takes so many threads");
+    let refused = Gpu::open(&adapter, 256).map(drop).expect_err("no GPU takes so many threads");
     assert!(refused.contains("takes groups of at most") && refused.contains("not 256 x 256"), "{refused}");
 }
 
@@ -161,17 +157,6 @@ fn a_gpu_that_cannot_be_used_says_why() {
 fn a_gpu_that_gives_the_bits_of_the_cpu_is_used() {
     let Some(adapter) = adapter() else { return };
     assert_eq!(probe(&adapter), Ok(()));
-}
-
-#[test]
-fn approximate_tiles_are_as_near_as_users_are_told() {
-    let Some(adapter) = adapter() else { return };
-    let gpu = Arc::new(Gpu::open(&adapter, 8, Arithmetic::Approximate).expect("a GPU that can be opened"));
-    for world in worlds().into_iter().filter(|world| world.stride() == Stride::ONE).chain(tiled()) {
-        let maker = maker(Arc::clone(&gpu), &world);
-        assert_eq!(maker.probe(), Ok(()));
-        assert_eq!(maker.profile(), DeviceProfile::GpuApproximate);
-    }
 }
 
 /// A preset of noise with agents' lines, and one whose ground looks at all that is around a vertex.
@@ -189,7 +174,7 @@ fn tiled() -> Vec<World> {
 #[test]
 fn tiles_have_the_bits_of_the_cpu() {
     let Some(adapter) = adapter() else { return };
-    let gpu = Arc::new(Gpu::open(&adapter, 16, Arithmetic::Exact).expect("a GPU that can be opened"));
+    let gpu = Arc::new(Gpu::open(&adapter, 16).expect("a GPU that can be opened"));
     let mut shaped = 0;
     for world in tiled() {
         let maker = maker(Arc::clone(&gpu), &world);
@@ -211,35 +196,6 @@ fn tiles_have_the_bits_of_the_cpu() {
         }
     }
     assert!(shaped > 2, "{shaped} tiles with lines");
-}
-
-#[test]
-fn valleys_and_gullies_have_the_bits_of_the_cpu() {
-    let Some(adapter) = adapter() else { return };
-    let gpu = Arc::new(Gpu::open(&adapter, 8, Arithmetic::Exact).expect("a GPU that can be opened"));
-    // Terraces and levees, rills and patches, barriers and the sea between them; from afar without gullies, and without brooks.
-    let near = ["alps", "plains", "archipelago", "highlands", "badlands"].map(|name| (name, 1));
-    for (name, stride) in near.into_iter().chain([("alps", 2), ("fjords", 16), ("archipelago", 256)]) {
-        let stride = Stride::new(stride).expect("a power of two");
-        let (_, preset) = Preset::load(name).expect("it is built in");
-        let world = World::strided(preset, Some(5), stride).expect("it is sound");
-        let Relief::Fluvial(fluvial) = world.relief() else { panic!("{name} has rivers") };
-        let maker = FluvialMaker::new(Arc::clone(&gpu), Arc::clone(fluvial));
-        let areas = [Area::new(-33, 70, 65, 65), Area::new(5000, -3001, 90, 40), Area::new(7, 7, 1, 1)];
-        let clock = Clock::default();
-        let lands = maker.lands(&areas, &clock);
-        assert_eq!(maker.trouble(), None);
-        assert_made_there(&clock);
-        let has_coast = clock.stages().iter().any(|(name, _)| name == stage::COAST);
-        assert!(!has_coast || world.preset().sea_level_m.is_none(), "the coast of {name}");
-        for (area, land) in areas.into_iter().zip(lands) {
-            let reference = fluvial.land(area, &Clock::default());
-            let differ = area.vertices().filter(|(x, y)| land.heights.at(*x, *y) != reference.heights.at(*x, *y));
-            let differ: Vec<_> = differ.collect();
-            assert!(differ.is_empty(), "{name}, {area:?}: {} differ, {:?}", differ.len(), differ.first());
-            assert!(land.water == reference.water, "{name}, {area:?}: water");
-        }
-    }
 }
 
 /// Quotients and roots of pairs of numbers, by a GPU with that arithmetic.
@@ -303,7 +259,7 @@ fn quotients_and_roots(gpu: &Gpu, exact: &str, pairs: &[[f32; 2]]) -> Vec<[f32; 
 #[test]
 fn quotients_and_roots_have_the_bits_of_the_cpu() {
     let Some(adapter) = adapter() else { return };
-    let gpu = Gpu::open(&adapter, 8, Arithmetic::Exact).expect("a GPU that can be opened");
+    let gpu = Gpu::open(&adapter, 8).expect("a GPU that can be opened");
     // Numbers of all sizes from 2^-60 to 2^60, with few bits and with many, powers of two and those beside them.
     let number = |stream: u64, index: u64| {
         let bits = hash::lattice(stream, index as i64, 0);
@@ -332,7 +288,7 @@ fn quotients_and_roots_have_the_bits_of_the_cpu() {
         .chain([[0.0, 3.0], [0.0, -7.5], [1.0, 3.0], [16_777_215.0, 16_777_216.0], [4.0, 2.0], [2.0, 4.0]])
         .collect();
     assert!(pairs.len() > 990_000);
-    let exact = Arithmetic::Exact.source();
+    let exact = adapter::EXACT;
     // As by a GPU whose own quotients and roots are off by six units in the last place: the rules allow three.
     let worse = exact.replace("8388608.0", "8388613.0").replace("2896.3093", "2896.311");
     assert!(worse.contains("8388613.0") && worse.contains("2896.311"), "{exact}");
@@ -347,8 +303,7 @@ fn quotients_and_roots_have_the_bits_of_the_cpu() {
 
 #[test]
 fn shaders_are_valid() {
-    let arithmetics = [Arithmetic::Exact, Arithmetic::Approximate];
-    for source in arithmetics.iter().flat_map(|arithmetic| Shader::ALL.map(|shader| shader.source(*arithmetic))) {
+    for source in adapter::Shader::ALL.map(adapter::Shader::source) {
         let module =
             naga::front::wgsl::parse_str(&source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(&source)));
         let mut validator =
