@@ -11,7 +11,7 @@ use terrane::land::WaterKind;
 use terrane::lines::{Line, LineKind, StructureKind};
 use terrane::mesh::default_origin;
 use terrane::preset::Preset;
-use terrane::tile::{A_HECTARE, Grows, Growth, Instance, Tile, instances, least_distance_m};
+use terrane::tile::{A_HECTARE, Grows, Growth, Instance, Tile, TileView, instances, least_distance_m};
 use terrane::watch::Watch;
 use terrane::world::World;
 
@@ -55,8 +55,9 @@ fn bake(
 
 /// All that masks show of a vertex, as bits.
 fn look(world: &World, grows: &Grows, tile: &Tile, x: i64, y: i64) -> Vec<u32> {
-    let mut values = vec![tile.slope_degrees(x, y), tile.accumulation_m2(world).at(x, y), tile.wetness(world, x, y)];
-    values.push(tile.steepness(world, x, y));
+    let view = TileView::new(tile, world);
+    let mut values = vec![tile.slope_degrees(x, y), view.accumulation_m2().at(x, y), view.wetness(x, y)];
+    values.push(view.steepness(x, y));
     values.extend(tile.curvatures(y, x, x + 1));
     values.extend(grows.densities(tile).at(x, y));
     values.into_iter().map(f32::to_bits).collect()
@@ -106,21 +107,21 @@ fn masks_are_the_same_bytes_in_every_window() {
 fn masks_are_within_their_ranges_and_show_the_land() {
     for (name, world) in worlds() {
         let tile = Tile::new(world, TileId { x: 0, y: 0 });
-        let area = tile.area();
+        let (area, view) = (tile.area(), TileView::new(&tile, world));
         let cell_m2 = (world.spacing_m() * world.spacing_m()) as f32;
         let (mut steep, mut sum) = (0.0_f32, 0.0);
         for (x, y) in area.vertices() {
-            let (slope, wetness) = (tile.slope_degrees(x, y), tile.wetness(world, x, y));
-            let drained_m2 = tile.accumulation_m2(world).at(x, y);
+            let (slope, wetness) = (tile.slope_degrees(x, y), view.wetness(x, y));
+            let drained_m2 = view.accumulation_m2().at(x, y);
             assert!((0.0..90.0).contains(&slope) && wetness.is_finite(), "{name}: {slope} {wetness}");
-            match tile.water_at(world, x, y) {
+            match view.lake_or_sea(x, y) {
                 WaterKind::Sea => assert_eq!((drained_m2, wetness), (0.0, 20.0), "{name}"),
                 _ => assert!(drained_m2 >= cell_m2 && drained_m2.is_finite(), "{name}: {drained_m2}"),
             }
             steep = steep.max(slope);
             // The thesis' factor: by its scale what the cosine of the slope is less than 1.
             let factor = (world.preset().ground.slope_scale as f32 * (1.0 - slope.to_radians().cos())).min(1.0);
-            assert!((tile.steepness(world, x, y) - factor).abs() < 1e-4, "{name}: {slope} degrees");
+            assert!((view.steepness(x, y) - factor).abs() < 1e-4, "{name}: {slope} degrees");
             sum += f64::from(tile.curvatures(y, x, x + 1)[0]);
         }
         assert!(steep > 5.0, "{name}: nowhere steeper than {steep}");
@@ -141,7 +142,7 @@ fn accumulation_grows_downstream_and_rivers_are_its_lines() {
     let [mut wet, mut dry] = [Vec::new(), Vec::new()];
     for (x, y) in [(-1, -1), (0, -1), (-1, 0), (0, 0)] {
         let tile = Tile::new(world, TileId { x, y });
-        let (area, drained_m2) = (tile.area(), tile.accumulation_m2(world));
+        let (area, drained_m2) = (tile.area(), TileView::new(&tile, world).accumulation_m2());
         let kinds = &tile.water().unwrap().kind;
         for (x, y) in area.vertices() {
             match kinds.at(x, y) {
@@ -180,13 +181,13 @@ fn agents_rivers_gather_water_too() {
     for (x, y) in Area::new(-3, -3, 6, 6).vertices() {
         let tile = Tile::new(world, TileId { x, y });
         let area = tile.area();
-        all.extend(tile.accumulation_m2(world).part(area).values());
+        all.extend(TileView::new(&tile, world).accumulation_m2().part(area).values());
         for river in rivers(world, &tile) {
             // Not at its very start.
             for point in river.points.iter().skip(20) {
                 let [x, y] = river.place_from([0, 0], point).map(|at| at.round() as i64);
                 if area.contains(&Area::new(x, y, 1, 1)) {
-                    beds.push(tile.accumulation_m2(world).at(x, y));
+                    beds.push(TileView::new(&tile, world).accumulation_m2().at(x, y));
                 }
             }
         }
@@ -207,7 +208,7 @@ fn nothing_grows_in_water_on_roads_or_where_there_is_snow_alone() {
             let densities = grows.densities(&tile).at(x, y);
             assert!(densities.iter().all(|density| (0.0..=1.0).contains(density)));
             let is_road = tile.imprint().is_some_and(|imprint| imprint.dirt().any(|dirt| dirt.at(x, y) > 0.5));
-            if tile.water_at(world, x, y) != WaterKind::Dry || is_road {
+            if TileView::new(&tile, world).lake_or_sea(x, y) != WaterKind::Dry || is_road {
                 assert_eq!(densities, [0.0; 4]);
                 wet += 1;
             }
@@ -237,6 +238,7 @@ fn instances_keep_their_distance_across_seams_and_stay_out_of_water() {
         let mut kinds = [0; 4];
         for (x, y) in [(-1, -1), (0, -1), (-1, 0), (0, 0)] {
             let tile = Tile::new(world, TileId { x, y });
+            let view = TileView::new(&tile, world);
             let found = instances(world, &grows, &tile);
             assert_eq!(found, instances(world, &Grows::new(world), &Tile::new(world, tile.id())));
             let Area { x0, y0, .. } = tile.area();
@@ -246,7 +248,7 @@ fn instances_keep_their_distance_across_seams_and_stay_out_of_water() {
                 assert!((0.0..360.0).contains(&it.yaw_deg) && (0.75..1.25).contains(&it.scale));
                 let [x, y] = [x0 + it.place[0] as i64, y0 + it.place[1] as i64];
                 let corners = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)];
-                assert!(corners.iter().all(|(x, y)| tile.water_at(world, *x, *y) == WaterKind::Dry), "{name}: {it:?}");
+                assert!(corners.iter().all(|(x, y)| view.lake_or_sea(*x, *y) == WaterKind::Dry), "{name}: {it:?}");
                 let heights = corners.map(|(x, y)| f64::from(tile.heights().at(x, y)));
                 let (low, high) = (
                     heights.iter().copied().fold(f64::INFINITY, f64::min),

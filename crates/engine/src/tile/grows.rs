@@ -15,7 +15,7 @@ use crate::grid::Grid;
 use crate::land::WaterKind;
 use crate::places::site::SiteClass;
 use crate::preset::Preset;
-use crate::tile::{GroundRule, Material, Tile};
+use crate::tile::{GroundRule, Material, Tile, TileView};
 use crate::world::World;
 
 /// What stands on the ground. The numbers index lists of four.
@@ -99,7 +99,7 @@ impl<'a> Grows<'a> {
     /// # Panics
     /// When it is not one of the tile's.
     pub fn is_open(&self, tile: &Tile, x: i64, y: i64) -> bool {
-        if tile.water_at(self.world, x, y) != WaterKind::Dry
+        if TileView::new(tile, self.world).lake_or_sea(x, y) != WaterKind::Dry
             || tile.water().is_some_and(|water| water.flow_m3s.at(x, y) > 0.0)
         {
             return false;
@@ -140,7 +140,7 @@ impl<'a> Grows<'a> {
         }
         let [grass, dirt, rock, _, _, forest, scree, wetland] =
             Material::ALL.map(|material| f32::from(tile.blend().weight(material, x, y)) * (1.0 / 255.0));
-        let moist = ((tile.wetness(self.world, x, y) - 4.0) * (1.0 / 6.0)).clamp(0.0, 1.0);
+        let moist = ((TileView::new(tile, self.world).wetness(x, y) - 4.0) * (1.0 / 6.0)).clamp(0.0, 1.0);
         // Where the ground has no woods it has no tree line either, and trees stand as shrubs do.
         let low = if self.has_woods { self.low(tile, x, y) } else { 1.0 };
         let slope = tile.normals().slope().at(x, y);

@@ -10,8 +10,8 @@ use crate::clock::Clock;
 use crate::grid::Grid;
 use crate::land::{Water, WaterKind};
 use crate::lines::{DugWaters, Imprint, LineKind};
-use crate::tile::Tile;
 use crate::tile::accumulation::{accumulation, input};
+use crate::tile::{Tile, TileView};
 use crate::world::World;
 
 /// Metres up a metre of the least slope that wetness is reckoned with: level ground would have no end of it.
@@ -42,7 +42,9 @@ impl Tile {
         const DEGREES: f32 = 180.0 / std::f32::consts::PI;
         libm::atanf(self.normals.slope().at(x, y)) * DEGREES
     }
+}
 
+impl<'a> TileView<'a> {
     /// The thesis' blend factor at a vertex, 0 on level ground to 1: `slope_scale` of the preset's ground times what the normal's
     /// upward part is less than 1, and 1 at most. By it rock shows through the ground, and roads keep to where it is low.
     ///
@@ -50,11 +52,13 @@ impl Tile {
     ///
     /// # Panics
     /// When it is not one of the tile's.
-    pub fn steepness(&self, world: &World, x: i64, y: i64) -> f32 {
-        let slope_scale = world.preset().ground.slope_scale as f32;
-        ((1.0 - self.normals.up().at(x, y)) * slope_scale).min(1.0)
+    pub fn steepness(self, x: i64, y: i64) -> f32 {
+        let slope_scale = self.world.preset().ground.slope_scale as f32;
+        ((1.0 - self.tile.normals.up().at(x, y)) * slope_scale).min(1.0)
     }
+}
 
+impl Tile {
     /// The mean curvature at the vertices of row `y` at `x0 <= x < x1`, a metre: positive on ridges, negative in hollows, 0 on
     /// planes; half of the reciprocal of a ridge's radius.
     ///
@@ -78,17 +82,20 @@ impl Tile {
         };
         (1..=(x1 - x0) as usize).map(curvature).collect()
     }
+}
 
+impl<'a> TileView<'a> {
     /// Square metres of land that drain through each vertex of the tile: of hillsides what comes from within 64 vertices, of
     /// rivers and lakes their catchment. 0 in the sea.
     ///
     /// Roads are left out: water passes beneath them.
-    pub fn accumulation_m2(&self, world: &World) -> &Grid<f32> {
-        self.derived.accumulation_m2.get_or_init(|| {
-            let (levels_m, water) = levels(world, self.area);
-            let mut drained = accumulation(&levels_m, self.area);
+    pub fn accumulation_m2(self) -> &'a Grid<f32> {
+        let TileView { tile, world } = self;
+        tile.derived.accumulation_m2.get_or_init(|| {
+            let (levels_m, water) = levels(world, tile.area);
+            let mut drained = accumulation(&levels_m, tile.area);
             drop(levels_m);
-            let spacing_m = self.spacing_m as f32;
+            let spacing_m = tile.spacing_m as f32;
             let square_m2 = spacing_m * spacing_m;
             for drained in drained.values_mut() {
                 *drained *= square_m2;
@@ -96,21 +103,22 @@ impl Tile {
             if let (Some(water), Some(land)) = (&water, world.relief().fluvial()) {
                 add_rivers(&mut drained, water, land.fields().drained_m2(1.0) as f32);
             }
-            for (x, y) in self.area.vertices().filter(|(x, y)| self.water_at(world, *x, *y) == WaterKind::Sea) {
+            for (x, y) in tile.area.vertices().filter(|(x, y)| self.lake_or_sea(*x, *y) == WaterKind::Sea) {
                 drained.row_mut(y, x, x + 1)[0] = 0.0;
             }
             drained
         })
     }
 
-    /// The water at a vertex: in worlds whose relief knows of none the sea, where the land lies below its level.
+    /// The kind of water at a vertex as the relief has it, without the rivers that agents dig: in worlds whose relief knows of none the
+    /// sea, where the land lies below its level.
     ///
     /// # Panics
     /// When it is not one of the tile's.
-    pub fn water_at(&self, world: &World, x: i64, y: i64) -> WaterKind {
-        match (&self.water, world.preset().sea_level_m) {
+    pub fn lake_or_sea(self, x: i64, y: i64) -> WaterKind {
+        match (&self.tile.water, self.world.preset().sea_level_m) {
             (Some(water), _) => water.kind.at(x, y),
-            (None, Some(sea_m)) if self.heights.at(x, y) < sea_m as f32 => WaterKind::Sea,
+            (None, Some(sea_m)) if self.tile.heights.at(x, y) < sea_m as f32 => WaterKind::Sea,
             (None, _) => WaterKind::Dry,
         }
     }
@@ -122,12 +130,12 @@ impl Tile {
     ///
     /// # Panics
     /// When it is not one of the tile's.
-    pub fn wetness(&self, world: &World, x: i64, y: i64) -> f32 {
-        if self.water_at(world, x, y).is_open() {
+    pub fn wetness(self, x: i64, y: i64) -> f32 {
+        if self.lake_or_sea(x, y).is_open() {
             return WETTEST;
         }
-        let a = self.accumulation_m2(world).at(x, y) / self.spacing_m as f32;
-        libm::logf(a / self.normals.slope().at(x, y).max(LEAST_SLOPE))
+        let a = self.accumulation_m2().at(x, y) / self.tile.spacing_m as f32;
+        libm::logf(a / self.tile.normals.slope().at(x, y).max(LEAST_SLOPE))
     }
 }
 

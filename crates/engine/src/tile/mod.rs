@@ -10,6 +10,7 @@ mod normals;
 mod rule;
 mod surface;
 mod surroundings;
+mod view;
 mod waters;
 
 pub use blend::{Blend, Material};
@@ -23,6 +24,7 @@ pub use rule::GroundRule;
 pub(crate) use surface::Surface;
 #[cfg(feature = "gpu")]
 pub(crate) use surroundings::{REACH as RUBBLE_REACH, STEPS as RUBBLE_STEPS};
+pub use view::TileView;
 pub use waters::{WaterHere, has_rivers, has_water};
 
 use std::sync::Arc;

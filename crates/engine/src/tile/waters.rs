@@ -5,7 +5,7 @@ use crate::area::Stride;
 use crate::fluvial::settings::RIVER_WIDTH_M;
 use crate::land::WaterKind;
 use crate::lines::DugWaters;
-use crate::tile::Tile;
+use crate::tile::{Tile, TileView};
 use crate::world::World;
 
 /// What water there is at a vertex.
@@ -22,24 +22,25 @@ pub struct WaterHere {
     pub flow_m3s: f32,
 }
 
-impl Tile {
+impl TileView<'_> {
     /// The water that is seen at a vertex.
     ///
     /// # Panics
     /// When it is not one of the tile's.
-    pub fn water_here(&self, world: &World, x: i64, y: i64) -> WaterHere {
-        if let Some(water) = &self.water {
+    pub fn water(self, x: i64, y: i64) -> WaterHere {
+        let TileView { tile, world } = self;
+        if let Some(water) = &tile.water {
             let (depth_m, flow_m3s) = (water.depth_m.at(x, y), water.flow_m3s.at(x, y));
             return WaterHere { kind: water.kind.at(x, y), depth_m, flow_m3s };
         }
-        let under_sea_m = world.preset().sea_level_m.map_or(0.0, |sea_m| sea_m as f32 - self.heights.at(x, y));
+        let under_sea_m = world.preset().sea_level_m.map_or(0.0, |sea_m| sea_m as f32 - tile.heights.at(x, y));
         if under_sea_m > 0.0 {
             return WaterHere { kind: WaterKind::Sea, depth_m: under_sea_m, flow_m3s: 0.0 };
         }
-        let Some(dug) = self.imprint.as_ref().and_then(|imprint| imprint.dug()).filter(|dug| dug.is_wet(x, y)) else {
+        let Some(dug) = tile.imprint.as_ref().and_then(|imprint| imprint.dug()).filter(|dug| dug.is_wet(x, y)) else {
             return WaterHere::default();
         };
-        let waters = self.dug_waters();
+        let waters = tile.dug_waters();
         WaterHere {
             kind: WaterKind::River,
             // Where a bank has a share of the vertex the water is less deep.
@@ -47,7 +48,9 @@ impl Tile {
             flow_m3s: flow_m3s(waters.width_m.at(x, y)),
         }
     }
+}
 
+impl Tile {
     /// The waters of the rivers that agents have dug on it.
     fn dug_waters(&self) -> &DugWaters {
         let lines = self.lines.iter().chain(&self.crossings).map(AsRef::as_ref);

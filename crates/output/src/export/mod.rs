@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   format.rs     what every format says of itself; formats(), below, lists them all
-//!   raster/       tiles -> PNG, OpenEXR, bare: the rows of a table
+//!   raster/       tiles -> PNG, OpenEXR, bare, GeoTIFF: the rows of a table of products
 //!   vector/       features -> GeoPackage, GeoJSON      project.rs   all for GIS -> a project of QGIS
 //!   mesh/         tiles -> glTF, OBJ                options.rs   what the user may choose of them
 //!   instances.rs  tiles -> what stands on them, as text    splines/   rivers, roads -> knots of curves
@@ -101,7 +101,7 @@ fn formats() -> impl Iterator<Item = &'static dyn Format> {
         &web::WEBP,
         &web::PNG,
     ];
-    dynamic(&raster::NAMED).chain(others)
+    dynamic(&raster::product::NAMED).chain(others)
 }
 
 fn dynamic<F: Format>(table: &'static [F]) -> impl Iterator<Item = &'static dyn Format> {

@@ -28,7 +28,8 @@ use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Request};
 use crate::export::locked;
 use crate::export::options::TileNames;
-use crate::export::raster::quantity::{Painter, Quantity};
+use crate::export::raster::painter::Painter;
+use crate::export::raster::quantity::{COLOUR, COVER_WEIGHTS, GROUND_WEIGHTS};
 use crate::export::raster::writer::{Encoding, Sample, png_bytes};
 use crate::file::write_whole;
 use crate::stop;
@@ -197,9 +198,9 @@ impl<'a> GltfSink<'a> {
             whole,
             modeller: Modeller::new(world, region, options, options.quantized),
             painters: [
-                painter("colour", Quantity::Colour),
-                painter("blend_ground", Quantity::GroundWeights),
-                painter("blend_cover", Quantity::CoverWeights),
+                painter("colour", &COLOUR),
+                painter("blend_ground", &GROUND_WEIGHTS),
+                painter("blend_cover", &COVER_WEIGHTS),
             ],
             names,
             out: out.to_owned(),
@@ -264,7 +265,7 @@ impl<'a> GltfSink<'a> {
         let side = tile.area().width();
         let png = |sample, rows: &[u8], srgb| png_bytes(sample, (side as u32, side as u32), srgb, rows);
         let painted = |(_, painter): &(&str, Painter)| {
-            png(painter.quantity().sample(), &painter.paint(tile, side, side), painter.quantity().is_colour())
+            png(painter.quantity().sample, &painter.paint(tile, side, side), painter.quantity().is_colour)
         };
         let [colour, blends @ ..] = &self.painters;
         let base = glb.texture(&named(colour.0), &painted(colour));

@@ -20,7 +20,9 @@ use crate::export::format::Request;
 use crate::export::options::{Lods, MeshOptions};
 use crate::export::raster::Rasters;
 use crate::export::raster::image::Image;
-use crate::export::raster::quantity::Quantity;
+use crate::export::raster::quantity::{
+    CONTROL, COVER_WEIGHTS, GROUND_WEIGHTS, HEIGHT, HEIGHT_STEPS, WEIGHTS, WHOLE_HEIGHT_STEPS,
+};
 use crate::export::raster::writer::Encoding;
 use crate::export::{Export, unknown};
 use crate::file::write_whole;
@@ -58,12 +60,12 @@ const SCRIPT: (&str, &str) = ("import_terrane.py", include_str!("import_terrane.
 const TERRAIN3D_SPACING_M: [f64; 2] = [0.25, 100.0];
 
 const fn weight(stem: &'static str, material: Material) -> Image {
-    Image::new(stem, Quantity::Weight(material), Encoding::Png)
+    Image::new(stem, &WEIGHTS[material as usize], Encoding::Png)
 }
 
 // No digit stands after an x, y, u or v in a name, but for a tile's place: Unreal would take it for one.
 const UNREAL: [Image; 9] = [
-    Image::new("unreal/height", Quantity::Height16, Encoding::Png),
+    Image::new("unreal/height", &HEIGHT_STEPS, Encoding::Png),
     weight("unreal/grass", Material::Grass),
     weight("unreal/dirt", Material::Dirt),
     weight("unreal/rock", Material::Rock),
@@ -90,23 +92,23 @@ const UNREAL_TILED: [Image; 9] = {
 };
 
 const UNITY: [Image; 3] = [
-    Image::new("unity/height", Quantity::Height16, Encoding::Raw).named_from_south().upside_down(),
-    Image::new("unity/splat_ground", Quantity::GroundWeights, Encoding::Png).named_from_south().owned_only(),
-    Image::new("unity/splat_cover", Quantity::CoverWeights, Encoding::Png).named_from_south().owned_only(),
+    Image::new("unity/height", &HEIGHT_STEPS, Encoding::Raw).named_from_south().upside_down(),
+    Image::new("unity/splat_ground", &GROUND_WEIGHTS, Encoding::Png).named_from_south().owned_only(),
+    Image::new("unity/splat_cover", &COVER_WEIGHTS, Encoding::Png).named_from_south().owned_only(),
 ];
 
 const TERRAIN3D: [Image; 4] = [
-    Image::new("terrain3d/height", Quantity::HeightMetres, Encoding::ExrRgb).owned_only(),
-    Image::new("terrain3d/control", Quantity::Control, Encoding::ExrRgb).owned_only(),
-    Image::new("terrain3d/splat_ground", Quantity::GroundWeights, Encoding::Png).owned_only(),
-    Image::new("terrain3d/splat_cover", Quantity::CoverWeights, Encoding::Png).owned_only(),
+    Image::new("terrain3d/height", &HEIGHT, Encoding::ExrRgb).owned_only(),
+    Image::new("terrain3d/control", &CONTROL, Encoding::ExrRgb).owned_only(),
+    Image::new("terrain3d/splat_ground", &GROUND_WEIGHTS, Encoding::Png).owned_only(),
+    Image::new("terrain3d/splat_cover", &COVER_WEIGHTS, Encoding::Png).owned_only(),
 ];
 
 // The names that HTerrain gives to its own maps.
 const HTERRAIN: [Image; 3] = [
-    Image::new("hterrain/height", Quantity::Height16Whole, Encoding::Raw),
-    Image::new("hterrain/splat", Quantity::GroundWeights, Encoding::Png),
-    Image::new("hterrain/splat_1", Quantity::CoverWeights, Encoding::Png),
+    Image::new("hterrain/height", &WHOLE_HEIGHT_STEPS, Encoding::Raw),
+    Image::new("hterrain/splat", &GROUND_WEIGHTS, Encoding::Png),
+    Image::new("hterrain/splat_1", &COVER_WEIGHTS, Encoding::Png),
 ];
 
 const fn engine(name: &'static str, about: &'static str, tiles: bool, images: &'static [Image]) -> Rasters {

@@ -7,7 +7,7 @@ use crate::area::Region;
 use crate::export::digits::{noise_m, shortest};
 use crate::export::format::Request;
 use crate::export::options::MeshOptions;
-use crate::export::raster::quantity::{hterrain_scale, whole_range_m};
+use crate::export::raster::painter::{hterrain_scale, whole_range_m};
 use crate::mesh::default_origin;
 use crate::tile::Material;
 

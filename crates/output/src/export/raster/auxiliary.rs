@@ -14,23 +14,23 @@ use crate::export::svg::escaped;
 pub(super) fn auxiliary(
     plane: &Plane,
     place: Georeference,
-    quantity: Quantity,
+    quantity: &Quantity,
     range_m: (f32, f32),
     statistics: Option<&Statistics>,
 ) -> String {
     let mut text = whereabouts(plane, place, "Point");
     let mut line = |line: std::fmt::Arguments| writeln!(text, "  {line}").expect("a String takes everything");
-    for (number, about) in (1..).zip(quantity.channels()) {
+    for (number, about) in (1..).zip(quantity.channels) {
         line(format_args!("<PAMRasterBand band=\"{number}\">"));
         line(format_args!("  <Description>{}</Description>", escaped(about)));
         if quantity.is_steps() {
             let (min_m, max_m) = (of_32_bits(range_m.0), of_32_bits(range_m.1));
             line(format_args!("  <Offset>{min_m}</Offset>\n    <Scale>{}</Scale>", (max_m - min_m) / 65535.0));
         }
-        if let Some(unit) = quantity.unit() {
+        if let Some(unit) = quantity.unit {
             line(format_args!("  <UnitType>{unit}</UnitType>"));
         }
-        if let Some(statistics) = statistics.filter(|_| quantity.sample().is_grey()) {
+        if let Some(statistics) = statistics.filter(|_| quantity.sample.is_grey()) {
             line(format_args!("  <Metadata>"));
             for (key, value) in statistics.items() {
                 line(format_args!("    <MDI key=\"{key}\">{value}</MDI>"));

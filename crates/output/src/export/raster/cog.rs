@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use crate::bake::FileRecord;
 use crate::error::Error;
-use crate::export::raster::quantity::Reduction;
+use crate::export::raster::reduction::Reduction;
 use crate::export::raster::sinks::{Drawing, RasterFile, RegionWriter};
 use crate::export::raster::statistics::Statistics;
 use crate::export::raster::tiff::{Directory, Values, head};
@@ -55,8 +55,8 @@ pub(super) struct CogWriter {
 impl RegionWriter for CogWriter {
     fn begin(drawing: &Drawing, file: &RasterFile) -> Result<CogWriter, Error> {
         Ok(CogWriter {
-            sample: drawing.image.quantity.sample(),
-            reduction: drawing.image.quantity.reduction(),
+            sample: drawing.image.quantity.sample,
+            reduction: drawing.image.quantity.reduction,
             levels: Level::all(file.width as usize, file.height as usize),
             blocks: PartFile::create(drawing.out.join(format!("{}.blocks", file.path)))?,
             written: 0,
@@ -208,7 +208,7 @@ impl CogWriter {
     fn directory(&self, number: usize, drawing: &Drawing, statistics: &Statistics, first: u64) -> Directory {
         let level = &self.levels[number];
         let quantity = drawing.image.quantity;
-        let channels = quantity.channels().len();
+        let channels = quantity.channels.len();
         let (bits, format) = match self.sample {
             Sample::Float32 => (32, 3),
             Sample::Grey16 => (16, 1),
@@ -269,7 +269,7 @@ impl CogWriter {
             ]);
             tags.sort_by_key(|(tag, _)| *tag);
         }
-        if let Some(no_data) = quantity.no_data() {
+        if let Some(no_data) = quantity.no_data {
             tags.push((42113, Values::Text(if no_data.is_nan() { "nan".into() } else { no_data.to_string() })));
         }
         Directory(tags)
@@ -284,14 +284,14 @@ impl CogWriter {
         for (key, value) in facts.iter().filter(|(key, _)| !["Title", "Software"].contains(key)) {
             _ = write!(text, "<Item name=\"{key}\">{}</Item>", escaped(value));
         }
-        for (number, about) in quantity.channels().iter().enumerate() {
+        for (number, about) in quantity.channels.iter().enumerate() {
             _ = write!(
                 text,
                 "<Item name=\"DESCRIPTION\" sample=\"{number}\" role=\"description\">{}</Item>",
                 escaped(about)
             );
         }
-        if let Some(unit) = quantity.unit() {
+        if let Some(unit) = quantity.unit {
             _ = write!(text, "<Item name=\"UNITTYPE\" sample=\"0\" role=\"unittype\">{unit}</Item>");
         }
         if self.sample.is_grey() {

@@ -43,7 +43,7 @@ impl Facts {
     /// has any.
     pub fn new(
         shown: &Shown,
-        quantity: Quantity,
+        quantity: &Quantity,
         tile: Option<TileId>,
         place: Georeference,
         range_m: Option<(f32, f32)>,
@@ -58,9 +58,9 @@ impl Facts {
             let (TileId { x, y }, cols, rows) = (region.at(), region.cols(), region.rows());
             format!("{cols} x {rows} tiles of {cells} x {cells} cells from tile {x},{y} on{walk}")
         };
-        let channels = quantity.channels().join("; ");
+        let channels = quantity.channels.join("; ");
         let mut facts = vec![
-            ("Title", text(format!("{} of {preset_name}, seed {seed}", quantity.name()))),
+            ("Title", text(format!("{} of {preset_name}, seed {seed}", quantity.title))),
             ("Description", text(format!("{channels}; rows from north to south, a pixel a vertex"))),
             ("Software", text(generator::NAME.to_owned())),
             ("preset", text(preset_name.clone())),

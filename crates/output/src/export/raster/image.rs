@@ -10,7 +10,7 @@ use crate::export::raster::writer::Encoding;
 pub(crate) struct Image {
     /// Folder and name, without place and ending.
     pub stem: &'static str,
-    pub quantity: Quantity,
+    pub quantity: &'static Quantity,
     pub encoding: Encoding,
     /// One a tile, or one of the region.
     pub tiles: bool,
@@ -89,7 +89,7 @@ impl Naming {
 
 impl Image {
     /// An image of a region, as it lies when no engine has asked for anything else.
-    pub const fn new(stem: &'static str, quantity: Quantity, encoding: Encoding) -> Image {
+    pub const fn new(stem: &'static str, quantity: &'static Quantity, encoding: Encoding) -> Image {
         let layout = Layout { naming: Naming::Marked, edge: Edge::Shared, rows: RowOrder::FromNorth };
         Image { stem, quantity, encoding, tiles: false, placed: false, layout }
     }

@@ -15,7 +15,7 @@ use crate::export::options::TileNames;
 use crate::export::raster::auxiliary::auxiliary;
 use crate::export::raster::facts::{Facts, Shown};
 use crate::export::raster::image::{Beside, Image, RowOrder};
-use crate::export::raster::quantity::Painter;
+use crate::export::raster::painter::Painter;
 use crate::export::raster::statistics::Statistics;
 use crate::export::raster::writer::{Encoding, Form, RasterWriter};
 use crate::file::{Finished, write_whole};
@@ -71,7 +71,7 @@ impl<'a> Drawing<'a> {
         FileRecord {
             width: Some(file.width),
             height: Some(file.height),
-            channels: self.image.quantity.channels().iter().map(ToString::to_string).collect(),
+            channels: self.image.quantity.channels.iter().map(ToString::to_string).collect(),
             tile: file.tile,
             ..FileRecord::new(file.path.clone(), self.export, finished)
         }
@@ -131,7 +131,7 @@ impl<W: RegionWriter> Sink for RegionRaster<'_, W> {
         let mut under_way = locked(&self.under_way);
         let UnderWay { writer, statistics } = under_way.as_mut().expect("rows come before the end");
         let image = &self.drawing.image;
-        let sample = image.quantity.sample();
+        let sample = image.quantity.sample;
         // What looks at a raster alone stretches its greys over their range, and would measure it.
         let is_told = image.encoding == Encoding::GeoTiff || !image.beside().is_empty();
         self.drawing.lines(row, pieces, |line| {
@@ -273,10 +273,10 @@ impl RasterFile {
         let image = &drawing.image;
         let form = Form {
             encoding: image.encoding,
-            sample: image.quantity.sample(),
+            sample: image.quantity.sample,
             size: (self.width, self.height),
             layer: file_name(image.stem),
-            is_colour: image.quantity.is_colour(),
+            is_colour: image.quantity.is_colour,
             facts: &drawing.facts(self.tile),
         };
         RasterWriter::create(drawing.out.join(&self.path), &form)

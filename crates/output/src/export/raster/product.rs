@@ -1,0 +1,223 @@
+//! The table of products: all that can be exported as rasters. A row here makes up to three formats: a file of the region, a file a tile
+//! (`-tiles`), and GeoTIFFs (`-geotiff`).
+
+use std::sync::LazyLock;
+
+use crate::export::raster::Rasters;
+use crate::export::raster::image::Image;
+use crate::export::raster::quantity::{
+    ACCUMULATION, ACCUMULATION_GREY, COLOUR, COVER_WEIGHTS, CURVATURE, CURVATURE_GREY, DENSITIES, FLOW, GROUND_WEIGHTS,
+    HEIGHT, HEIGHT_STEPS, MAP, NORMAL, SLOPE, SLOPE_GREY, STEEPNESS, STEEPNESS_GREY, WATER, WATER_DEPTH, WETNESS,
+    WETNESS_GREY,
+};
+use crate::export::raster::writer::Encoding::{Exr, GeoTiff, Png, R16};
+use crate::tile::Growth;
+
+/// A product: something that users ask for by name, and get in one of its containers.
+struct Product {
+    name: &'static str,
+    about: &'static str,
+    images: &'static [Image],
+    /// The files of a tile, in the words of the help.
+    a_tile: &'static str,
+    geotiff: Option<GeoTiffs>,
+}
+
+/// A product as GeoTIFFs, which hold values in their units where pictures hold greys.
+struct GeoTiffs {
+    name: &'static str,
+    about: &'static str,
+    images: &'static [Image],
+}
+
+static PRODUCTS: [Product; 16] = [
+    Product {
+        name: "height",
+        about: "16-bit grey PNG of the region, over the world's height range",
+        images: &[Image::new("height/height", &HEIGHT_STEPS, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "geotiff",
+            about: "heights in metres as 32-bit float GeoTIFF for GIS: cloud-optimised, with overviews",
+            images: &[Image::new("height/height", &HEIGHT, GeoTiff)],
+        }),
+    },
+    Product {
+        name: "exr",
+        about: "heights in metres as 32-bit float OpenEXR",
+        images: &[Image::new("height/height", &HEIGHT, Exr)],
+        a_tile: "an EXR",
+        geotiff: None,
+    },
+    Product {
+        name: "r16",
+        about: "16-bit little-endian heights without a header, and a JSON sidecar",
+        images: &[Image::new("height/height", &HEIGHT_STEPS, R16)],
+        a_tile: "a pair",
+        geotiff: None,
+    },
+    Product {
+        name: "blend",
+        about: "two RGBA PNGs: grass, dirt, rock, sand; snow, forest, scree, wetland",
+        images: &[
+            Image::new("blend/blend_ground", &GROUND_WEIGHTS, Png),
+            Image::new("blend/blend_cover", &COVER_WEIGHTS, Png),
+        ],
+        a_tile: "two PNGs",
+        geotiff: Some(GeoTiffs {
+            name: "blend-geotiff",
+            about: "the two images of blend as GeoTIFFs",
+            images: &[
+                Image::new("blend/blend_ground", &GROUND_WEIGHTS, GeoTiff),
+                Image::new("blend/blend_cover", &COVER_WEIGHTS, GeoTiff),
+            ],
+        }),
+    },
+    Product {
+        name: "normal",
+        about: "normal map, RGB PNG in the OpenGL convention (green is north)",
+        images: &[Image::new("normal/normal", &NORMAL, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "normal-geotiff",
+            about: "the normal map as a GeoTIFF",
+            images: &[Image::new("normal/normal", &NORMAL, GeoTiff)],
+        }),
+    },
+    Product {
+        name: "map",
+        about: "top-down picture of the region, RGB PNG",
+        images: &[Image::new("map/map", &MAP, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "map-geotiff",
+            about: "the picture of map as a GeoTIFF",
+            images: &[Image::new("map/map", &MAP, GeoTiff)],
+        }),
+    },
+    Product {
+        name: "colour",
+        about: "colour of the ground without light, RGB PNG",
+        images: &[Image::new("colour/colour", &COLOUR, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "colour-geotiff",
+            about: "the colour of the ground as a GeoTIFF",
+            images: &[Image::new("colour/colour", &COLOUR, GeoTiff)],
+        }),
+    },
+    Product {
+        name: "water",
+        about: "where water is, 8-bit grey PNG: 64 river, 128 lake, 255 sea",
+        images: &[Image::new("water/water", &WATER, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "water-geotiff",
+            about: "where water is, as a GeoTIFF",
+            images: &[Image::new("water/water", &WATER, GeoTiff)],
+        }),
+    },
+    Product {
+        name: "depth",
+        about: "depth of the water in metres as 32-bit float OpenEXR",
+        images: &[Image::new("water/depth", &WATER_DEPTH, Exr)],
+        a_tile: "an EXR",
+        geotiff: Some(GeoTiffs {
+            name: "depth-geotiff",
+            about: "depth of the water in metres as 32-bit float GeoTIFF",
+            images: &[Image::new("water/depth", &WATER_DEPTH, GeoTiff)],
+        }),
+    },
+    Product {
+        name: "flow",
+        about: "discharge of the rivers in m3/s as 32-bit float OpenEXR",
+        images: &[Image::new("water/flow", &FLOW, Exr)],
+        a_tile: "an EXR",
+        geotiff: Some(GeoTiffs {
+            name: "flow-geotiff",
+            about: "discharge of the rivers in m3/s as 32-bit float GeoTIFF",
+            images: &[Image::new("water/flow", &FLOW, GeoTiff)],
+        }),
+    },
+    Product {
+        name: "slope",
+        about: "how steep the ground is, 8-bit grey PNG: 0 level, 255 upright",
+        images: &[Image::new("slope/slope", &SLOPE_GREY, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "slope-geotiff",
+            about: "slope in degrees as 32-bit float GeoTIFF",
+            images: &[Image::new("slope/slope", &SLOPE, GeoTiff)],
+        }),
+    },
+    Product {
+        name: "steepness",
+        about: "the thesis' blend factor by slope, 8-bit grey PNG: 0 level, 255 as steep as bare rock",
+        images: &[Image::new("steepness/steepness", &STEEPNESS_GREY, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "steepness-geotiff",
+            about: "the same factor, 0 to 1, as 32-bit float GeoTIFF",
+            images: &[Image::new("steepness/steepness", &STEEPNESS, GeoTiff)],
+        }),
+    },
+    Product {
+        name: "curvature",
+        about: "ridges and hollows, 8-bit grey PNG: 128 flat, lighter on ridges",
+        images: &[Image::new("curvature/curvature", &CURVATURE_GREY, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "curvature-geotiff",
+            about: "mean curvature a metre as 32-bit float GeoTIFF",
+            images: &[Image::new("curvature/curvature", &CURVATURE, GeoTiff)],
+        }),
+    },
+    Product {
+        name: "accumulation",
+        about: "how much land drains through each vertex, 8-bit grey PNG of the logarithm",
+        images: &[Image::new("accumulation/accumulation", &ACCUMULATION_GREY, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "accumulation-geotiff",
+            about: "flow accumulation in m2 as 32-bit float GeoTIFF",
+            images: &[Image::new("accumulation/accumulation", &ACCUMULATION, GeoTiff)],
+        }),
+    },
+    Product {
+        name: "wetness",
+        about: "topographic wetness index, 8-bit grey PNG: 255 is 20 and open water",
+        images: &[Image::new("wetness/wetness", &WETNESS_GREY, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "wetness-geotiff",
+            about: "topographic wetness index as 32-bit float GeoTIFF",
+            images: &[Image::new("wetness/wetness", &WETNESS, GeoTiff)],
+        }),
+    },
+    // An image a kind, since programs that scatter take one for each thing that they plant.
+    Product {
+        name: "scatter",
+        about: "how densely trees, shrubs, grass and rocks stand, an 8-bit grey PNG each",
+        images: &[
+            Image::new("scatter/tree", &DENSITIES[Growth::Tree as usize], Png),
+            Image::new("scatter/shrub", &DENSITIES[Growth::Shrub as usize], Png),
+            Image::new("scatter/grass", &DENSITIES[Growth::Grass as usize], Png),
+            Image::new("scatter/rock", &DENSITIES[Growth::Rock as usize], Png),
+        ],
+        a_tile: "four PNGs",
+        geotiff: None,
+    },
+];
+
+/// The formats of rasters that can be asked for by name: files of the region beside those of tiles, then all GeoTIFFs.
+pub(in crate::export) static NAMED: LazyLock<Vec<Rasters>> = LazyLock::new(|| {
+    let rasters = |name, about, tiles, images| Rasters { name, about, tiles, placed: true, images };
+    let files = PRODUCTS.iter().flat_map(|product| {
+        let Product { name, about, images, a_tile, .. } = *product;
+        // Made once, and there as long as the program runs, as the table is.
+        let [of_tiles, about_tiles] = [format!("{name}-tiles"), format!("the same, {a_tile} a tile")].map(String::leak);
+        [rasters(name, about, false, images), rasters(of_tiles, about_tiles, true, images)]
+    });
+    let geotiffs = PRODUCTS.iter().filter_map(|product| product.geotiff.as_ref());
+    files.chain(geotiffs.map(|GeoTiffs { name, about, images }| rasters(name, about, false, images))).collect()
+});
