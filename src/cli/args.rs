@@ -182,7 +182,8 @@ pub(super) struct ShardPlanArguments {
     /// A preset file, or the name of a built-in preset (terrane presets).
     #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
     pub preset: String,
-    /// What runs the job: slurm, kubernetes, parallel (GNU parallel, on one machine or over ssh) or make.
+    /// The program that runs the job: slurm, kubernetes, or commands: a line a shard for any other, such as GNU parallel, and last the
+    /// merge.
     #[arg(long, value_name = "NAME", help_heading = "Job")]
     pub engine: Engine,
     /// How many shards [default: as many as each take about --minutes].
@@ -211,10 +212,8 @@ pub(super) enum Engine {
     Slurm,
     /// Kubernetes: an indexed job, and one that waits until it is let go.
     Kubernetes,
-    /// GNU parallel.
-    Parallel,
-    /// Make.
-    Make,
+    /// Plain commands, a line each.
+    Commands,
 }
 
 #[derive(Args)]

@@ -379,7 +379,7 @@ fn a_shard_that_cannot_be_is_refused() {
 // ---------------------------------------------------------------------------------------------------------------------
 // Jobs.
 
-/// The bake whose jobs are tried; with words that a shell or make would take for something else.
+/// The bake whose jobs are tried; with words that a shell would take for something else.
 const JOB: [&str; 9] = [
     "noise.toml",
     "--size",
@@ -441,23 +441,14 @@ fn write_program(desk: &Desk, name: &str, text: &str) {
 
 #[cfg(unix)]
 #[test]
-fn a_job_for_make_is_a_bake() {
+fn the_commands_of_a_job_are_a_bake_in_any_order() {
     let desk = desk();
-    desk.write("job", job(&desk, "make"));
-    assert_baked(&desk, || runs(&desk, "make", &["--jobs=2", "--file=job"]));
-}
-
-#[cfg(unix)]
-#[test]
-fn a_job_for_parallel_is_a_bake() {
-    let desk = desk();
-    desk.write("job", job(&desk, "parallel"));
-    let is_there = Command::new("parallel").arg("--version").output().is_ok();
-    if !is_there {
-        // As it would: the command for each line.
-        write_program(&desk, "bin/parallel", "#!/bin/bash\nset -e\nwhile read -r line; do ${@: -1} $line; done\n");
-    }
-    assert_baked(&desk, || runs(&desk, "bash", &["job", "--jobs", "2"]));
+    let text = job(&desk, "commands");
+    let mut commands: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
+    assert_eq!(commands.len(), 4, "{text}");
+    let merge = commands.pop().unwrap();
+    commands.reverse();
+    assert_baked(&desk, || commands.iter().chain([&merge]).all(|command| runs(&desk, "sh", &["-c", command])));
 }
 
 #[cfg(unix)]
@@ -519,7 +510,7 @@ fn shards_are_as_many_as_the_time_of_each_asks_for() {
             "--export",
             "r16",
             "--engine",
-            "make",
+            "commands",
             "--json",
             "--minutes",
             minutes,
@@ -537,8 +528,8 @@ fn shards_are_as_many_as_the_time_of_each_asks_for() {
         (&["noise.toml", "--size", "2x2", "--shards", "5"], &["5 shards", "4 tiles"]),
         (&["noise.toml", "--shards", "5", "--minutes", "5"], &["--shards", "--minutes"]),
     ] {
-        desk.refused(&[&["shard-plan", "--engine", "make"], options].concat(), words);
+        desk.refused(&[&["shard-plan", "--engine", "commands"], options].concat(), words);
     }
     let refused = desk.run(&["shard-plan", "noise.toml", "--engine", "cron"]);
-    assert!(refused.code == Some(2) && refused.stderr.contains("slurm, kubernetes, parallel, make"), "{refused}");
+    assert!(refused.code == Some(2) && refused.stderr.contains("slurm, kubernetes, commands"), "{refused}");
 }

@@ -44,7 +44,7 @@ impl Tile {
     }
 }
 
-impl<'a> TileView<'a> {
+impl TileView<'_> {
     /// The thesis' blend factor at a vertex, 0 on level ground to 1: `slope_scale` of the preset's ground times what the normal's
     /// upward part is less than 1, and 1 at most. By it rock shows through the ground, and roads keep to where it is low.
     ///

@@ -1,0 +1,141 @@
+//! Jobs that bake in shards, for the programs that run jobs: two templates, and plain commands for all other programs. Each shard is
+//! baked by the same command, which may be run as often as it takes, and depends on no other.
+
+use std::fmt::Write;
+
+use crate::cli::args::Engine;
+use crate::export::Bytes;
+use crate::shell::quoted;
+
+/// A bake in shards, and the resources that each shard takes.
+pub(super) struct Job {
+    /// The command that bakes all of it, but for the folder, as words.
+    pub bake: Vec<String>,
+    /// The folder of the bake.
+    pub out: String,
+    pub shards: u64,
+    /// Resources of a shard: threads, bytes of memory at most, and about how many seconds.
+    pub threads: usize,
+    pub memory_bytes: u64,
+    pub seconds: f64,
+    /// Bytes of memory that the merge takes at most.
+    pub merge_memory_bytes: u64,
+    /// The image of pods, and the claim of the volume that they share.
+    pub image: String,
+    pub claim: String,
+}
+
+/// The most jobs of an array that Slurm takes by default.
+const ARRAY: u64 = 1000;
+
+/// The number of times that a shard is begun again if it does not come to its end.
+const RETRIES: u64 = 3;
+
+impl Job {
+    /// The job for a program.
+    pub fn text(&self, engine: Engine) -> String {
+        match engine {
+            Engine::Slurm => self.slurm(),
+            Engine::Kubernetes => self.kubernetes(),
+            Engine::Commands => self.commands(),
+        }
+    }
+
+    fn slurm(&self) -> String {
+        // Nodes may be slower than this machine, and others may be at work there.
+        let minutes = (3.0 * self.seconds / 60.0).ceil() as u64 + 15;
+        let head = self.head("Run it where sbatch is: bash FILE");
+        let fields = [
+            ("minutes", minutes.to_string()),
+            ("array", ARRAY.to_string()),
+            ("folder", quoted(&self.shards_folder())),
+            ("shard", self.shard("\"$number\"")),
+            ("merge", self.merge()),
+        ];
+        self.filled(include_str!("slurm.sh"), &head, &fields)
+    }
+
+    fn kubernetes(&self) -> String {
+        let head = self.head(
+            "kubectl apply -f FILE; and when job/terrane-shards is complete:\n\
+             # kubectl patch job terrane-merge --patch '{\"spec\":{\"suspend\":false}}'",
+        );
+        let json = |text: &str| serde_json::to_string(text).expect("a text is JSON");
+        let shard = self.shard("\"$((JOB_COMPLETION_INDEX + 1))\"");
+        let fields = [
+            ("image", json(&self.image)),
+            ("claim", json(&self.claim)),
+            ("shard", json(&format!("exec {shard}"))),
+            ("merge", json(&format!("exec {}", self.merge()))),
+        ];
+        self.filled(include_str!("kubernetes.yaml"), &head, &fields)
+    }
+
+    /// A command a line: the shards, which any program may run in any order and side by side, and last the merge.
+    fn commands(&self) -> String {
+        let mut text =
+            self.head("Any program may run the lines, in any order and side by side, but for the last: the merge.");
+        text.push('\n');
+        for number in 1..=self.shards {
+            _ = writeln!(text, "{}", self.shard(&number.to_string()));
+        }
+        text + &self.merge() + "\n"
+    }
+
+    /// A template with its fields filled in: those given, and those that all templates have.
+    fn filled(&self, template: &str, head: &str, fields: &[(&str, String)]) -> String {
+        let shared = [
+            ("head", head.to_owned()),
+            ("shards", self.shards.to_string()),
+            ("threads", self.threads.to_string()),
+            ("retries", RETRIES.to_string()),
+            ("memory_mib", self.memory_bytes.div_ceil(1 << 20).to_string()),
+            ("merge_memory_mib", self.merge_memory_bytes.div_ceil(1 << 20).to_string()),
+        ];
+        // Piece by piece, so that no text of the user's is looked through for fields.
+        let mut text = String::new();
+        let mut rest = template;
+        while let Some(at) = rest.find('{') {
+            let (before, after) = rest.split_at(at);
+            text += before;
+            let name = after[1..].split('}').next().expect("there is a first part");
+            let field = shared.iter().chain(fields).find(|(field, _)| *field == name);
+            let (shown, passed) = field.map_or(("{", 1), |(field, value)| (value, field.len() + 2));
+            text += shown;
+            rest = &after[passed..];
+        }
+        text + rest
+    }
+
+    /// Lines that say what the job is, and how it is run.
+    fn head(&self, run: &str) -> String {
+        let Job { shards, threads, memory_bytes, seconds, out, .. } = self;
+        let minutes = (seconds / 60.0).ceil();
+        format!(
+            "# Shards: {shards}, of about {minutes} min and at most {} of memory on {threads} threads each; then the merge into {}.\n\
+             # {run}\n# It may be run again: what is baked is not baked again.",
+            Bytes(*memory_bytes),
+            quoted(out)
+        )
+    }
+
+    /// The command of a shard, with its number as the shell is to see it.
+    fn shard(&self, number: &str) -> String {
+        let words: Vec<String> = self.bake.iter().map(|word| quoted(word)).collect();
+        let (words, of, folder) = (words.join(" "), self.shards, self.folder(number));
+        format!("terrane {words} --shard {number}/{of} --resume --quiet --out {folder}")
+    }
+
+    fn merge(&self) -> String {
+        format!("terrane merge {} --resume --quiet --out {}", self.folder("*"), quoted(&self.out))
+    }
+
+    /// The folder of a shard, likewise.
+    fn folder(&self, number: &str) -> String {
+        format!("{}/{number}of{}", quoted(&self.shards_folder()), self.shards)
+    }
+
+    fn shards_folder(&self) -> String {
+        format!("{}.shards", self.out)
+    }
+}
