@@ -381,7 +381,7 @@ fn presets_are_listed_with_their_first_line_and_printed_whole() {
     let listed = desk.done(&["presets"]).stdout;
     let mut count = 0;
     // Every file of the folder is embedded.
-    for entry in fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/crates/engine/presets")).unwrap() {
+    for entry in fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/presets")).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_stem().unwrap().to_str().unwrap();
         let text = fs::read_to_string(&path).unwrap();

@@ -196,7 +196,7 @@ fn all_styles_draw_and_differ() {
 
 #[test]
 fn built_in_styles_are_the_files_of_their_folder() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/output/styles");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("styles");
     let name = |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name().into_string().unwrap();
     let files: BTreeSet<String> = fs::read_dir(folder).unwrap().map(name).collect();
     assert_eq!(files, STYLES.iter().map(|(name, _)| format!("{name}.toml")).collect());

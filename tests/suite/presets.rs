@@ -12,7 +12,7 @@ use terrane::world::World;
 
 #[test]
 fn the_built_in_presets_are_the_files_of_the_folder() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/engine/presets");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("presets");
     let files: BTreeSet<String> =
         fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     let built_in: BTreeSet<String> = BUILT_IN.iter().map(|(name, _)| format!("{name}.toml")).collect();

@@ -2,16 +2,16 @@
 
 /// The built-in presets, as name and text: the files of `presets/`.
 pub const BUILT_IN: &[(&str, &str)] = &[
-    ("alps", include_str!("../../presets/alps.toml")),
-    ("highlands", include_str!("../../presets/highlands.toml")),
-    ("archipelago", include_str!("../../presets/archipelago.toml")),
-    ("canyon", include_str!("../../presets/canyon.toml")),
-    ("plains", include_str!("../../presets/plains.toml")),
-    ("fjords", include_str!("../../presets/fjords.toml")),
-    ("badlands", include_str!("../../presets/badlands.toml")),
-    ("thesis", include_str!("../../presets/thesis.toml")),
-    ("mountains", include_str!("../../presets/mountains.toml")),
-    ("hills", include_str!("../../presets/hills.toml")),
+    ("alps", include_str!(concat!(env!("TERRANE_PRESETS"), "/alps.toml"))),
+    ("highlands", include_str!(concat!(env!("TERRANE_PRESETS"), "/highlands.toml"))),
+    ("archipelago", include_str!(concat!(env!("TERRANE_PRESETS"), "/archipelago.toml"))),
+    ("canyon", include_str!(concat!(env!("TERRANE_PRESETS"), "/canyon.toml"))),
+    ("plains", include_str!(concat!(env!("TERRANE_PRESETS"), "/plains.toml"))),
+    ("fjords", include_str!(concat!(env!("TERRANE_PRESETS"), "/fjords.toml"))),
+    ("badlands", include_str!(concat!(env!("TERRANE_PRESETS"), "/badlands.toml"))),
+    ("thesis", include_str!(concat!(env!("TERRANE_PRESETS"), "/thesis.toml"))),
+    ("mountains", include_str!(concat!(env!("TERRANE_PRESETS"), "/mountains.toml"))),
+    ("hills", include_str!(concat!(env!("TERRANE_PRESETS"), "/hills.toml"))),
 ];
 
 /// The first line of a preset's text without its comment mark: what the preset shows.

@@ -15,13 +15,13 @@ use crate::recipe::source::{Recipe, Sources};
 
 /// The built-in styles, as name and text: the files of `styles/`.
 pub const STYLES: &[(&str, &str)] = &[
-    ("topographic", include_str!("../../styles/topographic.toml")),
-    ("atlas", include_str!("../../styles/atlas.toml")),
-    ("parchment", include_str!("../../styles/parchment.toml")),
-    ("satellite", include_str!("../../styles/satellite.toml")),
-    ("relief", include_str!("../../styles/relief.toml")),
-    ("night", include_str!("../../styles/night.toml")),
-    ("plain", include_str!("../../styles/plain.toml")),
+    ("topographic", include_str!(concat!(env!("TERRANE_STYLES"), "/topographic.toml"))),
+    ("atlas", include_str!(concat!(env!("TERRANE_STYLES"), "/atlas.toml"))),
+    ("parchment", include_str!(concat!(env!("TERRANE_STYLES"), "/parchment.toml"))),
+    ("satellite", include_str!(concat!(env!("TERRANE_STYLES"), "/satellite.toml"))),
+    ("relief", include_str!(concat!(env!("TERRANE_STYLES"), "/relief.toml"))),
+    ("night", include_str!(concat!(env!("TERRANE_STYLES"), "/night.toml"))),
+    ("plain", include_str!(concat!(env!("TERRANE_STYLES"), "/plain.toml"))),
 ];
 
 /// How a map is drawn: the content of a style file. Lengths are millimetres on paper, colours `"#rrggbb"`.

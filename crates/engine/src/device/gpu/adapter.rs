@@ -14,7 +14,7 @@ use wgpu::{
 use crate::tile::{RUBBLE_REACH, RUBBLE_STEPS};
 
 /// The arithmetic of all shaders: sums, products, quotients and roots with the bits of the CPU.
-pub(super) const EXACT: &str = include_str!("../../../shaders/exact.wgsl");
+pub(super) const EXACT: &str = include_str!(concat!(env!("TERRANE_SHADERS"), "/exact.wgsl"));
 
 /// A GPU that is there, or what does as if it were one.
 #[derive(Clone, Debug)]
@@ -266,10 +266,10 @@ impl Shader {
     /// All that is compiled for it.
     pub fn source(self) -> String {
         let kernels = match self {
-            Shader::Relief => include_str!("../../../shaders/relief.wgsl"),
-            Shader::Tile => include_str!("../../../shaders/tile.wgsl"),
+            Shader::Relief => include_str!(concat!(env!("TERRANE_SHADERS"), "/relief.wgsl")),
+            Shader::Tile => include_str!(concat!(env!("TERRANE_SHADERS"), "/tile.wgsl")),
         };
-        [include_str!("../../../shaders/job.wgsl"), EXACT, kernels].join("\n")
+        [include_str!(concat!(env!("TERRANE_SHADERS"), "/job.wgsl")), EXACT, kernels].join("\n")
     }
 }
 

@@ -200,7 +200,7 @@ fn tiles_have_the_bits_of_the_cpu() {
 
 /// Quotients and roots of pairs of numbers, by a GPU with that arithmetic.
 fn quotients_and_roots(gpu: &Gpu, exact: &str, pairs: &[[f32; 2]]) -> Vec<[f32; 2]> {
-    let arithmetic = [include_str!("../../../shaders/job.wgsl"), exact].join("\n");
+    let arithmetic = [include_str!(concat!(env!("TERRANE_SHADERS"), "/job.wgsl")), exact].join("\n");
     let kernel = "@compute @workgroup_size(64)
         fn arithmetic(@builtin(global_invocation_id) id: vec3<u32>) {
             if id.x < same[0] {
