@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use std::hash::{BuildHasher, BuildHasherDefault, Hash, Hasher};
 use std::mem;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, TryLockError, Weak};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
 use crate::{hash, stop};
 
@@ -164,12 +164,12 @@ impl Budget {
 
     /// Forgets what is old, and, if that is not enough, what has grown old now, from what was asked for the longest time ago on.
     fn forget(&self) {
-        let mut members = match self.members.try_lock() {
-            Ok(members) => members,
-            Err(TryLockError::Poisoned(members)) => members.into_inner(),
-            // Another thread does.
-            Err(TryLockError::WouldBlock) => return,
-        };
+        // A thread that finds too much waits for the one that forgets already. Otherwise it would take more and more while that one is
+        // kept from running.
+        let mut members = self.members.lock().unwrap_or_else(PoisonError::into_inner);
+        if self.held.load(Ordering::Relaxed) <= self.bytes {
+            return;
+        }
         members.retain(|member| member.strong_count() > 0);
         let members: Vec<Arc<dyn Member>> = members.iter().filter_map(Weak::upgrade).collect();
         let is_enough = || self.held.load(Ordering::Relaxed) <= self.bytes - self.bytes / FREED;
@@ -588,6 +588,25 @@ mod tests {
         assert_eq!(budget.usage().held, other.usage().held);
         drop(other);
         assert_eq!(budget.usage().held, 0);
+    }
+
+    #[test]
+    fn no_thread_takes_more_while_another_forgets() {
+        const BYTES: usize = 1 << 20;
+        let budget = Budget::new(BYTES);
+        let memory: Memory<u64, Vec<u64>> = Memory::within(8 * BYTES, Some(&budget));
+        std::thread::scope(|scope| {
+            // As a thread does that is kept from running while it forgets.
+            let forgets = budget.members.lock().unwrap();
+            scope.spawn(|| (0..10_000).for_each(|key| drop(memory.get(key, || vec![key; 100]))));
+            while budget.usage().held <= BYTES {
+                std::thread::yield_now();
+            }
+            std::thread::sleep(std::time::Duration::from_millis(50));
+            let held = budget.usage().held;
+            drop(forgets);
+            assert!(held <= BYTES + 2000, "{held} bytes are held");
+        });
     }
 
     #[test]

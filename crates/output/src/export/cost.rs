@@ -212,9 +212,7 @@ impl Trial {
             }
         }
         for export in exports.iter().filter(|_| plan.shard().is_none()) {
-            if export.0.has_head() {
-                add(&mut trial.heads, &head(&plan.of_tile(tiles[0], own, vec![*export])?)?);
-            }
+            add(&mut trial.heads, &head(&plan.of_tile(tiles[0], own, vec![*export])?)?);
             for (tile, one) in tiles.iter().zip(&baked).take(ENDED).filter(|_| grows(export)) {
                 let units = export.0.units(&plan.of_tile(*tile, own, Vec::new())?.request()).unwrap_or(0);
                 let ended = trial.ended.entry(export.name()).or_default();
@@ -319,7 +317,7 @@ impl Baked {
     }
 }
 
-/// What the files of a plan have before there is any tile in them.
+/// Bytes of the files of a plan of one tile that shows nothing, of exports whose files have bytes of their own.
 fn head(plan: &Plan) -> Result<Sizes, Error> {
     let aside = aside()?;
     for folder in plan.folders() {
@@ -327,7 +325,11 @@ fn head(plan: &Plan) -> Result<Sizes, Error> {
     }
     let mut files = Vec::new();
     for export in plan.exports() {
-        for sink in export.0.sinks(&plan.request(), aside.path())? {
+        let Some(blank) = export.0.blank_pieces(&plan.request()) else { continue };
+        for (number, sink) in export.0.sinks(&plan.request(), aside.path())?.into_iter().enumerate() {
+            if let Some(piece) = blank.get(number) {
+                sink.append(0, &[piece])?;
+            }
             files.extend(sink.finish(&Watch::default())?);
         }
     }

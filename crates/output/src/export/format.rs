@@ -160,10 +160,11 @@ pub(crate) trait Format: Sync {
         None
     }
 
-    /// Whether its files can be ended before any tile is in them, and have bytes then that count once and not for each tile, as
-    /// the empty tables of a database do. Default: no.
-    fn has_head(&self) -> bool {
-        false
+    /// For each of its sinks the piece of a tile that shows nothing, if the sink needs one to end a region of one tile; or `None`. Files
+    /// that are ended so have bytes that count once and not for each tile: empty tables of a database, or texts of a picture about
+    /// itself. Default: none.
+    fn blank_pieces(&self, _request: &Request) -> Option<Vec<Vec<u8>>> {
+        None
     }
 
     /// The sinks that write it into the folder of a bake.

@@ -40,8 +40,8 @@ impl Format for Hashes {
         FormatCost { files: 1, ..FormatCost::default() }
     }
 
-    fn has_head(&self) -> bool {
-        true
+    fn blank_pieces(&self, _request: &Request) -> Option<Vec<Vec<u8>>> {
+        Some(Vec::new())
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {

@@ -78,7 +78,8 @@ impl CogWriter {
     /// raster, of half its size and so on, and blocks that are compressed.
     pub fn held_bytes(width: u64, sample: Sample) -> u64 {
         let block = (BLOCK * BLOCK * sample.bytes()) as u64;
-        2 * width.next_multiple_of(BLOCK as u64) * (BLOCK * sample.bytes()) as u64 + 2 * AT_ONCE as u64 * block
+        let columns = width.div_ceil(BLOCK as u64);
+        2 * columns * block + 2 * columns.min(AT_ONCE as u64) * block
     }
 }
 

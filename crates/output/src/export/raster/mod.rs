@@ -194,6 +194,16 @@ impl Format for Rasters {
             .fold(FormatCost::default(), FormatCost::and)
     }
 
+    fn blank_pieces(&self, request: &Request) -> Option<Vec<Vec<u8>>> {
+        let blank = |image: Image| {
+            let (cols, rows) = image.owned(&request.region, Place { row: 0, col: 0 });
+            vec![0; cols * rows * image.quantity.sample().bytes()]
+        };
+        // A file of bare samples has as many bytes whatever it shows.
+        let is_packed = |image: &Image| matches!(image.encoding, Encoding::Png | Encoding::GeoTiff);
+        (!self.tiles && self.images.iter().all(is_packed)).then(|| self.images_of(request).map(blank).collect())
+    }
+
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
         let sink = |image: Image| -> Result<Box<dyn Sink + 'a>, Error> {
             match (image.encoding, image.tiles) {

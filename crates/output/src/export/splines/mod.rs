@@ -78,8 +78,8 @@ impl Format for Splines {
         FormatCost { files: 4, ..of_features(request) }
     }
 
-    fn has_head(&self) -> bool {
-        true
+    fn blank_pieces(&self, _request: &Request) -> Option<Vec<Vec<u8>>> {
+        Some(Vec::new())
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {

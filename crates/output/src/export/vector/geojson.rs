@@ -71,8 +71,8 @@ impl Format for GeoJson {
         cost(request, layers(request.world).len() as u64 + 1)
     }
 
-    fn has_head(&self) -> bool {
-        true
+    fn blank_pieces(&self, _request: &Request) -> Option<Vec<Vec<u8>>> {
+        Some(Vec::new())
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {

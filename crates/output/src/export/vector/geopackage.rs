@@ -131,8 +131,8 @@ impl Format for GeoPackage {
         cost(request, 2)
     }
 
-    fn has_head(&self) -> bool {
-        true
+    fn blank_pieces(&self, _request: &Request) -> Option<Vec<Vec<u8>>> {
+        Some(Vec::new())
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
