@@ -1,4 +1,4 @@
-//! The bytes of every preset, as hashes: no change to them goes unnoticed, on no machine and in no build.
+//! The bytes of every preset, as hashes: no change to them goes unnoticed, on any machine.
 //!
 //! `TERRANE_ACCEPT=1 cargo test --profile quick --test suite golden` writes the hashes of today into `tests/golden.txt`. A
 //! change there is a change of every world that users have: the layer that makes others gets another version in
@@ -24,8 +24,7 @@ use crate::worlds::is_quick;
 
 const TILES: [(i64, i64); 4] = [(0, 0), (1_000_000_000, -1_000_000_000), (-7, 3), (1 << 40, -(1 << 40))];
 
-/// What the names of worlds with roads end in: roads are planned over a wide area, which an optimised build alone has
-/// the time for.
+/// The ending of the names of worlds with roads.
 const WITH_PLACES: &str = "-with-places";
 
 /// Presets that are looked at from afar, too, and at which strides: gullies in the mean, brooks, nothing but trunks, and the mean of
@@ -46,8 +45,7 @@ fn every_preset_has_its_golden_bytes() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden.txt");
     let list = fs::read_to_string(&path).expect("the golden hashes can be read");
     let all: Vec<Golden> = goldens(&list);
-    // A build without optimisation does not make all lines.
-    if !cfg!(debug_assertions) && std::env::var_os("TERRANE_ACCEPT").is_some() {
+    if std::env::var_os("TERRANE_ACCEPT").is_some() {
         let parts = TilePart::ALL.map(TilePart::name).join(", ");
         let about = format!(
             "# preset, x, y, and the first 16 digits of the BLAKE3 of {parts} and the map of tiles of 48 cells, seed 1\n"
@@ -70,8 +68,7 @@ fn every_preset_has_its_golden_bytes() {
     let lines: Vec<&str> = list.lines().skip(2).collect();
     let tiles: usize = all.iter().map(|golden| golden.tiles.len()).sum();
     assert_eq!(lines.len(), tiles, "the list has other tiles; {HINT}");
-    let made = |golden: &&Golden| !cfg!(debug_assertions) || !golden.name.ends_with(WITH_PLACES);
-    all.par_iter().filter(made).for_each(|golden| {
+    all.par_iter().for_each(|golden| {
         for line in hashes(golden, tried(golden)).lines() {
             assert!(lines.contains(&line), "the list has not\n{line}\n{HINT}");
         }
@@ -94,7 +91,7 @@ fn goldens(list: &str) -> Vec<Golden> {
     let presets = || BUILT_IN.iter().map(|(name, text)| (*name, Preset::parse(name, text).unwrap()));
     let bare = presets().map(|(name, preset)| {
         let preset = Preset { places: None, ..preset };
-        // Rivers are followed to their ends, wherever a tile is: two places are enough for a build without optimisation.
+        // Rivers are followed to their ends, wherever a tile is, so two places are enough.
         let tiles = if preset.fluvial.is_some() { &TILES[..2] } else { &TILES[..] };
         Golden { name: name.to_owned(), preset, stride: Stride::ONE, tiles: tiles.to_vec() }
     });
@@ -114,7 +111,7 @@ fn goldens(list: &str) -> Vec<Golden> {
 }
 
 fn world(preset: &Preset, stride: Stride) -> World {
-    // Debug builds take part, so the tiles are small; the size is no multiple of a lane count on purpose.
+    // Small tiles, since there are many; the size is no multiple of a lane count on purpose.
     World::strided(Preset { tile_cells: 48, ..preset.clone() }, Some(1), stride).unwrap()
 }
 
@@ -126,9 +123,8 @@ fn settlement(preset: &Preset) -> (i64, i64) {
 /// some that with places, which shows all that the bare one does, and the bare one of the others.
 fn tried(golden: &Golden) -> &[(i64, i64)] {
     let preset = golden.name.trim_end_matches(WITH_PLACES);
-    // A build without optimisation has the bare ones alone.
     let has_places = preset != golden.name;
-    let shows_most = has_places == (is_quick(preset) && !cfg!(debug_assertions));
+    let shows_most = has_places == is_quick(preset);
     let is_whole = golden.stride == Stride::ONE;
     let quick = if golden.preset.fluvial.is_some() && is_whole { usize::from(shows_most) } else { golden.tiles.len() };
     if IS_LONG { &golden.tiles[quick..] } else { &golden.tiles[..quick] }

@@ -197,7 +197,7 @@ impl Format for Rasters {
     fn blank_pieces(&self, request: &Request) -> Option<Vec<Vec<u8>>> {
         let blank = |image: Image| {
             let (cols, rows) = image.owned(&request.region, Place { row: 0, col: 0 });
-            vec![0; cols * rows * image.quantity.sample().bytes()]
+            vec![0; cols * rows * image.quantity.sample.bytes()]
         };
         // A file of bare samples has as many bytes whatever it shows.
         let is_packed = |image: &Image| matches!(image.encoding, Encoding::Png | Encoding::GeoTiff);
