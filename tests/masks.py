@@ -21,7 +21,7 @@ from scipy import ndimage, spatial, stats
 
 from checks import Checks
 
-EXPORTS = "exr,water,slope,slope-geotiff,steepness,steepness-geotiff,curvature,curvature-geotiff,accumulation,accumulation-geotiff,wetness,wetness-geotiff"
+EXPORTS = "exr,water,slope,slope-geotiff,aspect,aspect-geotiff,steepness,steepness-geotiff,curvature,curvature-geotiff,accumulation,accumulation-geotiff,wetness,wetness-geotiff"
 EXPORTS += ",scatter,instances,splines"
 # Vertices for which accumulation follows water: what is nearer to the edge, the tool does not know as well as we do.
 STEPS = 64
@@ -88,6 +88,18 @@ def check_slope(bake, checks):
     checks.check(off < 0.02, "largest distance of the slope from numpy's gradient of the EXR", f"{off:.4f} degrees")
     off = np.abs(grey - degrees * 255.0 / 90.0).max()
     checks.check(off <= 0.501, "largest distance of its greys from 255 / 90 degrees", f"{off:.3f}")
+
+
+def check_aspect(bake, checks):
+    p, q, *_ = differences(bake)
+    level = np.hypot(p, q) < 1e-6
+    # Downhill, clockwise from north; rows run south.
+    expected = np.degrees(np.arctan2(-p, q)) % 360
+    aspect, grey = inner(bake.tif("aspect/aspect")), inner(bake.png("aspect/aspect")).astype(float)
+    off = np.abs((aspect - expected + 180) % 360 - 180)[~level]
+    checks.check(off.max() < 0.1, "largest distance of the aspect from numpy's gradient, degrees", f"{off.max():.4f}")
+    off = np.abs((grey * 360 / 256 - aspect + 180) % 360 - 180)[~level]
+    checks.check(off.max() < 1.5, "largest distance of the picture of aspect from its values, degrees", f"{off.max():.4f}")
 
 
 def check_steepness(bake, checks):
@@ -221,7 +233,7 @@ def main():
     exports = {file["export"] for file in bake.manifest["files"]}
     missing = set(EXPORTS.split(",")) - exports
     checks.check(not missing, "exports that are missing", sorted(missing) or 0)
-    for check in (check_slope, check_steepness, check_curvature, check_accumulation, check_wetness, check_scatter, check_instances, check_splines):
+    for check in (check_slope, check_aspect, check_steepness, check_curvature, check_accumulation, check_wetness, check_scatter, check_instances, check_splines):
         check(bake, checks)
     print(f"{checks.done} checks of {bake.folder}, {checks.failed} failed")
     return 1 if checks.failed or not checks.done else 0

@@ -8,10 +8,8 @@ use std::path::Path;
 
 fn main() {
     let package = env::var("CARGO_MANIFEST_DIR").expect("cargo says where the package is");
-    for (folder, variable) in [("styles", "TERRANE_STYLES")] {
-        let top = Path::new(&package).join("../..").join(folder);
-        let place = if top.is_dir() { top } else { Path::new(&package).join(folder) };
-        println!("cargo:rustc-env={variable}={}", place.display());
-    }
+    let top = Path::new(&package).join("../../styles");
+    let styles = if top.is_dir() { top } else { Path::new(&package).join("styles") };
+    println!("cargo:rustc-env=TERRANE_STYLES={}", styles.display());
     println!("cargo:rerun-if-changed=build.rs");
 }

@@ -57,7 +57,7 @@ fn bake(
 fn look(world: &World, grows: &Grows, tile: &Tile, x: i64, y: i64) -> Vec<u32> {
     let view = TileView::new(tile, world);
     let mut values = vec![tile.slope_degrees(x, y), view.accumulation_m2().at(x, y), view.wetness(x, y)];
-    values.push(view.steepness(x, y));
+    values.extend([view.steepness(x, y), tile.aspect_degrees(x, y).unwrap_or(-1.0)]);
     values.extend(tile.curvatures(y, x, x + 1));
     values.extend(grows.densities(tile).at(x, y));
     values.into_iter().map(f32::to_bits).collect()
@@ -83,7 +83,8 @@ fn neighbours_agree_on_the_masks_of_their_shared_vertices() {
 
 #[test]
 fn masks_are_the_same_bytes_in_every_window() {
-    let exports = "slope-tiles,steepness-tiles,curvature-tiles,accumulation-tiles,wetness-tiles,scatter-tiles";
+    let exports =
+        "slope-tiles,aspect-tiles,steepness-tiles,curvature-tiles,accumulation-tiles,wetness-tiles,scatter-tiles";
     let folder = tempfile::tempdir().unwrap();
     for (name, world) in worlds() {
         let files = |out: &str, at, size, threads| {
@@ -97,8 +98,8 @@ fn masks_are_the_same_bytes_in_every_window() {
         };
         let (one, other) = (files("one", (-2, -1), (3, 2), 1), files("other", (-1, -1), (2, 3), 3));
         let shared: Vec<_> = one.iter().filter(|(key, _)| other.contains_key(*key)).collect();
-        // Four tiles, of each five masks and four densities.
-        assert_eq!(shared.len(), 4 * 9, "{name}");
+        // Four tiles, of each six masks and four densities.
+        assert_eq!(shared.len(), 4 * 10, "{name}");
         assert!(shared.iter().all(|(key, bytes)| other[*key] == **bytes), "{name}");
     }
 }
@@ -122,6 +123,17 @@ fn masks_are_within_their_ranges_and_show_the_land() {
             // The thesis' factor: by its scale what the cosine of the slope is less than 1.
             let factor = (world.preset().ground.slope_scale as f32 * (1.0 - slope.to_radians().cos())).min(1.0);
             assert!((view.steepness(x, y) - factor).abs() < 1e-4, "{name}: {slope} degrees");
+            // A step in the direction of the aspect goes down the plane of the normal.
+            let [east, up, south] = tile.normals().at(x, y);
+            match tile.aspect_degrees(x, y) {
+                Some(aspect) => {
+                    assert!((0.0..360.0).contains(&aspect), "{name}: {aspect}");
+                    let (sin, cos) = aspect.to_radians().sin_cos();
+                    let rise = -(east * sin - south * cos) / up;
+                    assert!((rise + slope.to_radians().tan()).abs() < 1e-3, "{name}: {aspect} degrees at {x}, {y}");
+                }
+                None => assert_eq!(slope, 0.0, "{name}"),
+            }
             sum += f64::from(tile.curvatures(y, x, x + 1)[0]);
         }
         assert!(steep > 5.0, "{name}: nowhere steeper than {steep}");

@@ -17,9 +17,9 @@ use terrane::world::World;
 use crate::bakes::FLUVIAL;
 
 /// All that is of a region and not of tiles.
-const EXPORTS: &str = "height,exr,r16,blend,normal,map,colour,water,depth,flow,slope,steepness,curvature,accumulation,\
+const EXPORTS: &str = "height,exr,r16,blend,normal,map,colour,water,depth,flow,slope,aspect,steepness,curvature,accumulation,\
      wetness,scatter,geotiff,blend-geotiff,normal-geotiff,map-geotiff,colour-geotiff,water-geotiff,depth-geotiff,\
-     flow-geotiff,slope-geotiff,steepness-geotiff,splines,geojson,web-png";
+     flow-geotiff,slope-geotiff,aspect-geotiff,steepness-geotiff,splines,geojson,web-png";
 
 /// Cells a side of the region, and of the tiles that it is baked in: numbers of two digits, and of one tiles to a side, so that texts
 /// that tell of them are as long.

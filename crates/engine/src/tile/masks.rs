@@ -17,6 +17,9 @@ use crate::world::World;
 /// Metres up a metre of the least slope that wetness is reckoned with: level ground would have no end of it.
 const LEAST_SLOPE: f32 = 1e-3;
 
+/// Degrees of a radian.
+const DEGREES: f32 = 180.0 / std::f32::consts::PI;
+
 /// The index of wetness of open water, and the most that is told apart.
 pub const WETTEST: f32 = 20.0;
 
@@ -39,8 +42,21 @@ impl Tile {
     /// # Panics
     /// When it is not one of the tile's.
     pub fn slope_degrees(&self, x: i64, y: i64) -> f32 {
-        const DEGREES: f32 = 180.0 / std::f32::consts::PI;
         libm::atanf(self.normals.slope().at(x, y)) * DEGREES
+    }
+
+    /// The aspect at a vertex: the direction in which the ground falls, in degrees clockwise from north, 0 up to 360; `None` on level
+    /// ground.
+    ///
+    /// # Panics
+    /// When it is not one of the tile's.
+    pub fn aspect_degrees(&self, x: i64, y: i64) -> Option<f32> {
+        // Normals lean downhill.
+        let [east, _, south] = self.normals.at(x, y);
+        let degrees = libm::atan2f(east, -south) * DEGREES;
+        let clockwise = if degrees < 0.0 { degrees + 360.0 } else { degrees };
+        // What is added may be rounded up to a whole turn.
+        (east != 0.0 || south != 0.0).then_some(if clockwise < 360.0 { clockwise } else { 0.0 })
     }
 }
 

@@ -6,9 +6,9 @@ use std::sync::LazyLock;
 use crate::export::raster::Rasters;
 use crate::export::raster::image::Image;
 use crate::export::raster::quantity::{
-    ACCUMULATION, ACCUMULATION_GREY, COLOUR, COVER_WEIGHTS, CURVATURE, CURVATURE_GREY, DENSITIES, FLOW, GROUND_WEIGHTS,
-    HEIGHT, HEIGHT_STEPS, MAP, NORMAL, SLOPE, SLOPE_GREY, STEEPNESS, STEEPNESS_GREY, WATER, WATER_DEPTH, WETNESS,
-    WETNESS_GREY,
+    ACCUMULATION, ACCUMULATION_GREY, ASPECT, ASPECT_GREY, COLOUR, COVER_WEIGHTS, CURVATURE, CURVATURE_GREY, DENSITIES,
+    FLOW, GROUND_WEIGHTS, HEIGHT, HEIGHT_STEPS, MAP, NORMAL, SLOPE, SLOPE_GREY, STEEPNESS, STEEPNESS_GREY, WATER,
+    WATER_DEPTH, WETNESS, WETNESS_GREY,
 };
 use crate::export::raster::writer::Encoding::{Exr, GeoTiff, Png, R16};
 use crate::tile::Growth;
@@ -30,7 +30,7 @@ struct GeoTiffs {
     images: &'static [Image],
 }
 
-static PRODUCTS: [Product; 16] = [
+static PRODUCTS: [Product; 17] = [
     Product {
         name: "height",
         about: "16-bit grey PNG of the region, over the world's height range",
@@ -148,6 +148,17 @@ static PRODUCTS: [Product; 16] = [
             name: "slope-geotiff",
             about: "slope in degrees as 32-bit float GeoTIFF",
             images: &[Image::new("slope/slope", &SLOPE, GeoTiff)],
+        }),
+    },
+    Product {
+        name: "aspect",
+        about: "which way the ground falls, 8-bit grey PNG: 0 level, 1 north, 64 east, 128 south, 192 west",
+        images: &[Image::new("aspect/aspect", &ASPECT_GREY, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "aspect-geotiff",
+            about: "aspect in degrees clockwise from north as 32-bit float GeoTIFF",
+            images: &[Image::new("aspect/aspect", &ASPECT, GeoTiff)],
         }),
     },
     Product {

@@ -260,6 +260,33 @@ pub(crate) static SLOPE: Quantity = Quantity {
     })
 };
 
+pub(crate) static ASPECT_GREY: Quantity = grey(
+    "aspect",
+    &["aspect, 0 = level, 1 = falls to the north, 64 = to the east, 128 = to the south, 192 = to the west"],
+    Paint::Row(|view, row, samples| {
+        let grey = |degrees: f32| (degrees * (256.0 / 360.0)).round().rem_euclid(256.0).max(1.0);
+        put_greys(samples, row.vertices().map(|(x, y)| view.tile.aspect_degrees(x, y).map_or(0.0, grey)));
+    }),
+);
+
+/// The value of level ground, as GDAL has it.
+const NO_ASPECT: f32 = -9999.0;
+
+pub(crate) static ASPECT: Quantity = Quantity {
+    no_data: Some(NO_ASPECT),
+    // A mean of directions that lie around north would be south.
+    reduction: Reduction::Greatest,
+    shown: Some([0.0, 360.0]),
+    ..floats(
+        "aspect",
+        Some("degree"),
+        &["aspect in degrees clockwise from north, -9999 = level"],
+        |view, row, samples| {
+            put_floats(samples, row.vertices().map(|(x, y)| view.tile.aspect_degrees(x, y).unwrap_or(NO_ASPECT)));
+        },
+    )
+};
+
 pub(crate) static STEEPNESS_GREY: Quantity = grey(
     "steepness",
     &["steepness min(slope_scale * (1 - normal.up), 1), 0 = 0, 255 = 1"],
